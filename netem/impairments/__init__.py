@@ -1,0 +1,19 @@
+"""Impairments: what happens to one frame copy on one directed link.
+
+A member of this kind is a class with one verb, `carry`: it yields what comes out of the link for one copy that goes in:
+nothing (lost, counted under `loses_as`), the copy, the copy later, changed, or twice. Impairments of a link compose in
+the order in which the scenario lists them; each owns a random stream named by the seed and its place in the scenario.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Protocol
+
+from netem.frames import Fate, Transit
+
+
+class Impairment(Protocol):
+    loses_as: Fate              # the fate of a copy for which `carry` yields nothing
+
+    def carry(self, transit: Transit) -> Iterable[Transit]: ...
