@@ -12,11 +12,10 @@ from typing import Final
 
 NEVER_NS: Final = 1 << 62
 
-# At one instant: transmissions end, then arrivals leave their links, then timers of the medium, then new offers start.
+# At one instant: transmissions end, then timers of the medium run, then new offers start.
 END_OF_FRAME: Final = 0
-ARRIVAL: Final = 1
-TIMER: Final = 2
-OFFER: Final = 3
+TIMER: Final = 1
+OFFER: Final = 2
 
 
 class Agenda:

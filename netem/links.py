@@ -2,15 +2,15 @@
 
 Invariants:
 - every copy that enters `receive` was announced to the ledger and is closed there, duplicates included;
-- the impairments of one link see copies in the order in which the medium received them.
+- the impairments of one link see copies in the order in which the medium received them;
+- a copy's arrival is known, and handed over, as soon as its link has dealt with it: never less than its arrival ahead.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 
-from netem.agenda import ARRIVAL, Agenda
+from netem.agenda import NEVER_NS
 from netem.frames import Fate, Frame, Transit
 from netem.impairments import Impairment
 from netem.records.ledger import Ledger
@@ -22,22 +22,20 @@ LinkName = tuple[str, str, str]                      # (medium, sender, receiver
 class Links:
     """`pipelines` maps (medium, sender, receiver) to (name, impairment) pairs in their order in the scenario."""
 
-    def __init__(self, agenda: Agenda, ledger: Ledger, deliver: Deliver,
-                 pipelines: Mapping[LinkName, Sequence[tuple[str, Impairment]]]) -> None:
-        self._agenda = agenda
+    def __init__(self, ledger: Ledger, deliver: Deliver,
+                 pipelines: Mapping[LinkName, Sequence[tuple[str, Impairment]]], end_ns: int = NEVER_NS) -> None:
         self._ledger = ledger
         self._deliver = deliver
         self._pipelines = pipelines
+        self._end_ns = end_ns
         self._entered: dict[LinkName, int] = {}
-        self._under_way: dict[tuple[LinkName, int, int], tuple[Frame, Transit]] = {}
 
     def receive(self, frame: Frame, receiver: str, arrival_ns: int, *, checksum: bool) -> None:
         """A medium's receiver decoded `frame`; it reaches the node at `arrival_ns` (>= now) unless the link impairs it."""
-        pipeline = self._pipelines.get((frame.medium, frame.sender, receiver))
-        if pipeline is None:
-            self._hand_over(frame, receiver, arrival_ns, frame.data, 0, False)
-            return
-        self._impair(pipeline, frame, receiver, arrival_ns, checksum)
+        if self._pipelines and (pipeline := self._pipelines.get((frame.medium, frame.sender, receiver))):
+            self._impair(pipeline, frame, receiver, arrival_ns, checksum)
+        else:
+            self._hand_over(frame, receiver, arrival_ns, frame.data, 0, Fate.DELIVERED)
 
     def _impair(self, pipeline: Sequence[tuple[str, Impairment]], frame: Frame, receiver: str, arrival_ns: int,
                 checksum: bool) -> None:
@@ -59,28 +57,17 @@ class Links:
                 survivors.extend(out)
             copies = survivors
         for copy in copies:
-            if copy.corrupt and checksum:
+            if not copy.corrupt:
+                self._hand_over(frame, receiver, copy.arrival_ns, copy.data, copy.copy, Fate.DELIVERED)
+            elif checksum:
                 self._ledger.close(frame, receiver, Fate.CORRUPTED, copy=copy.copy, cause="checksum")
-                continue
-            key = (link, number, copy.copy)
-            self._under_way[key] = (frame, copy)
-            self._agenda.at(copy.arrival_ns, ARRIVAL, f"{frame.medium}: {frame.sender} -> {receiver}",
-                            partial(self._arrive, key))
+            else:
+                self._hand_over(frame, receiver, copy.arrival_ns, copy.data, copy.copy, Fate.DELIVERED_CORRUPT)
 
-    def _arrive(self, key: tuple[LinkName, int, int]) -> None:
-        frame, copy = self._under_way.pop(key)
-        self._hand_over(frame, key[0][2], copy.arrival_ns, copy.data, copy.copy, copy.corrupt)
-
-    def _hand_over(self, frame: Frame, receiver: str, arrival_ns: int, data: bytes, copy: int, corrupt: bool) -> None:
-        if not self._deliver(receiver, frame.medium, arrival_ns, data):
-            self._ledger.close(frame, receiver, Fate.RECEIVER_GONE, copy=copy)
+    def _hand_over(self, frame: Frame, receiver: str, arrival_ns: int, data: bytes, copy: int, fate: Fate) -> None:
+        if arrival_ns >= self._end_ns:
+            self._ledger.close(frame, receiver, Fate.UNFINISHED, copy=copy, cause="under way")
+        elif self._deliver(receiver, frame.medium, arrival_ns, data):
+            self._ledger.close(frame, receiver, fate, copy=copy, delivered_ns=arrival_ns)
         else:
-            self._ledger.close(frame, receiver, Fate.DELIVERED_CORRUPT if corrupt else Fate.DELIVERED, copy=copy,
-                               delivered_ns=arrival_ns)
-
-    def finish(self) -> None:
-        """The run ended: what is still under way is unfinished."""
-        for key in sorted(self._under_way):
-            frame, copy = self._under_way[key]
-            self._ledger.close(frame, key[0][2], Fate.UNFINISHED, copy=copy.copy)
-        self._under_way.clear()
+            self._ledger.close(frame, receiver, Fate.RECEIVER_GONE, copy=copy)
