@@ -1,0 +1,34 @@
+"""The hash of a run's frame copies: BLAKE2b (RFC 7693) over the rows as MessagePack, one after the other.
+
+Every row is an array of its columns in order: text as str, times and counts as the shortest int, the digest as bin. The
+stream starts with the array of column names. Rows are encoded in chunks, without the chunk's own array header, so where
+one chunk ends leaves no trace: the hash of n rows is the hash of their concatenated encodings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from hashlib import blake2b
+from typing import Any
+
+import msgspec
+
+DIGEST_BYTES = 16
+
+
+class LedgerHash:
+    def __init__(self, columns: Sequence[str]) -> None:
+        self._encoder = msgspec.msgpack.Encoder()
+        self._hash = blake2b(self._encoder.encode(tuple(columns)), digest_size=DIGEST_BYTES)
+
+    def add(self, rows: Sequence[tuple[Any, ...]]) -> None:
+        encoded = self._encoder.encode(rows)
+        self._hash.update(memoryview(encoded)[array_header_bytes(len(rows)):])
+
+    def hex(self) -> str:
+        return self._hash.hexdigest()
+
+
+def array_header_bytes(items: int) -> int:
+    """Length of MessagePack's array header: fixarray, array 16, array 32."""
+    return 1 if items < 1 << 4 else 3 if items < 1 << 16 else 5

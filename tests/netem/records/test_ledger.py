@@ -1,0 +1,228 @@
+"""The ledger counts, hashes and writes; its oracles are a second encoder (struct, by hand) and Parquet's own reader."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from netem.frames import Fate, Frame
+from netem.records.ledger import COLUMNS, ConservationError, Ledger
+from netem.records.ledger_file import SCHEMA
+from netem.records.ledger_hash import LedgerHash, array_header_bytes
+from netem.records.ledger_table import hash_of, read_ledger, read_metadata
+
+FATES = list(Fate)
+SHORTEST = ((0x80, b"", "B"), (0x100, b"\xcc", "B"), (0x10000, b"\xcd", ">H"), (1 << 32, b"\xce", ">I"))
+
+
+def frame(number: int = 0, medium: str = "radio", data: bytes = b"hello") -> Frame:
+    return Frame(medium, "r1", number, offered_ns=number * 1_000, data=data, on_air_ns=number * 1_000 + 10,
+                 end_ns=number * 1_000 + 90)
+
+
+def filled(path: Path | None, copies: int, chunk_rows: int = 7) -> Ledger:
+    ledger = Ledger(path, metadata={"scenario": "two_robots", "seed": "7"}, chunk_rows=chunk_rows)
+    for number in range(copies):
+        ledger.expect(1, "radio")
+        fate = FATES[number % len(FATES)]
+        ledger.close(frame(number), f"r{number % 3}", fate, copy=number % 2, delivered_ns=number * 1_000 + 100,
+                     cause="" if fate is Fate.DELIVERED else "impairment[0]")
+    return ledger
+
+
+def pack(value: Any) -> bytes:
+    """MessagePack by hand, for what a row holds: short text, short bytes, and integers in their shortest form."""
+    if isinstance(value, str):
+        text = value.encode()
+        assert len(text) < 32
+        return bytes([0xA0 | len(text)]) + text
+    if isinstance(value, bytes):
+        return b"\xc4" + struct.pack("B", len(value)) + value
+    for limit, mark, form in SHORTEST:
+        if 0 <= value < limit:
+            return mark + struct.pack(form, value)
+    assert value == -1
+    return b"\xff"
+
+
+def pack_row(row: Sequence[Any]) -> bytes:
+    return bytes([0x90 | len(row)]) + b"".join(pack(value) for value in row)
+
+
+def test_the_hash_is_that_of_the_rows_packed_by_hand_one_after_the_other() -> None:
+    ledger = filled(None, 40)
+
+    result = ledger.finish()
+
+    stream = b"".join(pack_row(row) for row in [COLUMNS, *ledger.rows])
+    assert result.hash == blake2b(stream, digest_size=16).hexdigest()
+
+
+@pytest.mark.parametrize("chunk_rows", [1, 15, 16, 17, 1000])
+def test_the_hash_does_not_depend_on_the_size_of_a_chunk_or_on_writing(tmp_path: Path, chunk_rows: int) -> None:
+    in_memory = filled(None, 100).finish()
+
+    written = filled(tmp_path / "ledger.parquet", 100, chunk_rows).finish()
+
+    assert written == in_memory
+
+
+@pytest.mark.parametrize("items", [0, 1, 15, 16, 65_535, 65_536])
+def test_the_header_that_is_cut_off_has_the_length_of_an_empty_encoding(items: int) -> None:
+    import msgspec
+
+    encoded = msgspec.msgpack.encode([0] * items)
+
+    assert array_header_bytes(items) == len(encoded) - items
+
+
+@pytest.mark.parametrize("column", range(len(COLUMNS)))
+def test_the_hash_covers_every_column(column: int) -> None:
+    row = ("radio", "r1", 3, "r2", 0, 10, 20, 30, 40, 5, b"digest", "delivered", "")
+    value = row[column]
+    other = value + 1 if isinstance(value, int) else value + value[:1] if value else "x"
+    changed = row[:column] + (other,) + row[column + 1:]
+
+    assert hash_of_rows([row]) != hash_of_rows([changed])
+
+
+def test_the_hash_covers_the_order_of_the_rows() -> None:
+    first, second = ("a", 1), ("b", 2)
+
+    assert hash_of_rows([first, second]) != hash_of_rows([second, first])
+
+
+def hash_of_rows(rows: list[tuple[Any, ...]]) -> str:
+    total = LedgerHash(COLUMNS)
+    total.add(rows)
+    return total.hex()
+
+
+def test_the_file_holds_every_row_in_order_and_says_what_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "ledger.parquet"
+    kept = filled(None, 50)
+
+    result = filled(path, 50).finish()
+
+    assert read_ledger(path).rows() == list(kept.rows)
+    assert read_metadata(path) == {"scenario": "two_robots", "seed": "7", "hash": result.hash, "rows": "50",
+                                   "expected": "50"}
+    assert hash_of(path) == result.hash
+
+
+def test_the_file_has_the_ledgers_columns_with_units_and_dictionaries(tmp_path: Path) -> None:
+    path = tmp_path / "ledger.parquet"
+    filled(path, 3).finish()
+
+    schema = pq.read_schema(path)
+
+    assert tuple(schema.names) == COLUMNS == tuple(SCHEMA.names)
+    for field in schema:
+        if field.name.endswith("_ns"):
+            assert field.type == pa.int64()
+            assert field.metadata[b"unit"] == b"ns"
+        if field.name in {"medium", "sender", "receiver", "fate", "cause"}:
+            assert pa.types.is_dictionary(field.type)
+
+
+def test_a_row_that_was_changed_in_the_file_is_found(tmp_path: Path) -> None:
+    path = tmp_path / "ledger.parquet"
+    recorded = filled(path, 20).finish().hash
+    table = pq.read_table(path)
+    where = COLUMNS.index("delivered_ns")
+    later = pa.array([t + 1 for t in table["delivered_ns"].to_pylist()])
+
+    pq.write_table(table.set_column(where, SCHEMA.field(where), later), path)
+
+    assert hash_of(path) != recorded
+
+
+def test_memory_holds_no_more_than_a_chunk_of_rows(tmp_path: Path) -> None:
+    ledger = filled(tmp_path / "ledger.parquet", 100, chunk_rows=8)
+
+    assert len(ledger.rows) == 100 % 8
+    assert sum(ledger.closed.values()) == 100
+    ledger.finish()
+
+
+@given(st.lists(st.tuples(st.sampled_from(["radio", "can"]), st.sampled_from(FATES)), max_size=60))
+@settings(max_examples=50, deadline=None)
+def test_copies_are_conserved_and_counted_by_medium_and_fate(ends: list[tuple[str, Fate]]) -> None:
+    ledger = Ledger()
+    for number, (medium, fate) in enumerate(ends):
+        ledger.expect(1, medium)
+        ledger.close(frame(number, medium), "r2", fate)
+
+    result = ledger.finish()
+
+    assert result.expected == result.rows == len(ends)
+    for fate in Fate:
+        count = sum(end[1] is fate for end in ends)
+        assert result.by_fate.get(fate.value, 0) == ledger.closed[fate] == count
+        for medium in ("radio", "can"):
+            assert result.by_medium.get(medium, {}).get(fate.value, 0) == ends.count((medium, fate))
+
+
+def test_a_copy_that_never_ends_is_an_error_with_both_numbers(tmp_path: Path) -> None:
+    path = tmp_path / "ledger.parquet"
+    ledger = filled(path, 10)
+    ledger.expect(2)
+
+    with pytest.raises(ConservationError, match=r"all media: 12 copies expected, 10 closed \(-2\)"):
+        ledger.finish()
+
+    assert read_ledger(path).height == 10
+
+
+def test_differences_of_two_media_that_cancel_are_found() -> None:
+    ledger = Ledger()
+    ledger.expect(2, "radio")
+    ledger.close(frame(medium="can"), "r2", Fate.DELIVERED)
+    ledger.close(frame(medium="radio"), "r2", Fate.DELIVERED)
+
+    with pytest.raises(ConservationError, match=r"can: 0 .*, 1 closed \(\+1\); radio: 2 .*, 1 closed \(-1\)"):
+        ledger.finish()
+
+
+def test_a_run_that_was_broken_off_leaves_a_whole_file_and_no_error(tmp_path: Path) -> None:
+    path = tmp_path / "ledger.parquet"
+    ledger = filled(path, 10)
+    ledger.expect(5)
+
+    result = ledger.finish(complete=False)
+
+    assert (result.expected, result.rows) == (15, 10)
+    assert hash_of(path) == result.hash
+
+
+def test_an_empty_ledger_finishes_and_reads_back_empty(tmp_path: Path) -> None:
+    path = tmp_path / "ledger.parquet"
+
+    result = Ledger(path).finish()
+
+    assert (result.rows, result.by_fate) == (0, {})
+    assert read_ledger(path).height == 0
+    assert hash_of(path) == result.hash == Ledger().finish().hash
+
+
+def test_fates_are_listed_in_the_order_of_the_enumeration() -> None:
+    ledger = Ledger()
+    for fate in reversed(Fate):
+        ledger.expect(1, "radio")
+        ledger.close(frame(), "r2", fate)
+
+    assert list(ledger.finish().by_fate) == [fate.value for fate in Fate]
+
+
+def test_a_chunk_of_no_rows_is_refused() -> None:
+    with pytest.raises(ValueError, match="chunk_rows=0: a chunk holds at least 1 row"):
+        Ledger(chunk_rows=0)
