@@ -31,7 +31,7 @@ class Links:
         self._entered: dict[LinkName, int] = {}
 
     def receive(self, frame: Frame, receiver: str, arrival_ns: int, *, checksum: bool) -> None:
-        """A medium's receiver decoded `frame`; it reaches the node at `arrival_ns` (>= now) unless the link impairs it."""
+        """A receiver decoded `frame`; it reaches the node at `arrival_ns` (>= now) unless the link impairs it."""
         if self._pipelines and (pipeline := self._pipelines.get((frame.medium, frame.sender, receiver))):
             self._impair(pipeline, frame, receiver, arrival_ns, checksum)
         else:

@@ -2,8 +2,8 @@
 
 A member of this kind takes offers in the order (time, node name, sequence number) and answers one question for the
 conservative windows: when could anything handed out at or after `t0_ns` reach a node at the earliest?
-It puts its own events on the agenda it was built with, hands received copies to `Links.receive`, and closes in the ledger
-every copy that does not get that far.
+It puts its own events on the agenda it was built with, hands received copies to `Links.receive`, and closes in the
+ledger every copy that does not get that far.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class Medium(Protocol):
         """`sender` hands out `data` at `now_ns`; called in order, never for a time before the last event run."""
 
     def lookahead_ns(self, t0_ns: int) -> int:
-        """Earliest instant (>= t0_ns) at which anything handed out at or after t0_ns, or on the air now, may reach a node."""
+        """Earliest instant (>= t0_ns) at which anything handed out from t0_ns on, or on the air now, may reach a node."""
 
     def finish(self, end_ns: int) -> None:
         """The run ended: close every copy that is still queued or on the air as `Fate.UNFINISHED`."""

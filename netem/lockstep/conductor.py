@@ -1,0 +1,205 @@
+"""Conservative windows: grant every node as much time as nothing handed out by anyone can still reach.
+
+    1  t0 = the earliest instant at which any node can hand anything out
+    2  H  = min over media of lookahead(t0): when that could reach a node
+    3  one grant (H, deliveries) to each node that can hand out something before H, in parallel; no other is contacted
+    4  one report from each: offers, new promise, samples
+    5  offers go to the media in the order (time, node name, sequence); the media run up to H
+
+Source: Chandy and Misra 1979 (conservative simulation), with the promise as the lookahead of a node.
+A medium without latency gives H = t0: then a round at the instant t0, bounded in number.
+
+Invariants:
+- no frame is delivered below the horizon that its receiver was granted before;
+- the order of what happens depends on times, names and sequence numbers only, never on which report came first.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+
+from netem.agenda import NEVER_NS, OFFER, Agenda
+from netem.lockstep.errors import InstantLoop, NodeFailure
+from netem.lockstep.hosts import Host
+from netem.lockstep.messages import Delivery, Grant, Hello, Report
+from netem.media import Medium
+
+MAX_ROUNDS_AT_ONE_INSTANT = 100
+PROGRESS_EVERY_S = 0.1
+
+
+@dataclass(slots=True, eq=False)
+class Seat:
+    """What the conductor knows of one node."""
+
+    name: str
+    media: list[str]
+    signals: list[tuple[str, str]]
+    soft_ns: int = 0
+    firm_ns: int = 0
+    pending_ns: int = NEVER_NS          # first undelivered arrival
+    earliest_ns: int = 0                # max(firm, min(soft, pending))
+    granted_ns: int = 0
+    inbox: list[Delivery] = field(default_factory=list)
+
+    def renew(self) -> None:
+        self.earliest_ns = max(self.firm_ns, min(self.soft_ns, self.pending_ns))
+
+    def standing(self) -> str:
+        """Its last report in words."""
+        def instant(time_ns: int) -> str:
+            return "for ever" if time_ns >= NEVER_NS else f"until {time_ns} ns"
+        return (f"had run up to {self.granted_ns} ns, silent {instant(self.soft_ns)} unless it hears something and "
+                f"{instant(self.firm_ns)} whatever it hears, {len(self.inbox)} frames waiting for it")
+
+    def take(self, limit_ns: int) -> list[Delivery]:
+        """Remove and return the deliveries before `limit_ns`, by arrival, then in the order of decision."""
+        if self.pending_ns >= limit_ns:
+            return []
+        inbox = self.inbox
+        inbox.sort(key=_arrival)
+        cut = len(inbox)
+        while inbox[cut - 1][0] >= limit_ns:
+            cut -= 1
+        due, self.inbox = inbox[:cut], inbox[cut:]
+        self.pending_ns = self.inbox[0][0] if self.inbox else NEVER_NS
+        return due
+
+
+def _arrival(delivery: Delivery) -> int:
+    return delivery[0]
+
+
+@dataclass
+class Recorders:
+    """Where what the nodes report goes."""
+
+    sample: Callable[[str, int, list[float]], None] = lambda node, time_ns, values: None
+    event: Callable[[str, int, str, str], None] = lambda node, time_ns, kind, detail: None
+
+
+@dataclass
+class Conductor:
+    agenda: Agenda
+    host: Host
+    end_ns: int
+    recorders: Recorders = field(default_factory=Recorders)
+    progress: Callable[[int], None] = lambda now_ns: None
+    windows: int = 0
+    grants: int = 0
+    instant_rounds: int = 0
+    counters: dict[str, dict[str, int]] = field(default_factory=dict)
+    seats: dict[str, Seat] = field(default_factory=dict)
+    media: Mapping[str, Medium] = field(default_factory=dict)
+    _next_out_ns: int = 0
+
+    def admit(self, hellos: Mapping[str, Hello], media: Mapping[str, Medium]) -> None:
+        """The nodes that take part, with their first promises, and the media between them."""
+        self.media = media
+        for name in sorted(hellos):
+            hello = hellos[name]
+            for port in hello.ports:
+                if port not in media:
+                    raise NodeFailure(name, f"has port {port}, which is not a medium of this run: {', '.join(media)}")
+            seat = Seat(name, list(hello.ports), hello.signals, hello.soft_ns, hello.firm_ns)
+            seat.renew()
+            self.seats[name] = seat
+
+    def deliver(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> bool:
+        """A frame will reach `receiver` at `arrival_ns`. False if there is no such node (any more)."""
+        seat = self.seats.get(receiver)
+        if seat is None:
+            return False
+        assert arrival_ns >= seat.granted_ns, (
+            f"{medium}: a frame reaches {receiver} at {arrival_ns} ns, below its horizon of {seat.granted_ns} ns")
+        seat.inbox.append((arrival_ns, seat.media.index(medium), data))
+        if arrival_ns < seat.pending_ns:
+            seat.pending_ns = arrival_ns
+            if arrival_ns < seat.soft_ns:
+                seat.renew()
+                self._next_out_ns = min(self._next_out_ns, seat.earliest_ns)
+        return True
+
+    def run(self) -> None:
+        """From time 0 up to `end_ns` (exclusive), then the last grant that brings every node to the end."""
+        agenda, seats, media = self.agenda, list(self.seats.values()), list(self.media.values())
+        instant_ns, rounds = -1, 0
+        next_progress_s = 0.0
+        while True:
+            self._next_out_ns = min([seat.earliest_ns for seat in seats], default=NEVER_NS)
+            while (event_ns := agenda.next_ns()) < self._next_out_ns and event_ns < self.end_ns:
+                agenda.run_before(event_ns + 1)
+            t0_ns = self._next_out_ns
+            if t0_ns >= self.end_ns:
+                break
+            horizon_ns = min([medium.lookahead_ns(t0_ns) for medium in media], default=self.end_ns)
+            if horizon_ns > self.end_ns:
+                horizon_ns = self.end_ns
+            instant = horizon_ns <= t0_ns
+            if instant:
+                horizon_ns = t0_ns
+                rounds = rounds + 1 if instant_ns == t0_ns else 1
+                instant_ns = t0_ns
+                self.instant_rounds += 1
+                if rounds > MAX_ROUNDS_AT_ONE_INSTANT:
+                    raise InstantLoop(t0_ns, [seat.name for seat in seats if seat.earliest_ns <= t0_ns], rounds - 1)
+            self._window(seats, horizon_ns, instant)
+            agenda.run_before(horizon_ns + 1 if instant else horizon_ns)
+            if (wall_s := time.monotonic()) >= next_progress_s:
+                next_progress_s = wall_s + PROGRESS_EVERY_S
+                self.progress(horizon_ns)
+        self._finish(seats)
+        self.progress(self.end_ns)
+
+    def _window(self, seats: list[Seat], horizon_ns: int, instant: bool) -> None:
+        limit_ns = horizon_ns + 1 if instant else horizon_ns
+        self.windows += 1
+        grants = [(seat.name, Grant(self.windows, horizon_ns, instant, False, seat.take(limit_ns)))
+                  for seat in seats if seat.earliest_ns < limit_ns]
+        self.grants += len(grants)
+        for name, report in self._exchange(grants):
+            seat = self.seats[name]
+            for sequence, (time_ns, port, data) in enumerate(report.offers):
+                if not seat.earliest_ns <= time_ns < limit_ns or not 0 <= port < len(seat.media):
+                    raise self._broken_promise(seat, sequence, report, limit_ns)
+                self.agenda.at(time_ns, OFFER, name, partial(self.media[seat.media[port]].offer, name, data, time_ns))
+            self._keep(seat, report, horizon_ns)
+
+    def _exchange(self, grants: list[tuple[str, Grant]]) -> list[tuple[str, Report]]:
+        try:
+            return self.host.exchange(grants)
+        except NodeFailure as failure:
+            seat = self.seats[failure.node]
+            raise NodeFailure(failure.node, failure.reason, last_report=seat.standing(),
+                              detail=failure.detail) from None
+
+    def _keep(self, seat: Seat, report: Report, horizon_ns: int) -> None:
+        seat.soft_ns, seat.firm_ns, seat.granted_ns = report.soft_ns, report.firm_ns, horizon_ns
+        seat.earliest_ns = max(seat.firm_ns, min(seat.soft_ns, seat.pending_ns))
+        for time_ns, values in report.samples:
+            self.recorders.sample(seat.name, time_ns, values)
+        for time_ns, kind, detail in report.events:
+            self.recorders.event(seat.name, time_ns, kind, detail)
+
+    def _broken_promise(self, seat: Seat, sequence: int, report: Report, limit_ns: int) -> NodeFailure:
+        time_ns, port, data = report.offers[sequence]
+        return NodeFailure(
+            seat.name,
+            f"broke its promise in window {report.window}: frame {sequence} of {len(data)} bytes on port {port} at "
+            f"{time_ns} ns, expected a port below {len(seat.media)} and {seat.earliest_ns} <= time < {limit_ns} ns",
+            last_report=seat.standing())
+
+    def _finish(self, seats: list[Seat]) -> None:
+        """Bring every node to the end: pending frames, samples and counters come in, nothing may go out any more."""
+        self.windows += 1
+        grants = [(seat.name, Grant(self.windows, self.end_ns, False, True, seat.take(self.end_ns))) for seat in seats]
+        self.grants += len(grants)
+        for name, report in self._exchange(grants):
+            seat = self.seats[name]
+            if report.offers:
+                raise self._broken_promise(seat, 0, report, self.end_ns)
+            self._keep(seat, report, self.end_ns)
+            self.counters[name] = report.counters

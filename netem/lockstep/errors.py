@@ -1,0 +1,28 @@
+"""What can go wrong with a node. Each error names the node, its last report and what is being waited for."""
+
+from __future__ import annotations
+
+
+class NodeFailure(Exception):
+    """A node exited, hung, failed, broke its promise or spoke nonsense; the run is over, its folder is kept."""
+
+    exit_code = 3
+
+    def __init__(self, node: str, reason: str, *, last_report: str = "none", detail: str = "") -> None:
+        self.node = node
+        self.reason = reason
+        self.last_report = last_report
+        self.detail = detail
+        super().__init__(f"node {node}: {reason} (last report: {last_report})" + (f"\n{detail}" if detail else ""))
+
+
+class InstantLoop(Exception):
+    """Nodes answered each other at one instant, over links without latency, more often than the bound allows."""
+
+    exit_code = 3
+
+    def __init__(self, time_ns: int, nodes: list[str], rounds: int) -> None:
+        self.time_ns = time_ns
+        self.nodes = nodes
+        super().__init__(f"{time_ns} ns: {rounds} rounds without progress among {', '.join(nodes)}: their links have "
+                         "no latency and each answers at once; give a link latency, or let a program wait first")

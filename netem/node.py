@@ -1,0 +1,152 @@
+"""A node: a SimPy environment in integer nanoseconds with ports, that runs as far as it is granted.
+
+    program --port.send--> offers of the report          deliveries of the grant --> port.on_receive / port.receive()
+
+Invariants:
+- an event of the node runs only below the granted horizon, a frame is handed out only at the time of an event;
+- at one instant frames are received before the node's own timers run;
+- a sample for instant s is taken when every event of the node at or before s has run.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Generator, Sequence
+from typing import Any
+
+import simpy
+from simpy.events import URGENT, Event
+
+from netem.agenda import NEVER_NS
+from netem.lockstep.messages import Grant, Hello, Offer, Report, Sample
+
+
+class PromiseBroken(Exception):
+    """A program hands out a frame before the instant until which it had promised silence."""
+
+
+class Port:
+    """Where a node hands bytes out and gets bytes in. Set `on_receive`, or wait with `yield port.receive()`."""
+
+    def __init__(self, node: Node, index: int, name: str) -> None:
+        self.node = node
+        self.index = index
+        self.name = name
+        self.on_receive: Callable[[bytes], None] | None = None
+        self._waiting: simpy.Store = simpy.Store(node.env)
+
+    def send(self, data: bytes) -> None:
+        """Hand `data` out now."""
+        self.node.hand_out(self.index, data)
+
+    def receive(self) -> Event:
+        """SimPy event whose value is the next frame that was not taken yet."""
+        return self._waiting.get()
+
+    def arrive(self, data: bytes) -> None:
+        if self.on_receive is not None:
+            self.on_receive(data)
+        else:
+            self._waiting.put(data)
+
+
+class Arrival(Event):
+    """A frame reaches a port; URGENT, so it is there before the node's timers of the same instant."""
+
+    def __init__(self, env: simpy.Environment, port: Port, data: bytes) -> None:
+        super().__init__(env)
+        self._ok = True
+        self._value = data
+        self.callbacks.append(lambda _: port.arrive(data))
+
+
+class Node:
+    def __init__(self, name: str, ports: Sequence[str], sample_period_ns: int = 0) -> None:
+        if sample_period_ns < 0:
+            raise ValueError(f"sample_period_ns={sample_period_ns}: expected 0 (no samples) or more")
+        self.name = name
+        self.env = simpy.Environment(initial_time=0)
+        self.ports = {port: Port(self, index, port) for index, port in enumerate(ports)}
+        self._port_list = list(self.ports.values())
+        self._firm_ns = 0
+        self._offers: list[Offer] = []
+        self._samples: list[Sample] = []
+        self._events: list[tuple[int, str, str]] = []
+        self._counters: Counter[str] = Counter()
+        self._signals: list[tuple[str, str]] = []
+        self._reads: list[Callable[[int], Sequence[float]]] = []
+        self._sample_period_ns = sample_period_ns
+        self._next_sample_ns = 0 if sample_period_ns else NEVER_NS
+
+    # --- what a program uses
+
+    @property
+    def now_ns(self) -> int:
+        return int(self.env.now)
+
+    def start(self, program: Generator[Event, Any, Any]) -> simpy.Process:
+        """Run `program` as a process of this node from now on."""
+        return self.env.process(program)
+
+    def silent_until(self, time_ns: int) -> None:
+        """Firm promise: hand out nothing before `time_ns`, whatever is heard. A promise given is never taken back."""
+        self._firm_ns = max(self._firm_ns, time_ns)
+
+    def hand_out(self, port: int, data: bytes) -> None:
+        now_ns = self.now_ns
+        if now_ns < self._firm_ns:
+            raise PromiseBroken(f"{self._port_list[port].name}: a frame at {now_ns} ns, but silence was promised until "
+                                f"{self._firm_ns} ns")
+        self._offers.append((now_ns, port, bytes(data)))
+
+    def signals(self, names_and_units: Sequence[tuple[str, str]], read: Callable[[int], Sequence[float]]) -> None:
+        """Sample these signals: `read(time_ns)` gives one value for each, at every sample instant."""
+        self._signals.extend(names_and_units)
+        self._reads.append(read)
+
+    def signal(self, name: str, unit: str, read: Callable[[int], float]) -> None:
+        self.signals([(name, unit)], lambda time_ns: (read(time_ns),))
+
+    def count(self, name: str, by: int = 1) -> None:
+        self._counters[name] += by
+
+    def event(self, kind: str, detail: str = "") -> None:
+        """Something worth a line in the record of the run, with the time of now."""
+        self._events.append((self.now_ns, kind, detail))
+
+    # --- what the host uses
+
+    def hello(self) -> Hello:
+        return Hello(self.name, self._peek_ns(), self._firm_ns, list(self.ports), self._signals)
+
+    def advance(self, grant: Grant) -> Report:
+        """Run every event that the grant allows, and say what came of it."""
+        env = self.env
+        for arrival_ns, port, data in grant.deliveries:
+            env.schedule(Arrival(env, self._port_list[port], data), URGENT, arrival_ns - env.now)
+        horizon_ns = grant.horizon_ns
+        limit_ns = horizon_ns + 1 if grant.instant else horizon_ns
+        peek, step = env.peek, env.step
+        while (time_ns := peek()) < limit_ns:
+            if self._next_sample_ns < time_ns:
+                self._sample_before(time_ns)
+            step()
+        if self._next_sample_ns < horizon_ns:
+            self._sample_before(horizon_ns)
+        report = Report(grant.window, self._peek_ns(), self._firm_ns, self._offers, self._samples, self._events,
+                        dict(self._counters) if grant.last else {}, "")
+        self._offers, self._samples, self._events = [], [], []
+        return report
+
+    def _peek_ns(self) -> int:
+        time_ns = self.env.peek()
+        return NEVER_NS if time_ns == simpy.core.Infinity else int(time_ns)
+
+    def _sample_before(self, time_ns: float) -> None:
+        while self._next_sample_ns < time_ns:
+            values: list[float] = []
+            for read in self._reads:
+                values.extend(read(self._next_sample_ns))
+            if values:
+                self._samples.append((self._next_sample_ns, values))
+            self._next_sample_ns += self._sample_period_ns

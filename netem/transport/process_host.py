@@ -1,0 +1,180 @@
+"""Each node its own OS process, reached through Zenoh over the loopback.
+
+A node's process gets its specification as one line on its standard input and ends when that pipe closes, so no node
+outlives the emulator, however it ends. A watchdog thread wakes the waiting conductor when a process has ended or the
+time-out has passed, and the node is named.
+
+Invariants:
+- time starts only when every node has said hello and hears its grants;
+- bytes on the report keys that are no report for the window under way are counted (`garbage`) and ignored.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Final, TypeVar
+from uuid import uuid4
+
+import msgspec
+
+from netem.lockstep.errors import NodeFailure
+from netem.lockstep.messages import Grant, Hello, Report
+from netem.transport import keys
+from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Session
+
+WATCH_EVERY_S: Final = 0.05
+LOG_TAIL_BYTES: Final = 4_000
+Message = TypeVar("Message", Hello, Report)
+
+
+class Errand(msgspec.Struct):
+    """First line on the standard input of a node's process. `specification` is for whoever builds the node."""
+
+    endpoint: str
+    run: str
+    node: str
+    timeout_s: float
+    specification: bytes
+
+
+class ProcessHost:
+    """`command` starts one node's process; `specifications` maps each node's name to its bytes."""
+
+    def __init__(self, command: Sequence[str], specifications: Mapping[str, bytes], *, logs: Path,
+                 timeout_s: float) -> None:
+        self._command = list(command)
+        self._specifications = specifications
+        self._logs = logs
+        self._timeout_s = timeout_s
+        self._session: Session | None = None
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._senders: dict[str, Sender] = {}
+        self._encode = msgspec.msgpack.Encoder().encode
+        self._decode_report = msgspec.msgpack.Decoder(Report).decode
+        self._awaited: frozenset[str] | set[str] = frozenset()
+        self._deadline_s = float("inf")
+        self._suspects: set[str] = set()
+        self._over = threading.Event()
+        self.garbage: Counter[str] = Counter()
+
+    def start(self) -> dict[str, Hello]:
+        self._logs.mkdir(parents=True, exist_ok=True)
+        run = uuid4().hex[:12]
+        self._session = Session()
+        self._reports: Receiver = self._session.receiver(keys.report(run))
+        self._alarm = self._session.sender(keys.report(run, "-"))
+        for name, specification in self._specifications.items():
+            self._spawn(name, Errand(self._session.endpoint, run, name, self._timeout_s, specification))
+            self._senders[name] = self._session.sender(keys.grant(run, name))
+        threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
+        hellos = self._collect(set(self._processes), msgspec.msgpack.Decoder(Hello).decode, "to say that it is ready")
+        for name, sender in self._senders.items():
+            if hellos[name].error:
+                raise NodeFailure(name, "could not start", detail=hellos[name].error)
+            try:
+                sender.await_subscriber(self._timeout_s, give_up=partial(self._has_ended, name))
+            except NotReachable as error:
+                raise NodeFailure(name, f"does not hear its grants: {error}") from error
+        return hellos
+
+    def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
+        for name, grant in grants:
+            self._senders[name].send(self._encode(grant))
+        window = grants[0][1].window if grants else 0
+        awaited = {name for name, _ in grants}
+        reports = self._collect(awaited, self._decode_report, f"to report window {window}", window)
+        for name, report in reports.items():
+            if report.error:
+                last_line = report.error.strip().rpartition("\n")[2]
+                raise NodeFailure(name, f"its program failed: {last_line}", detail=report.error)
+        return [(name, reports[name]) for name, _ in grants]
+
+    def stop(self) -> None:
+        self._over.set()
+        for process in self._processes.values():
+            if process.stdin is not None:
+                process.stdin.close()           # the node's process ends when this pipe does
+        deadline_s = time.monotonic() + 5.0
+        for process in self._processes.values():
+            try:
+                process.wait(timeout=max(0.0, deadline_s - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        if self._session is not None:
+            self._session.close()
+            self._session = None
+
+    def _spawn(self, name: str, errand: Errand) -> None:
+        with (self._logs / f"{name}.log").open("wb") as log:
+            process = subprocess.Popen(self._command, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT,
+                                       start_new_session=True)      # Ctrl-C reaches the emulator, which ends its nodes
+        self._processes[name] = process
+        assert process.stdin is not None
+        try:
+            process.stdin.write(msgspec.json.encode(errand) + b"\n")
+            process.stdin.flush()
+        except BrokenPipeError:
+            raise self._gone(name) from None
+
+    def _collect(self, awaited: set[str], decode: Callable[[bytes], Message], what: str,
+                 window: int = 0) -> dict[str, Message]:
+        """One message from each awaited node; raises for the first that has ended or is late."""
+        collected: dict[str, Message] = {}
+        self._awaited = awaited
+        self._deadline_s = time.monotonic() + self._timeout_s
+        while awaited:
+            key, data = self._reports.receive()
+            name = keys.node_of(key)
+            if name == "-":
+                self._raise_for_missing(awaited, what)
+                continue
+            try:
+                message = decode(data)
+            except msgspec.MsgspecError:
+                self.garbage[name] += 1
+                continue
+            if name not in awaited or (window and getattr(message, "window", 0) != window):
+                self.garbage[name] += 1
+                continue
+            awaited.discard(name)
+            collected[name] = message
+        self._deadline_s = float("inf")
+        return collected
+
+    def _watch(self) -> None:
+        """Wake the conductor when it waits for a process that has ended, or for too long."""
+        while not self._over.wait(WATCH_EVERY_S):
+            late = time.monotonic() > self._deadline_s
+            if late or any(map(self._has_ended, tuple(self._awaited))):
+                self._alarm.send(b"")
+
+    def _raise_for_missing(self, awaited: set[str], what: str) -> None:
+        for name in sorted(awaited):
+            if self._has_ended(name):
+                if name in self._suspects:
+                    raise self._gone(name)
+                self._suspects.add(name)        # its last words may still be on the way: decide at the next alarm
+        if time.monotonic() > self._deadline_s:
+            name = min(awaited)
+            others = f"; also missing: {', '.join(sorted(awaited - {name}))}" if len(awaited) > 1 else ""
+            garbage = f"; {self.garbage[name]} unreadable messages came from it" if self.garbage[name] else ""
+            raise NodeFailure(name, f"waited {self._timeout_s:g} s for it {what}{others}{garbage}",
+                              detail=self._log_of(name))
+
+    def _has_ended(self, name: str) -> bool:
+        return self._processes[name].poll() is not None
+
+    def _gone(self, name: str) -> NodeFailure:
+        code = self._processes[name].wait(timeout=5.0)
+        how = f"was ended by signal {-code}" if code < 0 else f"exited with code {code}"
+        return NodeFailure(name, f"its process {how}", detail=self._log_of(name))
+
+    def _log_of(self, name: str) -> str:
+        return (self._logs / f"{name}.log").read_bytes()[-LOG_TAIL_BYTES:].decode(errors="replace")

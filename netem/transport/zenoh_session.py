@@ -1,0 +1,128 @@
+"""The adapter to Eclipse Zenoh 1.x: sessions on the loopback, one channel out and one in.
+
+- explicit endpoints, multicast scouting and gossip off: nothing is discovered, so it works in a container;
+- the emulator listens on port 0 and reads the port that the system chose from its own admin space;
+- congestion control BLOCK and express on every message; receiving is a FIFO handler, so no callback runs Python code;
+- the low-latency transport (no priorities, no batching by priority), which does not fragment: longer messages are sent
+  in parts, each led by one byte that says whether more follow.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable
+from typing import Any, Final
+
+# One thread for everything that Zenoh does: on few cores each hand-over between its thread pools costs a wake-up.
+os.environ.setdefault("ZENOH_RUNTIME", "(rx: (handover: app), tx: (handover: app), acc: (handover: app), "
+                                       "net: (handover: app), app: (worker_threads: 1))")
+
+import zenoh
+
+MAX_PART_BYTES: Final = 32_000
+LAST, MORE = b"\0", b"\1"
+
+
+class NotReachable(Exception):
+    """No subscriber for a key within the time allowed."""
+
+
+def _config(*, listen: str | None, connect: str | None) -> zenoh.Config:
+    settings = {
+        "mode": "peer",
+        "listen/endpoints": [listen] if listen else [],
+        "connect/endpoints": [connect] if connect else [],
+        "connect/exit_on_failure": True,
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "adminspace/enabled": listen is not None,
+        "transport/unicast/qos/enabled": False,
+        "transport/unicast/lowlatency": True,
+    }
+    config = zenoh.Config()
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return config
+
+
+class Sender:
+    """Publishes to one key, whole messages in order."""
+
+    def __init__(self, session: zenoh.Session, key: str) -> None:
+        self.key = key
+        self._publisher = session.declare_publisher(key, congestion_control=zenoh.CongestionControl.BLOCK, express=True)
+
+    def send(self, message: bytes) -> None:
+        if len(message) < MAX_PART_BYTES:
+            self._publisher.put(LAST + message)
+            return
+        for start in range(0, len(message), MAX_PART_BYTES):
+            more = start + MAX_PART_BYTES < len(message)
+            self._publisher.put((MORE if more else LAST) + message[start:start + MAX_PART_BYTES])
+
+    def await_subscriber(self, timeout_s: float, give_up: Callable[[], bool] = lambda: False) -> None:
+        """Return when somebody subscribes to the key: what is sent before that is lost."""
+        deadline_s = time.monotonic() + timeout_s
+        while not self._matching():
+            if time.monotonic() > deadline_s or give_up():
+                raise NotReachable(f"{self.key}: nobody subscribed within {timeout_s} s")
+            time.sleep(0.001)
+
+
+    def _matching(self) -> bool:
+        status: Any = self._publisher.matching_status
+        return bool(status.matching)
+
+
+class Receiver:
+    """What arrives on a key expression, as (key, whole message)."""
+
+    def __init__(self, session: zenoh.Session, key: str) -> None:
+        self._receive = session.declare_subscriber(key).recv
+        self._parts: dict[str, list[bytes]] = {}
+
+    def receive(self) -> tuple[str, bytes]:
+        """Wait for the next whole message."""
+        while True:
+            sample = self._receive()
+            key, data = str(sample.key_expr), sample.payload.to_bytes()
+            if data[:1] == LAST and key not in self._parts:
+                return key, data[1:]
+            if data[:1] == MORE:
+                self._parts.setdefault(key, []).append(data[1:])
+            else:
+                return key, b"".join(self._parts.pop(key, [])) + data[1:]
+
+
+class Session:
+    """A Zenoh session on the loopback; close it, or use it in a `with`."""
+
+    def __init__(self, *, connect: str | None = None) -> None:
+        """Connect to an endpoint such as tcp/127.0.0.1:40123; without one, listen on a port that the system chooses."""
+        self._session = zenoh.open(_config(listen=None if connect else "tcp/127.0.0.1:0", connect=connect))
+        self.endpoint = connect or self._listening_on()
+
+    def _listening_on(self) -> str:
+        for reply in self._session.get(f"@/{self._session.info.zid()}/peer"):
+            if reply.ok is not None:
+                for locator in json.loads(reply.ok.payload.to_string())["locators"]:
+                    if locator.startswith("tcp/127.0.0.1:"):
+                        return str(locator)
+        raise NotReachable("Zenoh listens on no loopback port")
+
+    def sender(self, key: str) -> Sender:
+        return Sender(self._session, key)
+
+    def receiver(self, key: str) -> Receiver:
+        return Receiver(self._session, key)
+
+    def close(self) -> None:
+        self._session.close()  # type: ignore[no-untyped-call]
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
