@@ -26,21 +26,12 @@ import msgspec
 from netem.lockstep.errors import NodeFailure
 from netem.lockstep.messages import Grant, Hello, Report
 from netem.transport import keys
+from netem.transport.errand import Errand
 from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Session
 
 WATCH_EVERY_S: Final = 0.05
 LOG_TAIL_BYTES: Final = 4_000
 Message = TypeVar("Message", Hello, Report)
-
-
-class Errand(msgspec.Struct):
-    """First line on the standard input of a node's process. `specification` is for whoever builds the node."""
-
-    endpoint: str
-    run: str
-    node: str
-    timeout_s: float
-    specification: bytes
 
 
 class ProcessHost:
@@ -113,8 +104,10 @@ class ProcessHost:
 
     def _spawn(self, name: str, errand: Errand) -> None:
         with (self._logs / f"{name}.log").open("wb") as log:
+            # Its own process group: Ctrl-C reaches the emulator only, which ends its nodes. Not its own session: Linux's
+            # autogroup scheduling would put each node in a group of its own, and a grant would take twice as long.
             process = subprocess.Popen(self._command, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT,
-                                       start_new_session=True)      # Ctrl-C reaches the emulator, which ends its nodes
+                                       process_group=0)
         self._processes[name] = process
         assert process.stdin is not None
         try:
