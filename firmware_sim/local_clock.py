@@ -1,0 +1,120 @@
+"""A microcontroller's clock: what the firmware reads instead of true time.
+
+    local(t) = tick * floor((offset + (1 + drift) t) / tick)          t, offset, tick in ns, drift = ppm * 1e-6
+
+The line is kept as two integers over UNIT = 10^12: (phase + rate * t) / UNIT. Nothing is rounded but the reading
+itself, however long the run and however often the clock is adjusted. Rates have a resolution of 1e-6 ppm.
+
+Source: the affine clock of Schenato & Fiorentin, "Average TimeSynch", Automatica 47 (2011), eq. (1), with a tick.
+Not modelled: drift that wanders with temperature or age, read jitter, wrap-around of a counter; a trim adds to the
+drift instead of multiplying with it (differs by drift * trim, 1e-8 for 100 ppm each).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+UNIT: Final = 10**12            # rates are integers in parts per UNIT
+PARTS_PER_PPM: Final = 10**6
+
+
+def rate_parts(ppm: float) -> int:
+    """`ppm` in parts per 10^12, to the nearest part."""
+    if not -1e6 < ppm < 1e6:
+        raise ValueError(f"{ppm} ppm: expected more than -1e6 and less than 1e6, so that the clock runs forward")
+    return round(ppm * PARTS_PER_PPM)
+
+
+@dataclass(frozen=True)
+class ClockSettings:
+    """An ideal clock unless told otherwise."""
+
+    offset_ns: int = 0          # reading at true time 0, before the tick
+    drift_ppm: float = 0.0      # > 0 runs fast
+    tick_ns: int = 1            # the reading is a multiple of this
+
+    def __post_init__(self) -> None:
+        if self.tick_ns < 1:
+            raise ValueError(f"tick_ns={self.tick_ns}: expected at least 1")
+        if not -1e6 < self.drift_ppm < 1e6:
+            raise ValueError(f"drift_ppm={self.drift_ppm}: expected -1e6 < drift < 1e6, a clock runs forward")
+
+    @classmethod
+    def from_seconds(cls, offset_s: float = 0.0, drift_ppm: float = 0.0, tick_s: float = 1e-9) -> ClockSettings:
+        """As a scenario writes it: `clock = { offset_s = 0.002, drift_ppm = 20.0, tick_s = 1e-6 }`."""
+        tick_ns = round(tick_s * 1e9)
+        if tick_ns < 1:
+            raise ValueError(f"tick_s={tick_s}: expected at least 1e-9, the resolution of simulated time")
+        return cls(round(offset_s * 1e9), drift_ppm, tick_ns)
+
+
+class LocalClock:
+    """Reads `true_now` and shows local time.
+
+    Invariants:
+    - between two changes the reading never runs backwards, and `true_at` inverts it exactly;
+    - `trim` leaves the reading at the instant of the change as it is, to less than 1e-12 ns;
+    - `adjust` with a negative step sets local time back: instants come twice. Whoever must act once per slot or period
+      remembers which it was (`SlottedBroadcast.next_slot_of(..., after_slot=)`), not when.
+    """
+
+    __slots__ = ("_ideal", "_phase", "_rate", "_tick_ns", "_true_now", "settings")
+
+    def __init__(self, settings: ClockSettings, true_now: Callable[[], int]) -> None:
+        self.settings = settings
+        self._true_now = true_now
+        self._tick_ns = settings.tick_ns
+        self._phase = settings.offset_ns * UNIT
+        self._rate = UNIT + rate_parts(settings.drift_ppm)
+        self._note_ideal()
+
+    def now_ns(self) -> int:
+        """The reading."""
+        if self._ideal:
+            return self._true_now()
+        reading = (self._phase + self._rate * self._true_now()) // UNIT
+        return reading - reading % self._tick_ns
+
+    def reading_at(self, true_ns: int) -> int:
+        """The reading at another true instant, if nothing changes the clock until then."""
+        reading = (self._phase + self._rate * true_ns) // UNIT
+        return reading - reading % self._tick_ns
+
+    def true_at(self, local_ns: int) -> int:
+        """The earliest true instant at which the clock, as it runs now, reads at least `local_ns`.
+
+        It lies in the past if local time is there already.
+        """
+        if self._ideal:
+            return local_ns
+        first_reading = -(-local_ns // self._tick_ns) * self._tick_ns
+        return -((self._phase - first_reading * UNIT) // self._rate)
+
+    def adjust(self, delta_ns: int) -> None:
+        """Add `delta_ns` to local time from now on."""
+        self._phase += delta_ns * UNIT
+        self._note_ideal()
+
+    def step(self, delta_ns: int) -> None:
+        """A fault's `adjust`: the clock jumps and the firmware is not told."""
+        self.adjust(delta_ns)
+
+    def trim(self, ppm: float) -> None:
+        """Run `ppm` faster than until now, from now on; trims add up."""
+        change = rate_parts(ppm)
+        if self._rate + change <= 0:
+            raise ValueError(f"trim of {ppm} ppm: the clock would stand still or run backwards "
+                             f"(its drift is {self.drift_ppm} ppm)")
+        self._rate += change
+        self._phase -= change * self._true_now()
+        self._note_ideal()
+
+    @property
+    def drift_ppm(self) -> float:
+        """Drift with all trims. For records: firmware cannot know it."""
+        return (self._rate - UNIT) / PARTS_PER_PPM
+
+    def _note_ideal(self) -> None:
+        self._ideal = self._phase == 0 and self._rate == UNIT and self._tick_ns == 1

@@ -1,0 +1,25 @@
+"""Time-triggered activation at offset, offset + period, ...; the k-th instant comes from k, so it cannot drift.
+
+Not modelled: release jitter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Periodic:
+    period_ns: int
+    offset_ns: int = 0
+
+    def __post_init__(self) -> None:
+        if self.period_ns < 1:
+            raise ValueError(f"period_ns={self.period_ns}: expected at least 1")
+        if not 0 <= self.offset_ns < self.period_ns:
+            raise ValueError(f"offset_ns={self.offset_ns}: expected 0 <= offset < period ({self.period_ns})")
+
+    def next_after(self, now_ns: int) -> int:
+        """First activation strictly after `now_ns`."""
+        k = max(0, (now_ns - self.offset_ns) // self.period_ns + 1)
+        return self.offset_ns + k * self.period_ns
