@@ -1,0 +1,47 @@
+"""The frame in which a robot broadcasts its output: magic, sender, slot number, then one float64 per output.
+
+Parsing never raises: a frame that is cut, too long, from nobody or with a value that is not finite is refused with None.
+The radio's checksum guards the bits; there is none here.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from math import isfinite
+from typing import Final, NamedTuple
+
+MAGIC: Final = 0xD5
+_HEAD: Final = struct.Struct("<BBI")
+MAX_ROBOTS: Final = 255
+
+
+class SyncFrame(NamedTuple):
+    sender: int
+    slot: int                       # number of the sender's slot in its schedule
+    outputs: tuple[float, ...]
+
+
+class SyncFrameCodec:
+    """Frames of a team of `robots` with `outputs` values each."""
+
+    def __init__(self, robots: int, outputs: int) -> None:
+        if not 1 <= robots <= MAX_ROBOTS:
+            raise ValueError(f"{robots} robots: a sync frame names 1 to {MAX_ROBOTS}")
+        self._robots = robots
+        self._values = struct.Struct(f"<BBI{outputs}d")
+
+    @property
+    def size_bytes(self) -> int:
+        return self._values.size
+
+    def pack(self, sender: int, slot: int, outputs: Sequence[float]) -> bytes:
+        return self._values.pack(MAGIC, sender, slot & 0xFFFFFFFF, *outputs)
+
+    def unpack(self, data: bytes) -> SyncFrame | None:
+        if len(data) != self._values.size:
+            return None
+        magic, sender, slot, *outputs = self._values.unpack(data)
+        if magic != MAGIC or sender >= self._robots or not all(map(isfinite, outputs)):
+            return None
+        return SyncFrame(sender, slot, tuple(outputs))

@@ -1,0 +1,136 @@
+"""What every robot of a synchronizing team knows beforehand: the `[team]` table of a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any, Literal
+
+import msgspec
+import numpy as np
+
+from agents.synchronization.closed_loop import LinearAgent
+from agents.synchronization.graph import Floats, laplacian
+
+
+class TeamError(ValueError):
+    """The team table does not say what a robot needs."""
+
+
+class Model(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
+    """Matrices of (6.5) and (6.6); `x0` is for the plant only."""
+
+    A: list[list[float]]
+    B: list[list[float]]
+    C: list[list[float]]
+    K: list[list[float]]
+    x0: list[float] = []
+    d: list[float] = []             # bias of (6.6), zero when absent
+
+    @cached_property
+    def agent(self) -> LinearAgent:
+        return LinearAgent(np.array(self.A), np.array(self.B), np.array(self.C), np.array(self.K))
+
+
+class Request(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """From `from_s` on the topology in which "a -> b" lets b use what a broadcasts."""
+
+    from_s: float
+    links: list[str]
+
+
+class Layout(msgspec.Struct, frozen=True):
+    """What the medium does to a frame: worked out before the run, for all robots alike."""
+
+    data_airtime_ns: int = 0
+    control_airtime_ns: int = 0
+    latency_ns: int = 0             # from the end of a frame to its reception
+
+
+class TableEntry(msgspec.Struct, frozen=True):
+    """A design worked out before the run: who hears whom, the parts of a round and the slot length."""
+
+    heard: list[list[int]]
+    parts: list[list[int]]
+    slot_ns: int
+
+
+class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
+    """Robots are numbered in the order of `models`."""
+
+    models: dict[str, Model]
+    topology: Literal["told", "discovered"] = "discovered"
+    requests: list[Request] = []            # told: the topologies in turn
+    repeat_s: float = 0.0                   # told: the requests repeat with this period, 0: they do not
+    every_output_known: bool = False        # at the start every robot knows every y(0)
+    max_successive_losses: int = 0          # N^D of Remark 16
+    kappa: float = 0.999                    # Remark 15
+    guard_s: float = 0.0
+    boot_slot_s: float = 1e-3               # slot length until the first topology is known
+    slot_quantum_s: float = 1e-9            # slot lengths are rounded down to a multiple
+    resynchronize: bool = False             # correct the local clock by the slots of those heard
+    layout: Layout = Layout()
+    designs: list[TableEntry] = []
+
+    @cached_property
+    def names(self) -> list[str]:
+        return list(self.models)
+
+    @cached_property
+    def agents(self) -> list[LinearAgent]:
+        return [model.agent for model in self.models.values()]
+
+    @cached_property
+    def outputs(self) -> int:
+        return self.agents[0].outputs
+
+    @cached_property
+    def biases(self) -> list[tuple[float, ...]]:
+        return [tuple(model.d) or (0.0,) * self.outputs for model in self.models.values()]
+
+    def laplacian_of(self, links: list[str]) -> Floats:
+        """Laplacian of links "a -> b" by robot names."""
+        edges = []
+        for link in links:
+            sender, arrow, receiver = (part.strip() for part in link.partition("->"))
+            for name in (sender, receiver):
+                if not arrow or name not in self.models:
+                    raise TeamError(f'link "{link}": expected "sender -> receiver" with names of {self.names}')
+            edges.append((self.names.index(sender), self.names.index(receiver)))
+        return laplacian(len(self.models), edges)
+
+
+def read_team(table: Mapping[str, Any]) -> Team:
+    """The team table as a `Team`; TeamError says where it is wrong."""
+    try:
+        team = msgspec.convert(table, Team, strict=False)
+    except msgspec.ValidationError as error:
+        raise TeamError(f"team: {error}") from error
+    problems = []
+    if not team.models:
+        problems.append("team.models: expected at least one robot's A, B, C, K")
+    for name, model in team.models.items():
+        try:
+            outputs = model.agent.outputs
+        except ValueError as error:
+            problems.append(f"team.models.{name}: {error}")
+            continue
+        if model.d and len(model.d) != outputs:
+            problems.append(f"team.models.{name}.d={model.d}: expected {outputs} values, one per output")
+        if model.x0 and len(model.x0) != model.agent.states:
+            problems.append(f"team.models.{name}.x0={model.x0}: expected {model.agent.states} values, one per state")
+    if team.max_successive_losses < 0:
+        problems.append(f"team.max_successive_losses={team.max_successive_losses}: expected 0 or more")
+    if not 0 < team.kappa < 1:
+        problems.append(f"team.kappa={team.kappa}: expected 0 < kappa < 1 (Remark 15)")
+    for key in ("guard_s", "repeat_s"):
+        if getattr(team, key) < 0:
+            problems.append(f"team.{key}={getattr(team, key)}: expected 0 or more")
+    for key in ("boot_slot_s", "slot_quantum_s"):
+        if getattr(team, key) <= 0:
+            problems.append(f"team.{key}={getattr(team, key)}: expected more than 0")
+    if team.topology == "told" and (not team.requests or team.requests[0].from_s != 0):
+        problems.append("team.requests: a told topology needs a first request with from_s = 0")
+    if problems:
+        raise TeamError("; ".join(problems))
+    return team
