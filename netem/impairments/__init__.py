@@ -14,6 +14,9 @@ from netem.frames import Fate, Transit
 
 
 class Impairment(Protocol):
-    loses_as: Fate              # the fate of a copy for which `carry` yields nothing
+    @property
+    def loses_as(self) -> Fate:
+        """The fate of a copy for which `carry` yields nothing; members have it as a class constant."""
+        ...
 
     def carry(self, transit: Transit) -> Iterable[Transit]: ...

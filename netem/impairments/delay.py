@@ -1,0 +1,113 @@
+"""Delay: a copy arrives later by a constant or random time (`tc netem delay TIME JITTER CORRELATION distribution ...`).
+
+    delay[k] = max(0, round(delay_ns + jitter_ns * q(u[k])))  [ns]      q: see delay_quantiles
+    empirical: delay[k] = round(delay_ns + Q(u[k])), Q from samples, quantiles or a file
+
+u[k] is uniform, with lag-1 rank correlation `correlation` (see correlated_uniforms); the distribution stays exact.
+Negative delays are cut at 0, which puts the probability q^-1(-delay_ns/jitter_ns) there and raises the mean.
+Jitter reorders, as in netem; `keep_order` lets no copy overtake the one carried before it, which adds delay to some.
+
+Not modelled: delay that depends on frame length (see `rate_limit`) or on time (see `trace`).
+Differs from netem: without `distribution` there is no jitter (netem takes uniform).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from random import Random
+from typing import ClassVar, Literal
+
+from msgspec.structs import replace
+
+from netem.frames import Fate, Transit
+from netem.impairments.checks import expect_at_least, expect_correlation
+from netem.impairments.correlated_uniforms import correlated_uniforms
+from netem.impairments.csv_columns import RecordingError, read_columns
+from netem.impairments.delay_quantiles import JITTER_QUANTILES, Quantile, of_points, of_samples
+
+
+@dataclass
+class Delay:
+    loses_as: ClassVar[Fate] = Fate.LOST
+
+    delay_ns: int = 0                                   # >= 0
+    distribution: Literal["constant", "uniform", "normal", "pareto", "paretonormal", "empirical"] = "constant"
+    jitter_ns: int = 0                                  # half width of uniform, else standard deviation
+    correlation: float = 0.0                            # rank correlation of successive delays, in (-1, 1)
+    samples_ns: list[int] = field(default_factory=list)     # empirical: each equally likely
+    quantiles_ns: list[int] = field(default_factory=list)   # empirical: at equally spaced probabilities from 0 to 1
+    file: str = ""                                      # empirical: CSV, delay_s alone (samples) or with probability
+    keep_order: bool = False
+    rng: Random = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        expect_at_least("delay_ns", self.delay_ns, 0)
+        expect_at_least("jitter_ns", self.jitter_ns, 0)
+        expect_correlation(self.correlation)
+        sources = [name for name in ("samples_ns", "quantiles_ns", "file") if getattr(self, name)]
+        self._draw = correlated_uniforms(self.rng, self.correlation)
+        self._quantile: Quantile | None = None
+        self._latest_ns = 0
+        if self.distribution == "empirical":
+            if len(sources) != 1:
+                raise ValueError(f"distribution=empirical with {' and '.join(sources) or 'no values'}: "
+                                 "give one of samples_ns, quantiles_ns, file")
+            if self.jitter_ns:
+                raise ValueError(f"jitter_ns={self.jitter_ns}: an empirical delay has its jitter in its values")
+            self._quantile = self._empirical()
+            return
+        if sources:
+            raise ValueError(f"{sources[0]}: belongs to distribution=empirical, here it is {self.distribution}")
+        if self.distribution == "constant":
+            if self.jitter_ns or self.correlation:
+                raise ValueError(f"jitter_ns={self.jitter_ns}, correlation={self.correlation}: a constant delay "
+                                 f"has none: choose distribution = {', '.join(JITTER_QUANTILES)}")
+        elif self.distribution not in JITTER_QUANTILES:
+            raise ValueError(f"distribution={self.distribution}: expected constant, {', '.join(JITTER_QUANTILES)} or "
+                             "empirical")
+        elif self.jitter_ns == 0:
+            raise ValueError(f"jitter_ns=0: a {self.distribution} delay needs jitter_ns > 0")
+        else:
+            self._quantile = scaled(JITTER_QUANTILES[self.distribution], self.jitter_ns)
+
+    def carry(self, transit: Transit) -> Iterator[Transit]:
+        delay_ns = self.delay_ns
+        if self._quantile is not None:
+            delay_ns = max(0, round(delay_ns + self._quantile(self._draw())))
+        arrival_ns = transit.arrival_ns + delay_ns
+        if self.keep_order:
+            arrival_ns = self._latest_ns = max(arrival_ns, self._latest_ns)
+        yield replace(transit, arrival_ns=arrival_ns)
+
+    def _empirical(self) -> Quantile:
+        if self.file:
+            return _from_file(self.file)
+        name, values = ("samples_ns", self.samples_ns) if self.samples_ns else ("quantiles_ns", self.quantiles_ns)
+        if min(values) < 0:
+            raise ValueError(f"{name}: {min(values)} is negative: a delay is >= 0")
+        if name == "samples_ns":
+            return of_samples(values)
+        if len(values) < 2 or sorted(values) != values:
+            raise ValueError(f"quantiles_ns={values}: expected two or more values that do not fall")
+        return of_points([i / (len(values) - 1) for i in range(len(values))], values)
+
+
+def scaled(quantile: Quantile, by_ns: int) -> Callable[[float], float]:
+    return lambda u: by_ns * quantile(u)
+
+
+def _from_file(file: str) -> Quantile:
+    columns = read_columns(file, times=["delay"], ratios=["probability"])
+    if "delay_ns" not in columns:
+        raise RecordingError(f"{file}:1: no column delay_s, delay_ms, delay_us or delay_ns")
+    delays_ns = [int(value) for value in columns["delay_ns"]]
+    if "probability" not in columns:
+        return of_samples(delays_ns)
+    points = columns["probability"]
+    if len(points) < 2 or (points[0], points[-1]) != (0, 1) or any(b <= a for a, b in pairwise(points)):
+        raise RecordingError(f"{file}: probability: expected two or more values that rise from 0 to 1")
+    if sorted(delays_ns) != delays_ns:
+        raise RecordingError(f"{file}: delay: quantiles do not fall while probability rises")
+    return of_points(points, delays_ns)

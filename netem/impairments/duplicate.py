@@ -1,0 +1,40 @@
+"""Duplication: with probability `duplicate_ratio` a copy arrives twice (`tc netem duplicate`).
+
+The original comes first and untouched; its twin arrives `extra_delay_ns` later and passes the impairments listed
+after this one on its own. With `correlation` the duplicated copies cluster; their ratio stays exact.
+
+Not modelled: more than one twin (list `duplicate` twice).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from random import Random
+from typing import ClassVar
+
+from msgspec.structs import replace
+
+from netem.frames import Fate, Transit
+from netem.impairments.checks import expect_at_least, expect_ratio
+from netem.impairments.correlated_uniforms import correlated_uniforms
+
+
+@dataclass
+class Duplicate:
+    loses_as: ClassVar[Fate] = Fate.LOST
+
+    duplicate_ratio: float                  # 0 <= duplicate_ratio <= 1
+    extra_delay_ns: int = 0                 # >= 0
+    correlation: float = 0.0                # rank correlation of successive draws, in (-1, 1)
+    rng: Random = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        expect_ratio("duplicate_ratio", self.duplicate_ratio)
+        expect_at_least("extra_delay_ns", self.extra_delay_ns, 0)
+        self._draw = correlated_uniforms(self.rng, self.correlation)
+
+    def carry(self, transit: Transit) -> Iterator[Transit]:
+        yield transit
+        if self._draw() < self.duplicate_ratio:
+            yield replace(transit, arrival_ns=transit.arrival_ns + self.extra_delay_ns)

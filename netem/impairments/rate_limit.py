@@ -1,0 +1,59 @@
+"""Rate limit: copies pass one after the other at `rate_bps`; those that find the queue full are dropped (drop-tail).
+
+    start[k] = max(arrival[k], end[k-1])                                              (Lindley 1952)       [ns]
+    end[k] = start[k] + ceil(8e9 (bytes[k] + overhead_bytes) / rate_bps)              when the copy comes out
+
+A copy waits during [arrival, start); the one being sent is not in the queue. A copy that has to wait is dropped when
+`queue_frames` already wait, or when it would make more than `queue_bytes` wait, overhead included.
+First in, first out in the order of entering, not of arrival: put `rate_limit` before a `delay` with jitter.
+
+Not modelled: tokens saved up for bursts (`tc tbf`), more than one queue, active queue management.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from msgspec.structs import replace
+
+from netem.frames import Fate, Transit
+from netem.impairments.checks import expect_at_least
+
+
+@dataclass
+class RateLimit:
+    loses_as: ClassVar[Fate] = Fate.QUEUE_FULL
+
+    rate_bps: int                           # >= 1
+    overhead_bytes: int = 0                 # >= 0, added to every frame
+    queue_frames: int = 1000                # >= 0 (1000 is netem's default)
+    queue_bytes: int | None = None          # >= 0, None: only queue_frames limits
+    free_ns: int = field(default=0, init=False)     # when the last accepted copy has been sent
+
+    def __post_init__(self) -> None:
+        expect_at_least("rate_bps", self.rate_bps, 1)
+        expect_at_least("overhead_bytes", self.overhead_bytes, 0)
+        expect_at_least("queue_frames", self.queue_frames, 0)
+        if self.queue_bytes is not None:
+            expect_at_least("queue_bytes", self.queue_bytes, 0)
+        self._waiting: deque[tuple[int, int]] = deque()     # (start_ns, bytes)
+        self._waiting_bytes = 0
+
+    def carry(self, transit: Transit) -> Iterator[Transit]:
+        arrival_ns, waiting = transit.arrival_ns, self._waiting
+        size = len(transit.data) + self.overhead_bytes
+        while waiting and waiting[0][0] <= arrival_ns:
+            self._waiting_bytes -= waiting.popleft()[1]
+        start_ns = max(arrival_ns, self.free_ns)
+        if start_ns > arrival_ns:
+            if len(waiting) >= self.queue_frames:
+                return
+            if self.queue_bytes is not None and self._waiting_bytes + size > self.queue_bytes:
+                return
+            waiting.append((start_ns, size))
+            self._waiting_bytes += size
+        self.free_ns = start_ns - (-8_000_000_000 * size // self.rate_bps)
+        yield replace(transit, arrival_ns=self.free_ns)

@@ -1,0 +1,40 @@
+"""Loss by script: exactly the named frames are lost, counted from 0 by the link's own frame number.
+
+`lose_frames = [3, 7]` loses two frames; with `every = 10` the script repeats: 3, 7, 13, 17, 23, ...
+The number counts every frame that entered the link, also outside a time window; duplicates share their original's fate.
+
+Not modelled: chance. For loss over time instead of frames give the impairment a time window and `bernoulli_loss` of 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from netem.frames import Fate, Transit
+from netem.impairments.checks import expect_at_least
+
+
+@dataclass
+class ScriptedLoss:
+    loses_as: ClassVar[Fate] = Fate.LOST
+
+    lose_frames: list[int]                  # each >= 0, and < every
+    every: int | None = None                # [frames], None: the script does not repeat
+
+    def __post_init__(self) -> None:
+        if not self.lose_frames:
+            raise ValueError("lose_frames=[]: name at least one frame")
+        if self.every is not None:
+            expect_at_least("every", self.every, 1)
+        wrong = [n for n in self.lose_frames if n < 0 or (self.every is not None and n >= self.every)]
+        if wrong:
+            upper = "" if self.every is None else f" < every ({self.every})"
+            raise ValueError(f"lose_frames={wrong}: expected 0 <= number{upper}")
+        self._lose = frozenset(self.lose_frames)
+
+    def carry(self, transit: Transit) -> Iterator[Transit]:
+        number = transit.number if self.every is None else transit.number % self.every
+        if number not in self._lose:
+            yield transit

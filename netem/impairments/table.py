@@ -1,0 +1,33 @@
+"""The impairments a scenario can name by `kind`. A new one is a file and a line here.
+
+Every member is a dataclass whose fields are its TOML keys and, where it draws, `rng` (keyword only). Times are fields
+`<name>_ns`, in TOML `<name>_s`, `_ms` or `_us`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from netem.impairments.bernoulli_loss import BernoulliLoss
+from netem.impairments.corrupt import Corrupt
+from netem.impairments.delay import Delay
+from netem.impairments.duplicate import Duplicate
+from netem.impairments.four_state_loss import FourStateLoss
+from netem.impairments.gilbert_elliott import GilbertElliott
+from netem.impairments.rate_limit import RateLimit
+from netem.impairments.reorder import Reorder
+from netem.impairments.scripted_loss import ScriptedLoss
+from netem.impairments.trace import Trace
+
+IMPAIRMENTS: dict[str, type[Any]] = {
+    "bernoulli_loss": BernoulliLoss,
+    "corrupt": Corrupt,
+    "delay": Delay,
+    "duplicate": Duplicate,
+    "four_state_loss": FourStateLoss,
+    "gilbert_elliott": GilbertElliott,
+    "rate_limit": RateLimit,
+    "reorder": Reorder,
+    "scripted_loss": ScriptedLoss,
+    "trace": Trace,
+}

@@ -1,0 +1,47 @@
+"""A time window: an impairment acts only on copies that enter the link during one of the intervals [start, end).
+
+Outside, copies pass untouched and the impairment does not run: it draws nothing and its state stands still.
+
+Invariants: intervals are half open, do not overlap, and are kept sorted.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+from netem.frames import Fate, Transit
+from netem.impairments import Impairment
+
+
+class Window:
+    """`during_ns` is one (start, end) pair or a list of pairs, in ns of run time, compared with `transit.sent_ns`."""
+
+    def __init__(self, impairment: Impairment, during_ns: Sequence[Sequence[int]] | Sequence[int]) -> None:
+        self.impairment = impairment
+        self.loses_as: Fate = impairment.loses_as
+        self.during_ns = _checked(during_ns)
+        self._edges_ns = [edge for interval in self.during_ns for edge in interval]
+
+    def carry(self, transit: Transit) -> Iterable[Transit]:
+        inside = bisect_right(self._edges_ns, transit.sent_ns) & 1      # an odd number of edges lies behind
+        return self.impairment.carry(transit) if inside else (transit,)
+
+
+def _checked(during_ns: Sequence[Sequence[int]] | Sequence[int]) -> list[tuple[int, int]]:
+    if not during_ns:
+        raise ValueError("during_ns=[]: expected at least one interval [start, end)")
+    pairs = [during_ns] if isinstance(during_ns[0], int) else during_ns
+    intervals = []
+    for pair in pairs:
+        match pair:
+            case [int(start), int(end)] if 0 <= start < end:
+                intervals.append((start, end))
+            case _:
+                raise ValueError(f"during_ns={pair}: expected [start, end) with 0 <= start < end")
+    intervals.sort()
+    for first, second in pairwise(intervals):
+        if second[0] < first[1]:
+            raise ValueError(f"during_ns={[first, second]}: intervals overlap: merge them")
+    return intervals
