@@ -1,0 +1,178 @@
+"""One shared radio channel: half-duplex nodes, frames with an airtime, and a rule for who decodes what.
+
+    handed out --MAC--> first bit at start --airtime--> end --receive latency--> node         on the air: [start, end)
+
+Intervals are half open: a frame that starts when another ends does not overlap it. A frame without airtime is never on
+the air: it overlaps nothing, makes nobody deaf and is not missed by who is deaf.
+Who is in range of a frame is decided once, at its start: for its receivers, for those it disturbs, for those who
+sense it.
+
+Invariants:
+- the ledger expects, per frame, one copy for each node that is an intended receiver at the frame's start (a frame that
+  never starts: when it was handed out);
+- `_on_air` holds exactly the frames with start <= now < end, at most one of each sender;
+- frames end before timers run before frames start, at one instant (the agenda's priorities).
+
+Not modelled: propagation time, several channels, a transmission that is cut short.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from random import Random
+
+from netem.agenda import END_OF_FRAME, Agenda
+from netem.frames import Fate, Frame
+from netem.links import Links
+from netem.media.decoding import OnAir
+from netem.media.decoding.table import DECODINGS
+from netem.media.mac.table import MACS
+from netem.media.radio_settings import RadioSettings
+from netem.records.ledger import Ledger
+from netem.topology import Position, Reach, Site
+
+
+class BroadcastRadio:
+    Settings = RadioSettings
+
+    def __init__(self, name: str, settings: RadioSettings, nodes: Iterable[str] | Mapping[str, Position | None],
+                 agenda: Agenda, ledger: Ledger, links: Links, rng_for: Callable[[str], Random]) -> None:
+        """`nodes` are names, or names with where they stand [m]; raises `TopologyError` for links that do not fit."""
+        radio = settings.radio()
+        at_m = {node: at for node, at in nodes.items() if at is not None} if isinstance(nodes, Mapping) else {}
+        self.name = name
+        self.radio = radio
+        self.agenda = agenda
+        self.topology = settings.topology.over(Site(tuple(nodes), at_m, radio.tx_power_dbm, radio.sensitivity_dbm))
+        self._ledger = ledger
+        self._links = links
+        self._latency_ns = radio.receive_latency_ns
+        self._checksum = radio.checksum
+        self._max_bytes = radio.max_payload_bytes
+        self._airtimes_ns: dict[int, int] = {}
+        self._shortest_ns = radio.airtime_ns(0) + radio.receive_latency_ns
+        self._numbers: dict[str, int] = {}
+        self._on_air: dict[str, OnAir] = {}         # by sender
+        self._carriers: dict[str, int] = {}
+        self._decoding = DECODINGS[settings.decode](radio)
+        self._overlaps_matter = self._decoding.overlaps_matter
+        self._mac = MACS[settings.mac](self, settings.queue_frames, radio.csma,
+                                       lambda node: rng_for(f"media.{name}.csma.{node}"))
+        self._submit = self._mac.submit
+        self._senses = self._mac.senses
+        self._min_wait_ns = self._mac.min_wait_ns
+
+    def offer(self, sender: str, data: bytes, now_ns: int) -> None:
+        number = self._numbers.get(sender, 0)
+        self._numbers[sender] = number + 1
+        frame = Frame(self.name, sender, number, now_ns, data)
+        self._ledger.expect(len(self.topology.reach_at(sender, now_ns).receivers))
+        if self._max_bytes is not None and len(data) > self._max_bytes:
+            self.drop(frame, Fate.MALFORMED, f"longer than {self._max_bytes} bytes")
+        else:
+            self._submit(frame, now_ns)
+
+    def lookahead_ns(self, t0_ns: int) -> int:
+        """As in `Medium`, for t0_ns no later than the agenda's next event."""
+        first_ns = t0_ns + self._shortest_ns
+        if self._min_wait_ns and not self._mac.waiting():
+            first_ns += self._min_wait_ns
+        for flight in self._on_air.values():
+            arrival_ns = flight.end_ns + self._latency_ns
+            if arrival_ns < first_ns:
+                first_ns = arrival_ns
+        return max(first_ns, t0_ns)
+
+    def finish(self, end_ns: int) -> None:
+        for flight in self._on_air.values():
+            for receiver in flight.reach.receivers:
+                self._ledger.close(flight.frame, receiver, Fate.UNFINISHED, cause="on the air")
+        for frame in self._mac.waiting():
+            self.drop(frame, Fate.UNFINISHED, "waiting")
+        self._on_air.clear()
+
+    # What a MAC asks for.
+
+    def transmitting(self, node: str) -> bool:
+        return node in self._on_air
+
+    def carriers(self, node: str) -> int:
+        return self._carriers.get(node, 0)
+
+    def start(self, frame: Frame, now_ns: int) -> None:
+        sender = frame.sender
+        assert sender not in self._on_air, f"{self.name}: {sender} starts a frame at {now_ns} ns during another"
+        reach = self.topology.reach_at(sender, now_ns)
+        if now_ns != frame.offered_ns:
+            self._ledger.expect(len(reach.receivers) - len(self._offered_to(frame)))
+        size = len(frame.data)
+        airtime_ns = self._airtimes_ns.get(size)
+        if airtime_ns is None:
+            airtime_ns = self._airtimes_ns[size] = self.radio.airtime_ns(size)
+        end_ns = now_ns + airtime_ns
+        frame.on_air_ns = now_ns
+        frame.end_ns = end_ns
+        flight = OnAir(frame, reach, now_ns, end_ns)
+        if end_ns == now_ns:
+            self._receive(flight)
+            self._mac.sent(sender, now_ns)
+            return
+        if self._on_air and self._overlaps_matter:
+            for other in self._on_air.values():
+                other.rivals.append(flight)
+                flight.rivals.append(other)
+        self._on_air[sender] = flight
+        self.agenda.at(end_ns, END_OF_FRAME, sender, partial(self._end, flight))
+        if self._senses:
+            self._raise_carrier(flight)
+
+    def drop(self, frame: Frame, fate: Fate, cause: str = "") -> None:
+        for receiver in self._offered_to(frame):
+            self._ledger.close(frame, receiver, fate, cause=cause)
+
+    def _offered_to(self, frame: Frame) -> tuple[str, ...]:
+        return self.topology.reach_at(frame.sender, frame.offered_ns).receivers
+
+    def _end(self, flight: OnAir) -> None:
+        sender = flight.sender
+        del self._on_air[sender]
+        self._receive(flight)
+        if self._senses:
+            self._lower_carrier(flight)
+        self._mac.sent(sender, flight.end_ns)
+
+    def _receive(self, flight: OnAir) -> None:
+        frame, reach = flight.frame, flight.reach
+        arrival_ns = flight.end_ns + self._latency_ns
+        if not flight.rivals and not reach.too_weak:
+            for receiver in reach.receivers:
+                self._links.receive(frame, receiver, arrival_ns, checksum=self._checksum)
+            return
+        for receiver in reach.receivers:
+            fate = self._fate(flight, reach, receiver)
+            if fate is None:
+                self._links.receive(frame, receiver, arrival_ns, checksum=self._checksum)
+            else:
+                self._ledger.close(frame, receiver, fate)
+
+    def _fate(self, flight: OnAir, reach: Reach, receiver: str) -> Fate | None:
+        """A deaf receiver is deaf however weak the frame; a weak frame is too weak whatever else is on the air."""
+        if receiver not in reach.too_weak:
+            return self._decoding.fate(flight, receiver)
+        if any(rival.sender == receiver for rival in flight.rivals):
+            return Fate.DEAF
+        return Fate.TOO_WEAK
+
+    def _raise_carrier(self, flight: OnAir) -> None:
+        for node in (flight.sender, *sorted(flight.reach.in_range)):
+            count = self._carriers.get(node, 0)
+            self._carriers[node] = count + 1
+            if count == 0:
+                self._mac.heard(node, flight.start_ns)
+
+    def _lower_carrier(self, flight: OnAir) -> None:
+        for node in (flight.sender, *sorted(flight.reach.in_range)):
+            self._carriers[node] -= 1
+            if self._carriers[node] == 0:
+                self._mac.cleared(node, flight.end_ns)

@@ -1,0 +1,23 @@
+"""The radio network model: any overlap of two in-range frames at a receiver loses both there, and nobody notices.
+
+A receiver that transmits during any part of a frame is deaf to it.
+Source: the dissertation, subsection 1.2.5, after Schneider and Wattenhofer 2009.
+Not modelled: power; a node out of range disturbs nobody.
+"""
+
+from __future__ import annotations
+
+from netem.frames import Fate
+from netem.media.decoding import OnAir
+
+
+class RadioNetwork:
+    overlaps_matter = True
+
+    def fate(self, wanted: OnAir, receiver: str) -> Fate | None:
+        collided = False
+        for rival in wanted.rivals:
+            if rival.sender == receiver:
+                return Fate.DEAF
+            collided = collided or receiver in rival.reach.in_range
+        return Fate.COLLIDED if collided else None

@@ -1,0 +1,53 @@
+"""Pure ALOHA: transmit at once, whoever else does (Abramson 1970). While the radio transmits, frames queue in order.
+
+`queue_frames` wait at most, the one on the air not counted; more are dropped (`Fate.QUEUE_FULL`). The next frame starts
+at the instant at which the last one ends.
+Not modelled: acknowledgement and retransmission, which a broadcast does not have.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from functools import partial
+
+from netem.agenda import OFFER
+from netem.frames import Fate, Frame
+from netem.media.mac import Channel
+
+
+class Aloha:
+    senses = False
+    min_wait_ns = 0
+
+    def __init__(self, channel: Channel, queue_frames: int) -> None:
+        self._channel = channel
+        self._queue_frames = queue_frames
+        self._queues: dict[str, deque[Frame]] = {}      # only nodes whose queue is not empty
+
+    def submit(self, frame: Frame, now_ns: int) -> None:
+        queue = self._queues.get(frame.sender)
+        if queue is None and not self._channel.transmitting(frame.sender):
+            self._channel.start(frame, now_ns)
+        elif len(queue or ()) >= self._queue_frames:
+            self._channel.drop(frame, Fate.QUEUE_FULL, "aloha")
+        else:
+            self._queues.setdefault(frame.sender, deque()).append(frame)
+
+    def sent(self, node: str, now_ns: int) -> None:
+        if node in self._queues:
+            self._channel.agenda.at(now_ns, OFFER, node, partial(self._next, node, now_ns))
+
+    def _next(self, node: str, now_ns: int) -> None:
+        queue = self._queues[node]
+        frame = queue.popleft()
+        if not queue:
+            del self._queues[node]
+        self._channel.start(frame, now_ns)
+
+    def heard(self, node: str, now_ns: int) -> None: ...
+
+    def cleared(self, node: str, now_ns: int) -> None: ...
+
+    def waiting(self) -> Iterable[Frame]:
+        return [frame for queue in self._queues.values() for frame in queue]

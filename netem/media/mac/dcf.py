@@ -1,0 +1,113 @@
+"""The distributed coordination function of IEEE 802.11-2016, 10.3.4, for broadcast: silence, then a frozen countdown.
+
+    silent for wait_ns (DIFS) when the frame is handed out  ->  talk at once
+    otherwise: r slots, r from 0 .. 2^min_exponent - 1; they count down once the air has been silent for wait_ns, freeze
+    while it is not, and go on from where they were; at 0 the first bit goes out
+
+A node decides turnaround_ns before its first bit and then no longer listens: two countdowns that end within it collide.
+A broadcast is never repeated, so the contention window stays at its minimum and no frame is given up.
+Not modelled: back-off after a transmission by a node with nothing more to send, EIFS after a collision, RTS/CTS.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import partial
+from random import Random
+
+from netem.agenda import OFFER, TIMER
+from netem.frames import Fate, Frame
+from netem.media.mac import CarrierSense, Channel, StreamFor, draw_slots
+
+LONG_AGO_NS = -(1 << 62)
+
+
+@dataclass
+class Station:
+    rng: Random
+    frame: Frame | None = None          # in service, not yet on the air
+    slots: int = 0                      # still to count down
+    decided: bool = False               # between the decision and the first bit
+    countdown: int = 0                  # number of the countdown under way: a timer of an earlier one is void
+    silent_since_ns: int = LONG_AGO_NS
+    queue: deque[Frame] = field(default_factory=deque)
+
+
+class Dcf:
+    senses = True
+
+    def __init__(self, channel: Channel, queue_frames: int, sense: CarrierSense, rng_for: StreamFor) -> None:
+        self._channel = channel
+        self._queue_frames = queue_frames
+        self._sense = sense
+        self._rng_for = rng_for
+        self._stations: dict[str, Station] = {}
+        self.min_wait_ns = sense.turnaround_ns
+
+    def submit(self, frame: Frame, now_ns: int) -> None:
+        station = self._station(frame.sender)
+        if station.frame is None and not station.queue and not self._channel.transmitting(frame.sender):
+            self._begin(station, frame, now_ns)
+        elif len(station.queue) >= self._queue_frames:
+            self._channel.drop(frame, Fate.QUEUE_FULL, "csma")
+        else:
+            station.queue.append(frame)
+
+    def sent(self, node: str, now_ns: int) -> None:
+        station = self._stations[node]
+        if station.queue:
+            self._begin(station, station.queue.popleft(), now_ns)
+
+    def heard(self, node: str, now_ns: int) -> None:
+        station = self._station(node)
+        if station.frame is not None and not station.decided:
+            counting_since_ns = station.silent_since_ns + self._sense.wait_ns
+            elapsed = max(0, now_ns - counting_since_ns) // self._sense.slot_ns
+            station.slots -= min(elapsed, station.slots)
+            station.countdown += 1
+
+    def cleared(self, node: str, now_ns: int) -> None:
+        station = self._station(node)
+        station.silent_since_ns = now_ns
+        if station.frame is not None and not station.decided:
+            self._count_down(station, station.frame, now_ns)
+
+    def waiting(self) -> Iterable[Frame]:
+        return [frame for station in self._stations.values()
+                for frame in (station.frame, *station.queue) if frame is not None]
+
+    def _station(self, node: str) -> Station:
+        station = self._stations.get(node)
+        if station is None:
+            station = self._stations[node] = Station(self._rng_for(node))
+        return station
+
+    def _begin(self, station: Station, frame: Frame, now_ns: int) -> None:
+        sense = self._sense
+        station.frame = frame
+        silent = not self._channel.carriers(frame.sender)
+        if silent and station.silent_since_ns + sense.wait_ns <= now_ns:
+            self._talk(station, frame, station.countdown, now_ns + sense.turnaround_ns)
+            return
+        station.slots = draw_slots(station.rng, sense.min_exponent)
+        if silent:
+            self._count_down(station, frame, now_ns)
+
+    def _count_down(self, station: Station, frame: Frame, now_ns: int) -> None:
+        sense = self._sense
+        first_bit_ns = station.silent_since_ns + sense.wait_ns + station.slots * sense.slot_ns
+        decide_ns = max(now_ns, first_bit_ns - sense.turnaround_ns)
+        station.countdown += 1
+        self._channel.agenda.at(decide_ns, TIMER, frame.sender, partial(
+            self._talk, station, frame, station.countdown, decide_ns + sense.turnaround_ns))
+
+    def _talk(self, station: Station, frame: Frame, countdown: int, start_ns: int) -> None:
+        if station.countdown == countdown and station.frame is frame:
+            station.decided = True
+            self._channel.agenda.at(start_ns, OFFER, frame.sender, partial(self._start, station, frame, start_ns))
+
+    def _start(self, station: Station, frame: Frame, now_ns: int) -> None:
+        station.frame, station.decided = None, False
+        self._channel.start(frame, now_ns)

@@ -1,0 +1,34 @@
+"""No media access: the firmware decides when. A frame starts the moment it is handed out.
+
+A frame handed out while the sender is still transmitting is gone (`Fate.SENDER_BUSY`); the one on the air goes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from netem.frames import Fate, Frame
+from netem.media.mac import Channel
+
+
+class NoMac:
+    senses = False
+    min_wait_ns = 0
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel = channel
+
+    def submit(self, frame: Frame, now_ns: int) -> None:
+        if self._channel.transmitting(frame.sender):
+            self._channel.drop(frame, Fate.SENDER_BUSY)
+        else:
+            self._channel.start(frame, now_ns)
+
+    def sent(self, node: str, now_ns: int) -> None: ...
+
+    def heard(self, node: str, now_ns: int) -> None: ...
+
+    def cleared(self, node: str, now_ns: int) -> None: ...
+
+    def waiting(self) -> Iterable[Frame]:
+        return ()

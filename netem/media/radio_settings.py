@@ -1,0 +1,71 @@
+"""The keys of `[media.<name>]` for a broadcast radio: a preset by name, and whatever a scenario says otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from difflib import get_close_matches
+from typing import Any, ClassVar, Literal
+
+from netem.media.radio_presets import PRESETS, RadioPreset
+from netem.topology import REFUSE_UNKNOWN_KEYS
+from netem.topology.fixed_graph import FixedGraph
+from netem.topology.table import TopologySettings
+
+
+@dataclass(frozen=True)
+class CarrierSenseSettings:
+    """What differs from the preset's carrier sense; None: the preset's."""
+
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
+    scheme: Literal["unslotted", "dcf"] | None = None
+    slot_ns: int | None = None
+    wait_ns: int | None = None
+    cca_ns: int | None = None
+    turnaround_ns: int | None = None
+    min_exponent: int | None = None
+    max_exponent: int | None = None
+    max_attempts: int | None = None
+
+
+@dataclass(frozen=True)
+class RadioSettings:
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
+    preset: str = "ideal"
+    decode: Literal["radio_network", "local", "capture"] = "radio_network"
+    mac: Literal["none", "aloha", "csma"] = "none"
+    queue_frames: int = 8                       # what `aloha` and `csma` keep for each node while its radio is busy
+    topology: TopologySettings = field(default_factory=FixedGraph)
+
+    # None: the preset's
+    bit_rate_bps: int | None = None
+    preamble_ns: int | None = None
+    header_bits: int | None = None
+    bits_per_symbol: int | None = None
+    trailer_ns: int | None = None
+    max_payload_bytes: int | None = None
+    receive_latency_ns: int | None = None
+    checksum: bool | None = None
+    tx_power_dbm: float | None = None
+    sensitivity_dbm: float | None = None
+    capture_db: float | None = None
+    csma: CarrierSenseSettings = field(default_factory=CarrierSenseSettings)
+
+    def __post_init__(self) -> None:
+        if self.queue_frames < 0:
+            raise ValueError(f"queue_frames={self.queue_frames}: expected queue_frames >= 0")
+        if self.preset not in PRESETS:
+            near = get_close_matches(self.preset, PRESETS, 1)
+            hint = f"did you mean {near[0]!r}?" if near else f"the presets are {', '.join(PRESETS)}"
+            raise ValueError(f"preset={self.preset!r}: no such radio: {hint}")
+        self.radio()
+
+    def radio(self) -> RadioPreset:
+        """The preset with everything applied that this scenario sets."""
+        preset = PRESETS[self.preset]
+        return replace(preset, **_said(self, RadioPreset, besides="csma"),
+                       csma=replace(preset.csma, **_said(self.csma, type(preset.csma))))
+
+
+def _said(settings: object, of: type[Any], besides: str = "") -> dict[str, Any]:
+    named = [f.name for f in fields(of) if f.name != besides]
+    return {name: getattr(settings, name) for name in named if getattr(settings, name) is not None}

@@ -1,0 +1,20 @@
+"""The topologies that a scenario can name under `kind`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+from pydantic import Discriminator
+
+from netem.topology import TopologyKind
+from netem.topology.fixed_graph import FixedGraph
+from netem.topology.path_loss import PathLoss
+from netem.topology.switching_graph import SwitchingGraph
+
+TOPOLOGIES: Final[dict[str, type[TopologyKind]]] = {
+    "fixed": FixedGraph,
+    "switching": SwitchingGraph,
+    "positions": PathLoss,
+}
+
+TopologySettings = Annotated[FixedGraph | SwitchingGraph | PathLoss, Discriminator("kind")]

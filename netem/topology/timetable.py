@@ -1,0 +1,53 @@
+"""Graphs by time: graph i holds on [starts_ns[i], starts_ns[i+1]), the last one to the end or to the end of the period.
+
+With a period the list starts again at every multiple of it. Everything is decided at the start of a frame, so a change
+under way touches no frame on the air.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+
+from netem.agenda import NEVER_NS
+from netem.topology import Edge, Graph, Reach
+
+
+class Timetable:
+    def __init__(self, starts_ns: Sequence[int], graphs: Sequence[Graph], repeat_ns: int | None = None) -> None:
+        assert len(starts_ns) == len(graphs)
+        assert starts_ns[0] == 0
+        self._starts_ns = tuple(starts_ns)
+        self._graphs = tuple(graphs)
+        self._repeat_ns = repeat_ns
+        self._from_ns, self._until_ns, self._graph = self._row(0)
+
+    def reach_at(self, sender: str, t_ns: int) -> Reach:
+        if not self._from_ns <= t_ns < self._until_ns:
+            self._from_ns, self._until_ns, self._graph = self._row(t_ns)
+        return self._graph[sender]
+
+    def graph_at(self, t_ns: int) -> list[Edge]:
+        graph = self._row(t_ns)[2]
+        return [(sender, receiver) for sender, reach in graph.items() for receiver in reach.receivers
+                if receiver in reach.in_range]
+
+    def changes_ns(self, until_ns: int) -> list[int]:
+        changes: list[int] = []
+        _, at_ns, graph = self._row(0)
+        while at_ns < min(until_ns, NEVER_NS):
+            _, next_ns, following = self._row(at_ns)
+            if following is not graph:
+                changes.append(at_ns)
+            at_ns, graph = next_ns, following
+        return changes
+
+    def _row(self, t_ns: int) -> tuple[int, int, Graph]:
+        """(from, until, graph) of the row that holds at `t_ns`."""
+        cycle_ns = 0 if self._repeat_ns is None else t_ns // self._repeat_ns * self._repeat_ns
+        row = bisect_right(self._starts_ns, t_ns - cycle_ns) - 1
+        if row + 1 < len(self._starts_ns):
+            until_ns = cycle_ns + self._starts_ns[row + 1]
+        else:
+            until_ns = NEVER_NS if self._repeat_ns is None else cycle_ns + self._repeat_ns
+        return cycle_ns + self._starts_ns[row], until_ns, self._graphs[row]
