@@ -38,8 +38,8 @@ class LinearAgent:
         for name, expected in (("A", (n_x, n_x)), ("B", (n_x, n_u)), ("C", (n_y, n_x)), ("K", (n_u, n_y))):
             shape = getattr(self, name).shape
             if shape != expected:
-                raise ValueError(f"{name} is {shape[0]} x {shape[1]}: expected {expected[0]} x {expected[1]} (A, B, C, K "
-                                 f"are n_x x n_x, n_x x n_u, n_y x n_x, n_u x n_y in (6.5) and (6.6))")
+                raise ValueError(f"{name} is {shape[0]} x {shape[1]}: expected {expected[0]} x {expected[1]} (A, B, C, "
+                                 f"K are n_x x n_x, n_x x n_u, n_y x n_x, n_u x n_y in (6.5) and (6.6))")
 
     @property
     def states(self) -> int:

@@ -7,8 +7,8 @@ LOGARITHMIC_NORM, any L_p, with M = |C_cl B_cl| entrywise and mu = lambda_max((M
 
     gamma_e = T exp(mu (T-1) tau) (exp(mu tau) - 1) / (mu (1 - lambda)),  lambda = ||M|| (exp(mu T tau) - 1) / mu
 
-WIRTINGER, L2 only: between resets h = T tau apart, ||e|| <= (2 h / pi) ||e'|| (Wirtinger's inequality for a function that
-starts at 0; used for sampled loops by Mirkin 2007), so tau = pi / (2 T g), g the L2-gain from e to C_cl (A_cl x + B_cl e).
+WIRTINGER, L2 only: between resets h = T tau apart, ||e|| <= (2 h / pi) ||e'|| (Wirtinger's inequality for a function
+that starts at 0; for sampled loops Mirkin 2007), so tau = pi / (2 T g), g the L2-gain from e to C_cl (A_cl x + B_cl e).
 
 Differs from the dissertation:
 - with N^D successive losses at most, tau is divided by N^D + 1, not N^D (Remark 16), since successes are up to N^D + 1

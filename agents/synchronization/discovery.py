@@ -1,0 +1,167 @@
+"""Topology discovery by flooding over directed links (section 6.3.1), as the state machine of one node.
+
+    SILENT --trigger()--> ARMED --own control slot--> RUNNING --end cycle--> SILENT
+    SILENT, ARMED or RUNNING --a frame of a newer epoch--> RUNNING
+
+N nodes share control slots: in every cycle node i owns slot i, so discovery frames never collide, whatever the graph.
+While it runs, a node sends all it knows in each of its slots; it records whom it hears and merges what it is told.
+
+When it ends. Let R = N^D + 1: of R successive frames on a link one arrives at least. A node k links away from the
+first initiator sends from cycle start + k R on at the latest. As k <= N - 1, all send from start + (N - 1) R on, and by
+start + N R every link has carried a frame: each node's own record is complete. N - 1 further links, at most R cycles
+each, bring every record to every node. So all end together at start + (2N - 1) R, with the same complete graph, if the
+graph was strongly connected and constant. Initiators of one epoch agree on the least start; it floods with the epoch.
+
+Stand-in for the dissertation's reference [79]; here time is slotted, so the end is known and not guessed by silence.
+Not modelled: a graph that changes during an epoch (the nodes may then disagree; what they miss next triggers again),
+links that lose more than N^D frames in a row, frames longer than one radio payload.
+
+Invariants:
+- bytes that are no frame, or a frame that cannot be, change nothing but the counter `refused`;
+- records only grow within an epoch;
+- `outcome` changes only when an epoch ends or begins.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from agents.synchronization.discovery_frame import MAX_BYTES, MAX_NODES, DiscoveryFrame, decode
+from agents.synchronization.graph import Edge, Floats, laplacian_from_neighbours, unreachable_pairs
+
+EPOCHS = 1 << 16
+
+
+class Phase(Enum):
+    SILENT = "silent"
+    ARMED = "waits for its own control slot"
+    RUNNING = "sends in each of its control slots"
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """Discovery found a strongly connected graph; every node holds the same one."""
+
+    laplacian: Floats
+
+
+@dataclass(frozen=True)
+class Incomplete:
+    """Discovery ended without a strongly connected graph."""
+
+    heard_by: tuple[tuple[int, ...], ...]   # what is known: heard_by[i] = those that i hears
+    missing: tuple[int, ...]                # nodes of which nothing is known
+    cut_off: tuple[Edge, ...]               # pairs (i, j): no known path from i to j
+
+    def __str__(self) -> str:
+        if self.missing:
+            return (f"no record of node {', '.join(map(str, self.missing))}: it hears nobody, or nothing of it comes "
+                    f"through (Assumption 7)")
+        i, j = self.cut_off[0]
+        return f"no path from node {i} to node {j}: the graph is not strongly connected (Assumption 7)"
+
+
+def cycles_needed(nodes: int, max_successive_losses: int) -> int:
+    """(N^D + 1) (2N - 1): from the first frame of an epoch until every node knows the whole graph."""
+    return (max_successive_losses + 1) * (2 * nodes - 1)
+
+
+class Discovery:
+    """One node. The driver calls it with the number of the current control cycle, which never goes back."""
+
+    def __init__(self, node: int, size: int, max_successive_losses: int = 0, epoch: int = 0) -> None:
+        """`epoch` is that of the last discovery this node took part in; a node that restarts may begin with any."""
+        if not 2 <= size <= MAX_NODES:
+            raise ValueError(f"size={size}: expected 2 to {MAX_NODES}, what fits a frame of {MAX_BYTES} bytes")
+        if not 0 <= node < size:
+            raise ValueError(f"node={node}: nodes are numbered 0 to {size - 1}")
+        if max_successive_losses < 0:
+            raise ValueError(f"max_successive_losses={max_successive_losses}: expected 0 or more")
+        if not 0 <= epoch < EPOCHS:
+            raise ValueError(f"epoch={epoch}: expected 0 to {EPOCHS - 1}")
+        self.node = node
+        self.size = size
+        self.cycles = cycles_needed(size, max_successive_losses)
+        self.phase = Phase.SILENT
+        self.epoch = epoch
+        self.start_cycle = -self.cycles
+        self.records = [0] * size               # bit j of records[i]: i hears j
+        self.outcome: Topology | Incomplete | None = None
+        self.refused = 0                        # frames and bytes that were not taken
+
+    @property
+    def is_running(self) -> bool:
+        return self.phase is Phase.RUNNING
+
+    @property
+    def end_cycle(self) -> int:
+        """First cycle after the epoch: the same at all nodes."""
+        return self.start_cycle + self.cycles
+
+    def trigger(self, cycle: int) -> None:
+        """An event was seen: discover anew. Without effect while discovery runs or is about to."""
+        self._end_if_due(cycle)
+        if self.phase is Phase.SILENT:
+            self.phase = Phase.ARMED
+
+    def frame_to_send(self, cycle: int) -> bytes | None:
+        """What to send in this node's control slot of `cycle`; None for silence."""
+        self._end_if_due(cycle)
+        if self.phase is Phase.ARMED:
+            self._join((self.epoch + 1) % EPOCHS, cycle)
+        if self.phase is Phase.SILENT:
+            return None
+        return DiscoveryFrame(self.node, self.epoch, self.start_cycle, tuple(self.records)).encode()
+
+    def hear(self, sender: int, data: bytes, cycle: int) -> bool:
+        """Bytes heard in the control slot of `sender`; True if they were a frame of an epoch that runs here now."""
+        self._end_if_due(cycle)
+        frame = decode(data, self.size)
+        if frame is None or frame.sender != sender or sender == self.node or not self._may_run(frame, cycle):
+            self.refused += 1
+            return False
+        if self._is_newer(frame.epoch):
+            self._join(frame.epoch, frame.start_cycle)
+        elif frame.epoch != self.epoch or not self.is_running:
+            self.refused += 1
+            self.trigger(cycle)         # the sender restarted or was out of reach: a newer epoch will take it along
+            return False
+        self.start_cycle = min(self.start_cycle, frame.start_cycle)
+        for node, record in enumerate(frame.records):
+            if node != self.node:
+                self.records[node] |= record
+        self.records[self.node] |= 1 << sender
+        return True
+
+    def finish(self, cycle: int) -> Topology | Incomplete:
+        """The outcome of the last epoch, from `end_cycle` on."""
+        self._end_if_due(cycle)
+        if self.outcome is None:
+            raise RuntimeError(f"node {self.node}: no discovery has ended by cycle {cycle} "
+                               f"({self.phase.name}, end_cycle={self.end_cycle})")
+        return self.outcome
+
+    def _may_run(self, frame: DiscoveryFrame, cycle: int) -> bool:
+        return frame.start_cycle <= cycle < frame.start_cycle + self.cycles
+
+    def _is_newer(self, epoch: int) -> bool:
+        ahead = (epoch - self.epoch) % EPOCHS
+        return 0 < ahead < EPOCHS // 2 or (ahead == EPOCHS // 2 and epoch > self.epoch)
+
+    def _join(self, epoch: int, start_cycle: int) -> None:
+        self.phase = Phase.RUNNING
+        self.epoch = epoch
+        self.start_cycle = start_cycle
+        self.records = [0] * self.size
+        self.outcome = None
+
+    def _end_if_due(self, cycle: int) -> None:
+        if not self.is_running or cycle < self.end_cycle:
+            return
+        self.phase = Phase.SILENT
+        heard_by = tuple(tuple(j for j in range(self.size) if record >> j & 1) for record in self.records)
+        graph = laplacian_from_neighbours(heard_by)
+        cut_off = unreachable_pairs(graph)
+        missing = tuple(i for i, heard in enumerate(heard_by) if not heard)
+        self.outcome = Incomplete(heard_by, missing, tuple(cut_off)) if cut_off else Topology(graph)
