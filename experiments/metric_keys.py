@@ -1,0 +1,108 @@
+"""The keys of `[expect]`: what may be asked about a run, checked before it starts.
+
+    <metric>                        delivery_ratio, frames_collided, age_of_information_max_s, ...    over all media
+    <medium>.<metric>               radio.frames_collided                                             one medium
+    <node>.<signal>.<statistic>     r1.y.last_abs, r*.y.abs_max        `*`, `?` and `[..]` match several nodes
+    count.<node>.<counter>          count.r*.slots_missed              summed over nodes
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
+
+from netem.frames import Fate
+
+FATE_OF = {f"frames_{fate.value.replace(' ', '_')}": fate for fate in Fate}
+LEDGER_METRICS = ("frames_offered", *FATE_OF, "delivery_ratio", "age_of_information_max_s", "age_of_information_mean_s",
+                  "max_successive_losses", "inter_transmission_min_s", "inter_transmission_max_s")
+SPREAD_LAST = "spread_last"
+STATISTICS = ("first", "last", "last_abs", "min", "max", "abs_max", "mean", "rms", SPREAD_LAST)
+COUNT = "count"
+RULE = f"expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic> or {COUNT}.<node>.<counter>"
+
+Nodes = Mapping[str, Collection[str]] | Collection[str]
+
+
+class UnknownKeys(ValueError):
+    """Keys of `[expect]` that name nothing; the message holds one line for each."""
+
+
+@dataclass(frozen=True)
+class LedgerKey:
+    metric: str
+    medium: str | None = None
+
+
+@dataclass(frozen=True)
+class SignalKey:
+    nodes: str
+    signal: str
+    statistic: str
+
+
+@dataclass(frozen=True)
+class CountKey:
+    nodes: str
+    counter: str
+
+
+def parse(key: str) -> LedgerKey | SignalKey | CountKey | None:
+    """What `key` asks for, by its form alone; None if it has no known form."""
+    parts = key.split(".")
+    if not all(parts) or len(parts) < 2:
+        return LedgerKey(key) if key in LEDGER_METRICS else None
+    if parts[0] == COUNT:
+        return CountKey(parts[1], ".".join(parts[2:])) if len(parts) > 2 else None
+    if parts[-1] in STATISTICS and len(parts) > 2:
+        return SignalKey(parts[0], ".".join(parts[1:-1]), parts[-1])
+    return LedgerKey(parts[-1], ".".join(parts[:-1])) if parts[-1] in LEDGER_METRICS else None
+
+
+def unknown_keys(expect: Iterable[str], nodes: Nodes, media: Collection[str]) -> list[str]:
+    """One line per key that cannot be answered: key, rule, nearest valid key. Signals are checked where `nodes` maps
+    each node to the names of its signals; counters only show after the run."""
+    lines = (_complaint(key, nodes, media) for key in expect)
+    return [line for line in lines if line]
+
+
+def matching(pattern: str, nodes: Iterable[str]) -> list[str]:
+    return sorted(node for node in nodes if fnmatchcase(node, pattern))
+
+
+def nearest(word: str, words: Iterable[str]) -> str:
+    """The word most like `word`, or "" if there are none."""
+    found = get_close_matches(word, sorted(set(words)), n=1, cutoff=0.0)
+    return found[0] if found else ""
+
+
+def _complaint(key: str, nodes: Nodes, media: Collection[str]) -> str | None:
+    match parse(key):
+        case None:
+            return f"expect.{key}: {RULE}; nearest: {nearest(key, _candidates(key, nodes, media))}"
+        case LedgerKey(metric, medium) if medium is not None and medium not in media:
+            return f"expect.{key}: there is no medium {medium!r}; nearest: {nearest(medium, media) or 'none'}.{metric}"
+        case SignalKey(pattern) | CountKey(pattern) if not matching(pattern, nodes):
+            other = key.replace(pattern, nearest(pattern, nodes) or "none", 1)
+            return f"expect.{key}: no node matches {pattern!r}; nearest: {other}"
+        case SignalKey(pattern, signal, statistic) if isinstance(nodes, Mapping):
+            known = {name for node in matching(pattern, nodes) for name in nodes[node]}
+            if signal not in known:
+                other = f"{pattern}.{nearest(signal, known) or 'none'}.{statistic}"
+                return f"expect.{key}: no node that matches {pattern!r} has a signal {signal!r}; nearest: {other}"
+    return None
+
+
+def _candidates(key: str, nodes: Nodes, media: Collection[str]) -> list[str]:
+    first, _, rest = key.partition(".")
+    if not rest:
+        return list(LEDGER_METRICS)
+    found = [f"{medium}.{metric}" for medium in media for metric in LEDGER_METRICS]
+    matched = matching(first, nodes)
+    for node in matched or nodes:
+        signals = nodes[node] if isinstance(nodes, Mapping) else [rest.rpartition(".")[0] or rest]
+        shown = first if matched else node
+        found += [f"{shown}.{signal}.{statistic}" for signal in signals for statistic in STATISTICS]
+    return found

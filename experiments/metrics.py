@@ -1,0 +1,165 @@
+"""The numbers that `[expect]` bounds, from a run's ledger, signals and counters, and the verdicts on them.
+
+Frames: `frames_offered` counts frame copies, one per intended receiver and duplicate, `frames_<fate>` those that ended
+so; `delivery_ratio` = delivered / offered. Age of information and losses in a row are the worst link's, times between
+transmissions the extreme sender's (see `link_metrics`). Signals: statistics are over samples, `last_abs` = |last|,
+`spread_last` = largest minus smallest last value among the nodes that match, the disagreement at the end.
+
+A pattern that matches several nodes asks for the bound at each of them: the value shown is that of the node nearest to
+breaking the bound, or furthest beyond it (without a bound the largest, for `min` the smallest).
+
+What cannot be measured (no frames, no such samples, a run broken off before) is nan, and nan never holds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from experiments.link_metrics import (
+    DELIVERED,
+    age_of_information,
+    successive_losses,
+    times_between_transmissions,
+)
+from experiments.metric_keys import (
+    FATE_OF,
+    SPREAD_LAST,
+    CountKey,
+    LedgerKey,
+    SignalKey,
+    UnknownKeys,
+    matching,
+    nearest,
+    parse,
+    unknown_keys,
+)
+from experiments.run_data import RunData
+from experiments.run_result import Verdict
+
+__all__ = ["Bound", "UnknownKeys", "evaluate", "measure", "unknown_keys"]
+
+
+class Bound(Protocol):
+    """A closed interval; None leaves a side open."""
+
+    @property
+    def min(self) -> float | None: ...
+
+    @property
+    def max(self) -> float | None: ...
+
+
+STATISTIC: dict[str, Callable[[NDArray[np.float64]], float]] = {
+    "first": lambda values: float(values[0]),
+    "last": lambda values: float(values[-1]),
+    "last_abs": lambda values: abs(float(values[-1])),
+    "min": lambda values: float(values.min()),
+    "max": lambda values: float(values.max()),
+    "abs_max": lambda values: float(np.abs(values).max()),
+    "mean": lambda values: float(values.mean()),
+    "rms": lambda values: float(np.sqrt(np.mean(values * values))),
+}
+
+
+def evaluate(expect: Mapping[str, Bound], data: RunData) -> list[Verdict]:
+    """One verdict per key, in the order of `expect`. Raises UnknownKeys for keys that name nothing in this run."""
+    problems = unknown_keys(expect, _known_nodes(data), data.media) + _unknown_counters(expect, data)
+    if problems:
+        raise UnknownKeys("\n".join(problems))
+    return [_verdict(key, bound, measure(key, data, bound)) for key, bound in expect.items()]
+
+
+def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
+    """The value of one key; `bound` decides which node counts where several match."""
+    match parse(key):
+        case LedgerKey(metric, medium):
+            rows = data.ledger if medium is None else data.ledger.filter(pl.col("medium") == medium)
+            return _of_ledger(metric, rows, data)
+        case SignalKey() as wanted:
+            return _of_signals(wanted, data, bound)
+        case CountKey(pattern, counter):
+            counts = [data.counters[node][counter] for node in matching(pattern, data.counters)
+                      if counter in data.counters[node]]
+            return float(sum(counts)) if counts else math.nan
+    raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media)))
+
+
+def _verdict(key: str, bound: Bound, value: float) -> Verdict:
+    holds = (not math.isnan(value) and (bound.min is None or value >= bound.min)
+             and (bound.max is None or value <= bound.max))
+    return Verdict(key, value, bound.min, bound.max, holds)
+
+
+def _of_ledger(metric: str, rows: pl.DataFrame, data: RunData) -> float:
+    if any(line.startswith("ledger.parquet") for line in data.missing):
+        return math.nan
+    match metric:
+        case "frames_offered":
+            return float(rows.height)
+        case "delivery_ratio":
+            return _count(rows, DELIVERED) / rows.height if rows.height else math.nan
+        case "age_of_information_max_s":
+            return _extreme(age_of_information(rows, data.length_ns)["max_s"], max)
+        case "age_of_information_mean_s":
+            return _extreme(age_of_information(rows, data.length_ns)["mean_s"], max)
+        case "max_successive_losses":
+            return _extreme(successive_losses(rows)["longest"], max)
+        case "inter_transmission_min_s":
+            return _extreme(times_between_transmissions(rows)["gap_s"], min)
+        case "inter_transmission_max_s":
+            return _extreme(times_between_transmissions(rows)["gap_s"], max)
+    return float(_count(rows, FATE_OF[metric].value))
+
+
+def _count(rows: pl.DataFrame, fate: str) -> int:
+    return int((rows["fate"] == fate).sum())
+
+
+def _extreme(values: pl.Series, pick: Callable[[list[float]], float]) -> float:
+    return float(pick(values.to_list())) if len(values) else math.nan
+
+
+def _of_signals(wanted: SignalKey, data: RunData, bound: Bound | None) -> float:
+    tables = [data.signals[node] for node in matching(wanted.nodes, data.signals)]
+    columns = [table.column(wanted.signal) for table in tables if wanted.signal in table.names]
+    if not columns or not all(column.size for column in columns):
+        return math.nan
+    if wanted.statistic == SPREAD_LAST:
+        last = np.array([column[-1] for column in columns])
+        return float(last.max() - last.min())
+    return _worst([STATISTIC[wanted.statistic](column) for column in columns], wanted.statistic, bound)
+
+
+def _worst(values: Sequence[float], statistic: str, bound: Bound | None) -> float:
+    if any(math.isnan(value) for value in values):
+        return math.nan
+    lower, upper = (bound.min, bound.max) if bound else (None, None)
+    if lower is None and upper is None:
+        return min(values) if statistic == "min" else max(values)
+    return min(values, key=lambda value: min(value - lower if lower is not None else math.inf,
+                                             upper - value if upper is not None else math.inf))
+
+
+def _known_nodes(data: RunData) -> dict[str, Sequence[str]] | list[str]:
+    """Nodes with their signals; nodes alone where no signals were recorded."""
+    if not data.signals:
+        return data.nodes
+    return {node: data.signals[node].names if node in data.signals else () for node in data.nodes}
+
+
+def _unknown_counters(expect: Mapping[str, Bound], data: RunData) -> list[str]:
+    lines = []
+    for key in expect:
+        wanted = parse(key)
+        if isinstance(wanted, CountKey):
+            known = {name for node in matching(wanted.nodes, data.counters) for name in data.counters[node]}
+            if known and wanted.counter not in known:
+                lines.append(f"expect.{key}: no node that matches {wanted.nodes!r} reports {wanted.counter!r}; "
+                             f"nearest: count.{wanted.nodes}.{nearest(wanted.counter, known)}")
+    return lines

@@ -1,0 +1,118 @@
+"""What a run left behind, read from its folder; a part that is missing or unreadable is named in `missing`, not raised.
+
+    scenario.json   the resolved scenario            ledger.parquet   every frame copy
+    summary.json    verdicts, hashes, speed          signals.mcap     signals, events, and the scenario again
+    run.json        switching instants, counters, how far the run came, versions
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import polars as pl
+import pyarrow as pa
+
+from netem.records.events import Event
+from netem.records.ledger_file import SCHEMA
+from netem.records.ledger_table import read_ledger, read_metadata
+from netem.records.signal_table import Recording, SignalTable, read_recording
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class RunData:
+    """`ledger` and `signals` are empty when the run left none; `length_ns` is how much of the run there is to judge."""
+
+    length_ns: int
+    ledger: pl.DataFrame
+    signals: Mapping[str, SignalTable] = field(default_factory=dict)
+    counters: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
+    events: Sequence[Event] = ()
+    scenario: Json = field(default_factory=dict)
+    summary: Json = field(default_factory=dict)
+    run: Json = field(default_factory=dict)
+    ledger_metadata: Mapping[str, str] = field(default_factory=dict)
+    missing: Sequence[str] = ()
+
+    @property
+    def nodes(self) -> list[str]:
+        """Every node that the scenario, a signal, a counter or a frame names."""
+        declared = self.scenario.get("agents")
+        named = set(declared) if isinstance(declared, dict) else set()
+        named |= set(self.signals) | set(self.counters)
+        for column in ("sender", "receiver"):
+            named |= set(self.ledger[column].unique().cast(pl.String).to_list())
+        return sorted(named - {""})
+
+    @property
+    def media(self) -> list[str]:
+        declared = self.scenario.get("media")
+        named = set(declared) if isinstance(declared, dict) else set()
+        return sorted(named | set(self.ledger["medium"].unique().cast(pl.String).to_list()))
+
+
+def empty_ledger() -> pl.DataFrame:
+    frame = pl.from_arrow(pa.Table.from_batches([], schema=SCHEMA))
+    assert isinstance(frame, pl.DataFrame)
+    return frame
+
+
+def load_run(run_dir: Path) -> RunData:
+    missing: list[str] = []
+    scenario = _json(run_dir / "scenario.json", missing)
+    summary = _json(run_dir / "summary.json", missing)
+    run = _json(run_dir / "run.json", missing)
+    ledger, metadata = _ledger(run_dir / "ledger.parquet", missing)
+    recording = _recording(run_dir / "signals.mcap", missing)
+    if not scenario and recording.scenario:
+        scenario = msgspec.json.decode(recording.scenario, type=Json)
+    return RunData(_length_ns(scenario, run, ledger, recording), ledger, recording.signals, run.get("counters") or {},
+                   recording.events, scenario, summary, run, metadata, missing)
+
+
+def _length_ns(scenario: Json, run: Json, ledger: pl.DataFrame, recording: Recording) -> int:
+    """How far the run came, else how long it was meant to be, else the last instant on record."""
+    for known in (run.get("reached_ns"), scenario.get("length_ns")):
+        if isinstance(known, int):
+            return known
+    last = [int(table.time_ns[-1]) for table in recording.signals.values() if table.time_ns.size]
+    for column in ("offered_ns", "end_ns", "delivered_ns"):
+        latest = ledger[column].max()
+        last += [latest] if isinstance(latest, int) else []
+    return max(last, default=0)
+
+
+def _json(path: Path, missing: list[str]) -> Json:
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=Json)
+    except FileNotFoundError:
+        missing.append(f"{path.name}: not there")
+    except (msgspec.MsgspecError, OSError) as error:
+        missing.append(f"{path.name}: unreadable: {error}")
+    return {}
+
+
+def _ledger(path: Path, missing: list[str]) -> tuple[pl.DataFrame, dict[str, str]]:
+    try:
+        return read_ledger(path), read_metadata(path)
+    except FileNotFoundError:
+        missing.append(f"{path.name}: not there, so nothing is known about frames")
+    except (pa.ArrowException, OSError) as error:
+        missing.append(f"{path.name}: unreadable (the run was killed before it closed the file): {error}")
+    return empty_ledger(), {}
+
+
+def _recording(path: Path, missing: list[str]) -> Recording:
+    try:
+        recording = read_recording(path)
+    except OSError:
+        missing.append(f"{path.name}: not there, so there are no signals and no events")
+        return Recording()
+    if not recording.whole:
+        missing.append(f"{path.name}: cut off (the run was killed before it closed the file); read as far as it goes")
+    return recording
