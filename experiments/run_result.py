@@ -1,0 +1,71 @@
+"""What a run tells while it goes and when it has ended. `Summary` is `summary.json` of the run folder."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import msgspec
+
+
+class Progress(msgspec.Struct, frozen=True):
+    """How far a run has come. `frames` counts the copies closed so far, by fate."""
+
+    now_ns: int
+    end_ns: int
+    wall_s: float
+    windows: int
+    frames: Mapping[str, int]
+
+    @property
+    def real_time_factor(self) -> float:
+        """Robot time per wall time; above 1 is faster than real time."""
+        return self.now_ns * 1e-9 / self.wall_s if self.wall_s > 0 else 0.0
+
+
+class Verdict(msgspec.Struct, frozen=True):
+    """One line of `[expect]` and what became of it. `value` is None where the run has no such figure."""
+
+    key: str
+    value: float | None
+    min: float | None
+    max: float | None
+    holds: bool
+
+    def by_how_much(self) -> str:
+        """Why it does not hold, in words: empty where it does."""
+        if self.holds:
+            return ""
+        if self.value is None:
+            return "the run has no such figure"
+        if self.min is not None and self.value < self.min:
+            return f"{self.min - self.value:.6g} below the least allowed, {self.min:.6g}"
+        if self.max is not None and self.value > self.max:
+            return f"{self.value - self.max:.6g} above the most allowed, {self.max:.6g}"
+        return f"{self.value} cannot be compared"
+
+
+class Summary(msgspec.Struct, frozen=True):
+    scenario: str
+    question: str
+    seed: int
+    host: str
+    length_ns: int
+    wall_s: float               # from the first grant to the last report
+    start_up_s: float           # from the command to the first grant
+    real_time_factor: float
+    windows: int
+    grants: int
+    ledger_hash: str
+    frames: dict[str, int]      # copies by fate
+    verdicts: list[Verdict]
+    report: str | None          # path of report.html, relative to the run folder
+
+    @property
+    def holds(self) -> bool:
+        return all(verdict.holds for verdict in self.verdicts)
+
+
+class RunResult(msgspec.Struct, frozen=True):
+    folder: Path
+    summary: Summary
