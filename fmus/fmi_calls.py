@@ -1,0 +1,224 @@
+"""The one file that calls FMI: one instance of a co-simulation FMU through ctypes, for FMI 2.0 and 3.0.
+
+Arguments are ctypes objects made once and passed without `argtypes`: on CPython that is the fastest way through ctypes,
+about half the time of typed prototypes. So every call here spells its C types out.
+
+Not used: event mode, early return, intermediate update, clocks, binary variables, saved states.
+"""
+
+from __future__ import annotations
+
+import ctypes as c
+from collections import deque
+from collections.abc import Callable, Sequence
+from itertools import count
+from pathlib import Path
+from typing import Any, Final
+from weakref import WeakValueDictionary
+
+from fmus.description import PlantDescription, Variable
+from fmus.errors import PlantError
+
+STATUS: Final = ("ok", "warning", "discard", "error", "fatal", "pending")
+FATAL: Final = 4
+
+Call = Callable[..., int]
+
+# variable type in the XML -> (infix of the get and set functions, C type)
+TYPES_FMI2: Final[dict[str, tuple[str, Any]]] = {
+    "Real": ("Real", c.c_double), "Integer": ("Integer", c.c_int), "Enumeration": ("Integer", c.c_int),
+    "Boolean": ("Boolean", c.c_int), "String": ("String", c.c_char_p),
+}
+TYPES_FMI3: Final[dict[str, tuple[str, Any]]] = {
+    "Float64": ("Float64", c.c_double), "Float32": ("Float32", c.c_float), "Boolean": ("Boolean", c.c_bool),
+    "Int8": ("Int8", c.c_int8), "Int16": ("Int16", c.c_int16), "Int32": ("Int32", c.c_int32),
+    "Int64": ("Int64", c.c_int64), "UInt8": ("UInt8", c.c_uint8), "UInt16": ("UInt16", c.c_uint16),
+    "UInt32": ("UInt32", c.c_uint32), "UInt64": ("UInt64", c.c_uint64), "Enumeration": ("Int64", c.c_int64),
+    "String": ("String", c.c_char_p),
+}
+
+
+class Messages(deque[str]):
+    """The last messages of one FMU instance."""
+
+    __hash__ = object.__hash__      # found by its number below, not by content
+
+
+# FMPy's formatter keeps one logger for all FMI 2.0 instances of a process, so the logger is one and finds the instance by
+# the environment that it is handed. What comes without a known environment is dropped.
+_messages: WeakValueDictionary[int, Messages] = WeakValueDictionary()
+_numbers = count(1)
+
+
+def _note(environment: int | None, status: int, text: bytes | None) -> None:
+    messages = _messages.get(environment or 0)
+    if messages is not None and text:
+        name = STATUS[status] if 0 <= status < len(STATUS) else str(status)
+        messages.append(f"[{name}] {text.decode(errors='replace').strip()}")
+
+
+@c.CFUNCTYPE(None, c.c_void_p, c.c_char_p, c.c_int, c.c_char_p, c.c_char_p)
+def _logger_fmi2(environment: int | None, _name: bytes, status: int, _category: bytes, text: bytes) -> None:
+    _note(environment, status, text)
+
+
+@c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_char_p, c.c_char_p)
+def _logger_fmi3(environment: int | None, status: int, _category: bytes, text: bytes) -> None:
+    _note(environment, status, text)
+
+
+class _Callbacks(c.Structure):
+    _fields_ = (("logger", c.c_void_p), ("allocate", c.c_void_p), ("free", c.c_void_p), ("step_finished", c.c_void_p),
+                ("environment", c.c_void_p))
+
+
+class Fmu:
+    """One instance, from instantiation to `free`. Subclasses say how their version of FMI spells each call."""
+
+    prefix: str
+    types: dict[str, tuple[str, Any]]
+
+    def __init__(self, description: PlantDescription, instance_name: str) -> None:
+        self.description = description
+        self.messages = Messages(maxlen=20)
+        self.number = next(_numbers)
+        _messages[self.number] = self.messages
+        try:
+            self._library = c.CDLL(description.binary)
+        except OSError as error:
+            raise PlantError(f"{description.file}: its binary cannot be loaded: {error}: "
+                             "it may need libraries that are not installed here") from None
+        handle = self._instantiate(instance_name.encode())
+        if not handle:
+            hint = "the FMU allows one instance per process: give each its own process" \
+                if description.once_per_process else "see the FMU's documentation for what it needs"
+            raise PlantError(f"{description.file}: cannot be instantiated as {instance_name!r}{self.told()}: {hint}")
+        self.handle = c.c_void_p(handle)
+        self.time = c.c_double()            # communication point of the next step [s]
+        self.h = c.c_double()               # its size [s]
+
+    def function(self, name: str, result: Any = c.c_int) -> Call:
+        try:
+            found = getattr(self._library, self.prefix + name)
+        except AttributeError:
+            raise PlantError(f"{self.description.file}: its binary lacks the function {self.prefix}{name}: "
+                             f"it is no complete FMI {self.description.fmi} binary; export it again") from None
+        found.restype = result
+        return found    # type: ignore[no-any-return]
+
+    def told(self) -> str:
+        """The FMU's own messages since the last look, ready to append to an error."""
+        text = "; the FMU says: " + " | ".join(self.messages) if self.messages else ""
+        self.messages.clear()
+        return text
+
+    def typed(self, verb: str, variables: Sequence[Variable]) -> tuple[Call, tuple[Any, ...], Any]:
+        """(call, arguments, values): `call(*arguments)` gets or sets all of `variables`, of one type, through `values`."""
+        infix, c_type = self.types[variables[0].type]
+        references = (c.c_uint * len(variables))(*(variable.reference for variable in variables))
+        values = (c_type * sum(variable.elements for variable in variables))()
+        arguments = (self.handle, references, c.c_size_t(len(variables)), values, *self._tail(values))
+        return self.function(verb + infix), arguments, values
+
+    def free(self) -> None:
+        self.function("FreeInstance", None)(self.handle)
+
+    def step(self) -> tuple[Call, tuple[Any, ...]]:
+        raise NotImplementedError
+
+    def initialize(self, set_start: Callable[[bool], None]) -> list[tuple[str, Callable[[], int]]]:
+        """The calls that lead to step mode, each with its name; `set_start(structural)` sets start values on the way."""
+        raise NotImplementedError
+
+    def stopped_at_s(self, t_s: float) -> float | None:
+        """Where the last step ended if it fell short of `t_s`."""
+        raise NotImplementedError
+
+    def asks_to_end(self) -> bool:
+        raise NotImplementedError
+
+    def _instantiate(self, name: bytes) -> int | None:
+        raise NotImplementedError
+
+    def _tail(self, values: Any) -> tuple[Any, ...]:
+        raise NotImplementedError
+
+
+class Fmu2(Fmu):
+    prefix = "fmi2"
+    types = TYPES_FMI2
+
+    def _instantiate(self, name: bytes) -> int | None:
+        libc = c.CDLL(None) if hasattr(c, "RTLD_GLOBAL") and not hasattr(c, "windll") else c.cdll.msvcrt
+        self._callbacks = _Callbacks(
+            c.cast(_logger_fmi2, c.c_void_p), c.cast(libc.calloc, c.c_void_p), c.cast(libc.free, c.c_void_p), None,
+            self.number)
+        if self.description.log_formatter and Path(self.description.log_formatter).is_file():
+            c.CDLL(self.description.log_formatter).addLoggerProxy(c.byref(self._callbacks))
+        resources = Path(self.description.resources).absolute().as_uri().encode()
+        result: int | None = self.function("Instantiate", c.c_void_p)(
+            c.c_char_p(name), c.c_int(1), c.c_char_p(self.description.token.encode()), c.c_char_p(resources),
+            c.byref(self._callbacks), c.c_int(0), c.c_int(0))
+        return result
+
+    def _tail(self, values: Any) -> tuple[Any, ...]:
+        return ()
+
+    def initialize(self, set_start: Callable[[bool], None]) -> list[tuple[str, Callable[[], int]]]:
+        none = c.c_double(0)
+        return [
+            ("setting start values", lambda: set_start(False) or 0),
+            ("fmi2SetupExperiment", lambda: self.function("SetupExperiment")(
+                self.handle, c.c_int(0), none, none, c.c_int(0), none)),
+            ("fmi2EnterInitializationMode", lambda: self.function("EnterInitializationMode")(self.handle)),
+            ("fmi2ExitInitializationMode", lambda: self.function("ExitInitializationMode")(self.handle)),
+        ]
+
+    def step(self) -> tuple[Call, tuple[Any, ...]]:
+        return self.function("DoStep"), (self.handle, self.time, self.h, c.c_int(1))
+
+    def stopped_at_s(self, t_s: float) -> float | None:
+        return None
+
+    def asks_to_end(self) -> bool:
+        return False
+
+
+class Fmu3(Fmu):
+    prefix = "fmi3"
+    types = TYPES_FMI3
+
+    def _instantiate(self, name: bytes) -> int | None:
+        resources = self.description.resources
+        folder = f"{resources}/".encode() if Path(resources).is_dir() else None
+        result: int | None = self.function("InstantiateCoSimulation", c.c_void_p)(
+            c.c_char_p(name), c.c_char_p(self.description.token.encode()), c.c_char_p(folder), c.c_bool(False),
+            c.c_bool(False), c.c_bool(False), c.c_bool(False), None, c.c_size_t(0), c.c_void_p(self.number),
+            _logger_fmi3, None)
+        return result
+
+    def _tail(self, values: Any) -> tuple[Any, ...]:
+        return (c.c_size_t(len(values)),)
+
+    def initialize(self, set_start: Callable[[bool], None]) -> list[tuple[str, Callable[[], int]]]:
+        none = c.c_double(0)
+        return [
+            ("setting structural parameters", lambda: set_start(True) or 0),
+            ("setting start values", lambda: set_start(False) or 0),
+            ("fmi3EnterInitializationMode", lambda: self.function("EnterInitializationMode")(
+                self.handle, c.c_bool(False), none, none, c.c_bool(False), none)),
+            ("fmi3ExitInitializationMode", lambda: self.function("ExitInitializationMode")(self.handle)),
+        ]
+
+    def step(self) -> tuple[Call, tuple[Any, ...]]:
+        self._flags = (c.c_bool * 4)()      # event handling needed, terminate, early return
+        self._last = c.c_double(float("nan"))
+        flags = [c.byref(self._flags, place) for place in range(3)]
+        return self.function("DoStep"), (self.handle, self.time, self.h, c.c_bool(True), *flags, c.byref(self._last))
+
+    def stopped_at_s(self, t_s: float) -> float | None:
+        last = self._last.value
+        return last if last < t_s - 5e-10 else None     # half a nanosecond, the resolution of simulated time
+
+    def asks_to_end(self) -> bool:
+        return self._flags[1]

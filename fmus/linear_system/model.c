@@ -1,0 +1,152 @@
+/* Linear time-invariant system with held inputs.
+ *
+ *     dx/dt = A x + B u          y = C x + D u          u constant over a step
+ *     x(t + h) = x + Z x + G u   Z = exp(A h) - I   G = Phi B   Phi = integral of exp(A s) ds over [0, h]
+ *
+ * Exact for any h up to rounding. Phi(h / 2^s) comes from its Taylor series, Phi(2 h) = (2 I + Z) Phi and
+ * Z(2 h) = 2 Z + Z^2 double it back (Higham 2008, Functions of Matrices, section 10.3, with Phi as in section 10.7.4).
+ * Z rather than exp(A h) is kept because a short step then loses no digits of A h against I.
+ *
+ * A trailing state whose rows of A and B and whose start are zero stays zero for ever, so leaving it out changes no
+ * result; the same holds for trailing inputs with zero columns and outputs with zero rows.
+ *
+ * Not modelled: matrices that vary with time, noise, saturation. */
+#include <math.h>
+#include <string.h>
+
+#include "variables.h"
+
+#define TERMS 16 /* remainder of the series of Phi, relative: 0.5^16 / 17! = 4e-20 */
+
+static int filled(int rows, const int used[])
+{
+    while (rows > 0 && !used[rows - 1])
+        rows--;
+    return rows;
+}
+
+void model_start(Values *v)
+{
+    int states[STATES] = {0}, inputs[INPUTS] = {0}, outputs[OUTPUTS] = {0};
+    for (int i = 0; i < STATES; i++) {
+        states[i] = v->x0[i] != 0;
+        for (int j = 0; j < STATES; j++)
+            states[i] |= v->A[i][j] != 0;
+        for (int j = 0; j < INPUTS; j++) {
+            states[i] |= v->B[i][j] != 0;
+            inputs[j] |= v->B[i][j] != 0;
+        }
+    }
+    for (int i = 0; i < OUTPUTS; i++) {
+        for (int j = 0; j < STATES; j++)
+            outputs[i] |= v->C[i][j] != 0;
+        for (int j = 0; j < INPUTS; j++) {
+            outputs[i] |= v->D[i][j] != 0;
+            inputs[j] |= v->D[i][j] != 0;
+        }
+    }
+    memset(&v->memory, 0, sizeof v->memory);
+    v->memory.n = filled(STATES, states);
+    v->memory.m = filled(INPUTS, inputs);
+    v->memory.p = filled(OUTPUTS, outputs);
+    memcpy(v->x, v->x0, sizeof v->x);
+}
+
+/* out = a b, all n x n */
+static void multiply(int n, double a[STATES][STATES], double b[STATES][STATES], double out[STATES][STATES])
+{
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) {
+            double sum = 0;
+            for (int k = 0; k < n; k++)
+                sum += a[i][k] * b[k][j];
+            out[i][j] = sum;
+        }
+}
+
+/* Doublings that bring the largest column sum of |A| h to at most 1/2. */
+static int doublings(const Values *v, double h)
+{
+    double norm = 0;
+    for (int j = 0; j < v->memory.n; j++) {
+        double sum = 0;
+        for (int i = 0; i < v->memory.n; i++)
+            sum += fabs(v->A[i][j]);
+        norm = fmax(norm, sum * h);
+    }
+    int exponent = 0;
+    if (isfinite(norm))
+        frexp(norm, &exponent); /* norm < 2^exponent */
+    return exponent + 1 > 0 ? exponent + 1 : 0;
+}
+
+static void discretize(Values *v, double h, Discretization *d)
+{
+    const int n = v->memory.n, s = doublings(v, h);
+    const double part = ldexp(h, -s);
+    double phi[STATES][STATES] = {{0}}, product[STATES][STATES];
+
+    for (int term = TERMS; term >= 1; term--) { /* Horner: phi = part (I + A phi_of_the_higher_terms / term) */
+        multiply(n, v->A, phi, product);
+        for (int i = 0; i < n; i++)
+            for (int j = 0; j < n; j++)
+                phi[i][j] = part / term * ((i == j) + product[i][j]);
+    }
+    multiply(n, v->A, phi, d->Z);
+    for (int k = 0; k < s; k++) {
+        multiply(n, d->Z, phi, product);
+        for (int i = 0; i < n; i++)
+            for (int j = 0; j < n; j++)
+                phi[i][j] = 2 * phi[i][j] + product[i][j];
+        multiply(n, d->Z, d->Z, product);
+        for (int i = 0; i < n; i++)
+            for (int j = 0; j < n; j++)
+                d->Z[i][j] = 2 * d->Z[i][j] + product[i][j];
+    }
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < v->memory.m; j++) {
+            double sum = 0;
+            for (int k = 0; k < n; k++)
+                sum += phi[i][k] * v->B[k][j];
+            d->G[i][j] = sum;
+        }
+}
+
+static const Discretization *discretization(Values *v, double h)
+{
+    Memory *memory = &v->memory;
+    for (int slot = 0; slot < KEPT; slot++)
+        if (memory->h[slot] == h)
+            return &memory->of[slot];
+    const int slot = memory->next;
+    memory->next = (slot + 1) % KEPT;
+    memory->h[slot] = h;
+    discretize(v, h, &memory->of[slot]);
+    return &memory->of[slot];
+}
+
+void model_step(Values *v, double h /* [s] */)
+{
+    const Discretization *d = discretization(v, h);
+    double change[STATES];
+    for (int i = 0; i < v->memory.n; i++) {
+        change[i] = 0;
+        for (int j = 0; j < v->memory.n; j++)
+            change[i] += d->Z[i][j] * v->x[j];
+        for (int j = 0; j < v->memory.m; j++)
+            change[i] += d->G[i][j] * v->u[j];
+    }
+    for (int i = 0; i < v->memory.n; i++)
+        v->x[i] += change[i];
+}
+
+void model_outputs(Values *v)
+{
+    for (int i = 0; i < v->memory.p; i++) {
+        v->y[i] = 0;
+        for (int j = 0; j < v->memory.n; j++)
+            v->y[i] += v->C[i][j] * v->x[j];
+        for (int j = 0; j < v->memory.m; j++)
+            v->y[i] += v->D[i][j] * v->u[j];
+    }
+}
