@@ -1,0 +1,196 @@
+"""One behaviour suite that every member of IMPAIRMENTS runs."""
+
+from __future__ import annotations
+
+import dataclasses
+import typing
+from pathlib import Path
+from random import Random
+
+import pydantic
+import pydantic.dataclasses
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from netem.frames import Fate, Transit
+from netem.impairments.table import IMPAIRMENTS
+from netem.impairments.window import Window
+from netem.random_streams import stream
+
+TRACE = "delay_ms,lost\n0,0\n2.5,0\n1,1\n0.000001,0\n"
+EXAMPLES = {
+    "independent loss": ("bernoulli_loss", {"loss_ratio": 0.3}),
+    "bursty loss": ("gilbert_elliott", {"loss_ratio": 0.3, "mean_burst_frames": 4.0}),
+    "four states": ("four_state_loss", {"p13": 0.2, "p31": 0.3, "p32": 0.3, "p23": 0.5, "p14": 0.1}),
+    "script": ("scripted_loss", {"lose_frames": [0, 2], "every": 3}),
+    "recording": ("trace", {"file": "trace.csv", "at_end": "wrap"}),
+    "constant delay": ("delay", {"delay_ns": 5}),
+    "uniform delay": ("delay", {"delay_ns": 1000, "distribution": "uniform", "jitter_ns": 5000}),
+    "normal delay": ("delay", {"delay_ns": 1000, "distribution": "normal", "jitter_ns": 5000, "correlation": 0.6}),
+    "pareto delay in order": ("delay", {"distribution": "pareto", "jitter_ns": 5000, "keep_order": True}),
+    "paretonormal delay": ("delay", {"distribution": "paretonormal", "jitter_ns": 5000, "correlation": -0.4}),
+    "empirical delay": ("delay", {"distribution": "empirical", "samples_ns": [4, 0, 9]}),
+    "duplication": ("duplicate", {"duplicate_ratio": 0.4, "extra_delay_ns": 30}),
+    "reordering": ("reorder", {"hold_ns": 700, "reorder_ratio": 0.3, "gap_frames": 2}),
+    "bit errors": ("corrupt", {"bit_error_ratio": 0.02}),
+    "damaged frames": ("corrupt", {"frame_ratio": 0.4}),
+    "rate limit": ("rate_limit", {"rate_bps": 9600, "queue_frames": 2}),
+}
+
+few = settings(max_examples=40)
+copies = st.lists(st.tuples(st.integers(0, 10 ** 9), st.integers(0, 10 ** 6), st.binary(max_size=40)), max_size=30)
+examples = pytest.mark.parametrize("example", EXAMPLES)
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path: Path = tmp_path_factory.mktemp("recordings") / "trace.csv"
+    path.write_text(TRACE)
+    return path
+
+
+def settings_of(example: str, recording: Path) -> dict[str, typing.Any]:
+    settings = dict(EXAMPLES[example][1])
+    return settings | {"file": str(recording)} if "file" in settings else settings
+
+
+def build(example: str, recording: Path, seed: int = 7) -> typing.Any:
+    kind = IMPAIRMENTS[EXAMPLES[example][0]]
+    rng = {"rng": stream(seed, example)} if draws(kind) else {}
+    return kind(**settings_of(example, recording), **rng)
+
+
+def draws(kind: type) -> bool:
+    return any(field.name == "rng" for field in dataclasses.fields(kind))
+
+
+def entering(link: list[tuple[int, int, bytes]]) -> list[Transit]:
+    """Copies in the order of time; an impairment before this one may have put their arrivals out of order."""
+    in_order = sorted(link, key=lambda copy: copy[0])
+    return [Transit(n, sent_ns, sent_ns + late_ns, data) for n, (sent_ns, late_ns, data) in enumerate(in_order)]
+
+
+def carried(impairment: typing.Any, transits: list[Transit]) -> list[list[Transit]]:
+    return [list(impairment.carry(transit)) for transit in transits]
+
+
+def test_every_member_of_the_table_has_an_example_here():
+    assert {kind for kind, _ in EXAMPLES.values()} == set(IMPAIRMENTS)
+
+
+@examples
+@few
+@given(link=copies)
+def test_no_copy_comes_out_before_it_came_in(example, recording, link):
+    impairment = build(example, recording)
+
+    for transit, out in zip(entering(link), carried(impairment, entering(link)), strict=True):
+        assert all(copy.arrival_ns >= transit.arrival_ns and type(copy.arrival_ns) is int for copy in out)
+
+
+@examples
+@few
+@given(link=copies)
+def test_number_and_entry_stay_and_data_changes_only_in_a_copy_marked_corrupt(example, recording, link):
+    impairment = build(example, recording)
+
+    for transit, out in zip(entering(link), carried(impairment, entering(link)), strict=True):
+        for copy in out:
+            assert (copy.number, copy.sent_ns) == (transit.number, transit.sent_ns)
+            assert len(copy.data) == len(transit.data)
+            assert copy.corrupt == (copy.data != transit.data)
+
+
+@examples
+@few
+@given(link=copies)
+def test_what_came_in_is_left_as_it_was_and_twins_are_objects_of_their_own(example, recording, link):
+    impairment, transits = build(example, recording), entering(link)
+
+    out = carried(impairment, transits)
+
+    untouched = entering(link)
+    for transit, before, yielded in zip(transits, untouched, out, strict=True):
+        assert transit == before
+        assert len({id(copy) for copy in yielded}) == len(yielded)
+
+
+@examples
+@few
+@given(link=copies)
+def test_a_copy_that_is_already_corrupt_stays_corrupt(example, recording, link):
+    transits = entering(link)
+    for transit in transits:
+        transit.corrupt = True
+
+    out = carried(build(example, recording), transits)
+
+    assert all(copy.corrupt for yielded in out for copy in yielded)
+
+
+@examples
+def test_the_same_seed_replays_the_same_and_another_seed_does_not(example, recording, frames):
+    first, again, other = (carried(build(example, recording, seed), frames(500)) for seed in (7, 7, 8))
+
+    assert first == again
+    assert (first != other) == draws(IMPAIRMENTS[EXAMPLES[example][0]]) or example == "constant delay"
+
+
+@examples
+def test_it_does_something(example, recording, frames):
+    out = carried(build(example, recording), frames(500, every_ns=1000))
+
+    assert out != [[transit] for transit in frames(500, every_ns=1000)]
+
+
+@examples
+def test_outside_its_window_it_neither_touches_a_copy_nor_draws(example, recording, frames):
+    impairment = build(example, recording)
+    windowed = Window(impairment, [(200, 300)])
+    before = draws(type(impairment)) and impairment.rng.getstate()
+    outside = [transit for transit in frames(500, every_ns=1) if not 200 <= transit.sent_ns < 300]
+
+    out = [tuple(windowed.carry(transit)) for transit in outside]
+
+    assert all(len(yielded) == 1 and yielded[0] is transit for yielded, transit in zip(out, outside, strict=True))
+    assert (draws(type(impairment)) and impairment.rng.getstate()) == before
+
+
+@examples
+def test_inside_its_window_it_acts_as_without_one(example, recording, frames):
+    windowed = Window(build(example, recording), [(0, 1_000_000_000)])
+
+    out = carried(windowed, frames(500))
+
+    assert out == carried(build(example, recording), frames(500))
+    assert windowed.loses_as is build(example, recording).loses_as
+
+
+@pytest.mark.parametrize("name", IMPAIRMENTS)
+def test_fields_are_the_toml_keys_and_a_generator_passed_by_keyword(name):
+    kind = IMPAIRMENTS[name]
+    types = typing.get_type_hints(kind)
+    keys = [field for field in dataclasses.fields(kind) if field.init and field.name != "rng"]
+
+    assert isinstance(kind.loses_as, Fate)
+    for key in keys:
+        assert not key.kw_only
+        assert types[key.name] in (int, list[int]) or not key.name.endswith("_ns")
+    for rng in (field for field in dataclasses.fields(kind) if field.name == "rng"):
+        assert types["rng"] is Random
+        assert rng.kw_only
+
+
+@examples
+def test_pydantic_validates_a_scenario_table_against_the_same_dataclass(example, recording):
+    kind = IMPAIRMENTS[EXAMPLES[example][0]]
+    checked = pydantic.dataclasses.dataclass(
+        kind, config=pydantic.ConfigDict(arbitrary_types_allowed=True, extra="forbid"))
+    rng = {"rng": Random(1)} if draws(kind) else {}
+
+    built = checked(**settings_of(example, recording), **rng)
+
+    assert isinstance(built, kind)
+    with pytest.raises(pydantic.ValidationError, match="colour"):
+        checked(**settings_of(example, recording), **rng, colour="red")
