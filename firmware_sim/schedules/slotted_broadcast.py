@@ -34,9 +34,11 @@ class Slot(NamedTuple):
 
 @dataclass(frozen=True)
 class SlottedBroadcast:
-    """All times are local times; instants are due `next_after` strictly after the time asked for.
+    """All times are local times; what is next lies strictly after the time asked for.
 
-    The first slot of a schedule that starts at local time 0 without a guard is `next_slot_of(part, -1)`.
+    - A schedule that starts at local time 0 without a guard has its first slot at 0: `next_slot_of(part, -1)`.
+    - A sender picks its slot, waits for it and then uses that slot's number. It does not ask again on waking: a clock
+      that is fast or shows ticks may read a little more than the instant waited for.
     """
 
     parts: int                              # T

@@ -1,0 +1,64 @@
+"""How long drifting clocks keep their slots apart, by hand.
+
+Clock i reads L_i(t) = o_i + (1 + d_i) t. The slow node S begins to send at local time s and its frame is on the air for
+a; the fast node F begins at local time s + m slot, m slots later. In true time they begin at
+
+    t_S = (s - o_S) / (1 + d_S)            t_F = (s + m slot - o_F) / (1 + d_F)
+
+The frames overlap if t_S + a > t_F. With s = o_S + (1 + d_S) t_S and lead = o_F - o_S this is
+
+    t_S > t* = (m slot - lead - a (1 + d_F)) / (d_F - d_S)
+
+exactly, without linearization: every frame of S that begins up to t* is clean, the first one after t* is not, and S
+sends once per round. Neighbours in the round (m = 1) with a = slot - 2 guard and drifts of +-p that start aligned:
+t* = 2 guard / 2 p = guard / p, up to a p / 2 p = a / 2 that comes from the airtime, which is true time.
+
+A clock that shows ticks is late by at most tick - 1 ns, in S's disfavour: the lead grows by that. Rounding instants up
+to whole nanoseconds changes nothing (a and t are whole, and rounding up keeps the order).
+
+Not modelled: propagation delay, drift that changes, more than one change of direction.
+"""
+
+from __future__ import annotations
+
+from firmware_sim.local_clock import UNIT, rate_parts
+from netem.agenda import NEVER_NS
+
+
+def collision_free_until(drift_a_ppm: float, drift_b_ppm: float, slot_ns: int, airtime_ns: int, *, lead_ns: int = 0,
+                         slots_apart: int = 1, tick_ns: int = 1) -> int:
+    """t* in true nanoseconds: a frame that begins up to then does not overlap the other node's; 0: from the start.
+
+    `lead_ns` is by how much b's clock is ahead of a's at true time 0; `slots_apart` how many slots after the slower
+    clock's slot the faster one's comes (1 = its neighbour in the round, the worst case). `NEVER_NS` if the clocks do
+    not drift apart.
+    """
+    if slots_apart < 1:
+        raise ValueError(f"slots_apart={slots_apart}: expected at least 1")
+    if airtime_ns < 0:
+        raise ValueError(f"airtime_ns={airtime_ns}: expected 0 or more")
+    slow, fast = rate_parts(drift_a_ppm), rate_parts(drift_b_ppm)
+    if slow > fast:
+        slow, fast, lead_ns = fast, slow, -lead_ns
+    room = (slots_apart * slot_ns - lead_ns - (tick_ns - 1)) * UNIT - airtime_ns * (UNIT + fast)
+    if room < 0:
+        return 0
+    if slow == fast:
+        return NEVER_NS
+    return room // (fast - slow)
+
+
+def largest_drift_ppm(round_ns: int, slack_ns: int, gain: float, bound_ns: int) -> float:
+    """The largest difference of drift between two nodes that hear each other for which resynchronization keeps up.
+
+    Between two corrections the clocks part by D = difference * round. Both nodes step by gain * error, at most by
+    `bound_ns`, so a steady error e obeys 2 gain e = D, and D <= 2 bound, or the error grows without end. The error is
+    measured up to a round before the correction, so it peaks at no more than e + D. It must stay within `slack_ns`,
+    the time between two frames (slot - airtime):
+
+        D (1 + 1 / (2 gain)) <= slack     and     D <= 2 bound
+
+    For steps alone; with a rate trim the steady error goes to zero and only the transient counts.
+    """
+    largest_parting_ns = min(slack_ns / (1 + 1 / (2 * gain)), 2 * bound_ns)
+    return largest_parting_ns / round_ns * 1e6
