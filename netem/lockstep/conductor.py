@@ -91,10 +91,12 @@ class Conductor:
     windows: int = 0
     grants: int = 0
     instant_rounds: int = 0
+    reached_ns: int = 0
     counters: dict[str, dict[str, int]] = field(default_factory=dict)
     seats: dict[str, Seat] = field(default_factory=dict)
     media: Mapping[str, Medium] = field(default_factory=dict)
     _next_out_ns: int = 0
+    _talkers: set[str] = field(default_factory=set)     # who handed something out in the last window
 
     def admit(self, hellos: Mapping[str, Hello], media: Mapping[str, Medium]) -> None:
         """The nodes that take part, with their first promises, and the media between them."""
@@ -145,8 +147,9 @@ class Conductor:
                 instant_ns = t0_ns
                 self.instant_rounds += 1
                 if rounds > MAX_ROUNDS_AT_ONE_INSTANT:
-                    raise InstantLoop(t0_ns, [seat.name for seat in seats if seat.earliest_ns <= t0_ns], rounds - 1)
+                    raise InstantLoop(t0_ns, sorted(self._talkers), rounds - 1)
             self._window(seats, horizon_ns, instant)
+            self.reached_ns = horizon_ns
             agenda.run_before(horizon_ns + 1 if instant else horizon_ns)
             if (wall_s := time.monotonic()) >= next_progress_s:
                 next_progress_s = wall_s + PROGRESS_EVERY_S
@@ -160,8 +163,11 @@ class Conductor:
         grants = [(seat.name, Grant(self.windows, horizon_ns, instant, False, seat.take(limit_ns)))
                   for seat in seats if seat.earliest_ns < limit_ns]
         self.grants += len(grants)
+        self._talkers.clear()
         for name, report in self._exchange(grants):
             seat = self.seats[name]
+            if report.offers:
+                self._talkers.add(name)
             for sequence, (time_ns, port, data) in enumerate(report.offers):
                 if not seat.earliest_ns <= time_ns < limit_ns or not 0 <= port < len(seat.media):
                     raise self._broken_promise(seat, sequence, report, limit_ns)

@@ -1,0 +1,49 @@
+"""The control law with held outputs (6.11):
+
+    u_i = -K_i sum_{j in N_i} [(yh_i - yh_j) - (d_i - d_j)]         yh: the value last broadcast, held (zero order)
+
+Until a robot has heard a neighbour, that neighbour's term is left out; a neighbour that is new in N_i counts from its
+next slot on, unless it was heard since the last slot of the old topology.
+
+Differs from the dissertation: it does not say what a receiver uses before the first frame of a new link.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from agents.synchronization.graph import Floats
+
+Output = tuple[float, ...]
+
+
+class AgreementLaw:
+    """One robot's side of (6.11). Robots are numbered from 0."""
+
+    def __init__(self, number: int, K: Floats, biases: Sequence[Output]) -> None:
+        self.number = number
+        self.neighbours: tuple[int, ...] = ()
+        self.held: dict[int, Output] = {}
+        self._gain = [[float(entry) for entry in row] for row in K]
+        self._biases = biases
+
+    def listen_to(self, neighbours: Iterable[int], fresh: Iterable[int]) -> None:
+        """N_i is `neighbours` from now on; of the values held for new ones only those of `fresh` are still good."""
+        kept = set(self.neighbours) | set(fresh) | {self.number}
+        self.neighbours = tuple(sorted(neighbours))
+        self.held = {number: value for number, value in self.held.items() if number in kept}
+
+    def control(self) -> list[float]:
+        """u_i without disturbance; zero as long as the robot has not broadcast itself."""
+        own = self.held.get(self.number)
+        if own is None:
+            return [0.0] * len(self._gain)
+        own_bias = self._biases[self.number]
+        errors = [0.0] * len(own)
+        for j in self.neighbours:
+            other = self.held.get(j)
+            if other is not None:
+                bias = self._biases[j]
+                for k, value in enumerate(own):
+                    errors[k] += (value - other[k]) - (own_bias[k] - bias[k])
+        return [-sum(gain * error for gain, error in zip(row, errors, strict=True)) for row in self._gain]

@@ -1,0 +1,112 @@
+"""The topology is discovered over the radio itself, whenever what a robot hears no longer fits what it knows.
+
+An event is a frame of a neighbour missing N^D + 1 times in a row in its allotted slot, or a frame from somebody who is
+no neighbour. It starts the flooding of `discovery.py` in the control sub-slots; the result is adopted at the first end
+of a round after the flooding's common end.
+
+A robot looks at what it heard when it wakes for a slot of its own, not before: that keeps its promise of silence firm.
+So it may join a discovery one cycle later than `discovery.py` reckons, at each of the N - 1 links at most.
+
+Differs from the dissertation: Delta_u is not neglected; the old topology stays in force while the new one is discovered.
+Not modelled: a robot whose slots no longer agree with the others' because it missed an adoption (it is heard as an
+event by whoever receives it, but collisions may hide it).
+"""
+
+from __future__ import annotations
+
+from agents.synchronization.discovery import Discovery, Incomplete, Phase
+from agents.synchronization.graph import Floats, neighbours
+from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
+from netem.node import Node
+
+
+class DiscoveredTopology:
+    """All robots begin with a discovery: nobody knows anything."""
+
+    def __init__(self, node: Node, number: int, robots: int, max_successive_losses: int) -> None:
+        self._node = node
+        self._number = number
+        self._robots = robots
+        self._losses = max_successive_losses
+        self._discovery = Discovery(number, robots, max_successive_losses)
+        self._discovery.cycles += robots - 1                # joining late, at every link
+        self._discovery.trigger(0)
+        self._inbox: list[tuple[int, bytes, int]] = []      # (owner of the control slot, bytes, cycle)
+        self._neighbours: tuple[int, ...] = ()
+        self._heard: set[int] = set()                       # since the last own slot
+        self._missed: dict[int, int] = {}                   # slots in a row
+        self._whole_round = False                           # a round has passed since the topology was adopted
+        self._adopts = False
+
+    def heard_output(self, sender: int) -> None:
+        self._heard.add(sender)
+
+    def heard_control(self, data: bytes, schedule: SlottedBroadcast, local_ns: int) -> bool:
+        slot = schedule.slot_at(local_ns).number
+        if slot < 0:
+            return False
+        self._inbox.append((schedule.control_owner(slot), data, schedule.control_cycle(slot)))
+        return True
+
+    def before_own_slot(self, schedule: SlottedBroadcast, local_ns: int) -> None:
+        cycle = schedule.control_cycle(schedule.slot_at(local_ns).number)
+        self._read_inbox()
+        if self._discovery.phase is Phase.SILENT and not self._adopts and self._neighbours:
+            reason = self._event()
+            if reason:
+                self._node.event("topology changed", reason)
+                self._discovery.trigger(cycle)
+        self._heard.clear()
+        self._whole_round = True
+
+    def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:
+        return self._discovery.phase is not Phase.SILENT
+
+    def control_frame(self, schedule: SlottedBroadcast, local_ns: int) -> bytes | None:
+        self._read_inbox()
+        started = self._discovery.phase is Phase.ARMED
+        frame = self._discovery.frame_to_send(schedule.control_cycle(schedule.slot_at(local_ns).number))
+        if frame is not None and started:
+            self._node.count("discoveries started")
+        self._adopts = self._adopts or self._discovery.is_running
+        return frame
+
+    def adoption_ns(self, schedule: SlottedBroadcast, local_ns: int) -> int | None:
+        if not self._adopts:
+            return None
+        return schedule.round_end_after(schedule.slot(self._discovery.end_cycle * self._robots).start_ns - 1)
+
+    def adopt(self, local_ns: int) -> Floats | None:
+        self._read_inbox()
+        self._adopts = False
+        self._whole_round = False
+        self._missed.clear()
+        self._heard.clear()
+        outcome = self._discovery.finish(self._discovery.end_cycle)
+        if isinstance(outcome, Incomplete):
+            self._node.count("incomplete discoveries")
+            self._node.event("incomplete discovery", str(outcome))
+            self._discovery.trigger(0)
+            return None
+        self._neighbours = tuple(neighbours(outcome.laplacian)[self._number])
+        return outcome.laplacian
+
+    def _read_inbox(self) -> None:
+        for owner, data, cycle in self._inbox:
+            if not self._discovery.hear(owner, data, cycle):
+                self._node.count("refused control frames")
+        self._inbox.clear()
+        self._adopts = self._adopts or self._discovery.is_running
+
+    def _event(self) -> str:
+        """Why the topology must have changed, "" if nothing speaks for it."""
+        for sender in sorted(self._heard.difference(self._neighbours)):
+            return f"robot {self._number + 1} hears robot {sender + 1}, which is no neighbour"
+        if self._whole_round:
+            for sender in self._neighbours:
+                missed = 0 if sender in self._heard else self._missed.get(sender, 0) + 1
+                self._missed[sender] = missed
+                if missed > self._losses:
+                    return (f"robot {self._number + 1} missed the frame of robot {sender + 1} in its slot"
+                            + (f" {missed} times in a row" if missed > 1 else ""))
+        return ""

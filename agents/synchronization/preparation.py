@@ -1,0 +1,126 @@
+"""Before a run: what the medium does to the frames, the round plans of the graphs that will occur, and what is impossible.
+
+`check` refuses a run that cannot work, with the equation that fails and the number; `prepare` adds to the team table
+what every robot may know beforehand (`layout`, `designs`). Both take the scenario as the loader resolved it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Protocol
+
+import msgspec
+import numpy as np
+
+from agents.synchronization.check import problems
+from agents.synchronization.discovery_frame import MAX_NODES, frame_bytes
+from agents.synchronization.graph import Floats, laplacian
+from agents.synchronization.round_plans import RoundPlans
+from agents.synchronization.sync_frame import SyncFrameCodec
+from agents.synchronization.team import Layout, Team, TeamError, read_team
+from netem.topology import Site
+
+
+class AgentLike(Protocol):
+    @property
+    def program(self) -> str: ...
+    @property
+    def at_m(self) -> tuple[float, ...] | None: ...
+    @property
+    def media(self) -> tuple[str, ...]: ...
+
+
+class MediumLike(Protocol):
+    @property
+    def settings(self) -> Any: ...
+    @property
+    def nodes(self) -> tuple[str, ...]: ...
+
+
+class ScenarioLike(Protocol):
+    @property
+    def length_ns(self) -> int: ...
+    @property
+    def team(self) -> Mapping[str, Any]: ...
+    @property
+    def agents(self) -> Mapping[str, AgentLike]: ...
+    @property
+    def media(self) -> Mapping[str, MediumLike]: ...
+
+
+def check(scenario: ScenarioLike) -> Iterator[str]:
+    """Every reason why these robots cannot synchronize over this medium."""
+    try:
+        team = read_team(scenario.team)
+    except TeamError as error:
+        yield str(error)
+        return
+    if sorted(team.names) != sorted(scenario.agents):
+        yield (f"team.models: {team.names}: expected exactly the agents of the scenario, {sorted(scenario.agents)}: "
+               "every robot has to know every other's model")
+        return
+    media = {medium for agent in scenario.agents.values() for medium in agent.media}
+    if len(media) != 1 or any(len(agent.media) != 1 for agent in scenario.agents.values()):
+        yield f"media: {sorted(media)}: expected all robots on one and the same medium"
+        return
+    medium = scenario.media[media.pop()]
+    if not hasattr(medium.settings, "radio"):
+        yield "media: synchronization by broadcasts needs a broadcast_radio"
+        return
+    if team.topology == "discovered" and len(team.names) > MAX_NODES:
+        yield f"team.models: {len(team.names)} robots: a discovery frame names at most {MAX_NODES}"
+        return
+    layout = frame_layout(team, medium)
+    graphs = occurring_graphs(team, scenario, medium)
+    plans = RoundPlans(team)
+    for name, graph in graphs.items():
+        plan = plans.plan(graph)
+        slot_ns = plan.slot_ns if plan is not None else 0
+        airtime_ns = _needed_ns(team, layout)
+        for problem in problems(team.agents, graph, slot_ns=slot_ns, airtime_ns=airtime_ns, names=team.names,
+                                discovered=team.topology == "discovered"):
+            yield f"{name}: {problem}"
+    if team.topology == "discovered" and team.boot_slot_s * 1e9 < _needed_ns(team, layout):
+        yield (f"team.boot_slot_s={team.boot_slot_s}: expected at least {_needed_ns(team, layout) * 1e-9:.9f} s, "
+               "what the frames of one slot need with their guard times")
+
+
+def prepare(scenario: ScenarioLike) -> dict[str, Any]:
+    """What goes into the team table of every robot: frame times, and the round plan of each graph that will occur."""
+    team = read_team(scenario.team)
+    medium = scenario.media[next(iter(scenario.agents.values())).media[0]]
+    plans = RoundPlans(team)
+    entries = [plans.table_entry(graph) for graph in occurring_graphs(team, scenario, medium).values()]
+    return {"layout": msgspec.to_builtins(frame_layout(team, medium)),
+            "designs": [msgspec.to_builtins(entry) for entry in entries if entry is not None]}
+
+
+def frame_layout(team: Team, medium: MediumLike) -> Layout:
+    radio = medium.settings.radio()
+    data_ns = radio.airtime_ns(SyncFrameCodec(len(team.names), team.outputs).size_bytes)
+    control_ns = radio.airtime_ns(frame_bytes(len(team.names))) if team.topology == "discovered" else 0
+    return Layout(data_ns, control_ns, radio.receive_latency_ns)
+
+
+def occurring_graphs(team: Team, scenario: ScenarioLike, medium: MediumLike) -> dict[str, Floats]:
+    """The Laplacians that the robots will have to work with, by where they come from."""
+    if team.topology == "told":
+        return {f"team.requests[{index}]": team.laplacian_of(request.links)
+                for index, request in enumerate(team.requests)}
+    positions = {node: at for node in medium.nodes if (at := scenario.agents[node].at_m) is not None}
+    radio = medium.settings.radio()
+    topology = medium.settings.topology.over(Site(medium.nodes, positions, radio.tx_power_dbm, radio.sensitivity_dbm))
+    found: dict[str, Floats] = {}
+    for at_ns in [0, *topology.changes_ns(scenario.length_ns)]:
+        edges = [(team.names.index(sender), team.names.index(receiver)) for sender, receiver in topology.graph_at(at_ns)]
+        graph = laplacian(len(team.names), edges)
+        if not any(np.array_equal(graph, known) for known in found.values()):
+            found[f"the graph from {at_ns * 1e-9:g} s"] = graph
+    return found
+
+
+def _needed_ns(team: Team, layout: Layout) -> int:
+    """What the frames of one slot need: data, control if there is any, a guard time around each, the receive latency."""
+    guard_ns = round(team.guard_s * 1e9)
+    frames_ns = layout.data_airtime_ns + layout.control_airtime_ns + layout.latency_ns
+    return frames_ns + guard_ns * (3 if layout.control_airtime_ns else 2)

@@ -1,0 +1,240 @@
+"""One robot of a team that synchronizes its outputs by slotted broadcasts (Chapter 6), as it runs on the robot.
+
+    its slot:        measure y_i, broadcast it, hold it                                        (6.11), Protocol 1
+    a sync frame:    hold the sender's output, compute u_i anew
+    a round's end:   a new topology, if there is one: new parts, new slot length, new neighbours
+
+Everything is timed by the local clock. The robot speaks in its own data slots, and in its own control sub-slots while
+its topology source asks for them; its promise to be silent until then is firm. The own value is held from when the
+others can have received it, so all use the same one.
+
+Plant: inputs u[1..], outputs y[1..] as `linear_system` has them. The disturbance omega_i of (6.6) adds to u_i.
+Not modelled: measurement noise, computing time (outputs appear at the slot's instant).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping, Sequence
+from typing import Any
+
+from simpy.events import Event
+
+from agents.synchronization.agreement_law import AgreementLaw
+from agents.synchronization.discovered_topology import DiscoveredTopology
+from agents.synchronization.graph import Floats, neighbours
+from agents.synchronization.preparation import check, prepare
+from agents.synchronization.round_plan import RoundPlan
+from agents.synchronization.round_plans import RoundPlans
+from agents.synchronization.sync_frame import SyncFrame, SyncFrameCodec
+from agents.synchronization.team import Team, read_team
+from agents.synchronization.told_topology import ToldTopology
+from agents.synchronization.topology_source import TopologySource
+from firmware_sim.board import Board
+from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
+from firmware_sim.slot_sync import SlotSync
+
+
+class SyncRobot:
+    check = staticmethod(check)
+    prepare = staticmethod(prepare)
+
+    def __init__(self, board: Board, *, disturbance: Sequence[Sequence[float]] = ()) -> None:
+        """`disturbance`: omega_i as (from_s, value) pairs in true time, the value for every input alike."""
+        team = read_team(board.team)
+        if board.plant is None:
+            raise ValueError(f"{board.node.name}: a synchronizing robot needs a plant")
+        self._board = board
+        self._team = team
+        self._number = team.names.index(board.node.name)
+        self._port = next(iter(board.node.ports.values()))
+        self._port.on_receive = self._hear
+        agent = team.agents[self._number]
+        self._plant = board.plant
+        self._inputs = board.plant.input_group([f"u[{k + 1}]" for k in range(agent.inputs)])
+        self._outputs = board.plant.output_group([f"y[{k + 1}]" for k in range(agent.outputs)])
+        self._law = AgreementLaw(self._number, agent.K, team.biases)
+        self._omega = 0.0
+        self._disturbance = [(round(from_s * 1e9), float(value)) for from_s, value in disturbance]
+        self._codec = SyncFrameCodec(len(team.names), team.outputs)
+        self._plans = RoundPlans(team)
+        self._heard: set[int] = set()           # since the last own slot
+        self._own_delay_ns = team.layout.data_airtime_ns + team.layout.latency_ns
+        self._sync = SlotSync(bound_ns=max(1, round(team.guard_s * 1e9 / 2)), rate_gain=0.2) if team.resynchronize else None
+        self._source, plan = self._start_topology()
+        self._schedule, self._part, self._part_of = self._follow(plan, self._first_schedule(plan))
+        self._last_slot = self._last_control = -1
+        board.node.signals([(f"y{suffix}", "1") for suffix in _suffixes(agent.outputs)]
+                           + [(f"u{suffix}", "1") for suffix in _suffixes(agent.inputs)], self._sample)
+        if team.every_output_known:
+            for number, (model, other) in enumerate(zip(team.models.values(), team.agents, strict=True)):
+                self._law.held[number] = tuple(float(value) for value in other.C @ (model.x0 or [0.0] * other.states))
+        board.node.start(self._live())
+        if self._disturbance:
+            board.node.start(self._disturb())
+
+    # --- the program
+
+    def _live(self) -> Generator[Event, Any, None]:
+        board = self._board
+        self._apply()
+        while True:
+            now_ns = board.now_ns
+            schedule = self._schedule
+            slot = schedule.next_slot_of(self._part, now_ns - 1, self._last_slot)
+            speak_ns = schedule.data_ns(slot.number)
+            control = None
+            control_ns = speak_ns + 1
+            if self._source.wants_control(schedule, now_ns):
+                control = schedule.next_control_of(self._number, now_ns - 1, self._last_control)
+                control_ns = schedule.control_ns(control.number)
+            adoption_ns = self._source.adoption_ns(schedule, now_ns)
+            first_ns = min(speak_ns, control_ns)
+            if adoption_ns is not None and adoption_ns <= first_ns:
+                board.silent_until(adoption_ns)
+                yield from board.wait_until(adoption_ns)
+                self._adopt()
+            elif control is not None and control_ns < speak_ns:
+                board.silent_until(control_ns)
+                yield from board.wait_until(control_ns)
+                self._last_control = control.number
+                self._discover()
+            else:
+                board.silent_until(speak_ns)
+                yield from board.wait_until(speak_ns)
+                self._last_slot = slot.number
+                self._speak(slot.number)
+
+    def _speak(self, slot: int) -> None:
+        self._source.before_own_slot(self._schedule, self._board.now_ns)
+        self._heard.clear()
+        outputs = self._measure(self._board.node.now_ns)
+        self._port.send(self._codec.pack(self._number, slot, outputs))
+        if self._own_delay_ns:
+            event = self._board.node.env.timeout(self._own_delay_ns)
+            event.callbacks.append(lambda _: self._hold_own(outputs))
+        else:
+            self._hold_own(outputs)
+        if self._sync is not None:
+            correction = self._sync.close_round(self._schedule.round_ns)
+            self._board.clock.adjust(correction.step_ns)
+            self._board.clock.trim(correction.trim_ppm)
+
+    def _discover(self) -> None:
+        frame = self._source.control_frame(self._schedule, self._board.now_ns)
+        if frame is not None:
+            self._port.send(frame)
+
+    def _adopt(self) -> None:
+        board = self._board
+        local_ns = board.now_ns
+        laplacian = self._source.adopt(local_ns)
+        if laplacian is None:
+            board.node.event("kept topology", "the one found cannot be used or is incomplete")
+            return
+        plan = self._plans.plan(laplacian)
+        if plan is None:
+            board.node.event("kept topology", f"A_cl is not Hurwitz (Assumption 6) for {_links(laplacian)}")
+            return
+        at_ns = self._schedule.round_end_after(local_ns - 1)
+        schedule = SlottedBroadcast(len(plan.parts), plan.slot_ns, at_ns, self._schedule.guard_ns,
+                                    self._schedule.agents, self._control_offset_ns(plan))
+        self._schedule, self._part, self._part_of = self._follow(plan, schedule)
+        self._last_slot = self._last_control = -1
+        board.node.count("adoptions")
+        board.node.event("adopted topology", _links(laplacian))
+        self._apply()
+
+    def _disturb(self) -> Generator[Event, Any, None]:
+        env = self._board.node.env
+        for from_ns, value in self._disturbance:
+            if from_ns > env.now:
+                yield env.timeout(from_ns - env.now)
+            self._omega = value
+            self._apply()
+
+    # --- what it hears
+
+    def _hear(self, data: bytes) -> None:
+        frame = self._codec.unpack(data)
+        if frame is None:
+            if not self._source.heard_control(data, self._schedule, self._board.now_ns):
+                self._board.node.count("unreadable frames")
+            return
+        sender = frame.sender
+        if sender == self._number:
+            self._board.node.count("unreadable frames")
+            return
+        self._heard.add(sender)
+        self._source.heard_output(sender)
+        self._law.held[sender] = frame.outputs
+        if self._sync is not None:
+            self._synchronize(frame)
+        if sender in self._law.neighbours:
+            self._apply()
+
+    def _synchronize(self, frame: SyncFrame) -> None:
+        assert self._sync is not None
+        arrived_ns = self._board.now_ns
+        layout = self._team.layout
+        part = self._part_of[frame.sender]
+        slot = self._schedule.nearest_slot_of(part, arrived_ns - layout.data_airtime_ns - layout.latency_ns)
+        self._sync.heard(self._team.names[frame.sender], self._schedule.data_ns(slot.number), arrived_ns,
+                         layout.data_airtime_ns, layout.latency_ns)
+
+    # --- plant and control
+
+    def _measure(self, true_ns: int) -> tuple[float, ...]:
+        self._plant.advance_to(true_ns)
+        return tuple(self._outputs.read())
+
+    def _hold_own(self, outputs: tuple[float, ...]) -> None:
+        self._law.held[self._number] = outputs
+        self._apply()
+
+    def _apply(self) -> None:
+        self._plant.advance_to(self._board.node.now_ns)
+        self._control = [u + self._omega for u in self._law.control()]
+        self._inputs.write(self._control)
+
+    def _sample(self, true_ns: int) -> list[float]:
+        return [*self._measure(true_ns), *self._control]
+
+    # --- schedules
+
+    def _start_topology(self) -> tuple[TopologySource, RoundPlan]:
+        team = self._team
+        if team.topology == "told":
+            requests = [(round(request.from_s * 1e9), team.laplacian_of(request.links)) for request in team.requests]
+            plan = self._plans.plan(requests[0][1])
+            if plan is None:
+                raise ValueError(f"A_cl is not Hurwitz (Assumption 6) for {_links(requests[0][1])}")
+            return ToldTopology(requests, round(team.repeat_s * 1e9)), plan
+        return DiscoveredTopology(self._board.node, self._number, len(team.names), team.max_successive_losses), self._plans.boot()
+
+    def _first_schedule(self, plan: RoundPlan) -> SlottedBroadcast:
+        offset_ns = self._control_offset_ns(plan) if self._team.topology == "discovered" else None
+        return SlottedBroadcast(len(plan.parts), plan.slot_ns, 0, round(self._team.guard_s * 1e9),
+                                0 if offset_ns is None else len(self._team.names), offset_ns)
+
+    def _control_offset_ns(self, plan: RoundPlan) -> int | None:
+        """The control sub-slot lies in the second half of what the two frames leave free."""
+        if self._team.topology == "told":
+            return None
+        layout = self._team.layout
+        free_ns = plan.slot_ns - layout.data_airtime_ns - layout.control_airtime_ns
+        return layout.data_airtime_ns + 2 * free_ns // 3
+
+    def _follow(self, plan: RoundPlan, schedule: SlottedBroadcast) -> tuple[SlottedBroadcast, int, Mapping[int, int]]:
+        self._law.listen_to(neighbours(plan.laplacian)[self._number], self._heard)
+        part_of = {number: index for index, part in enumerate(plan.parts) for number in part}
+        return schedule, part_of[self._number], part_of
+
+
+def _suffixes(count: int) -> list[str]:
+    return [""] if count == 1 else [str(k + 1) for k in range(count)]
+
+
+def _links(laplacian: Floats) -> str:
+    """Who hears whom, robots numbered from 1 as in the dissertation."""
+    return "; ".join(f"{i + 1} hears {','.join(str(j + 1) for j in heard) or 'nobody'}"
+                     for i, heard in enumerate(neighbours(laplacian)))

@@ -1,0 +1,59 @@
+"""The round plan of any topology that a robot comes across: from the team's table, or computed on board and kept."""
+
+from __future__ import annotations
+
+from math import floor
+
+import numpy as np
+
+from agents.synchronization.graph import Floats, laplacian_from_neighbours, neighbours
+from agents.synchronization.round_plan import RoundPlan, plan_round
+from agents.synchronization.team import TableEntry, Team
+
+Heard = tuple[tuple[int, ...], ...]
+
+
+def heard_by(laplacian: Floats) -> Heard:
+    return tuple(tuple(int(j) for j in heard) for heard in neighbours(laplacian))
+
+
+class RoundPlans:
+    def __init__(self, team: Team) -> None:
+        self._team = team
+        self._plans: dict[Heard, RoundPlan | None] = {}
+        for entry in team.designs:
+            laplacian = laplacian_from_neighbours(entry.heard)
+            self._plans[heard_by(laplacian)] = RoundPlan(laplacian, tuple(tuple(part) for part in entry.parts),
+                                                         entry.slot_ns)
+
+    def plan(self, laplacian: Floats) -> RoundPlan | None:
+        """None if A_cl is not Hurwitz for it (Assumption 6)."""
+        key = heard_by(laplacian)
+        if key not in self._plans:
+            self._plans[key] = self._computed(laplacian)
+        return self._plans[key]
+
+    def boot(self) -> RoundPlan:
+        """Until a topology is known: nobody is heard, each robot has a slot of its own, so no graph makes them collide."""
+        robots = len(self._team.names)
+        return RoundPlan(np.zeros((robots, robots)), tuple((number,) for number in range(robots)),
+                         self._quantized(round(self._team.boot_slot_s * 1e9)))
+
+    def _computed(self, laplacian: Floats) -> RoundPlan | None:
+        try:
+            plan = plan_round(self._team.agents, laplacian, kappa=self._team.kappa,
+                              max_successive_losses=self._team.max_successive_losses)
+        except ValueError:
+            return None
+        return RoundPlan(plan.laplacian, plan.parts, self._quantized(plan.slot_ns))
+
+    def _quantized(self, slot_ns: int) -> int:
+        """Rounded down, so that robots whose arithmetic differs in the last bit agree."""
+        quantum_ns = max(1, round(self._team.slot_quantum_s * 1e9))
+        return max(quantum_ns, floor(slot_ns / quantum_ns) * quantum_ns)
+
+    def table_entry(self, laplacian: Floats) -> TableEntry | None:
+        plan = self.plan(laplacian)
+        if plan is None:
+            return None
+        return TableEntry([list(heard) for heard in heard_by(laplacian)], [list(part) for part in plan.parts], plan.slot_ns)

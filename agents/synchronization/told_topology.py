@@ -1,0 +1,57 @@
+"""The topology is known beforehand as a list of requests in time; each is adopted at the next end of a round.
+
+Section 6.3.1 with Delta_u = 0: discovery takes no time.
+Differs from the dissertation: a new topology waits for the end of the round, so that no robot is starved (NUMBERS,
+Chapter 6, repair 7).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+
+import numpy as np
+
+from agents.synchronization.graph import Floats
+from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
+
+
+class ToldTopology:
+    """`requests` are (from_ns, Laplacian), ascending from 0; with `repeat_ns` they come again and again."""
+
+    def __init__(self, requests: Sequence[tuple[int, Floats]], repeat_ns: int = 0) -> None:
+        if not requests or requests[0][0] != 0 or any(a[0] >= b[0] for a, b in zip(requests, requests[1:], strict=False)):
+            raise ValueError(f"requests at {[at for at, _ in requests]} ns: expected ascending instants from 0")
+        if repeat_ns and repeat_ns <= requests[-1][0]:
+            raise ValueError(f"repeat_ns={repeat_ns}: expected more than the last request's {requests[-1][0]} ns")
+        self._instants = [at for at, _ in requests]
+        self._laplacians = [laplacian for _, laplacian in requests]
+        self._repeat_ns = repeat_ns
+        self.current = self._laplacians[0]
+
+    def requested(self, local_ns: int) -> Floats:
+        since_ns = local_ns % self._repeat_ns if self._repeat_ns else local_ns
+        return self._laplacians[max(0, bisect_right(self._instants, since_ns) - 1)]
+
+    def heard_output(self, sender: int) -> None:
+        pass
+
+    def heard_control(self, data: bytes, schedule: SlottedBroadcast, local_ns: int) -> bool:
+        return False
+
+    def before_own_slot(self, schedule: SlottedBroadcast, local_ns: int) -> None:
+        pass
+
+    def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:
+        return False
+
+    def control_frame(self, schedule: SlottedBroadcast, local_ns: int) -> bytes | None:
+        return None
+
+    def adoption_ns(self, schedule: SlottedBroadcast, local_ns: int) -> int | None:
+        end_ns = schedule.round_end_after(local_ns)
+        return None if np.array_equal(self.requested(end_ns), self.current) else end_ns
+
+    def adopt(self, local_ns: int) -> Floats | None:
+        self.current = self.requested(local_ns)
+        return self.current

@@ -1,0 +1,205 @@
+"""Runs a scenario: media, links and records in this process, nodes on a host, and a folder of evidence at the end.
+
+    scenario -> node specifications -> host -> conductor -> ledger, signals -> metrics -> summary, report
+
+The folder is there whatever happens: a run that is broken off leaves what it has recorded so far.
+"""
+
+from __future__ import annotations
+
+import gc
+import platform
+import random
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from random import Random
+from typing import Any, Literal
+
+import msgspec
+
+from experiments.node_build import NodeSpecification, PlantSpecification, build_node, program_class
+from experiments.run_result import Progress, RunResult, Summary
+from experiments.scenario.model import AgentSpec, Scenario
+from fmus.build import build_model, own_models
+from fmus.describe_fmu import describe
+from fmus.parameters import expand_parameters
+from netem.agenda import Agenda
+from netem.impairments import Impairment
+from netem.impairments.table import IMPAIRMENTS
+from netem.impairments.window import Window
+from netem.links import LinkName, Links
+from netem.lockstep.conductor import Conductor, Recorders
+from netem.lockstep.hosts import Host, InlineHost
+from netem.media import Medium
+from netem.media.table import MEDIA
+from netem.random_streams import stream
+from netem.records.ledger import Ledger
+from netem.records.signals import SignalRecorder
+from netem.transport.process_host import ProcessHost
+
+HostName = Literal["process", "inline"]
+PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
+
+
+def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
+        progress: Callable[[Progress], None] | None = None, shuffle_start: int | None = None) -> RunResult:
+    """Run `scenario` into the folder `out` (default: a new one below ./runs).
+
+    `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
+    Raises NodeFailure, InstantLoop or ConservationError after the folder was written.
+    """
+    command_s = time.monotonic()
+    folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "scenario.json").write_bytes(msgspec.json.encode(scenario.resolved()))
+    return _Run(scenario, host, folder, progress, shuffle_start, command_s).run()
+
+
+class _Run:
+    def __init__(self, scenario: Scenario, host: HostName, folder: Path, progress: Callable[[Progress], None] | None,
+                 shuffle_start: int | None, command_s: float) -> None:
+        self.scenario = scenario
+        self.host_name = host
+        self.folder = folder
+        self.on_progress = progress
+        self.command_s = command_s
+        names = {"scenario": scenario.name, "seed": str(scenario.seed)}
+        self.metadata = names
+        self.agenda = Agenda()
+        self.ledger = Ledger(folder / "ledger.parquet", metadata=names)
+        self.signals = SignalRecorder(folder / "signals.mcap")
+        self.specifications = node_specifications(scenario)
+        self.host = _host(host, self.specifications, folder, scenario.node_timeout_s, shuffle_start)
+        self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
+                                   Recorders(self.signals.append, self._event), self._progress)
+        links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
+        self.media = {name: _medium(scenario, name, self.agenda, self.ledger, links) for name in scenario.media}
+        self.started_s = self.ended_s = command_s
+
+    def run(self) -> RunResult:
+        broken = True
+        reached_ns = 0
+        gc.collect()
+        gc.freeze()
+        threshold = gc.get_threshold()
+        gc.set_threshold(100_000, 50, 100)
+        try:
+            hellos = self.host.start()
+            for name in self.scenario.agents:
+                self.signals.declare(name, hellos[name].signals)
+            self.conductor.admit(hellos, self.media)
+            self.started_s = time.monotonic()
+            self.conductor.run()
+            self.ended_s = time.monotonic()
+            for medium in self.media.values():
+                medium.finish(self.scenario.length_ns)
+            broken = False
+        finally:
+            gc.set_threshold(*threshold)
+            gc.unfreeze()
+            self.host.stop()
+            reached_ns = self.conductor.reached_ns if broken else self.scenario.length_ns
+            self._close(reached_ns, complete=not broken)
+        return self._judge()
+
+    def _close(self, reached_ns: int, *, complete: bool) -> None:
+        """Write the records; ends in a ConservationError if copies of a complete run are missing."""
+        run = {
+            "reached_ns": reached_ns,
+            "switch_instants_ns": {name: _changes(medium, self.scenario.length_ns) for name, medium in self.media.items()},
+            "counters": self.conductor.counters,
+            "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
+        }
+        (self.folder / "run.json").write_bytes(msgspec.json.encode(run))
+        self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved()))
+        self.result = self.ledger.finish(complete=complete)
+
+    def _judge(self) -> RunResult:
+        from experiments.metrics import evaluate
+        from experiments.run_data import load_run
+
+        wall_s = self.ended_s - self.started_s
+        verdicts = evaluate(self.scenario.expect, load_run(self.folder)) if self.scenario.expect else []
+        summary = Summary(
+            self.scenario.name, self.scenario.question, self.scenario.seed, self.host_name, self.scenario.length_ns, wall_s,
+            self.started_s - self.command_s, self.scenario.length_ns * 1e-9 / wall_s, self.conductor.windows,
+            self.conductor.grants, self.result.hash, dict(self.result.by_fate), verdicts, "report.html")
+        (self.folder / "summary.json").write_bytes(msgspec.json.encode(summary))
+        return RunResult(self.folder, summary)
+
+    def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
+        self.signals.event(time_ns, node, kind, detail)
+
+    def _progress(self, now_ns: int) -> None:
+        if self.on_progress is not None:
+            frames = {fate.value: copies for fate, copies in self.ledger.closed.items()}
+            self.on_progress(Progress(now_ns, self.scenario.length_ns, time.monotonic() - self.started_s,
+                                      self.conductor.windows, frames))
+
+
+def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
+    """One for each agent. What a program class prepares for its team (`prepare`) is part of what the team knows."""
+    team: dict[str, Any] = dict(scenario.team)
+    for path in sorted({agent.program for agent in scenario.agents.values()}):
+        prepare = getattr(program_class(path, str(scenario.folder)), "prepare", None)
+        if prepare is not None:
+            team.update(prepare(scenario))
+    return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock, _plant(agent), team,
+                                    scenario.sample_period_ns, scenario.seed, str(scenario.folder))
+            for name, agent in scenario.agents.items()}
+
+
+def _plant(agent: AgentSpec) -> PlantSpecification | None:
+    if agent.plant is None:
+        return None
+    fmu = agent.plant.fmu
+    description = describe(build_model(fmu) if fmu in own_models() else Path(fmu))
+    return PlantSpecification(description, expand_parameters(agent.plant.parameters))
+
+
+def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
+          shuffle_start: int | None) -> Host:
+    if host == "inline":
+        return InlineHost({name: partial(build_node, specification) for name, specification in specifications.items()})
+    order = list(specifications)
+    if shuffle_start is not None:
+        random.Random(shuffle_start).shuffle(order)
+    return ProcessHost([sys.executable, "-m", "experiments.node_process"],
+                       {name: msgspec.json.encode(specifications[name]) for name in order},
+                       logs=folder / "logs", timeout_s=timeout_s)
+
+
+def _medium(scenario: Scenario, name: str, agenda: Agenda, ledger: Ledger, links: Links) -> Medium:
+    spec = scenario.media[name]
+    positions = {node: scenario.agents[node].at_m for node in spec.nodes}
+    medium: Medium = MEDIA[spec.kind](name, spec.settings, positions, agenda, ledger, links,
+                                      partial(stream, scenario.seed))
+    return medium
+
+
+def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
+    """Each directed link's own impairments in the order of the scenario, each with its own random stream."""
+    pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
+    for spec in scenario.impairments:
+        kind = IMPAIRMENTS[spec.kind]
+        for link in spec.links:
+            place = f"{spec.place}/{link[0]}: {link[1]} -> {link[2]}"
+            impairment: Any = kind(**spec.fields, **_randomness(kind, scenario.seed, place))
+            if spec.windows_ns:
+                impairment = Window(impairment, spec.windows_ns)
+            pipelines.setdefault(link, []).append((f"{spec.place} {spec.kind}", impairment))
+    return pipelines
+
+
+def _randomness(kind: type[Any], seed: int, place: str) -> dict[str, Random]:
+    return {"rng": stream(seed, place)} if "rng" in kind.__dataclass_fields__ else {}
+
+
+def _changes(medium: Medium, until_ns: int) -> Sequence[int]:
+    topology = getattr(medium, "topology", None)
+    return topology.changes_ns(until_ns) if topology is not None else []

@@ -1,0 +1,60 @@
+"""A medium for tests of virtual time: every frame reaches every other node after a fixed latency."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import pytest
+
+from netem.agenda import Agenda
+from netem.frames import Frame
+from netem.links import Links
+from netem.lockstep.conductor import Conductor
+from netem.lockstep.hosts import InlineHost
+from netem.node import Node
+from netem.records.ledger import Ledger
+
+
+class FixedLatency:
+    name = "wire"
+
+    def __init__(self, nodes: Sequence[str], links: Links, ledger: Ledger, latency_ns: int) -> None:
+        self._nodes = nodes
+        self._links = links
+        self._ledger = ledger
+        self._latency_ns = latency_ns
+        self._number = 0
+
+    def offer(self, sender: str, data: bytes, now_ns: int) -> None:
+        frame = Frame(self.name, sender, self._number, now_ns, data)
+        self._number += 1
+        receivers = [node for node in self._nodes if node != sender]
+        self._ledger.expect(len(receivers))
+        for receiver in receivers:
+            self._links.receive(frame, receiver, now_ns + self._latency_ns, checksum=True)
+
+    def lookahead_ns(self, t0_ns: int) -> int:
+        return t0_ns + self._latency_ns
+
+    def finish(self, end_ns: int) -> None:
+        pass
+
+
+Build = Callable[[], Node]
+
+
+@pytest.fixture
+def conduct() -> Callable[..., Conductor]:
+    """Run nodes inline over a wire: conduct({"a": build_a, ...}, latency_ns=..., end_ns=...)."""
+
+    def run(build: Mapping[str, Build], *, latency_ns: int, end_ns: int, host: object = None) -> Conductor:
+        ledger = Ledger()
+        conductor = Conductor(Agenda(), host or InlineHost(build), end_ns)      # type: ignore[arg-type]
+        links = Links(ledger, conductor.deliver, {}, end_ns)
+        hellos = conductor.host.start()
+        conductor.admit(hellos, {"wire": FixedLatency(sorted(hellos), links, ledger, latency_ns)})
+        conductor.run()
+        ledger.finish()
+        return conductor
+
+    return run

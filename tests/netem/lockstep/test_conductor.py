@@ -1,0 +1,239 @@
+"""Virtual time by conservative windows, on the inline host."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from typing import Any
+
+import pytest
+import simpy
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from netem.agenda import NEVER_NS
+from netem.lockstep.conductor import MAX_ROUNDS_AT_ONE_INSTANT, Conductor
+from netem.lockstep.errors import InstantLoop, NodeFailure
+from netem.lockstep.messages import Grant, Hello, Report
+from netem.node import Node
+
+Conduct = Callable[..., Conductor]
+Log = list[tuple[int, str, bytes]]
+
+
+def talker(name: str, instants: Sequence[int], heard: Log, *, firm: bool = False, data: bytes = b"") -> Callable[[], Node]:
+    """Sends at the given instants; logs what it hears, with its own time."""
+
+    def build() -> Node:
+        node = Node(name, ["wire"])
+        node.ports["wire"].on_receive = lambda frame: heard.append((node.now_ns, name, frame))
+
+        def program() -> Generator[Any, Any, None]:
+            for instant in instants:
+                if firm:
+                    node.silent_until(instant)
+                yield node.env.timeout(instant - node.now_ns)
+                node.ports["wire"].send(data or name.encode())
+
+        node.start(program())
+        return node
+
+    return build
+
+
+def test_a_frame_acts_at_its_own_time_at_the_receiver(conduct: Conduct) -> None:
+    heard: Log = []
+
+    conduct({"a": talker("a", [100, 200], heard), "b": talker("b", [], heard)}, latency_ns=7, end_ns=1_000)
+
+    assert heard == [(107, "b", b"a"), (207, "b", b"a")]
+
+
+def test_what_would_arrive_after_the_end_is_never_heard(conduct: Conduct) -> None:
+    heard: Log = []
+
+    conduct({"a": talker("a", [100, 200], heard), "b": talker("b", [], heard)}, latency_ns=50, end_ns=250)
+
+    assert heard == [(150, "b", b"a")]
+
+
+def test_a_firm_promise_saves_grants_and_changes_nothing_else(conduct: Conduct) -> None:
+    soft_log: Log = []
+    firm_log: Log = []
+    slots = {name: [1_000 * (3 * k + i) for k in range(50)] for i, name in enumerate("abc")}
+
+    soft = conduct({name: talker(name, at, soft_log) for name, at in slots.items()}, latency_ns=10, end_ns=200_000)
+    firm = conduct({name: talker(name, at, firm_log, firm=True) for name, at in slots.items()}, latency_ns=10,
+                   end_ns=200_000)
+
+    assert sorted(soft_log) == sorted(firm_log)
+    assert len(soft_log) == 2 * 150
+    # One window per slot; then a hears b and c, b hears c, after their own last slots; then the last grant for each.
+    assert firm.windows == 150 + 2 + 1
+    assert firm.grants == (150 + 2) + 3 + 3             # only the slot's owner is contacted, after the first window
+    assert soft.grants > 2 * firm.grants
+
+
+def test_frames_of_one_instant_are_heard_in_the_order_of_their_senders_names(conduct: Conduct) -> None:
+    heard: Log = []
+    build = {name: talker(name, [100], []) for name in ("c", "a", "b")}
+
+    conduct({**build, "z": talker("z", [], heard)}, latency_ns=5, end_ns=1_000)
+
+    assert [data for _, _, data in heard] == [b"a", b"b", b"c"]
+
+
+def test_without_latency_an_answer_comes_at_the_same_instant(conduct: Conduct) -> None:
+    answers: Log = []
+
+    def answerer() -> Node:
+        node = Node("b", ["wire"])
+        node.ports["wire"].on_receive = lambda _: node.ports["wire"].send(b"answer")
+        return node
+
+    conductor = conduct({"a": talker("a", [100], answers), "b": answerer}, latency_ns=0, end_ns=1_000)
+
+    assert answers == [(100, "a", b"answer")]
+    assert conductor.instant_rounds >= 2
+
+
+def test_endless_answers_at_one_instant_are_named(conduct: Conduct) -> None:
+    def answerer(name: str) -> Callable[[], Node]:
+        def build() -> Node:
+            node = Node(name, ["wire"])
+            node.ports["wire"].on_receive = node.ports["wire"].send
+            return node
+        return build
+
+    with pytest.raises(InstantLoop) as caught:
+        conduct({"a": talker("a", [100], []), "echo1": answerer("echo1"), "echo2": answerer("echo2")}, latency_ns=0,
+                end_ns=1_000)
+
+    assert caught.value.time_ns == 100
+    assert set(caught.value.nodes) == {"echo1", "echo2"}
+    assert str(MAX_ROUNDS_AT_ONE_INSTANT) in str(caught.value)
+
+
+def test_a_program_that_breaks_its_promise_is_named(conduct: Conduct) -> None:
+    def liar() -> Node:
+        node = Node("liar", ["wire"])
+
+        def program() -> Generator[Any, Any, None]:
+            node.silent_until(500)
+            yield node.env.timeout(600)
+            node.silent_until(900)
+            node.ports["wire"].send(b"too early")
+
+        node.start(program())
+        return node
+
+    with pytest.raises(NodeFailure, match="node liar: .*silence was promised until 900 ns.*had run up to"):
+        conduct({"liar": liar, "b": talker("b", [], [])}, latency_ns=5, end_ns=1_000)
+
+
+class ForeignHost:
+    """Stands for a host whose nodes are somebody else's code: answers every grant with the same offer."""
+
+    def __init__(self, offer_ns: int, port: int = 0) -> None:
+        self._offer = (offer_ns, port, b"x")
+
+    def start(self) -> dict[str, Hello]:
+        return {"foreign": Hello("foreign", 100, 100, ["wire"], [])}
+
+    def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
+        return [(name, Report(grant.window, NEVER_NS, 0, [self._offer], [], [], {}, "")) for name, grant in grants]
+
+    def stop(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize(("offer_ns", "port"), [(99, 0), (105, 0), (100, 1), (100, -1)])
+def test_an_offer_outside_the_promise_or_the_grant_is_refused_with_its_numbers(conduct: Conduct, offer_ns: int,
+                                                                              port: int) -> None:
+    with pytest.raises(NodeFailure, match=rf"node foreign: broke its promise in window 1: .*port {port} at {offer_ns} ns"
+                                          r".* 100 <= time < 105 ns"):
+        conduct({}, latency_ns=5, end_ns=1_000, host=ForeignHost(offer_ns, port))
+
+
+def chatter(name: str, seed: int, firm: bool, heard: Log) -> tuple[Callable[..., Any], Callable[..., None]]:
+    """A program whose times and answers depend on what it hears, written against `env`, `send` and `heard` only."""
+    state = {"x": seed}
+
+    def draw(bound: int) -> int:
+        state["x"] = (state["x"] * 1103515245 + 12345) % 2**31
+        return int(state["x"] >> 7) % bound
+
+    def program(env: Any, send: Any, silent_until: Any) -> Generator[Any, Any, None]:
+        while True:
+            pause = 1 + draw(40)
+            if firm:
+                silent_until(env.now + pause)
+            yield env.timeout(pause)
+            send(f"{name}@{env.now}".encode())
+
+    def on_frame(env: Any, send: Any, data: bytes) -> None:
+        heard.append((int(env.now), name, data))
+        state["x"] = (state["x"] + sum(data)) % 2**31
+        if not firm and draw(4) == 0:
+            send(b"re:" + data[:8])
+
+    return program, on_frame
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(seeds=st.lists(st.integers(1, 10**6), min_size=2, max_size=5), firm=st.lists(st.booleans(), min_size=5, max_size=5),
+       latency_ns=st.integers(1, 60))
+def test_windows_give_what_one_global_event_list_gives(conduct: Conduct, seeds: list[int], firm: list[bool],
+                                                       latency_ns: int) -> None:
+    """The oracle is one SimPy environment for all nodes: no windows, no promises, no grants."""
+    end_ns = 600
+    names = [f"n{i}" for i in range(len(seeds))]
+    windowed: Log = []
+    globally: Log = []
+
+    def build(i: int) -> Callable[[], Node]:
+        def make() -> Node:
+            node = Node(names[i], ["wire"])
+            program, on_frame = chatter(names[i], seeds[i], firm[i], windowed)
+            send = node.ports["wire"].send
+            node.ports["wire"].on_receive = lambda data: on_frame(node.env, send, data)
+            node.start(program(node.env, send, node.silent_until))
+            return node
+        return make
+
+    conduct({name: build(i) for i, name in enumerate(names)}, latency_ns=latency_ns, end_ns=end_ns)
+    _run_globally(names, seeds, firm, latency_ns, end_ns, globally)
+
+    assert sorted(windowed) == sorted(globally)
+    assert len(windowed) > 0
+
+
+def _run_globally(names: list[str], seeds: list[int], firm: list[bool], latency_ns: int, end_ns: int, log: Log) -> None:
+    """Frames of one instant reach a node in the order (sender, sequence), and before its own timers."""
+    env = simpy.Environment(initial_time=0)
+    programs = {}
+    due: dict[str, dict[int, list[tuple[str, int, bytes]]]] = {name: {} for name in names}
+    sequence = {name: 0 for name in names}
+
+    def sender(name: str) -> Callable[[bytes], None]:
+        def send(data: bytes) -> None:
+            sequence[name] += 1
+            for other in names:
+                if other != name:
+                    arrival = int(env.now) + latency_ns
+                    batch = due[other].setdefault(arrival, [])
+                    batch.append((name, sequence[name], data))
+                    if len(batch) == 1:
+                        event = env.event()
+                        event._ok, event._value = True, None
+                        event.callbacks.append(lambda _, other=other, arrival=arrival: arrive(other, arrival))
+                        env.schedule(event, 0, latency_ns)
+        return send
+
+    def arrive(name: str, arrival: int) -> None:
+        for _, _, data in sorted(due[name].pop(arrival)):
+            programs[name][1](env, sender(name), data)
+
+    for i, name in enumerate(names):
+        programs[name] = chatter(name, seeds[i], firm[i], log)
+        env.process(programs[name][0](env, sender(name), lambda _: None)) 
+    env.run(until=end_ns)
