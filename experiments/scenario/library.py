@@ -1,0 +1,48 @@
+"""Where scenarios are found: a path, a name in ./scenarios, or one that comes with the installed package."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+from typing import NamedTuple
+
+from experiments.scenario.document import question_of
+from experiments.scenario.problems import ScenarioError, near
+
+
+class Entry(NamedTuple):
+    name: str
+    question: str
+    path: Path
+
+
+def folders() -> list[Path]:
+    """The folders with scenarios, the nearest first."""
+    candidates = [Path("scenarios").absolute(), Path(str(files("scenarios")))]
+    return [folder for index, folder in enumerate(candidates) if folder.is_dir() and folder not in candidates[:index]]
+
+
+def find(name_or_path: str | Path) -> Path:
+    """The file of a scenario. A name has no slash and no `.toml`."""
+    path = Path(name_or_path)
+    if path.suffix == ".toml" or len(path.parts) != 1:
+        if path.is_file():
+            return path
+        there = sorted(str(other) for other in path.parent.glob("*.toml")) if path.parent.is_dir() else []
+        remedy = near(str(path), there) if there else f"there is no scenario in {path.parent}"
+        raise ScenarioError([f"{path}: no such file; {remedy}"])
+    entries = catalog()
+    for entry in entries:
+        if entry.name == str(name_or_path):
+            return entry.path
+    raise ScenarioError([f"{name_or_path}: no such scenario; {near(name_or_path, [entry.name for entry in entries])}"])
+
+
+def catalog() -> list[Entry]:
+    """Every scenario that has a name, in alphabetical order; one in ./scenarios hides one of the package."""
+    found: dict[str, Entry] = {}
+    for folder in folders():
+        for path in sorted(folder.glob("*.toml")):
+            if path.stem not in found:
+                found[path.stem] = Entry(path.stem, question_of(path.read_text("utf-8", errors="replace")), path)
+    return sorted(found.values())

@@ -1,0 +1,86 @@
+"""`--set path.to.key=value`: one value of the file replaced before it is validated. The value is TOML.
+
+A path may add a key that the file leaves at its default, but no new agent, medium, impairment, expectation or knowledge
+of the team: there a name that is not in the file is a slip of the pen.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterable, Sequence
+from typing import Any, Final
+
+from experiments.scenario.problems import Place, Problems, near, path_text
+from experiments.scenario.units import siblings
+
+_PART: Final = re.compile(r"""(?P<bare>[A-Za-z0-9_-]+)|"(?P<double>[^"]*)"|'(?P<single>[^']*)'""")
+_INDEX: Final = re.compile(r"\[(\d{1,9})\]")
+
+
+def apply(document: dict[str, Any], overrides: Iterable[str], top_level: Sequence[str], problems: Problems) -> None:
+    for override in overrides:
+        complaint = _apply(document, override, top_level)
+        if complaint:
+            problems.say(f"--set {override}: {complaint}")
+
+
+def parse_path(text: str) -> tuple[Place, str]:
+    """The path that `text` begins with and what follows it."""
+    place: Place = ()
+    rest = text.strip()
+    while True:
+        part = _PART.match(rest)
+        if part is None:
+            return (), text
+        place = (*place, next(group for group in part.groups() if group is not None))
+        rest = rest[part.end():]
+        while index := _INDEX.match(rest):
+            place = (*place, int(index[1]))
+            rest = rest[index.end():]
+        if not rest.startswith("."):
+            return place, rest.lstrip()
+        rest = rest[1:]
+
+
+def _apply(document: dict[str, Any], override: str, top_level: Sequence[str]) -> str:
+    """Change `document`; what is wrong with the override, "" if nothing."""
+    place, rest = parse_path(override)
+    if not place or not rest.startswith("="):
+        return "expected path.to.key=value, as in impairments[0].loss_ratio=0.3"
+    try:
+        value = tomllib.loads(f"value = {rest[1:].strip()}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return f"{rest[1:].strip()!r} is not a TOML value; text needs quotes: '{path_text(place)}=\"...\"'"
+    here: Any = document
+    for depth, part in enumerate(place):
+        so_far, last = path_text(place[:depth]), depth == len(place) - 1
+        if isinstance(part, int):
+            if not isinstance(here, list):
+                return f"{so_far} is no list"
+            if part >= len(here):
+                return f"{so_far} has {len(here)} entries, the first is [0]"
+            if last:
+                here[part] = value
+            here = here[part]
+            continue
+        if not isinstance(here, dict):
+            remedy = f"; name the entry, as in {so_far}[0].{part}" if isinstance(here, list) else ""
+            return f"{so_far} is no table{remedy}"
+        if part not in here:
+            if depth == 0 and part not in [*top_level, *here]:
+                return f"unknown key; {near(part, [*top_level, *here])}"
+            if _is_a_name(place[:depth]):
+                return f"{so_far} has no {part!r}; {near(part, here)}"
+        if last:
+            for other in siblings(part):
+                here.pop(other, None)
+            here[part] = value
+        else:
+            here = here.setdefault(part, [] if isinstance(place[depth + 1], int) else {})
+    return ""
+
+
+def _is_a_name(parent: Place) -> bool:
+    """Whether the keys of this table are names of the author's choosing, not of the file format."""
+    return bool(parent) and (parent[0] == "team" or parent in (("agents",), ("media",), ("expect",)))

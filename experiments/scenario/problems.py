@@ -1,0 +1,101 @@
+"""What is wrong with a scenario, all of it at once: one line a problem, `file: key.path=value: rule; remedy`."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterable
+from difflib import get_close_matches
+from typing import Any, Final
+
+Place = tuple[str | int, ...]           # ("impairments", 0, "loss_ratio")
+
+_BARE_KEY: Final = re.compile(r"[A-Za-z0-9_-]+")
+_LONGEST_VALUE: Final = 60              # characters shown of a value
+_ABSENT: Final = object()
+
+
+class ScenarioError(ValueError):
+    """A scenario that cannot be run as it is written. `problems` has one line for each mistake found."""
+
+    exit_code = 2
+
+    def __init__(self, problems: Iterable[str]) -> None:
+        self.problems = list(problems)
+        super().__init__("\n".join(self.problems))
+
+
+class Problems:
+    """Collects problems; the first one at a place stands, later ones there are consequences of it."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.lines: list[str] = []
+        self.found = 0                  # with those that are not told again
+        self.written_at: Callable[[Place], Place] = lambda place: place     # where the author wrote what is at a place
+        self._places: set[Place] = set()
+
+    def add(self, place: Place, rule: str, value: Any = _ABSENT) -> None:
+        self.found += 1
+        place = self.written_at(place)
+        if place and place in self._places:
+            return
+        self._places.add(place)
+        where = path_text(place) + ("" if value is _ABSENT else f"={value_text(value)}")
+        self.lines.append(f"{self.file}: {where}: {rule}" if where else f"{self.file}: {rule}")
+
+    def say(self, line: str) -> None:
+        """A problem that names its own place."""
+        self.found += 1
+        if f"{self.file}: {line}" not in self.lines:
+            self.lines.append(f"{self.file}: {line}")
+
+    def has(self, place: Place) -> bool:
+        return self.written_at(place) in self._places
+
+    def stop_if_any(self) -> None:
+        if self.lines:
+            raise ScenarioError(self.lines)
+
+
+def path_text(place: Place) -> str:
+    """("impairments", 0, "loss_ratio") -> impairments[0].loss_ratio"""
+    text = ""
+    for part in place:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            key = part if _BARE_KEY.fullmatch(part) else json.dumps(part, ensure_ascii=False)
+            text += f".{key}" if text else key
+    return text
+
+
+def value_text(value: Any) -> str:
+    """As TOML writes it, shortened."""
+    if isinstance(value, dict):
+        text = "{ " + ", ".join(f"{path_text((key,))} = {value_text(item)}" for key, item in value.items()) + " }"
+    elif isinstance(value, list | tuple):
+        text = "[" + ", ".join(value_text(item) for item in value) + "]"
+    elif isinstance(value, str):
+        text = json.dumps(value, ensure_ascii=False)
+    elif isinstance(value, bool):
+        text = str(value).lower()
+    else:
+        text = str(value)
+    return text if len(text) <= _LONGEST_VALUE else text[:_LONGEST_VALUE - 3] + "..."
+
+
+def near(word: object, known: Iterable[str]) -> str:
+    """The remedy for a name that nobody knows: the nearest valid one, or all of them."""
+    names = list(known)
+    close = get_close_matches(str(word), names, 1)
+    if close:
+        return f"did you mean {value_text(close[0])}?"
+    if not names:
+        return "there are none"
+    return "there are " + ", ".join(names) if len(names) > 1 else f"there is only {names[0]}"
+
+
+def nearest(word: object, known: Iterable[str]) -> str | None:
+    close = get_close_matches(str(word), list(known), 1)
+    return close[0] if close else None

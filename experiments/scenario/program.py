@@ -1,0 +1,95 @@
+"""Robot programs by import path, `package.module:Class`, and whether a scenario's parameters fit them."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Iterable
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import Any, get_type_hints
+
+import msgspec
+
+from experiments.scenario.fill import fill
+from experiments.scenario.problems import Place, Problems, near
+from experiments.scenario.shape import Shape
+
+
+def import_program(program: str, folder: Path) -> type:
+    """The class. A module that is not installed is looked for in `folder`, that of the scenario.
+
+    ValueError says what is wrong with the path; what the module's own code raises comes through.
+    """
+    module_name, colon, class_name = program.partition(":")
+    parts = module_name.split(".")
+    if not colon or not class_name.isidentifier() or not all(part.isidentifier() for part in parts):
+        raise ValueError("expected 'package.module:Class'")
+    beside = folder.absolute() / parts[0]
+    if (beside.is_dir() or beside.with_suffix(".py").is_file()) and str(folder.absolute()) not in sys.path:
+        sys.path.append(str(folder.absolute()))
+    try:
+        module = import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name is None or not (module_name == error.name or module_name.startswith(error.name + ".")):
+            raise ValueError(f"{module_name} needs the module {error.name!r}, which is not installed") from error
+        raise ValueError(f"there is no module {error.name!r}; {_near_module(error.name, folder)}") from error
+    found = getattr(module, class_name, None)
+    if not isinstance(found, type):
+        classes = [name for name, value in vars(module).items() if isinstance(value, type)]
+        what = "is no class" if found is not None else f"is not in {module_name}"
+        raise ValueError(f"{class_name} {what}; {near(class_name, classes)}")
+    return found
+
+
+def check_program(program: str, parameters: dict[str, Any], place: Place, problems: Problems,
+                  folder: Path) -> tuple[type | None, dict[str, Any]]:
+    """The program's class and its keyword arguments with times in ns; problems at `place`, that of the agent."""
+    try:
+        cls = import_program(program, folder)
+    except ValueError as error:
+        problems.add((*place, "program"), str(error), program)
+        return None, parameters
+    except Exception as error:
+        problems.add((*place, "program"), f"importing it failed: {type(error).__name__}: {error}", program)
+        return None, parameters
+    shape, complaint = _keywords(cls)
+    if complaint:
+        problems.add((*place, "program"), complaint, program)
+        return None, parameters
+    if shape is None:
+        return cls, parameters
+    filled = fill(shape, parameters, (*place, "parameters"), problems, folder)
+    return cls, msgspec.to_builtins(filled.values, enc_hook=str)
+
+
+def _keywords(cls: type) -> tuple[Shape | None, str]:
+    """What the class takes after the board (None: any keyword) and what is wrong with it as a program."""
+    try:
+        signature = inspect.signature(cls)
+    except ValueError:
+        return None, f"{cls.__name__} does not say what it takes; write the program as a Python class"
+    positional = [item for item in signature.parameters.values()
+                  if item.kind in (item.POSITIONAL_ONLY, item.POSITIONAL_OR_KEYWORD)]
+    if not positional and not any(item.kind is item.VAR_POSITIONAL for item in signature.parameters.values()):
+        return None, f"takes no board: {cls.__name__}{signature} has no positional argument"
+    named = [item for item in signature.parameters.values()
+             if item not in positional[:1] and item.kind in (item.POSITIONAL_OR_KEYWORD, item.KEYWORD_ONLY)]
+    if any(item.kind is item.VAR_KEYWORD for item in signature.parameters.values()):
+        return None, ""
+    try:
+        hints = get_type_hints(inspect.getattr_static(cls, "__init__"), include_extras=True)
+    except (NameError, TypeError):
+        hints = {}
+    return Shape({item.name: hints.get(item.name, Any) for item in named},
+                 frozenset(item.name for item in named if item.default is item.empty)), ""
+
+
+def _near_module(name: str, folder: Path) -> str:
+    parent, _, last = name.rpartition(".")
+    if parent:
+        paths: Iterable[str] = getattr(sys.modules.get(parent), "__path__", [])
+        return near(name, [f"{parent}.{module.name}" for module in iter_modules(paths)])
+    own = [module.name for module in iter_modules([str(folder.absolute())])]
+    return near(last, ["agents", "firmware_sim", *own])

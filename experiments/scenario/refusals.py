@@ -1,0 +1,27 @@
+"""What a class refuses at construction, `field=value: rule; remedy` or free text, as problems at their place."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, Final
+
+from experiments.scenario.problems import Place, Problems, path_text, value_text
+from experiments.scenario.units import spellings
+
+_NAMED_VALUE: Final = re.compile(r"([A-Za-z_]\w*)=(.+?): ", re.DOTALL)
+
+
+def refuse(error: Exception, table: Any, place: Place, problems: Problems) -> None:
+    """Problems from a class's own message, `field=value: rule` or free text; one line each."""
+    for line in str(error).splitlines() or [type(error).__name__]:
+        named = _NAMED_VALUE.match(line)
+        keys = (spellings(named[1]) or [named[1]]) if named else []
+        key = next((key for key in keys if isinstance(table, dict) and key in table), None)
+        if named is None or key is None:
+            problems.say(f"{path_text(problems.written_at(place))}: {line}")
+        elif key == named[1]:
+            value = value_text(table[key]) if isinstance(table[key], str) else named[2]
+            problems.say(f"{path_text(problems.written_at((*place, key)))}={value}: {line[named.end():]}")
+        else:
+            written = f"{path_text(problems.written_at((*place, key)))}={value_text(table[key])}"
+            problems.say(f"{written} ({line[:named.end() - 2]}): {line[named.end():]}")

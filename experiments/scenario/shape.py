@@ -1,0 +1,29 @@
+"""Which keys a table of the file may have: those of a dataclass, without its random stream."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from random import Random
+from typing import Any, get_type_hints
+
+from experiments.scenario.units import spellings
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The fields that a table may have, with their type hints, and those that it must have."""
+
+    hints: Mapping[str, Any]
+    required: frozenset[str]
+
+    def keys(self) -> list[str]:
+        return [key for name in self.hints for key in (spellings(name) or [name])]
+
+
+def shape_of(cls: type) -> Shape:
+    """Of a dataclass; its random stream is not the author's to write."""
+    hints = get_type_hints(cls, include_extras=True)
+    own = [item for item in fields(cls) if item.init and hints[item.name] is not Random]
+    return Shape({item.name: hints[item.name] for item in own},
+                 frozenset(item.name for item in own if item.default is MISSING and item.default_factory is MISSING))

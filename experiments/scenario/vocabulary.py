@@ -1,0 +1,33 @@
+"""The words that a scenario can use: kinds of media and impairments, links, plants, figures. Tests bring their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from experiments.scenario.model import Link, Window
+
+Position = Sequence[float]
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """Each function says by a ValueError what is wrong with what it is given, one mistake a line.
+
+    - `select_links(on, {medium: nodes})`: the directed links that a selector names;
+    - `try_medium(class, name, settings, {node: where it stands})`: whether the medium fits its nodes;
+    - `try_windows(impairment, windows_ns)`: whether the impairment can act in these windows only;
+    - `plant_parameters(fmu, folder)`: the full name of the plant (an own model or an absolute path) and the names of
+      its parameters, None if they cannot be known;
+    - `unknown_figures(keys, nodes, media)`: a line for each key of `[expect]` that no run could answer.
+    """
+
+    media: Mapping[str, type]
+    impairments: Mapping[str, type]
+    select_links: Callable[[str, Mapping[str, Sequence[str]]], Sequence[Link]]
+    try_medium: Callable[[Any, str, Any, Mapping[str, Position | None]], None]
+    try_windows: Callable[[Any, Sequence[Window]], None]
+    plant_parameters: Callable[[str, Path], tuple[str, Collection[str] | None]]
+    unknown_figures: Callable[[Iterable[str], Collection[str], Collection[str]], Sequence[str]]
