@@ -165,14 +165,20 @@ class BroadcastRadio:
         return Fate.TOO_WEAK
 
     def _raise_carrier(self, flight: OnAir) -> None:
-        for node in (flight.sender, *sorted(flight.reach.in_range)):
+        for node in self._around(flight):
             count = self._carriers.get(node, 0)
             self._carriers[node] = count + 1
             if count == 0:
                 self._mac.heard(node, flight.start_ns)
 
     def _lower_carrier(self, flight: OnAir) -> None:
-        for node in (flight.sender, *sorted(flight.reach.in_range)):
+        for node in self._around(flight):
             self._carriers[node] -= 1
             if self._carriers[node] == 0:
                 self._mac.cleared(node, flight.end_ns)
+
+    @staticmethod
+    def _around(flight: OnAir) -> list[str]:
+        """Who senses it: the sender and everyone in range (all of them receivers)."""
+        in_range = flight.reach.in_range
+        return [flight.sender, *(node for node in flight.reach.receivers if node in in_range)]

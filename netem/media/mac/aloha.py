@@ -24,30 +24,31 @@ class Aloha:
         self._channel = channel
         self._queue_frames = queue_frames
         self._queues: dict[str, deque[Frame]] = {}      # only nodes whose queue is not empty
+        self._due: dict[str, Frame] = {}                # starts at this instant
 
     def submit(self, frame: Frame, now_ns: int) -> None:
-        queue = self._queues.get(frame.sender)
-        if queue is None and not self._channel.transmitting(frame.sender):
+        sender = frame.sender
+        if sender not in self._due and not self._channel.transmitting(sender):
             self._channel.start(frame, now_ns)
-        elif len(queue or ()) >= self._queue_frames:
+        elif len(self._queues.get(sender, ())) >= self._queue_frames:
             self._channel.drop(frame, Fate.QUEUE_FULL, "aloha")
         else:
-            self._queues.setdefault(frame.sender, deque()).append(frame)
+            self._queues.setdefault(sender, deque()).append(frame)
 
     def sent(self, node: str, now_ns: int) -> None:
-        if node in self._queues:
-            self._channel.agenda.at(now_ns, OFFER, node, partial(self._next, node, now_ns))
+        queue = self._queues.get(node)
+        if queue is not None:
+            self._due[node] = queue.popleft()
+            if not queue:
+                del self._queues[node]
+            self._channel.agenda.at(now_ns, OFFER, node, partial(self._start, node, now_ns))
 
-    def _next(self, node: str, now_ns: int) -> None:
-        queue = self._queues[node]
-        frame = queue.popleft()
-        if not queue:
-            del self._queues[node]
-        self._channel.start(frame, now_ns)
+    def _start(self, node: str, now_ns: int) -> None:
+        self._channel.start(self._due.pop(node), now_ns)
 
     def heard(self, node: str, now_ns: int) -> None: ...
 
     def cleared(self, node: str, now_ns: int) -> None: ...
 
     def waiting(self) -> Iterable[Frame]:
-        return [frame for queue in self._queues.values() for frame in queue]
+        return [*self._due.values(), *(frame for queue in self._queues.values() for frame in queue)]

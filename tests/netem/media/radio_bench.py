@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import partial
 from random import Random
 from typing import Any
 
 from netem.agenda import OFFER, Agenda
-from netem.frames import Fate
+from netem.frames import Fate, Frame
 from netem.links import Links
 from netem.media.broadcast_radio import BroadcastRadio
 from netem.media.radio_settings import CarrierSenseSettings, RadioSettings
@@ -26,24 +26,34 @@ class RecordingLedger(Ledger):
     def __init__(self) -> None:
         super().__init__()
         self.fates: dict[tuple[str, int, str], list[Fate]] = {}
-        self.on_air: dict[tuple[str, int], tuple[int, int]] = {}
 
     def close(self, frame, receiver, fate, **times):  # type: ignore[no-untyped-def]
         super().close(frame, receiver, fate, **times)
         self.fates.setdefault((frame.sender, frame.number, receiver), []).append(fate)
-        self.on_air[frame.sender, frame.number] = (frame.on_air_ns, frame.end_ns)
 
 
 class Bench:
-    def __init__(self, nodes: Any, seed: int = 7, **settings: Any) -> None:
+    def __init__(self, nodes: Any, rng_for: Callable[[str], Any] = lambda place: Random(f"7/{place}"),
+                 **settings: Any) -> None:
         self.agenda = Agenda()
         self.ledger = RecordingLedger()
         self.heard: list[tuple[int, str, bytes]] = []
+        self.flights: list[tuple[str, int, int, int]] = []          # (sender, number, start_ns, end_ns)
+        self.bounds_ns: list[int] = []
         links = Links(self.ledger, self._deliver, {})
         self.radio = BroadcastRadio("radio", RadioSettings(**settings), nodes, self.agenda, self.ledger, links,
-                                    lambda place: Random(f"{seed}/{place}"))
+                                    rng_for)
+
+        start = self.radio.start
+
+        def recorded(frame: Frame, now_ns: int) -> None:
+            start(frame, now_ns)
+            self.flights.append((frame.sender, frame.number, frame.on_air_ns, frame.end_ns))
+
+        self.radio.start = recorded  # type: ignore[method-assign]
 
     def _deliver(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> bool:
+        assert all(arrival_ns >= bound_ns for bound_ns in self.bounds_ns)
         self.heard.append((arrival_ns, receiver, data))
         return True
 
