@@ -1,0 +1,55 @@
+"""Processes of our own: started, waited for with a limit, and ended by their own handles whatever happens."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+GRACE_S = 5.0
+
+
+class Stuck(Exception):
+    """A process did not end in time, or ended badly."""
+
+
+@contextmanager
+def children(commands: Sequence[Sequence[str]]) -> Iterator[list[subprocess.Popen[bytes]]]:
+    """Start `python -m <command>` for each command; on leaving the block, none of them is left."""
+    started: list[subprocess.Popen[bytes]] = []
+    try:
+        for command in commands:
+            started.append(subprocess.Popen([sys.executable, "-m", *command], stdin=subprocess.DEVNULL))
+        yield started
+    finally:
+        for child in started:
+            if child.poll() is None:
+                child.send_signal(signal.SIGTERM)
+        for child in started:
+            try:
+                child.wait(GRACE_S)
+            except subprocess.TimeoutExpired:
+                child.kill()
+                child.wait()
+
+
+def leave_on_sigterm() -> None:
+    """Make SIGTERM leave every `with` block on its way out, as Ctrl-C does."""
+    def leave(number: int, _: object) -> None:
+        sys.exit(128 + number)
+    signal.signal(signal.SIGTERM, leave)
+
+
+def wait_for_all(started: Sequence[subprocess.Popen[bytes]], limit_s: float) -> None:
+    """Wait until every process has ended well; raises `Stuck` at the first that has not."""
+    deadline_s = time.monotonic() + limit_s
+    for index, child in enumerate(started):
+        try:
+            code = child.wait(max(0.0, deadline_s - time.monotonic()))
+        except subprocess.TimeoutExpired:
+            raise Stuck(f"process {index} (pid {child.pid}) had not ended after {limit_s:.0f} s") from None
+        if code:
+            raise Stuck(f"process {index} (pid {child.pid}) ended with code {code}")

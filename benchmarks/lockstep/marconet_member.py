@@ -1,0 +1,57 @@
+"""One node of the ring as a marconet node: `python -m benchmarks.lockstep.marconet_member`, started by `ProcessHost`.
+
+The link takes one window: what is handed out at the instant of window k is heard at that of window k + 1.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Generator
+from pathlib import Path
+
+import msgspec
+from simpy.events import Event
+
+from benchmarks.lockstep.ring import Member, Task
+from netem.node import Node
+from netem.transport.errand import read_errand
+from netem.transport.node_link import serve
+
+MEDIUM = "ring"
+
+
+class MarconetMember(msgspec.Struct):
+    """What the process is told, as JSON."""
+
+    index: int
+    task: Task
+    folder: str
+    window_ns: int
+
+    def build(self) -> Node:
+        node = Node(f"node_{self.index}", [MEDIUM])
+        node.start(self.program(node))
+        return node
+
+    def program(self, node: Node) -> Generator[Event, None, None]:
+        member = Member(self.index, self.task)
+        port = node.ports[MEDIUM]
+        inbox: list[bytes] = []
+        port.on_receive = inbox.append
+        while not member.is_done:
+            out = member.turn(inbox)
+            inbox.clear()
+            port.send(out)
+            member.finished()
+            yield node.env.timeout(self.window_ns)
+        member.save(Path(self.folder))
+
+
+def main() -> int:
+    errand = read_errand()
+    member = msgspec.json.decode(errand.specification, type=MarconetMember)
+    return serve(errand.endpoint, errand.run, errand.node, member.build, errand.timeout_s)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
