@@ -16,6 +16,10 @@ from __future__ import annotations
 import argparse
 import asyncio
 import json
+import os
+import shutil
+import signal
+import sys
 import tempfile
 from dataclasses import asdict
 from importlib.metadata import version
@@ -31,7 +35,7 @@ VARIANTS = {"lazy": True, "eager": False}       # name -> lazy_stepping
 START_LIMIT_S = 60
 
 
-async def _run(task: Task, folder: str, lazy_stepping: bool, limit_s: float) -> None:
+async def _run(task: Task, folder: str, lazy_stepping: bool) -> None:
     sim_config: mosaik.SimConfig = {"Ring": {"cmd": f"%(python)s -m {MEMBER} %(addr)s"}}
     async with mosaik.AsyncWorld(sim_config, {"addr": ("127.0.0.1", None), "start_timeout": START_LIMIT_S}) as world:
         factories = await asyncio.gather(*[
@@ -40,13 +44,21 @@ async def _run(task: Task, folder: str, lazy_stepping: bool, limit_s: float) -> 
         for index, node in enumerate(nodes):
             world.connect(node, nodes[(index + 1) % task.nodes], ("outbox", "inbox"), time_shifted=True,
                           initial_data={"outbox": ""})
-        turns = world.run(until=task.windows, print_progress=False, lazy_stepping=lazy_stepping)
-        await asyncio.wait_for(turns, limit_s)
+        await world.run(until=task.windows, print_progress=False, lazy_stepping=lazy_stepping)
 
 
 def run(task: Task, variant: str = "eager", limit_s: float = 120.0) -> Figure:
+    """Gives up after `limit_s` by ending this process: mosaik cannot be cancelled in a turn, its shutdown then waits
+    for ever. The simulators end when their connection does."""
     with tempfile.TemporaryDirectory(prefix="lockstep_mosaik_") as folder:
-        asyncio.run(_run(task, folder, VARIANTS[variant], limit_s))
+        def give_up(*_: object) -> None:
+            print(f"mosaik: no end after {limit_s:.0f} s", file=sys.stderr, flush=True)
+            shutil.rmtree(folder, ignore_errors=True)
+            os._exit(1)
+        signal.signal(signal.SIGALRM, give_up)
+        signal.setitimer(signal.ITIMER_REAL, limit_s)
+        asyncio.run(_run(task, folder, VARIANTS[variant]))
+        signal.setitimer(signal.ITIMER_REAL, 0)
         return judge("mosaik", task, Path(folder), f"{version('mosaik')}, {variant}")
 
 
