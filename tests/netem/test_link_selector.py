@@ -3,7 +3,7 @@ from __future__ import annotations
 from contextlib import suppress
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from netem.link_selector import LinkSelectorError, parse
@@ -58,6 +58,7 @@ def test_what_means_no_link_is_refused_with_text_rule_and_nearest_name(text, mes
     assert repr(text) in str(refusal.value)
 
 
+@settings(deadline=None)
 @given(st.text("aer:-<>*[ ", max_size=12))
 def test_any_text_means_links_or_is_refused(text):
     nodes = {"a": ["a", "e", "r"]}

@@ -70,6 +70,17 @@ def test_a_share_of_the_frames_has_exactly_one_bit_flipped(frames):
     assert abs(sum(flips) - 0.2 * FRAMES) < 4 * sqrt(0.2 * 0.8 * FRAMES)
 
 
+def test_frames_between_two_bit_errors_cost_no_draw(frames):
+    noise = Corrupt(bit_error_ratio=1e-4, rng=stream(7, "noise"))
+    first, *others = frames(200, data=b"1234567890")
+    list(noise.carry(first))
+
+    for transit in others:
+        before = noise.rng.getstate()
+        [copy] = noise.carry(transit)
+        assert copy.corrupt == (noise.rng.getstate() != before)
+
+
 @pytest.mark.parametrize("settings", [{"bit_error_ratio": 0.9}, {"frame_ratio": 1.0}])
 def test_an_empty_frame_has_no_bit_to_flip(settings, frames):
     noise = Corrupt(**settings, rng=stream(7, "noise"))

@@ -38,7 +38,7 @@ EXAMPLES = {
     "rate limit": ("rate_limit", {"rate_bps": 9600, "queue_frames": 2}),
 }
 
-few = settings(max_examples=40)
+few = settings(max_examples=40, deadline=None)
 copies = st.lists(st.tuples(st.integers(0, 10 ** 9), st.integers(0, 10 ** 6), st.binary(max_size=40)), max_size=30)
 examples = pytest.mark.parametrize("example", EXAMPLES)
 

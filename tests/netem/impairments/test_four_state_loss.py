@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from itertools import pairwise
 from math import sqrt
 
 import numpy as np
@@ -62,6 +63,15 @@ def test_runs_of_two_and_three_losses_are_as_frequent_as_the_chain_says(p13, p31
                            (lost[2:] & lost[1:-1] & lost[:-2], (pi @ L @ P @ L @ P @ L).sum())]:
         batches = hits[:len(hits) // 100 * 100].reshape(100, -1).mean(axis=1)
         assert abs(batches.mean() - expected) < 4 * max(batches.std(ddof=1) / 10, sqrt(expected / FRAMES))
+
+
+def test_an_isolated_loss_stands_alone(frames):
+    channel = FourStateLoss(p13=0.0, p14=0.6, rng=stream(7, "loss"))
+
+    lost = [not list(channel.carry(transit)) for transit in frames(5000)]
+
+    assert any(lost)
+    assert not any(second for first, second in pairwise(lost) if first)
 
 
 def test_p13_alone_is_independent_loss():

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from netem.frames import Fate, Transit
@@ -15,6 +15,7 @@ def blackout(during_ns):
     return Window(BernoulliLoss(1.0, rng=stream(7, "loss")), during_ns)
 
 
+@settings(deadline=None)
 @given(st.lists(st.integers(0, 60), min_size=2, max_size=12, unique=True))
 def test_it_acts_exactly_inside_its_half_open_intervals(edges):
     edges = sorted(edges[:len(edges) // 2 * 2])
