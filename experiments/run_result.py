@@ -42,7 +42,7 @@ class Verdict(msgspec.Struct, frozen=True):
             return f"{self.min - self.value:.6g} below the least allowed, {self.min:.6g}"
         if self.max is not None and self.value > self.max:
             return f"{self.value - self.max:.6g} above the most allowed, {self.max:.6g}"
-        return f"{self.value} cannot be compared"
+        return "the run has nothing to measure it by"
 
 
 class Summary(msgspec.Struct, frozen=True):

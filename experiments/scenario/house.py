@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from random import Random
 from typing import Any
 
 from experiments.metric_keys import unknown_keys
+from experiments.scenario.plant_parameters import PlantNames
 from experiments.scenario.problems import near
 from experiments.scenario.vocabulary import Position, Vocabulary
-from fmus.build import model_folder, own_models
+from fmus.build import build_model, model_folder, own_models
 from fmus.describe import read_model
+from fmus.describe_fmu import describe
+from fmus.errors import PlantError
 from netem import link_selector
 from netem.agenda import Agenda
 from netem.impairments.table import IMPAIRMENTS
@@ -22,7 +25,7 @@ from netem.records.ledger import Ledger
 
 
 def house_vocabulary() -> Vocabulary:
-    return Vocabulary(MEDIA, IMPAIRMENTS, select_links, try_medium, try_windows, plant_parameters, unknown_keys)
+    return Vocabulary(MEDIA, IMPAIRMENTS, select_links, try_medium, try_windows, plant_names, unknown_keys)
 
 
 def select_links(on: str, nodes_on: Mapping[str, Sequence[str]]) -> list[LinkName]:
@@ -38,16 +41,24 @@ def try_windows(impairment: Any, windows_ns: Sequence[tuple[int, int]]) -> None:
     Window(impairment, windows_ns)
 
 
-def plant_parameters(fmu: str, folder: Path) -> tuple[str, Collection[str] | None]:
-    """An own model is known without a compiler; of an FMU its own description is read."""
-    if not fmu.endswith(".fmu"):
+def plant_names(fmu: str, folder: Path) -> PlantNames:
+    """An own model is known without a compiler; a model folder is built; of an FMU its own description is read."""
+    if "/" not in fmu and not fmu.endswith(".fmu") and not (folder / fmu / "variables.toml").is_file():
         if fmu not in own_models():
             raise ValueError(f"no such model; {near(fmu, own_models())} (or give the path of a .fmu)")
         model = read_model(model_folder(fmu) / "variables.toml")
-        rows = [row for row in model.rows if row.kind == "parameter"]
-        return fmu, [*(row.name for row in rows), *(scalar.name for row in rows for scalar in row.scalars())]
+        scalars = [scalar for scalar in model.scalars() if not scalar.computed]
+        return PlantNames(fmu, {scalar.name: "Float64" for scalar in scalars if scalar.kind == "parameter"},
+                          {scalar.name: "Float64" for scalar in scalars if scalar.kind != "parameter"})
     path = (folder / fmu).absolute()
-    if not path.is_file():
+    if not path.exists():
         there = [str(other.relative_to(folder)) for other in sorted(path.parent.glob("*.fmu"))]
         raise ValueError(f"no such file; {near(fmu, there)}")
-    return str(path), None
+    try:
+        archive = build_model(path) if path.is_dir() else path
+        settable = [variable for variable in describe(archive).variables.values() if variable.settable_at_start]
+    except PlantError as error:
+        raise ValueError(str(error)) from error
+    return PlantNames(str(archive),
+                      {item.name: item.type for item in settable if item.causality.lower().endswith("parameter")},
+                      {item.name: item.type for item in settable if not item.causality.lower().endswith("parameter")})

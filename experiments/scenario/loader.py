@@ -18,6 +18,7 @@ from experiments.scenario import overrides as overriding
 from experiments.scenario.document import check_values, question_of, read
 from experiments.scenario.fill import construct, fill
 from experiments.scenario.model import AgentSpec, Bound, ImpairmentSpec, Link, MediumSpec, PlantSpec, Scenario, Window
+from experiments.scenario.plant_parameters import base
 from experiments.scenario.problems import Place, Problems, near, path_text
 from experiments.scenario.program import check_program
 from experiments.scenario.refusals import refuse
@@ -146,13 +147,14 @@ class _Reader:
         table = AgentTable(**{"program": "", **values})
         parameters = self._program(table.program, table.parameters, place) if table.program else {}
         plant = None if table.plant is None else self._plant(table.plant, (*place, "plant"))
-        for index, medium in enumerate(table.media or ()):
+        attached = media if table.media is None else table.media
+        for index, medium in enumerate(attached):
             if medium not in media:
                 self.problems.add((*place, "media", index), f"no such medium; {near(medium, media)}", medium)
+                attached = media
         if table.at_m is not None and len(table.at_m) not in (2, 3):
             self.problems.add((*place, "at_m"), "expected [x, y] or [x, y, z]", list(table.at_m))
-        return AgentSpec(name, table.program, parameters, table.clock, plant, table.at_m,
-                         tuple(media) if table.media is None else table.media)
+        return AgentSpec(name, table.program, parameters, table.clock, plant, table.at_m, tuple(attached))
 
     def _program(self, program: str, parameters: Any, place: Place) -> dict[str, Any]:
         cls, keywords = check_program(program, parameters, place, self.problems, self.folder)
@@ -162,24 +164,26 @@ class _Reader:
 
     def _plant(self, table: PlantTable, place: Place) -> PlantSpec | None:
         try:
-            fmu, known = self.vocabulary.plant_parameters(table.fmu, self.folder)
+            plant = self.vocabulary.plant_names(table.fmu, self.folder)
         except ValueError as error:
             self.problems.add((*place, "fmu"), str(error), table.fmu)
             return None
-        parameters: dict[str, Any] = {}
+        start: dict[str, Any] = {}
         if table.parameters_from is not None:
             found, complaint = self._lookup(table.parameters_from)
+            start = plant.taken_from(found)
+            if found and not start:
+                known = dict.fromkeys(map(base, plant.parameters))
+                complaint = f"no key of that table is a parameter of {table.fmu}; {near('', known)}"
             if complaint:
                 self.problems.add((*place, "parameters_from"), complaint, table.parameters_from)
-            parameters = {key: value for key, value in found.items() if known is None or key in known}
-            if found and not parameters:
-                self.problems.add((*place, "parameters_from"), f"no key of that table is a parameter of {table.fmu}; "
-                                                               f"{near('', known or ())}", table.parameters_from)
+            for key, value in start.items():
+                if complaint := plant.complaint(key, value):
+                    self.problems.add((*overriding.parse_path(table.parameters_from)[0], key), complaint, value)
         for key, value in table.parameters.items():
-            if known is not None and key not in known:
-                self.problems.add((*place, "parameters", key), f"{table.fmu} has no such parameter; {near(key, known)}",
-                                  value)
-        return PlantSpec(fmu, {**parameters, **table.parameters})
+            if complaint := plant.complaint(key, value):
+                self.problems.add((*place, "parameters", key), complaint, value)
+        return PlantSpec(plant.fmu, {**start, **table.parameters})
 
     def _lookup(self, dotted: str) -> tuple[dict[str, Any], str]:
         """The table of this file at a path and what is wrong with the path."""

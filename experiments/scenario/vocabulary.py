@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.scenario.model import Link, Window
+from experiments.scenario.plant_parameters import PlantNames
 
 Position = Sequence[float]
 
@@ -19,8 +20,7 @@ class Vocabulary:
     - `select_links(on, {medium: nodes})`: the directed links that a selector names;
     - `try_medium(class, name, settings, {node: where it stands})`: whether the medium fits its nodes;
     - `try_windows(impairment, windows_ns)`: whether the impairment can act in these windows only;
-    - `plant_parameters(fmu, folder)`: the full name of the plant (an own model or an absolute path) and the names of
-      its parameters, None if they cannot be known;
+    - `plant_names(fmu, folder)`: the plant and what can be set in it before the first step;
     - `unknown_figures(keys, nodes, media)`: a line for each key of `[expect]` that no run could answer.
     """
 
@@ -29,5 +29,5 @@ class Vocabulary:
     select_links: Callable[[str, Mapping[str, Sequence[str]]], Sequence[Link]]
     try_medium: Callable[[Any, str, Any, Mapping[str, Position | None]], None]
     try_windows: Callable[[Any, Sequence[Window]], None]
-    plant_parameters: Callable[[str, Path], tuple[str, Collection[str] | None]]
+    plant_names: Callable[[str, Path], PlantNames]
     unknown_figures: Callable[[Iterable[str], Collection[str], Collection[str]], Sequence[str]]

@@ -1,0 +1,175 @@
+"""The `marconet` command. It only looks for input, calls the runner and prints; exit codes are in `exits`.
+
+Heavy modules are imported inside the commands, so that help comes at once.
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from experiments.exits import ExitCode, errors_as_text
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from experiments.scenario import Scenario
+
+app = typer.Typer(name="marconet", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
+                  help="Emulate a team of robots that hear each other only now and then.",
+                  epilog="Example: marconet run output_sync")
+fmu = typer.Typer(no_args_is_help=True, help="Look at plants and build them.",
+                  epilog="Example: marconet fmu info linear_system")
+app.add_typer(fmu, name="fmu")
+
+Source = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name from `marconet list`, or the path of a .toml.")]
+Seed = Annotated[int | None, typer.Option("--seed", help="Instead of the scenario's seed.")]
+Duration = Annotated[float | None, typer.Option("--duration", metavar="S", help="Seconds of robot time.")]
+Overrides = Annotated[list[str] | None, typer.Option(
+    "--set", metavar="PATH.TO.KEY=VALUE", help="Replace one value of the file; the value is TOML. May be repeated.")]
+Traceback = Annotated[bool, typer.Option("--traceback", help="Show where in the code an error came from.")]
+
+
+@app.command("list", epilog="Example: marconet list")
+def list_scenarios(traceback: Traceback = False) -> None:
+    """Name the scenarios in ./scenarios and those that come with marconet, and the question each asks."""
+    with errors_as_text(traceback):
+        from experiments.scenario import catalog
+        from experiments.text_views import print_table
+
+        print_table(_console(), ["scenario", "question"], [(entry.name, entry.question) for entry in catalog()])
+
+
+@app.command(epilog="Example: marconet check output_sync --set 'impairments[0].loss_ratio=0.3'")
+def check(scenario: Source, seed: Seed = None, duration: Duration = None, overrides: Overrides = None,
+          traceback: Traceback = False) -> None:
+    """Find every mistake in a scenario without running it, or print what would run."""
+    with errors_as_text(traceback):
+        from experiments.text_views import print_scenario
+
+        print_scenario(_console(), _load(scenario, seed, duration, overrides))
+
+
+@app.command(epilog="Example: marconet run output_sync --seed 3 --set 'impairments[0].loss_ratio=0.3' --out runs/third")
+def run(scenario: Source, seed: Seed = None, duration: Duration = None,
+        host: Annotated[Literal["process", "inline"], typer.Option(
+            "--host", help="One process for each robot, or all of them in this one: faster, and the same result.")]
+        = "process",
+        overrides: Overrides = None,
+        out: Annotated[Path | None, typer.Option(
+            "--out", metavar="DIR", help="Folder for the records; default: a new one in ./runs.")] = None,
+        traceback: Traceback = False) -> None:
+    r"""Run a scenario and write its records and report.
+
+    Exits with 0 if every \[expect] of the scenario holds, 1 if one does not, 2 for bad input, 3 when a node failed.
+    """
+    with errors_as_text(traceback):
+        found = _load(scenario, seed, duration, overrides)
+        folder = _run_folder(found, out)
+    with errors_as_text(traceback, kept=f"what was recorded: {folder}"):
+        holds = _run(found, host, folder)
+    if not holds:
+        raise typer.Exit(ExitCode.EXPECTATION_BROKEN)
+
+
+@app.command(epilog="Example: marconet report runs/third")
+def report(run_dir: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Folder of a run.")],
+           traceback: Traceback = False) -> None:
+    """Write report.html anew from the records of a run."""
+    with errors_as_text(traceback):
+        from experiments.report.build import write_report
+        from experiments.text_views import print_path
+
+        if not (run_dir / "scenario.json").is_file():
+            raise FileNotFoundError(f"{run_dir}: no run was recorded there: it has no scenario.json")
+        print_path(_console(), "report", write_report(run_dir))
+
+
+@fmu.command("list", epilog="Example: marconet fmu list")
+def list_plants(traceback: Traceback = False) -> None:
+    """Name the plants that come with marconet."""
+    with errors_as_text(traceback):
+        from experiments.text_views import print_table
+        from fmus.build import model_folder, own_models
+        from fmus.describe import read_model
+
+        models = [read_model(model_folder(name) / "variables.toml") for name in own_models()]
+        print_table(_console(), ["plant", "about"], [(model.name, model.description) for model in models])
+
+
+@fmu.command(epilog="Example: marconet fmu info linear_system")
+def info(plant: Annotated[str, typer.Argument(help="A name from `marconet fmu list`, a model folder, or a .fmu file.")],
+         traceback: Traceback = False) -> None:
+    """Show a plant's variables with their units and start values."""
+    with errors_as_text(traceback):
+        from experiments.text_views import print_plant
+        from fmus.build import build_model, own_models
+        from fmus.describe_fmu import describe
+
+        is_model = plant in own_models() or Path(plant).is_dir()
+        archive = build_model(plant if plant in own_models() else Path(plant)) if is_model else Path(plant)
+        print_plant(_console(), describe(archive))
+
+
+@fmu.command(epilog="Example: marconet fmu build linear_system --fmi 2.0")
+def build(plants: Annotated[list[str] | None, typer.Argument(help="Names or model folders; default: all that come "
+                                                                  "with marconet.")] = None,
+          fmi: Annotated[Literal["3.0", "2.0"], typer.Option("--fmi", help="Version of the standard.")] = "3.0",
+          traceback: Traceback = False) -> None:
+    """Compile plants into FMUs, where that has not been done, and say where they are."""
+    with errors_as_text(traceback):
+        from experiments.text_views import print_path
+        from fmus.build import build_model, own_models
+
+        for name in plants or own_models():
+            print_path(_console(), name, build_model(name if name in own_models() else Path(name), fmi))
+
+
+def _load(source: str, seed: int | None, duration_s: float | None, overrides: list[str] | None) -> Scenario:
+    from experiments.scenario import find, load
+
+    return load(find(source), seed=seed, duration_s=duration_s, overrides=overrides or [])
+
+
+def _run_folder(scenario: Scenario, out: Path | None) -> Path:
+    """The folder of the run, without the conclusions of an earlier one."""
+    folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / "scenario.json").exists())):
+        raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
+    for conclusion in ("summary.json", "report.html"):
+        (folder / conclusion).unlink(missing_ok=True)
+    return folder
+
+
+def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path) -> bool:
+    from experiments import runner
+    from experiments.live_view import live_view
+    from experiments.text_views import print_path, print_summary
+
+    console = _console()
+    with live_view(console, scenario.name, scenario.length_ns * 1e-9) as progress:
+        result = runner.run(scenario, host=host, out=folder, progress=progress)
+    print_summary(console, result.summary)
+    console.print()
+    written = result.folder / (result.summary.report or ".")
+    print_path(console, "report" if written.is_file() else "records", written if written.is_file() else result.folder)
+    for verdict in result.summary.verdicts:
+        if not verdict.holds:
+            typer.echo(f"expect.{verdict.key}={verdict.value}: {verdict.by_how_much()}", err=True)
+    return result.summary.holds
+
+
+def _console() -> Console:
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = 120             # of a file or a pipe nobody knows
+    return console
+
+
+def main() -> None:
+    app()

@@ -1,0 +1,67 @@
+"""How far a run is: a bar on a terminal, a line every few seconds elsewhere.
+
+The runner may call after every window; what is shown changes a few times a second, and no thread takes part.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn
+from rich.progress import Progress as Bar
+
+from experiments.run_result import Progress
+
+BAR_EVERY_S = 0.1
+LINE_EVERY_S = 5.0
+
+
+@contextmanager
+def live_view(console: Console, what: str, length_s: float,
+              now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[Progress], None]]:
+    """Gives the function that the runner tells its progress."""
+    if console.is_terminal:
+        with _bar(console) as bar:
+            task = bar.add_task(f"{what}: starting", total=length_s, figures="")
+
+            def draw(progress: Progress) -> None:
+                bar.update(task, description=what, completed=progress.now_ns * 1e-9, figures=figures(progress))
+                bar.refresh()
+
+            bar.refresh()
+            yield _now_and_then(draw, BAR_EVERY_S, now_s)
+    else:
+        console.print(f"{what}: {length_s:g} s of robot time", soft_wrap=True)
+        yield _now_and_then(lambda progress: console.print(f"{what}: {figures(progress)}", soft_wrap=True),
+                            LINE_EVERY_S, now_s)
+
+
+def figures(progress: Progress) -> str:
+    """Robot time, real-time factor and frames by fate in one line."""
+    time_s = f"{progress.now_ns * 1e-9:.2f} of {progress.end_ns * 1e-9:.2f} s"
+    return f"{time_s}  {progress.real_time_factor:.1f} x real time  {by_fate(progress.frames)}"
+
+
+def by_fate(frames: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {fate}" for fate, count in frames.items() if count) or "no frames yet"
+
+
+def _bar(console: Console) -> Bar:
+    return Bar(TextColumn("{task.description}", markup=False), BarColumn(bar_width=24),
+               TextColumn("{task.fields[figures]}", markup=False), console=console, auto_refresh=False, transient=True)
+
+
+def _now_and_then(show: Callable[[Progress], None], every_s: float,
+                  now_s: Callable[[], float]) -> Callable[[Progress], None]:
+    due_s = now_s() + every_s if every_s == LINE_EVERY_S else now_s()
+
+    def tell(progress: Progress) -> None:
+        nonlocal due_s
+        if now_s() >= due_s or progress.now_ns >= progress.end_ns:
+            show(progress)
+            due_s = now_s() + every_s
+
+    return tell

@@ -1,0 +1,74 @@
+"""Which start values a plant gets: from a table of the team's knowledge, then the agent's own, checked by the FMU.
+
+A key is a variable or, as a nested list, a matrix of them: `A = [[-3, 1], [2, -1]]` is A[1,1], A[1,2], A[2,1], A[2,2].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from experiments.scenario.problems import near
+from fmus.errors import PlantError
+from fmus.parameters import expand_parameters
+
+
+@dataclass(frozen=True)
+class PlantNames:
+    """What can be set before the first step: variable -> its FMI type. `fmu` is an own model or an absolute path."""
+
+    fmu: str
+    parameters: Mapping[str, str]
+    others: Mapping[str, str]           # inputs, initial values
+
+    def taken_from(self, table: Mapping[str, Any]) -> dict[str, Any]:
+        """The entries of a table that are parameters of this plant."""
+        known = {base(name) for name in self.parameters} | set(self.parameters)
+        return {key: value for key, value in table.items() if key in known}
+
+    def complaint(self, key: str, value: Any) -> str:
+        """What is wrong with a start value, "" if nothing."""
+        types = {**self.others, **self.parameters}
+        if key not in types and key not in {base(name) for name in types}:
+            return f"no such parameter; {near(key, dict.fromkeys(map(base, self.parameters)))}"
+        if isinstance(value, dict):
+            return "expected a number or lists of them"
+        if key in types:
+            return _misfit(types[key], value)
+        try:
+            elements = expand_parameters({key: value})
+        except PlantError as error:
+            return str(error).removeprefix(f"{key}: ")
+        for name, element in elements.items():
+            if name not in types:
+                largest = [other for other in types if base(other) == key][-1]
+                return f"the model has no {name}; {key} ends with {largest}"
+            if problem := _misfit(types[name], element):
+                return f"{name}: {problem}"
+        return ""
+
+
+def base(name: str) -> str:
+    return name.partition("[")[0]
+
+
+_IS: Mapping[str, tuple[str, Callable[[Any], bool]]] = {
+    "Boolean": ("true or false", lambda value: isinstance(value, bool)),
+    "String": ("text in quotes", lambda value: isinstance(value, str)),
+    "whole": ("a whole number", lambda value: isinstance(value, int) and not isinstance(value, bool)),
+    "number": ("a number", lambda value: isinstance(value, int | float) and not isinstance(value, bool)),
+}
+
+
+def _misfit(fmi_type: str, value: Any) -> str:
+    kind = fmi_type if fmi_type in _IS else "whole" if "Int" in fmi_type or fmi_type == "Enumeration" else "number"
+    wanted, fits = _IS[kind]
+    parts = [value]
+    while parts:
+        part = parts.pop()
+        if isinstance(part, list):
+            parts.extend(part)
+        elif not fits(part):
+            return f"expected {wanted}"
+    return ""

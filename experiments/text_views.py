@@ -1,0 +1,88 @@
+"""What the commands print: the scenario that would run, the figures of a run, plants. No numbers are made here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from experiments.live_view import by_fate
+from experiments.run_result import Summary
+
+if TYPE_CHECKING:
+    from experiments.scenario import Scenario
+    from fmus.description import PlantDescription
+
+
+def print_table(console: Console, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for column in columns:
+        table.add_column(column, overflow="fold")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    console.print(table)
+
+
+def print_scenario(console: Console, scenario: Scenario) -> None:
+    console.print(Text(f"{scenario.name}: {scenario.question or 'asks no question'}"), soft_wrap=True)
+    print_table(console, ["", ""], [
+        ("robot time", f"{scenario.length_ns * 1e-9:g} s"), ("seed", str(scenario.seed)),
+        ("samples", f"every {scenario.sample_period_ns * 1e-9:g} s" if scenario.sample_period_ns else "none")])
+    console.print()
+    print_table(console, ["agent", "program", "plant", "clock", "media"], [
+        (agent.name, agent.program, agent.plant.fmu if agent.plant else "-",
+         "ideal" if agent.clock == type(agent.clock)() else
+         f"{agent.clock.offset_ns * 1e-9:+g} s {agent.clock.drift_ppm:+g} ppm tick {agent.clock.tick_ns * 1e-9:g} s",
+         " ".join(agent.media)) for agent in scenario.agents.values()])
+    console.print()
+    print_table(console, ["medium", "kind", "nodes"],
+                [(medium.name, medium.kind, " ".join(medium.nodes)) for medium in scenario.media.values()])
+    if scenario.impairments:
+        console.print()
+        print_table(console, ["impairment", "kind", "on", "links", "during"], [
+            (spec.place, spec.kind, spec.on, str(len(spec.links)),
+             ", ".join(f"{start * 1e-9:g}-{end * 1e-9:g} s" for start, end in spec.windows_ns) or "the whole run")
+            for spec in scenario.impairments])
+    if scenario.expect:
+        console.print()
+        print_table(console, ["expected", "at least", "at most"],
+                    [(key, _number(bound.min), _number(bound.max)) for key, bound in scenario.expect.items()])
+
+
+def print_summary(console: Console, summary: Summary) -> None:
+    print_table(console, ["", ""], [
+        ("scenario", summary.scenario), ("seed", str(summary.seed)), ("host", summary.host),
+        ("robot time", f"{summary.length_ns * 1e-9:g} s"),
+        ("wall time", f"{summary.wall_s:.2f} s, {summary.start_up_s:.2f} s to start before"),
+        ("real-time factor", f"{summary.real_time_factor:.1f}"),
+        ("windows, grants", f"{summary.windows}, {summary.grants}"),
+        ("frame copies", by_fate(summary.frames)), ("ledger hash", summary.ledger_hash)])
+    if summary.verdicts:
+        console.print()
+        print_table(console, ["expected", "value", "at least", "at most", ""], [
+            (verdict.key, _number(verdict.value), _number(verdict.min), _number(verdict.max),
+             "holds" if verdict.holds else f"DOES NOT HOLD: {verdict.by_how_much()}") for verdict in summary.verdicts])
+
+
+def print_plant(console: Console, plant: PlantDescription) -> None:
+    fixed = f"steps of {plant.fixed_step_s} s" if plant.fixed_step_s else "one step size"
+    step = "steps of any size" if plant.variable_step else fixed
+    console.print(Text(f"{plant.model_name}: {plant.about}"), soft_wrap=True)
+    console.print(Text(f"{plant.file}: FMI {plant.fmi}, {step}"), soft_wrap=True)
+    console.print()
+    print_table(console, ["variable", "kind", "type", "unit", "start", "about"], [
+        (item.name, item.causality, item.type, item.unit or "", item.start or "", item.about)
+        for item in plant.variables.values()])
+
+
+def print_path(console: Console, what: str, path: Path) -> None:
+    """On one line, however narrow the terminal is, so that it can be clicked or copied."""
+    console.print(Text(f"{what}: {path}"), soft_wrap=True)
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.6g}"
