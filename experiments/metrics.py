@@ -8,7 +8,8 @@ transmissions the extreme sender's (see `link_metrics`). Signals: statistics are
 A pattern that matches several nodes asks for the bound at each of them: the value shown is that of the node nearest to
 breaking the bound, or furthest beyond it (without a bound the largest, for `min` the smallest).
 
-What cannot be measured (no frames, no such samples, a run broken off before) is nan, and nan never holds.
+What cannot be measured (no frames, no such samples, a run broken off before) is nan; its verdict has no value and does
+not hold.
 """
 
 from __future__ import annotations
@@ -91,8 +92,9 @@ def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
 
 
 def _verdict(key: str, bound: Bound, value: float) -> Verdict:
-    holds = (not math.isnan(value) and (bound.min is None or value >= bound.min)
-             and (bound.max is None or value <= bound.max))
+    if math.isnan(value):
+        return Verdict(key, None, bound.min, bound.max, holds=False)
+    holds = (bound.min is None or value >= bound.min) and (bound.max is None or value <= bound.max)
     return Verdict(key, value, bound.min, bound.max, holds)
 
 

@@ -1,0 +1,126 @@
+"""`report.html`: a run on one page that opens without a network, from the run folder alone.
+
+The page carries the numbers once, as JSON, and draws them with the Plotly that is installed; nothing is fetched. Curves
+of more than 5 000 points keep the extremes of each stretch (see `thinning`); what is thinned or cut is said beside it.
+A folder of a run that was broken off gives a page that says what is missing.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from experiments.metrics import UnknownKeys, evaluate
+from experiments.report import series
+from experiments.run_data import RunData, load_run
+from experiments.run_result import Verdict
+from netem.records.events import Level
+
+PAGE = files("experiments.report") / "page"
+MOST_EVENTS = 300
+MOST_LINKS = 60
+
+
+class Limits(NamedTuple):
+    """A bound as a scenario file has it."""
+
+    min: float | None
+    max: float | None
+
+
+def write_report(run_dir: Path) -> Path:
+    data = load_run(run_dir)
+    path = run_dir / "report.html"
+    path.write_text(render(data, run_dir.name), encoding="utf-8")
+    return path
+
+
+def render(data: RunData, folder: str) -> str:
+    verdicts, problems = verdicts_of(data)
+    drawn = {"signals": series.signals(data), "switching": series.switching(data), "spoken": series.spoken(data),
+             "fates": series.fates(data), "ages": series.ages(data), "gaps": series.gaps(data), "nodes": data.nodes,
+             "length_s": data.length_ns * 1e-9}
+    environment = Environment(loader=PackageLoader("experiments.report", "page"), autoescape=True,
+                              undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"number": number, "seconds": seconds}
+    return environment.get_template("report.html.j2").render(
+        name=data.scenario.get("name") or folder, question=data.scenario.get("question") or "", verdicts=verdicts,
+        broken=[verdict for verdict in verdicts if not verdict.holds], missing=[*data.missing, *problems],
+        unfinished=unfinished(data), facts=facts(data), drawn=drawn, table=series.node_table(data),
+        events=data.events[:MOST_EVENTS], event_total=len(data.events), level_name=level_name,
+        event_kinds=sorted(Counter(event.kind for event in data.events).items()), most_links=MOST_LINKS,
+        data_json=_for_script(drawn), plotly=_text(files("plotly") / "package_data" / "plotly.min.js"),
+        script=_text(PAGE / "report.js"), style=_text(PAGE / "report.css"))
+
+
+def verdicts_of(data: RunData) -> tuple[list[Verdict], list[str]]:
+    """The run's own verdicts, or where it left none those on the scenario's `expect`; and what cannot be judged."""
+    recorded = data.summary.get("verdicts")
+    if recorded:
+        return msgspec.convert(recorded, list[Verdict]), []
+    expect = {key: Limits(bound.get("min"), bound.get("max"))
+              for key, bound in (data.scenario.get("expect") or {}).items()}
+    try:
+        return evaluate(expect, data), []
+    except UnknownKeys as error:
+        return [], str(error).splitlines()
+
+
+def unfinished(data: RunData) -> str:
+    meant = data.scenario.get("length_ns")
+    if isinstance(meant, int) and data.length_ns < meant:
+        return f"The run was broken off at {seconds(data.length_ns)} of {seconds(meant)}; all figures are up to there."
+    if not data.summary and data.scenario:
+        return "The run left no summary: it was broken off, or is still going on."
+    return ""
+
+
+def facts(data: RunData) -> list[tuple[str, str]]:
+    """What identifies the run and how it went, as far as it is known."""
+    summary, run = data.summary, data.run
+    shown: list[tuple[str, Any]] = [
+        ("Seed", data.scenario.get("seed", summary.get("seed"))),
+        ("Length", seconds(data.length_ns)),
+        ("Host", summary.get("host")),
+        ("Real-time factor", _times(summary.get("real_time_factor"))),
+        ("Wall clock", f"{summary['wall_s']:.2f} s" if summary.get("wall_s") else None),
+        ("Windows", summary.get("windows")),
+        ("Grants", summary.get("grants")),
+        ("Frame copies", f"{data.ledger.height:,}".replace(",", " ")),
+        ("Ledger hash", data.ledger_metadata.get("hash")),
+        ("Versions", ", ".join(f"{name} {text}" for name, text in (run.get("versions") or {}).items())),
+    ]
+    return [(label, str(value)) for label, value in shown if value not in (None, "")]
+
+
+def _times(factor: float | None) -> str | None:
+    return f"{factor:.1f} x real time" if factor else None
+
+
+def number(value: float | None) -> str:
+    """Five significant digits; an open side of a bound is empty."""
+    return "" if value is None else f"{value:.5g}"
+
+
+def seconds(time_ns: int) -> str:
+    return f"{time_ns * 1e-9:.9f}".rstrip("0").rstrip(".") + " s"
+
+
+def level_name(level: int) -> str:
+    return Level(level).name.lower()
+
+
+def _text(resource: Traversable) -> Markup:
+    return Markup(resource.read_text("utf-8"))
+
+
+def _for_script(content: Any) -> Markup:
+    """JSON that cannot end the script element it stands in."""
+    return Markup(msgspec.json.encode(content).decode().replace("<", "\\u003c"))

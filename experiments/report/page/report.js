@@ -1,0 +1,239 @@
+"use strict";
+// Draws the run's numbers (the JSON element "data") with Plotly. Colours: Okabe and Ito (2008), readable by the colour-blind.
+const DATA = JSON.parse(document.getElementById("data").textContent);
+const HUES = ["#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#8c8c8c"];
+const DASHES = ["solid", "dash", "dot", "dashdot"];
+const FATE_COLOURS = {
+  "delivered": "#009e73", "delivered corrupt": "#f0e442", "collided": "#d55e00", "deaf": "#cc79a7", "too weak": "#8c8c8c",
+  "lost": "#e69f00", "corrupted": "#b8860b", "queue full": "#0072b2", "sender busy": "#56b4e9", "channel busy": "#7b68c8",
+  "malformed": "#a05a2c", "unfinished": "#b9c2cb", "receiver gone": "#5c6672",
+};
+const SWITCH_COLOUR = "#d03ac0";
+const CONFIG = {responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]};
+const MOST_LINES = 120;
+
+const byId = (id) => document.getElementById(id);
+const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const dark = window.matchMedia("(prefers-color-scheme: dark)");
+const stroke = (k) => {
+  const hue = HUES[k % HUES.length];
+  return {color: dark.matches && hue === "#0072b2" ? "#8094ff" : hue, width: 1.7,
+          dash: DASHES[Math.floor(k / HUES.length) % DASHES.length]};
+};
+const line = (node) => stroke(Math.max(0, DATA.nodes.indexOf(node)));
+const named = (name, unit) => unit && unit !== "1" ? `${name} [${unit}]` : `${name} [-]`;
+
+function layout(x, y, more) {
+  const axis = (title) => ({title: {text: title}, gridcolor: css("--line"), zerolinecolor: css("--line"),
+                            linecolor: css("--line"), automargin: true});
+  const base = {
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", margin: {l: 60, r: 44, t: 8, b: 46},
+    font: {color: css("--ink"), family: "system-ui, Segoe UI, Roboto, sans-serif", size: 13},
+    legend: {orientation: "h", y: 1.02, yanchor: "bottom", x: 0}, hoverlabel: {font: {size: 12}},
+    modebar: {orientation: "v", bgcolor: "rgba(0,0,0,0)", color: css("--soft"), activecolor: css("--accent")},
+    xaxis: axis(x), yaxis: axis(y),
+  };
+  for (const [key, value] of Object.entries(more || {})) {
+    base[key] = key === "xaxis" || key === "yaxis" ? {...base[key], ...value} : value;
+  }
+  return base;
+}
+
+function drawSignal() {
+  const entry = DATA.signals[byId("signal").value];
+  const traces = entry.curves.map((curve) => ({
+    type: "scatter", mode: "lines", name: curve.node, x: curve.t_s, y: curve.values, line: line(curve.node),
+    hovertemplate: `${curve.node}: %{y:.5g} at %{x:.6g} s<extra></extra>`,
+  }));
+  const shapes = [];
+  if (byId("marks").checked) {
+    for (const [medium, instants] of Object.entries(DATA.switching.media)) {
+      if (!instants.length) continue;
+      traces.push({type: "scatter", mode: "markers", name: `${medium}: graph switches`, x: instants,
+                   y: instants.map(() => 0.02), yaxis: "y2", marker: {color: SWITCH_COLOUR, size: 7},
+                   hovertemplate: `${medium} switches at %{x:.9g} s<extra></extra>`});
+      if (instants.length <= MOST_LINES) {
+        instants.forEach((t) => shapes.push({type: "line", x0: t, x1: t, y0: 0, y1: 1, yref: "paper", layer: "below",
+                                             line: {color: SWITCH_COLOUR, width: 0.7, dash: "dot"}}));
+      }
+    }
+    const adopted = DATA.switching.adopted;
+    if (adopted.length) {
+      traces.push({type: "scatter", mode: "markers", name: "topology adopted by a node", x: adopted.map((a) => a.t_s),
+                   y: adopted.map(() => 0.985), yaxis: "y2",
+                   marker: {symbol: "triangle-down", size: 8, color: css("--soft")},
+                   text: adopted.map((a) => `${a.node} adopts ${a.detail}`),
+                   hovertemplate: "%{text} at %{x:.9g} s<extra></extra>"});
+    }
+  }
+  byId("signal-note").textContent = entry.shown < entry.samples
+    ? `${entry.shown} of ${entry.samples} samples drawn: the extremes of each stretch` : "";
+  Plotly.react("plot-signal", traces, layout("time [s]", named(entry.name, entry.unit), {
+    shapes, hovermode: "closest", yaxis2: {overlaying: "y", range: [0, 1], visible: false, fixedrange: true},
+  }), CONFIG);
+}
+
+function drawSlots() {
+  const s = DATA.spoken;
+  const from = Math.max(0, Number(byId("slot-from").value) || 0);
+  const width = Number(byId("slot-width").value);
+  const several = s.medium.names.length > 1;
+  const rows = {};
+  let shown = 0;
+  for (let k = firstFrom(s.start_ms, from - 1000); k < s.rows && s.start_ms[k] < from + width; k++) {
+    const airtime = s.airtime_ms[k];
+    if (s.start_ms[k] + (airtime || 0) < from) continue;
+    const name = s.outcome.names[s.outcome.codes[k]];
+    const sender = s.sender.names[s.sender.codes[k]];
+    const medium = s.medium.names[s.medium.codes[k]];
+    const label = several ? `${sender} · ${medium}` : sender;
+    const what = `${sender} on ${medium}, frame ${s.number[k]}, ${s.bytes[k]} bytes<br>from ${s.start_ms[k].toFixed(6)} ms`
+      + (airtime === null ? ", not on the air" : ` for ${airtime.toFixed(6)} ms`)
+      + `<br>delivered ${s.heard[k]} of ${s.copies[k]}` + (name === "delivered" ? "" : `, ${name}`);
+    const kind = airtime === null ? name + " (not on the air)" : name;
+    const row = rows[kind] = rows[kind] || {fate: name, onAir: airtime !== null, base: [], x: [], y: [], text: []};
+    row.base.push(s.start_ms[k]); row.x.push(airtime); row.y.push(label); row.text.push(what);
+    shown += 1;
+  }
+  const traces = Object.keys(rows).sort().map((kind) => {
+    const row = rows[kind];
+    const common = {name: kind, y: row.y, text: row.text, hovertemplate: "%{text}<extra></extra>"};
+    const color = FATE_COLOURS[row.fate] || "#8c8c8c";
+    return row.onAir
+      ? {...common, type: "bar", orientation: "h", base: row.base, x: row.x, textposition: "none", marker: {color}, width: 0.7}
+      : {...common, type: "scatter", mode: "markers", x: row.base, marker: {color, symbol: "x", size: 8}};
+  });
+  const labels = [...new Set(s.sender.names.flatMap((sender) =>
+    several ? s.medium.names.map((medium) => `${sender} · ${medium}`) : [sender]))];
+  const shapes = Object.values(DATA.switching.media).flat().map((t) => t * 1e3)
+    .filter((t) => t >= from && t < from + width)
+    .map((t) => ({type: "line", x0: t, x1: t, y0: 0, y1: 1, yref: "paper", line: {color: SWITCH_COLOUR, width: 1.5, dash: "dot"}}));
+  byId("slot-note").textContent = `${shown} frames in this window`
+    + (s.rows < s.total ? `; the page holds the first ${s.rows} of ${s.total} frames, up to ${s.until_s.toFixed(3)} s` : "");
+  Plotly.react("plot-slots", traces, layout("time [ms]", "", {
+    barmode: "overlay", shapes, hovermode: "closest", height: Math.max(340, 120 + 26 * labels.length),
+    xaxis: {range: [from, from + width]},
+    yaxis: {categoryorder: "array", categoryarray: labels.slice().reverse(), type: "category",
+            range: [-0.6, labels.length - 0.4]},
+  }), CONFIG);
+}
+
+function firstFrom(sorted, value) {
+  let low = 0, high = sorted.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (sorted[middle] < value) low = middle + 1; else high = middle;
+  }
+  return low;
+}
+
+function drawFates() {
+  const links = DATA.fates;
+  const several = new Set(links.map((link) => link.medium)).size > 1;
+  const label = (link) => `${link.sender} → ${link.receiver}` + (several ? ` · ${link.medium}` : "");
+  const known = Object.keys(FATE_COLOURS).filter((fate) => links.some((link) => fate in link.fates));
+  if (links.length <= 40) {
+    const traces = known.map((fate) => ({
+      type: "bar", orientation: "h", name: fate, marker: {color: FATE_COLOURS[fate]},
+      y: links.map(label), x: links.map((link) => link.fates[fate] || 0),
+      hovertemplate: `%{y}<br>${fate}: %{x}<extra></extra>`,
+    }));
+    Plotly.react("plot-fates", traces, layout("frame copies", "", {
+      barmode: "stack", bargap: 0.25, height: Math.max(240, 110 + 22 * links.length),
+      legend: {orientation: "h", y: 1.02, yanchor: "bottom", x: 0, traceorder: "normal"},
+      yaxis: {autorange: "reversed", type: "category"},
+    }), CONFIG);
+    return;
+  }
+  const total = (link) => Object.values(link.fates).reduce((sum, copies) => sum + copies, 0);
+  const rows = [...new Set(links.map((link) => several ? `${link.sender} · ${link.medium}` : link.sender))].sort();
+  const columns = [...new Set(links.map((link) => link.receiver))].sort();
+  const grid = () => rows.map(() => columns.map(() => null));
+  const z = grid(), text = grid();
+  for (const link of links) {
+    const r = rows.indexOf(several ? `${link.sender} · ${link.medium}` : link.sender), c = columns.indexOf(link.receiver);
+    z[r][c] = 100 * (1 - (link.fates.delivered || 0) / total(link));
+    text[r][c] = `${label(link)}<br>` + known.filter((f) => f in link.fates).map((f) => `${f}: ${link.fates[f]}`).join("<br>");
+  }
+  Plotly.react("plot-fates", [{type: "heatmap", x: columns, y: rows, z, text, hovertemplate: "%{text}<extra></extra>",
+    colorscale: "Cividis", zmin: 0, xgap: 1, ygap: 1, colorbar: {title: {text: "not delivered [%]", side: "right"}}}],
+    layout("receiver", "sender", {height: Math.max(340, 110 + 22 * rows.length),
+      yaxis: {autorange: "reversed", type: "category"}, xaxis: {type: "category"},
+      margin: {l: 60, r: 16, t: 30, b: 46}, modebar: {...layout("", "").modebar, orientation: "h"}}), CONFIG);
+}
+
+function drawAges() {
+  const links = DATA.ages.links.filter((link) => link.ages_ms);
+  const several = new Set(links.map((link) => link.medium)).size > 1;
+  const traces = links.map((link, k) => ({
+    type: "scatter", mode: "lines", name: `${link.sender} → ${link.receiver}` + (several ? ` · ${link.medium}` : ""),
+    x: link.ages_ms, y: DATA.ages.shares.map((share) => 100 * share),
+    line: stroke(k),
+    hovertemplate: `${link.sender} → ${link.receiver}: %{y:.1f} % of the time below %{x:.5g} ms<extra></extra>`,
+  }));
+  const largest = Math.max(...links.map((link) => link.ages_ms[link.ages_ms.length - 1]));
+  const typical = Math.max(...links.map((link) => link.ages_ms[45]));
+  const logarithmic = typical > 0 && largest / typical > 20;
+  Plotly.react("plot-ages", traces, layout("age [ms]", "share of time below [%]", {
+    hovermode: "closest", yaxis: {range: [0, 101]}, height: 380,
+    xaxis: logarithmic ? {type: "log", dtick: 1, range: [Math.log10(typical / 20), Math.log10(largest * 1.1)]} : {rangemode: "tozero"},
+  }), CONFIG);
+}
+
+function drawGaps() {
+  const media = [...new Set(DATA.gaps.map((gap) => gap.medium))];
+  const label = (gap) => media.length > 1 ? `${gap.sender} · ${gap.medium}` : gap.sender;
+  const most = Math.max(...DATA.gaps.flatMap((gap) => gap.counts));
+  const powers = [...Array(Math.floor(Math.log10(most)) + 1).keys()];
+  const traces = media.map((medium, k) => {
+    const own = DATA.gaps.filter((gap) => gap.medium === medium);
+    return {
+      type: "heatmap", x: own[0].edges_ms, y: own.map(label), ygap: 4,
+      z: own.map((gap) => gap.counts.map((count) => count ? Math.log10(count) : null)),
+      text: own.map((gap) => gap.counts.map((count, i) =>
+        `${label(gap)}: ${count} between ${gap.edges_ms[i].toPrecision(6)} and ${gap.edges_ms[i + 1].toPrecision(6)} ms`)),
+      zmin: 0, zmax: Math.max(1, Math.log10(most)), colorscale: "Cividis", showscale: k === 0,
+      colorbar: {title: {text: "transmissions", side: "right"}, tickvals: powers, ticktext: powers.map((p) => String(10 ** p))},
+      hovertemplate: "%{text}<extra></extra>",
+    };
+  });
+  Plotly.react("plot-gaps", traces, layout("time from one start of transmission to the next [ms]", "", {
+    hovermode: "closest", height: Math.max(240, 110 + 30 * DATA.gaps.length),
+    yaxis: {type: "category", autorange: "reversed", showgrid: false}, margin: {l: 60, r: 16, t: 30, b: 46},
+    modebar: {...layout("", "").modebar, orientation: "h"},
+  }), CONFIG);
+}
+
+const drawers = [];
+function drawing(id, draw) {
+  if (byId(id)) drawers.push(draw);
+}
+
+if (byId("signal")) {
+  DATA.signals.forEach((entry, k) => byId("signal").add(new Option(named(entry.name, entry.unit), k)));
+  byId("signal").onchange = byId("marks").onchange = drawSignal;
+}
+if (byId("slot-from")) {
+  const step = (sign) => () => {
+    byId("slot-from").value = Math.max(0, Number(byId("slot-from").value) + sign * Number(byId("slot-width").value));
+    drawSlots();
+  };
+  byId("slot-from").onchange = byId("slot-width").onchange = drawSlots;
+  byId("slot-back").onclick = step(-1);
+  byId("slot-on").onclick = step(1);
+  const instants = [...new Set(Object.values(DATA.switching.media).flat())].filter((t) => t <= DATA.spoken.until_s).slice(0, 500);
+  byId("slot-switch").add(new Option(instants.length ? "choose" : "none", ""));
+  instants.forEach((t) => byId("slot-switch").add(new Option(`${+t.toFixed(9)} s`, t)));
+  byId("slot-switch").onchange = () => {
+    if (byId("slot-switch").value === "") return;
+    byId("slot-from").value = Math.max(0, byId("slot-switch").value * 1e3 - Number(byId("slot-width").value) / 2);
+    drawSlots();
+  };
+}
+drawing("plot-signal", drawSignal);
+drawing("plot-slots", drawSlots);
+drawing("plot-fates", drawFates);
+drawing("plot-ages", drawAges);
+drawing("plot-gaps", drawGaps);
+drawers.forEach((draw) => draw());
+dark.addEventListener("change", () => drawers.forEach((draw) => draw()));

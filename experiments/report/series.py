@@ -1,0 +1,156 @@
+"""The curves and tables of the report as plain lists, thinned for drawing; no layout, no colours."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from experiments.link_metrics import (
+    DELIVERED,
+    LINK,
+    age_of_information,
+    age_steps,
+    times_between_transmissions,
+    transmissions,
+)
+from experiments.report.thinning import keep
+from experiments.run_data import RunData
+
+OUTPUT = re.compile(r"y\d*")
+MOST_TRANSMISSIONS = 30_000
+MOST_AGE_CURVES = 12
+BINS = 60
+SHARES = np.concatenate([np.linspace(0, 0.9, 91), np.linspace(0.905, 1, 20)])
+
+Json = dict[str, Any]
+
+
+def signals(data: RunData) -> list[Json]:
+    """One entry per signal name, outputs (y, y1, ...) first: unit and one curve per node that has it."""
+    found: dict[str, Json] = {}
+    for node, table in sorted(data.signals.items()):
+        for name, unit in zip(table.names, table.units, strict=True):
+            values = table.column(name)
+            kept = keep(values)
+            entry = found.setdefault(name, {"name": name, "unit": unit, "curves": [], "samples": 0, "shown": 0})
+            entry["samples"] += values.size
+            entry["shown"] += kept.size
+            entry["curves"].append({"node": node, "t_s": (table.time_ns[kept] * 1e-9).tolist(),
+                                    "values": values[kept].tolist()})
+    return sorted((entry for entry in found.values() if entry["samples"]),
+                  key=lambda entry: (OUTPUT.fullmatch(entry["name"]) is None, entry["name"]))
+
+
+def switching(data: RunData) -> Json:
+    """True changes of each medium's graph, and when nodes adopted a topology [s]."""
+    changes = data.run.get("switch_instants_ns") or {}
+    return {"media": {medium: [instant * 1e-9 for instant in instants] for medium, instants in changes.items()},
+            "adopted": [{"t_s": event.time_ns * 1e-9, "node": event.node, "detail": event.detail}
+                        for event in data.events if event.kind == "adopted topology"]}
+
+
+def spoken(data: RunData) -> Json:
+    """Who spoke when: one entry per frame and what became of it, over the first `MOST_TRANSMISSIONS` frames.
+
+    The outcome is "delivered" if every copy was, else the commonest other fate (ties: the first by name)."""
+    ledger = data.ledger
+    if not ledger.height:
+        return {"rows": 0, "total": 0}
+    frame = ["medium", "sender", "number"]
+    fates = ledger.group_by([*frame, "fate"]).len().with_columns(good=pl.col("fate") == DELIVERED)
+    outcome = fates.sort(["good", "len", "fate"], descending=[False, True, False]).group_by(frame).agg(
+        outcome=pl.col("fate").first(), heard=pl.col("len").filter(pl.col("good")).sum(), copies=pl.col("len").sum())
+    times = ledger.group_by(frame).agg(pl.col("offered_ns", "on_air_ns", "end_ns", "size_bytes").first())
+    table = times.join(outcome, on=frame).with_columns(
+        start_ns=pl.when(pl.col("on_air_ns") >= 0).then("on_air_ns").otherwise("offered_ns"),
+    ).sort(["start_ns", *frame])
+    shown = table.head(MOST_TRANSMISSIONS)
+    columns: Json = {name: _coded(shown[name]) for name in ("medium", "sender", "outcome")}
+    on_air = (shown["on_air_ns"] >= 0) & (shown["end_ns"] >= shown["on_air_ns"])
+    columns |= {
+        "start_ms": (shown["start_ns"] / 1e6).round(6).to_list(),
+        "airtime_ms": ((shown["end_ns"] - shown["on_air_ns"]) / 1e6).round(6).set(~on_air, None).to_list(),
+        "number": shown["number"].to_list(), "heard": shown["heard"].to_list(), "copies": shown["copies"].to_list(),
+        "bytes": shown["size_bytes"].to_list(),
+    }
+    return columns | {"rows": shown.height, "total": table.height, "until_s": shown["start_ns"][-1] * 1e-9}
+
+
+def _coded(column: pl.Series) -> Json:
+    """A column of few different names as codes into them."""
+    names = sorted(column.unique().cast(pl.String).to_list())
+    codes = column.cast(pl.String).replace_strict(names, range(len(names)), return_dtype=pl.Int32)
+    return {"names": names, "codes": codes.to_list()}
+
+
+def fates(data: RunData) -> list[Json]:
+    """Per link: the number of copies that met each fate."""
+    counts = data.ledger.group_by([*LINK, "fate"]).len().with_columns(pl.col([*LINK, "fate"]).cast(pl.String))
+    links: dict[tuple[str, str, str], dict[str, int]] = {}
+    for medium, sender, receiver, fate, copies in counts.sort([*LINK, "fate"]).iter_rows():
+        links.setdefault((medium, sender, receiver), {})[fate] = copies
+    return [{"medium": medium, "sender": sender, "receiver": receiver, "fates": found}
+            for (medium, sender, receiver), found in links.items()]
+
+
+def ages(data: RunData) -> Json:
+    """Per link the worst first: largest, 95 %, mean age, and for the first of them the distribution over time."""
+    if data.length_ns <= 0:
+        return {"links": [], "shares": []}
+    table = age_of_information(data.ledger, data.length_ns).with_columns(pl.col(LINK).cast(pl.String))
+    table = table.sort(["mean_s", *LINK], descending=[True, False, False, False])
+    steps = age_steps(data.ledger, data.length_ns).with_columns(pl.col(LINK).cast(pl.String))
+    links = table.to_dicts()
+    for link in links[:MOST_AGE_CURVES]:
+        own = steps.filter(*(pl.col(name) == link[name] for name in LINK))
+        link["ages_ms"] = [round(age, 6) for age in _quantiles(own).tolist()]
+    return {"links": links, "shares": SHARES.tolist()}
+
+
+def _quantiles(steps: pl.DataFrame) -> NDArray[np.float64]:
+    """Ages [ms] not exceeded during each of SHARES of the time; the time below an age is linear between edges."""
+    start, end, newest = (steps[name].to_numpy().astype(np.float64) for name in ("from_ns", "to_ns", "newest_ns"))
+    edges = np.concatenate([start - newest, end - newest]) * 1e-6
+    order = np.argsort(edges, kind="stable")
+    edges = edges[order]
+    active = np.cumsum(np.concatenate([np.ones(start.size), -np.ones(end.size)])[order])
+    below = np.concatenate([[0.0], np.cumsum(active[:-1] * np.diff(edges))])
+    ages_ms: NDArray[np.float64] = np.interp(SHARES * below[-1], below, edges)
+    return ages_ms
+
+
+def gaps(data: RunData) -> list[Json]:
+    """Per medium and sender: a histogram of the times between transmissions, and their extremes [ms]."""
+    table = times_between_transmissions(data.ledger).with_columns(pl.col(["medium", "sender"]).cast(pl.String))
+    if not table.height:
+        return []
+    found = []
+    for (medium,), on_medium in table.group_by(["medium"], maintain_order=True):
+        all_ms = on_medium["gap_s"].to_numpy() * 1e3
+        low, high = float(all_ms.min()), float(all_ms.max())
+        margin = 0.02 * (high - low) or 0.05 * high or 1e-6
+        edges = np.linspace(low - margin, high + margin, BINS + 1)
+        for (sender,), own in on_medium.group_by(["sender"], maintain_order=True):
+            own_ms = own["gap_s"].to_numpy() * 1e3
+            counts, _ = np.histogram(own_ms, edges)
+            found.append({"medium": medium, "sender": sender, "edges_ms": edges.tolist(), "counts": counts.tolist(),
+                          "min_ms": float(own_ms.min()), "mean_ms": float(own_ms.mean()),
+                          "max_ms": float(own_ms.max())})
+    return sorted(found, key=lambda entry: (entry["medium"], entry["sender"]))
+
+
+def node_table(data: RunData) -> Json:
+    """Per node: frames sent, copies heard, mean rate, samples, and the program's own counters."""
+    sent = Counter(transmissions(data.ledger)["sender"].cast(pl.String).to_list())
+    heard = Counter(data.ledger.filter(pl.col("fate") == DELIVERED)["receiver"].cast(pl.String).to_list())
+    names = sorted({name for counters in data.counters.values() for name in counters})
+    length_s = data.length_ns * 1e-9
+    rows = [{"node": node, "sent": sent[node], "rate_hz": sent[node] / length_s if length_s else 0.0,
+             "heard": heard[node], "samples": data.signals[node].time_ns.size if node in data.signals else 0,
+             "counters": [data.counters.get(node, {}).get(name) for name in names]} for node in data.nodes]
+    return {"names": names, "rows": rows}
