@@ -1,10 +1,10 @@
-"""Builds a model folder into two archives, FMI 3.0 (`NAME.fmu`) and FMI 2.0 (`NAME.fmi2.fmu`), with binary and sources.
+"""Builds a model folder into two archives with binary and sources: FMI 3.0 (`NAME.fmu`) and FMI 2.0 (`NAME.fmi2.fmu`).
 
-One binary exports the functions of both standards. The result is kept under a name made from the content of all sources,
-the options and the platform, so nothing is built twice and concurrent builders cannot disturb each other.
+One binary exports the functions of both standards. The result is kept under a name made from the content of all
+sources, the options and the platform, so nothing is built twice and concurrent builders cannot disturb each other.
 
-The compiler is $CC, else cc, gcc or clang, else `python -m ziglang cc` (PyPI: ziglang). `-ffp-contract=off` forbids fused
-multiply-adds, whose use would differ between compilers and processors and with it the last bits of a trajectory.
+The compiler is $CC, else cc, gcc or clang, else `python -m ziglang cc` (PyPI: ziglang). `-ffp-contract=off` forbids
+fused multiply-adds: compilers and processors differ in using them, and with them the last bits of a trajectory.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """From variables.toml to variables.h and modelDescription.xml of FMI 3.0 and 2.0: the same rows in the same order.
 
-A row is one variable with `name`, `kind` (input, output, parameter), `unit` and `about`; `size = [rows, columns]` makes it
-an array whose elements are the scalar variables `A[1,1]`, `A[1,2]`, ...; `start` is one number for all elements or one
-each. An output with a start value is a state that may be set before the first step; one without is computed by the model.
-The position of a scalar is its value reference. All variables are 64-bit floating point numbers.
+A row is one variable with `name`, `kind` (input, output, parameter), `unit` and `about`; `size = [rows, columns]` makes
+it an array whose elements are the scalar variables `A[1,1]`, `A[1,2]`, ...; `start` is one number for all elements or
+one each. An output with a start value is a state that may be set before the first step; one without is computed by the
+model. The position of a scalar is its value reference. All variables are 64-bit floating point numbers.
 
 Not covered: integers, strings, clocks, tunable parameters, display units.
 """

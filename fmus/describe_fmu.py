@@ -11,7 +11,7 @@ import zipfile
 import zlib
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -59,9 +59,9 @@ def _read(draft: Path, path: Path) -> PlantDescription:
         xml = fmpy.read_model_description(str(draft / "fmu"), validate=False)
     except Exception as error:      # FMPy raises whatever the XML makes it stumble over
         raise PlantError(f"{path}: modelDescription.xml cannot be read: {error}") from error
-    fmi = "3.0" if xml.fmiVersion.startswith("3.") else xml.fmiVersion
-    if fmi not in ("2.0", "3.0"):
+    if xml.fmiVersion != "2.0" and not xml.fmiVersion.startswith("3."):
         raise PlantError(f"{path}: is FMI {xml.fmiVersion}: only FMI 2.0 and 3.0 can be loaded; export it again")
+    fmi: Literal["2.0", "3.0"] = "2.0" if xml.fmiVersion == "2.0" else "3.0"
     slave = xml.coSimulation
     if slave is None:
         offered = [name for name, there in (("model exchange", xml.modelExchange),

@@ -1,4 +1,4 @@
-"""What a host has to know of an FMU, as plain data: read once where FMPy is at hand, sent to robot processes as JSON."""
+"""What a host has to know of an FMU, as plain data: read once where FMPy is at hand, sent to processes as JSON."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The one file that calls FMI: one instance of a co-simulation FMU through ctypes, for FMI 2.0 and 3.0.
 
 Arguments are ctypes objects made once and passed without `argtypes`: on CPython that is the fastest way through ctypes,
-about half the time of typed prototypes. So every call here spells its C types out.
+about 0.6 of the time of typed prototypes (benchmarks/fmu_step.py). So every call here spells its C types out.
 
 Not used: event mode, early return, intermediate update, clocks, binary variables, saved states.
 """
@@ -38,14 +38,15 @@ TYPES_FMI3: Final[dict[str, tuple[str, Any]]] = {
 }
 
 
-class Messages(deque[str]):
-    """The last messages of one FMU instance."""
+class Messages(deque[tuple[int, str]]):
+    """The last messages of one FMU instance, with their status. Logging is on: some FMUs give no reasons without it."""
 
-    __hash__ = object.__hash__      # found by its number below, not by content
+    def __hash__(self) -> int:      # type: ignore[override]  # found by its number below, not by content
+        return id(self)
 
 
-# FMPy's formatter keeps one logger for all FMI 2.0 instances of a process, so the logger is one and finds the instance by
-# the environment that it is handed. What comes without a known environment is dropped.
+# FMPy's formatter keeps one logger for all FMI 2.0 instances of a process, so the logger is one and finds the instance
+# by the environment that it is handed. What comes without a known environment is dropped.
 _messages: WeakValueDictionary[int, Messages] = WeakValueDictionary()
 _numbers = count(1)
 
@@ -53,18 +54,17 @@ _numbers = count(1)
 def _note(environment: int | None, status: int, text: bytes | None) -> None:
     messages = _messages.get(environment or 0)
     if messages is not None and text:
-        name = STATUS[status] if 0 <= status < len(STATUS) else str(status)
-        messages.append(f"[{name}] {text.decode(errors='replace').strip()}")
+        messages.append((status, text.decode(errors="replace").strip()[:1000]))
 
 
-@c.CFUNCTYPE(None, c.c_void_p, c.c_char_p, c.c_int, c.c_char_p, c.c_char_p)
-def _logger_fmi2(environment: int | None, _name: bytes, status: int, _category: bytes, text: bytes) -> None:
-    _note(environment, status, text)
+def status_name(status: int) -> str:
+    return STATUS[status] if 0 <= status < len(STATUS) else f"{status} (unknown to FMI)"
 
 
-@c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_char_p, c.c_char_p)
-def _logger_fmi3(environment: int | None, status: int, _category: bytes, text: bytes) -> None:
-    _note(environment, status, text)
+_logger_fmi2 = c.CFUNCTYPE(None, c.c_void_p, c.c_char_p, c.c_int, c.c_char_p, c.c_char_p)(
+    lambda environment, _name, status, _category, text: _note(environment, status, text))
+_logger_fmi3 = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_char_p, c.c_char_p)(
+    lambda environment, status, _category, text: _note(environment, status, text))
 
 
 class _Callbacks(c.Structure):
@@ -93,9 +93,12 @@ class Fmu:
             hint = "the FMU allows one instance per process: give each its own process" \
                 if description.once_per_process else "see the FMU's documentation for what it needs"
             raise PlantError(f"{description.file}: cannot be instantiated as {instance_name!r}{self.told()}: {hint}")
-        self.handle = c.c_void_p(handle)
-        self.time = c.c_double()            # communication point of the next step [s]
-        self.h = c.c_double()               # its size [s]
+        self.handle = c.c_void_p.from_param(handle)
+        self.time = c.c_double()                    # communication point of the next step [s]
+        self.h = c.c_double()                       # its size [s]
+        self.last = c.c_double(float("nan"))        # where the last step ended [s], where the FMU tells
+        self._flags = (c.c_bool * 4)()
+        self.flags = c.c_uint16.from_buffer(self._flags)    # not 0: the FMU ended the step early or asks to end
 
     def function(self, name: str, result: Any = c.c_int) -> Call:
         try:
@@ -108,17 +111,17 @@ class Fmu:
 
     def told(self) -> str:
         """The FMU's own messages since the last look, ready to append to an error."""
-        text = "; the FMU says: " + " | ".join(self.messages) if self.messages else ""
+        told = [(status, text) for status, text in self.messages if status] or list(self.messages)[-3:]
         self.messages.clear()
-        return text
+        return "; the FMU says: " * bool(told) + " | ".join(f"[{status_name(status)}] {text}" for status, text in told)
 
     def typed(self, verb: str, variables: Sequence[Variable]) -> tuple[Call, tuple[Any, ...], Any]:
-        """(call, arguments, values): `call(*arguments)` gets or sets all of `variables`, of one type, through `values`."""
+        """(call, arguments, values): `call(*arguments)` gets or sets all of `variables` (of one type) by `values`."""
         infix, c_type = self.types[variables[0].type]
         references = (c.c_uint * len(variables))(*(variable.reference for variable in variables))
         values = (c_type * sum(variable.elements for variable in variables))()
-        arguments = (self.handle, references, c.c_size_t(len(variables)), values, *self._tail(values))
-        return self.function(verb + infix), arguments, values
+        return self.function(verb + infix), (self.handle, c.byref(references), c.c_size_t.from_param(len(variables)),
+                                             c.byref(values), *self._tail(values)), values
 
     def free(self) -> None:
         self.function("FreeInstance", None)(self.handle)
@@ -126,16 +129,13 @@ class Fmu:
     def step(self) -> tuple[Call, tuple[Any, ...]]:
         raise NotImplementedError
 
-    def initialize(self, set_start: Callable[[bool], None]) -> list[tuple[str, Callable[[], int]]]:
-        """The calls that lead to step mode, each with its name; `set_start(structural)` sets start values on the way."""
+    def initialize(self) -> list[tuple[str, Call, tuple[Any, ...]]]:
+        """The calls that lead from the start values to step mode, each with its name."""
         raise NotImplementedError
 
-    def stopped_at_s(self, t_s: float) -> float | None:
-        """Where the last step ended if it fell short of `t_s`."""
-        raise NotImplementedError
-
+    @property
     def asks_to_end(self) -> bool:
-        raise NotImplementedError
+        return self._flags[0]
 
     def _instantiate(self, name: bytes) -> int | None:
         raise NotImplementedError
@@ -158,30 +158,21 @@ class Fmu2(Fmu):
         resources = Path(self.description.resources).absolute().as_uri().encode()
         result: int | None = self.function("Instantiate", c.c_void_p)(
             c.c_char_p(name), c.c_int(1), c.c_char_p(self.description.token.encode()), c.c_char_p(resources),
-            c.byref(self._callbacks), c.c_int(0), c.c_int(0))
+            c.byref(self._callbacks), c.c_int(0), c.c_int(1))
         return result
 
     def _tail(self, values: Any) -> tuple[Any, ...]:
         return ()
 
-    def initialize(self, set_start: Callable[[bool], None]) -> list[tuple[str, Callable[[], int]]]:
+    def initialize(self) -> list[tuple[str, Call, tuple[Any, ...]]]:
         none = c.c_double(0)
-        return [
-            ("setting start values", lambda: set_start(False) or 0),
-            ("fmi2SetupExperiment", lambda: self.function("SetupExperiment")(
-                self.handle, c.c_int(0), none, none, c.c_int(0), none)),
-            ("fmi2EnterInitializationMode", lambda: self.function("EnterInitializationMode")(self.handle)),
-            ("fmi2ExitInitializationMode", lambda: self.function("ExitInitializationMode")(self.handle)),
-        ]
+        return [("SetupExperiment", self.function("SetupExperiment"),
+                 (self.handle, c.c_int(0), none, none, c.c_int(0), none)),
+                ("EnterInitializationMode", self.function("EnterInitializationMode"), (self.handle,)),
+                ("ExitInitializationMode", self.function("ExitInitializationMode"), (self.handle,))]
 
     def step(self) -> tuple[Call, tuple[Any, ...]]:
-        return self.function("DoStep"), (self.handle, self.time, self.h, c.c_int(1))
-
-    def stopped_at_s(self, t_s: float) -> float | None:
-        return None
-
-    def asks_to_end(self) -> bool:
-        return False
+        return self.function("DoStep"), (self.handle, self.time, self.h, c.c_int.from_param(1))
 
 
 class Fmu3(Fmu):
@@ -193,32 +184,20 @@ class Fmu3(Fmu):
         folder = f"{resources}/".encode() if Path(resources).is_dir() else None
         result: int | None = self.function("InstantiateCoSimulation", c.c_void_p)(
             c.c_char_p(name), c.c_char_p(self.description.token.encode()), c.c_char_p(folder), c.c_bool(False),
-            c.c_bool(False), c.c_bool(False), c.c_bool(False), None, c.c_size_t(0), c.c_void_p(self.number),
+            c.c_bool(True), c.c_bool(False), c.c_bool(False), None, c.c_size_t(0), c.c_void_p(self.number),
             _logger_fmi3, None)
         return result
 
     def _tail(self, values: Any) -> tuple[Any, ...]:
-        return (c.c_size_t(len(values)),)
+        return (c.c_size_t.from_param(len(values)),)
 
-    def initialize(self, set_start: Callable[[bool], None]) -> list[tuple[str, Callable[[], int]]]:
+    def initialize(self) -> list[tuple[str, Call, tuple[Any, ...]]]:
         none = c.c_double(0)
-        return [
-            ("setting structural parameters", lambda: set_start(True) or 0),
-            ("setting start values", lambda: set_start(False) or 0),
-            ("fmi3EnterInitializationMode", lambda: self.function("EnterInitializationMode")(
-                self.handle, c.c_bool(False), none, none, c.c_bool(False), none)),
-            ("fmi3ExitInitializationMode", lambda: self.function("ExitInitializationMode")(self.handle)),
-        ]
+        return [("EnterInitializationMode", self.function("EnterInitializationMode"),
+                 (self.handle, c.c_bool(False), none, none, c.c_bool(False), none)),
+                ("ExitInitializationMode", self.function("ExitInitializationMode"), (self.handle,))]
 
     def step(self) -> tuple[Call, tuple[Any, ...]]:
-        self._flags = (c.c_bool * 4)()      # event handling needed, terminate, early return
-        self._last = c.c_double(float("nan"))
-        flags = [c.byref(self._flags, place) for place in range(3)]
-        return self.function("DoStep"), (self.handle, self.time, self.h, c.c_bool(True), *flags, c.byref(self._last))
-
-    def stopped_at_s(self, t_s: float) -> float | None:
-        last = self._last.value
-        return last if last < t_s - 5e-10 else None     # half a nanosecond, the resolution of simulated time
-
-    def asks_to_end(self) -> bool:
-        return self._flags[1]
+        terminate, early_return, event = (c.byref(self._flags, place) for place in (0, 1, 3))
+        return self.function("DoStep"), (self.handle, self.time, self.h, c.c_bool.from_param(True),
+                                         event, terminate, early_return, c.byref(self.last))

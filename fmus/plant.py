@@ -23,8 +23,10 @@ from typing import Any
 
 from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
-from fmus.fmi_calls import FATAL, STATUS, Fmu, Fmu2, Fmu3
+from fmus.fmi_calls import FATAL, Fmu, Fmu2, Fmu3, status_name
 from fmus.parameters import Nested, Value, expand_parameters
+
+HALF_NS = 0.5e-9        # in seconds: half the resolution of simulated time
 
 __all__ = ["InputGroup", "OutputGroup", "Plant", "PlantDescription", "PlantError", "expand_parameters"]
 
@@ -51,6 +53,9 @@ class InputGroup:
         if status := self._call(*self._arguments):
             self._plant.check(status, f"setting {', '.join(self.names)}")
 
+    def stop(self, refuse: Callable[..., int]) -> None:
+        self._call = refuse
+
     def _refuse(self, values: Sequence[float]) -> None:
         for name, value in zip(self.names, values, strict=True):
             if not isfinite(value):
@@ -72,6 +77,9 @@ class OutputGroup:
             self._plant.check(status, f"reading {', '.join(self.names)}")
         return self._unpack(self._values)
 
+    def stop(self, refuse: Callable[..., int]) -> None:
+        self._call = refuse
+
 
 class Plant:
     """One instance of the described FMU, initialized at time 0 with the start values given.
@@ -84,6 +92,7 @@ class Plant:
                  fixed_step_ns: int | None = None) -> None:
         self.description = description
         self.now_ns = 0
+        self._stopped: str | None = None
         self._where = f"{description.file}: {instance_name}"
         self._fixed_ns: int | None = None
         if not description.variable_step:
@@ -93,34 +102,34 @@ class Plant:
         self._fmu = fmu = (Fmu3 if description.fmi == "3.0" else Fmu2)(description, instance_name)
         self._alive = [False]       # in step mode: `terminate` is due
         self._release = weakref.finalize(self, _release, fmu, self._alive)
-        for name, call in fmu.initialize(lambda structural: self._set_start(start, structural)):
-            self.check(call(), name)
+        self._groups: weakref.WeakSet[InputGroup | OutputGroup] = weakref.WeakSet()
+        self._set_start(start)
+        for name, call, arguments in fmu.initialize():
+            self.check(call(*arguments), fmu.prefix + name)
         self._alive[0] = True
         self._do_step, self._arguments = fmu.step()
-        self._h_ns = 0
+        self._h_ns = -1         # no step prepared yet
+        self._time, self._last, self._flags = fmu.time, fmu.last, fmu.flags
 
     def place(self) -> str:
         return f"{self._where} at t={self.now_ns / 1e9:.9g} s"
 
     def advance_to(self, t_ns: int) -> None:
         """Step to exactly `t_ns`; nothing happens when the plant is there already."""
-        h_ns = t_ns - self.now_ns
-        if h_ns != self._h_ns:
-            if h_ns == 0:
-                return
-            if not self._prepare(h_ns, t_ns):
-                return
-        fmu = self._fmu
-        fmu.time.value = self.now_ns / 1e9
-        status = self._do_step(*self._arguments)
-        if status:
+        now_ns = self.now_ns
+        h_ns = t_ns - now_ns
+        if h_ns != self._h_ns and (h_ns == 0 or not self._prepare(h_ns, t_ns)):
+            return
+        self._time.value = now_ns / 1e9
+        if status := self._do_step(*self._arguments):
             self.check(status, f"a step of {h_ns / 1e9:.9g} s")
-        if fmu.stopped_at_s(t_ns / 1e9) is not None or fmu.asks_to_end():
+        if self._flags.value or self._last.value < t_ns / 1e9 - HALF_NS:
             self._stopped_short(t_ns)
         self.now_ns = t_ns
 
     def set(self, name: str, value: Value) -> None:
         """Set an input, or a tunable parameter, from now on."""
+        self._check_running()
         variable = self.description.variable(name)
         if not variable.settable_while_stepping:
             raise PlantError(f"{self.place()}: {name} is {_kind(variable)}: only inputs and tunable parameters can be "
@@ -131,6 +140,7 @@ class Plant:
 
     def get(self, name: str) -> Any:
         """The value at `now_ns`: float, int, bool or str by the variable's type, a tuple for an array."""
+        self._check_running()
         variable = self.description.variable(name)
         if variable.type not in self._fmu.types:
             raise PlantError(f"{self.place()}: {name} is of type {variable.type}, which cannot be read here")
@@ -149,16 +159,20 @@ class Plant:
             if not variable.settable_while_stepping:
                 raise PlantError(f"{self._where}: {variable.name} is {_kind(variable)}, not an input; "
                                  f"inputs are {', '.join(self.description.names('input')) or 'none'}")
-        return InputGroup(self, self._fmu, variables)
+        group = InputGroup(self, self._fmu, variables)
+        self._groups.add(group)
+        return group
 
     def output_group(self, names: Sequence[str], units: Sequence[str | None] | None = None) -> OutputGroup:
         """Variables to be read together; `units`, where given, have to be the FMU's."""
-        return OutputGroup(self, self._fmu, self._floats(names, units))
+        group = OutputGroup(self, self._fmu, self._floats(names, units))
+        self._groups.add(group)
+        return group
 
     def close(self) -> None:
         """Terminate and free the instance; the plant cannot be used afterwards."""
+        self._stop("the plant is closed")
         self._release()
-        self._do_step = self._closed
 
     def __enter__(self) -> Plant:
         return self
@@ -171,14 +185,26 @@ class Plant:
         """Raise unless `status` is OK or a warning."""
         if status in (0, 1):
             return
-        self._alive[0] = False
+        why = f"{what} failed with status {status_name(status)}{self._fmu.told()}"
+        self._alive[0] = False          # FMI allows no `terminate` after an error,
         if status == FATAL:
-            self._release.detach()      # FMI forbids any further call, even to free it
-        name = STATUS[status] if 0 <= status < len(STATUS) else str(status)
-        raise PlantError(f"{self.place()}: {what} failed with status {name}{self._fmu.told()}")
+            self._release.detach()      # and after a fatal one not even to free the instance
+        self._stop(f"it stopped after {why}")
+        raise PlantError(f"{self.place()}: {why}")
 
-    def _closed(self, *_arguments: Any) -> int:
-        raise PlantError(f"{self.place()}: the plant is closed")
+    def _stop(self, why: str) -> None:
+        """Let no call reach the instance from now on."""
+        def refuse(*_arguments: Any) -> int:
+            raise PlantError(f"{self.place()}: {why}")
+
+        self._stopped = why
+        self._do_step = refuse
+        for group in self._groups:
+            group.stop(refuse)
+
+    def _check_running(self) -> None:
+        if self._stopped:
+            raise PlantError(f"{self.place()}: {self._stopped}")
 
     def _prepare(self, h_ns: int, t_ns: int) -> bool:
         """Make ready for a step of `h_ns`; False if all of the way was gone already, in several fixed steps."""
@@ -190,8 +216,8 @@ class Plant:
             if rest:
                 raise PlantError(
                     f"{self.place()}: asked for t={t_ns / 1e9:.9g} s, but the FMU takes only steps of "
-                    f"{self._fixed_ns / 1e9:.9g} s (canHandleVariableCommunicationStepSize=false): use instants that are "
-                    "multiples of it, or an FMU with variable steps")
+                    f"{self._fixed_ns / 1e9:.9g} s (canHandleVariableCommunicationStepSize=false): use instants that "
+                    "are multiples of it, or an FMU with variable steps")
             if steps > 1:
                 start_ns = self.now_ns
                 for k in range(1, steps + 1):
@@ -202,12 +228,13 @@ class Plant:
         return True
 
     def _stopped_short(self, t_ns: int) -> None:
-        self._alive[0] = not self._fmu.asks_to_end()
-        if self._fmu.asks_to_end():
-            raise PlantError(f"{self.place()}: the FMU asks to end the simulation{self._fmu.told()}")
-        raise PlantError(f"{self.place()}: asked for t={t_ns / 1e9:.9g} s, but the FMU stopped at "
-                         f"{self._fmu.stopped_at_s(t_ns / 1e9):.9g} s: it may have a fixed internal step; use instants "
-                         f"that are multiples of it{self._fmu.told()}")
+        if self._fmu.asks_to_end:
+            why = f"the FMU asks to end the simulation{self._fmu.told()}"
+        else:
+            why = (f"asked for t={t_ns / 1e9:.9g} s, but the FMU stopped at {self._last.value:.9g} s: it may have a "
+                   f"fixed internal step; use instants that are multiples of it{self._fmu.told()}")
+        self._stop(why)
+        raise PlantError(f"{self.place()}: {why}")
 
     def _floats(self, names: Sequence[str], units: Sequence[str | None] | None) -> list[Variable]:
         if not names:
@@ -241,15 +268,17 @@ class Plant:
             raise PlantError("\n".join(problems))
         return values
 
-    def _set_start(self, start: Mapping[str, Any], structural: bool) -> None:
-        chosen = {name: value for name, value in start.items()
-                  if (self.description.variables[name].causality == "structuralParameter") == structural}
-        if structural and chosen:
+    def _set_start(self, start: Mapping[str, Any]) -> None:
+        variables = self.description.variables
+        structural = [name for name in start if variables[name].causality == "structuralParameter"]
+        if structural:
             self.check(self._fmu.function("EnterConfigurationMode")(self._fmu.handle), "entering configuration mode")
-        for name, value in chosen.items():
-            self._set(self.description.variables[name], value)
-        if structural and chosen:
+            for name in structural:
+                self._set(variables[name], start[name])
             self.check(self._fmu.function("ExitConfigurationMode")(self._fmu.handle), "exiting configuration mode")
+        for name, value in start.items():
+            if name not in structural:
+                self._set(variables[name], value)
 
     def _set(self, variable: Variable, value: Any) -> None:
         call, arguments, values = self._fmu.typed("Set", [variable])

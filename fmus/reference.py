@@ -1,0 +1,130 @@
+"""Writes each model's reference.csv: its trajectory computed without any FMU, by SciPy.
+
+    python -m fmus.reference
+
+linear_system: exact discretization by scipy.linalg.expm. wheel_motor: its linear differential equation the same way.
+rigid_body: scipy.integrate.solve_ivp, DOP853 with tolerances of 1e-12, on quaternion kinematics written anew.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from fmus.build import MODELS
+from fmus.parameters import Nested
+
+Vector = NDArray[np.float64]
+
+A = [[-3.0, 1.0], [2.0, -1.0]]          # agent 1 of the output synchronization example
+B = [[-4.0], [-4.0]]
+C = [[-4.0, 1.0]]
+D = [[0.5]]
+
+
+@dataclass(frozen=True)
+class Case:
+    """Inputs held from each instant to the next; `solve` gives the outputs at each instant, inputs already in force."""
+
+    start: dict[str, Nested]
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    instants_ns: tuple[int, ...]
+    inputs: tuple[tuple[float, ...], ...]
+    solve: Callable[[Sequence[int], Sequence[tuple[float, ...]]], list[Vector]]
+
+    def text(self) -> str:
+        """reference.csv: one row per instant, numbers that read back to the same bits."""
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(("t_ns", *self.input_names, *self.output_names))
+        for t_ns, inputs, outputs in zip(self.instants_ns, self.inputs, self.solve(self.instants_ns, self.inputs),
+                                         strict=True):
+            writer.writerow((t_ns, *map(repr, inputs), *(repr(float(each)) for each in outputs)))
+        return out.getvalue()
+
+
+def _held_linear(a: Vector, b: Vector, x: Vector, outputs: Callable[[Vector, Vector], Vector]
+                 ) -> Callable[[Sequence[int], Sequence[tuple[float, ...]]], list[Vector]]:
+    n, m = b.shape
+
+    def solve(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
+        state, rows = x, [outputs(x, np.array(inputs[0]))]
+        for k in range(1, len(instants_ns)):
+            h = (instants_ns[k] - instants_ns[k - 1]) / 1e9
+            step = expm(np.block([[a, b], [np.zeros((m, n + m))]]) * h)
+            state = step[:n, :n] @ state + step[:n, n:] @ np.array(inputs[k - 1])
+            rows.append(outputs(state, np.array(inputs[k])))
+        return rows
+
+    return solve
+
+
+def _rotation(q: Vector) -> Vector:
+    w, x, y, z = q
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
+
+
+def _rigid_body(m: float, inertia: Vector, g: float
+                ) -> Callable[[Sequence[int], Sequence[tuple[float, ...]]], list[Vector]]:
+    def slope(_t: float, state: Vector, u: tuple[float, ...]) -> Vector:
+        velocity, q, omega = state[3:6], state[6:10], state[10:]
+        force = _rotation(q) @ np.array([0, 0, u[0]]) - np.array([0, 0, m * g])
+        spin = np.array([[0, -omega[0], -omega[1], -omega[2]], [omega[0], 0, omega[2], -omega[1]],
+                         [omega[1], -omega[2], 0, omega[0]], [omega[2], omega[1], -omega[0], 0]])
+        turning = (np.array(u[1:]) - np.cross(omega, inertia * omega)) / inertia
+        return np.concatenate([velocity, force / m, 0.5 * spin @ q, turning])
+
+    def solve(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
+        state = np.array([0.0] * 6 + [1.0] + [0.0] * 6)
+        rows = [state]
+        for k in range(1, len(instants_ns)):
+            solution = solve_ivp(slope, (0, (instants_ns[k] - instants_ns[k - 1]) / 1e9), state, method="DOP853",
+                                 rtol=1e-12, atol=1e-12, args=(inputs[k - 1],))
+            state = solution.y[:, -1]
+            rows.append(state)
+        return rows
+
+    return solve
+
+
+def cases() -> dict[str, Case]:
+    ms = 1_000_000
+    uneven = (0, 1 * ms, 2 * ms, 2 * ms + 1, 5 * ms, 20 * ms, 100 * ms, 333_333_333, 1000 * ms, 5000 * ms, 13_000 * ms)
+    a, b, c, d = (np.array(each) for each in (A, B, C, D))
+    R, k, J = 1.2, 0.05, 2e-4
+    vector = {name: tuple(f"{name}[{i + 1}]" for i in range(size))
+              for name, size in (("torque", 3), ("p", 3), ("v", 3), ("q", 4), ("omega", 3))}
+    fine = tuple(range(0, 501 * ms, 20 * ms))
+    return {
+        "linear_system": Case(
+            {"A": A, "B": B, "C": C, "D": D, "x0": [1.0, 1.0]}, ("u[1]",), ("y[1]", "x[1]", "x[2]"), uneven,
+            tuple((float(np.sin(3 * i)),) for i in range(len(uneven))),
+            _held_linear(a, b, np.ones(2), lambda x, u: np.concatenate([c @ x + d @ u, x]))),
+        "wheel_motor": Case(
+            {"omega": 5.0}, ("u",), ("omega",), uneven, tuple((float(12 * np.cos(i)),) for i in range(len(uneven))),
+            _held_linear(np.array([[-k * k / (R * J)]]), np.array([[k / (R * J)]]), np.array([5.0]), lambda x, u: x)),
+        "rigid_body": Case(
+            {}, ("thrust", *vector["torque"]), (*vector["p"], *vector["v"], *vector["q"], *vector["omega"]), fine,
+            tuple((float(9.81 + np.sin(i)), float(0.05 * np.cos(i)), float(0.04 * np.sin(2 * i)), 0.01)
+                  for i in range(len(fine))),
+            _rigid_body(1.0, np.array([0.01, 0.012, 0.02]), 9.81)),
+    }
+
+
+def main() -> None:
+    for name, case in cases().items():
+        (MODELS / name / "reference.csv").write_text(case.text(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
