@@ -1,6 +1,7 @@
 import pytest
 
 from netem.frames import Fate
+from netem.topology.path_loss import PathLoss
 from netem.topology.switching_graph import GraphChange, SwitchingGraph
 from tests.netem.media.radio_bench import BYTE_PER_US, US, Bench, graph
 
@@ -161,3 +162,38 @@ def test_a_frame_on_the_air_when_the_run_ends_is_unfinished():
     bench.run([(0, "a", 10)], until_ns=10 * US)
 
     assert bench.ledger.closed == {Fate.UNFINISHED: 2}
+
+
+def test_nodes_with_positions_hear_by_distance():
+    at_m = {"a": (0.0, 0.0), "near": (10.0, 0.0), "edge": (150.0, 0.0), "far": (1000.0, 0.0)}
+    bench = Bench(at_m, topology=PathLoss("positions", reference_loss_db=40.0, exponent=2.5), tx_power_dbm=0.0,
+                  sensitivity_dbm=-90.0, **BYTE_PER_US)      # -65, -94.4 and -115 dBm
+
+    bench.run([(0, "a", 1)])
+
+    assert bench.ledger.closed == {Fate.DELIVERED: 1, Fate.TOO_WEAK: 1}
+    assert bench.fate("a", 0, "edge") is Fate.TOO_WEAK
+
+
+@pytest.mark.parametrize(("decode", "fate"), [("capture", Fate.COLLIDED), ("radio_network", Fate.DELIVERED)])
+def test_a_node_out_of_range_disturbs_under_capture_only(decode, fate):
+    at_m = {"a": (0.0, 0.0), "b": (90.0, 0.0), "jammer": (240.0, 0.0)}       # b gets -88.9 and -94.4 dBm
+    bench = Bench(at_m, topology=PathLoss("positions", reference_loss_db=40.0, exponent=2.5, fringe_db=0.0),
+                  sensitivity_dbm=-90.0, decode=decode, capture_db=6.0, **BYTE_PER_US)
+
+    bench.run([(0, "a", 10), (1 * US, "jammer", 1)])
+
+    assert bench.ledger.expected == 1
+    assert bench.fate("a", 0, "b") is fate
+
+
+@pytest.mark.parametrize("checksum", [True, False])
+def test_the_links_learn_whether_the_radio_has_a_checksum(checksum):
+    bench = Bench(["a", "b"], checksum=checksum, **BYTE_PER_US)
+    told = []
+    bench.radio._links.receive = lambda frame, receiver, arrival_ns, *, checksum: told.append(checksum)
+
+    bench.offer(0, "a", 1)
+    bench.agenda.run_before(10 * US)
+
+    assert told == [checksum]

@@ -3,6 +3,7 @@
 import random
 from math import exp, sqrt
 
+import numpy as np
 import pytest
 
 from netem.frames import Fate
@@ -10,7 +11,7 @@ from netem.media.radio_presets import PRESETS
 from netem.topology.switching_graph import GraphChange, SwitchingGraph
 from tests.netem.media.radio_bench import BYTE_PER_US, US, Bench, csma, graph
 
-STARS = 4       # standard errors that an estimate may lie off
+STANDARD_ERRORS = 4         # that an estimate may lie off
 
 
 class Scripted:
@@ -92,7 +93,7 @@ def test_pure_aloha_carries_g_exp_minus_2g(load, mac):
     p = exp(-load)
     sigma = sqrt((p ** 2 * (1 - p ** 2) + 2 * (p ** 3 - p ** 4)) / frames)
     ends = 2 / frames                       # the first and the last frame have only one neighbour
-    assert abs(bench.ledger.closed[Fate.DELIVERED] / frames - exp(-2 * load)) < STARS * sigma + ends
+    assert abs(bench.ledger.closed[Fate.DELIVERED] / frames - exp(-2 * load)) < STANDARD_ERRORS * sigma + ends
 
 
 @pytest.mark.parametrize("load", [0.5, 1.0, 1.5])
@@ -106,7 +107,7 @@ def test_slotted_aloha_carries_g_exp_minus_g(load):
 
     carried = load * exp(-load)
     sigma = sqrt(carried * (1 - carried) / slots)
-    assert abs(bench.ledger.closed[Fate.DELIVERED] / slots - carried) < STARS * sigma
+    assert abs(bench.ledger.closed[Fate.DELIVERED] / slots - carried) < STANDARD_ERRORS * sigma
 
 
 def test_on_a_complete_graph_all_receivers_lose_or_get_a_frame_together():
@@ -184,7 +185,7 @@ def test_two_nodes_that_start_together_collide_as_often_as_their_draws_say(slot_
 
     collisions = sum(bench.fate("a", trial, "hub") is Fate.COLLIDED for trial in range(trials))
     p = sum(abs(i - j) * slot_ns <= turnaround_ns for i in range(windows) for j in range(windows)) / windows ** 2
-    assert abs(collisions / trials - p) < STARS * sqrt(p * (1 - p) / trials)
+    assert abs(collisions / trials - p) < STANDARD_ERRORS * sqrt(p * (1 - p) / trials)
 
 
 # Carrier sense, DCF (IEEE 802.11)
@@ -237,7 +238,39 @@ def test_two_frozen_countdowns_end_together_as_often_as_equal_draws():
         (trial * period_ns, "a", 5), (trial * period_ns + 1000, "b", 5), (trial * period_ns + 2000, "c", 5))])
 
     collisions = sum(bench.fate("b", trial, "hub") is Fate.COLLIDED for trial in range(trials))
-    assert abs(collisions / trials - 1 / 8) < STARS * sqrt(1 / 8 * 7 / 8 / trials)
+    assert abs(collisions / trials - 1 / 8) < STANDARD_ERRORS * sqrt(1 / 8 * 7 / 8 / trials)
+
+
+def round_chain(window):
+    """Two nodes that always have a frame, from one transmission to the next. State: slots that the one who did not
+    transmit has left; 0 if both did, that is, collided."""
+    chain = np.zeros((window, window))
+    for fresh in range(window):
+        for left in range(1, window):
+            chain[left, abs(fresh - left)] += 1 / window
+        for other in range(window):
+            chain[0, abs(fresh - other)] += 1 / window ** 2
+    return chain
+
+
+@pytest.mark.parametrize("exponent", [1, 2, 4])
+def test_two_nodes_that_always_have_a_frame_collide_as_their_markov_chain_says(exponent):
+    frames = 2000
+    sense = csma(**{**DCF, "min_exponent": exponent, "max_exponent": exponent})
+    bench = Bench(["a", "b", "hub"], mac="csma", csma=sense, queue_frames=frames, topology=graph("* <-> *"),
+                  **BYTE_PER_US)
+
+    bench.run([(0, sender, 5) for _ in range(frames) for sender in "ab"])
+
+    last = {sender: max(start for node, start in starts(bench) if node == sender) for sender in "ab"}
+    rounds = sorted(start for _, start in starts(bench) if 5 < start < min(last.values()))      # both had frames
+    collided = len(rounds) - len(set(rounds))
+    chain = round_chain(2 ** exponent)
+    stationary = np.linalg.matrix_power(chain, 2000)[0]
+    p = stationary[0]
+    fundamental = np.linalg.inv(np.eye(len(chain)) - chain + stationary)
+    sigma = sqrt((2 * p * fundamental[0, 0] - p - p * p) / len(set(rounds)))
+    assert abs(collided / len(set(rounds)) - p) < STANDARD_ERRORS * sigma
 
 
 # What listening is good for, and what it cannot do
@@ -253,7 +286,7 @@ def test_carrier_sense_collides_less_than_aloha_on_the_same_traffic(preset):
         lost[mac] = sum(bench.fate(sender, number, "hub") is Fate.COLLIDED for sender, number, _, _ in bench.flights)
 
     sigma = sqrt(600 * exp(-0.6) * (1 - exp(-0.6)))
-    assert lost["csma"] < lost["aloha"] - STARS * sigma
+    assert lost["csma"] < lost["aloha"] - STANDARD_ERRORS * sigma
 
 
 def test_listening_does_not_help_a_radio_whose_turnaround_outlasts_its_frames():
