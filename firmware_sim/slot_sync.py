@@ -15,12 +15,13 @@ over windows of bounded length have a root (Moreau 2005). `slot_sync_condition` 
 
 Drifts add drift * round per round, so steps alone leave a bounded difference (`slot_drift.largest_drift_ppm`). The rate
 trim, `rate_gain` times the step per round, takes it away, but it is a second integrator: on long one-way rings even a
-small `rate_gain` makes clocks oscillate ever more. Check with `slot_sync_condition` before using it.
+small `rate_gain` makes clocks swing ever more. Check with `slot_sync_condition` before using it. A step that the bound
+clips says nothing about the rate and trims nothing.
 
 When to close a round: at its end on the local clock, or at one's own slot just after sending. The second needs no
-promise that allows for the step; errors are then up to a round old (consensus with bounded delay: the clocks still
-meet, for steps alone). At the round's end a step forward beyond the guard would jump over the start of the first slot,
-so its owners would fall silent: bound <= guard.
+promise that allows for the step, but errors are then up to a round old: with steps alone the clocks still meet, a rate
+trim has to be smaller (`slot_sync_condition`, `own_slot=True`). At the round's end a step forward beyond the guard
+would jump over the start of the first slot, so its owners would fall silent: bound <= guard.
 
 Source: Simeone, Spagnolini, Bar-Ness & Strogatz, "Distributed synchronization in wireless networks", IEEE Signal
 Processing Magazine 25(5), 2008 (coupled clocks, condition on the graph); Schenato & Fiorentin, "Average TimeSynch",
@@ -78,5 +79,7 @@ class SlotSync:
         if self.reference or not errors_ns:
             return Correction(0, 0.0)
         error_ns = fmean(errors_ns) if self.average is Average.MEAN else median(errors_ns)
-        step_ns = round(max(-self.bound_ns, min(self.bound_ns, -self.gain * error_ns)))
+        step_ns = round(-self.gain * error_ns)
+        if abs(step_ns) > self.bound_ns:
+            return Correction(self.bound_ns if step_ns > 0 else -self.bound_ns, 0.0)
         return Correction(step_ns, self.rate_gain * step_ns / round_ns * 1e6)

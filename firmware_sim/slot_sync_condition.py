@@ -1,20 +1,21 @@
-"""Does resynchronization bring the clocks together, and how fast? The round's map and its eigenvalues.
+"""Does resynchronization bring the clocks together, and how fast? The eigenvalues of one round's map.
 
-With L = I - A (row i of A averages over those whom i hears; the row of a reference, or of a node that hears nobody, is
-zero), x the offsets and v = round * (drift + trims) how far each clock runs off in a round, one round of `SlotSync` is
+With x the offsets, v = round * (drift + trims) how far each clock runs off in a round, and s_i the mean error that i
+has collected, a round is, for part p = 0, ..., T - 1 (alpha = airtime / slot, n_i = how many i hears),
 
-    x <- x - gain L x + v',   v <- v' = v - rate_gain gain L x
+    all i who hear a speaker j of part p:                s_i <- s_i + (x_i - x_j + alpha v_i / T) / n_i
+    the speakers themselves, if they close now:          x <- x - gain s,  v <- v - rate_gain gain s,  s <- 0
+    all:                                                 x <- x + v / T
 
-Along an eigenvector of L with eigenvalue l the 2 x 2 map has the characteristic polynomial
+and, if rounds are closed at their end, the second line for all then. The term in alpha is the receiver's own drift
+while the frame was on the air: `SlotSync` takes the airtime off as local time. The map is linear; what matters are the
+differences of x to one node (a reference, if there is one) and v. They die out iff the eigenvalues of the map lie
+inside the unit circle; the largest is the factor per round. Without trims, closed at the end, it is the second
+largest |eigenvalue| of W (see `slot_sync`).
 
-    z^2 - (2 - gain l (1 + rate_gain)) z + (1 - gain l)          without rate_gain: z = 1 - gain l
-
-The differences between clocks die out iff 0 is a simple eigenvalue of L (somebody is heard by all, directly or not) and
-all these z, l != 0, lie inside the unit circle. For real l <= 2 that is gain l (2 + rate_gain) < 4 (Jury); complex l,
-from one-way links, allow less.
-
-Source: Carli, Chiuso, Schenato & Zampieri, IFAC World Congress 2008; Jury's test.
-Not modelled: the bound on a step, the median, lost frames, rounds that are closed at one's own slot.
+Source: consensus on offset and rate, Carli, Chiuso, Schenato & Zampieri, IFAC World Congress 2008; the map with its
+slots is ours, tested against clocks in true time.
+Not modelled: the bound on a step, the median, lost frames.
 """
 
 from __future__ import annotations
@@ -24,26 +25,65 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 
-def contraction_per_round(hears: Mapping[str, Collection[str]], gain: float, rate_gain: float = 0.0,
-                          references: Collection[str] = ()) -> float:
-    """The factor by which differences between clocks shrink per round in the long run; 1 or more: they do not."""
+def contraction_per_round(hears: Mapping[str, Collection[str]], parts: Mapping[str, int], gain: float,
+                          rate_gain: float = 0.0, *, references: Collection[str] = (), own_slot: bool = False,
+                          airtime_share: float = 0.0) -> float:
+    """The factor by which differences between clocks shrink per round in the long run; 1 or more: they do not.
+
+    `hears[i]` are those whom i hears, `parts[i]` its part, 0 <= part < T, `airtime_share` is airtime / slot.
+    `own_slot`: rounds are closed just after sending, otherwise at the round's end. Without `rate_gain` drifts stay as they are, and
+    the factor is that of the offsets.
+    """
     names = list(hears)
-    place = {name: i for i, name in enumerate(names)}
-    L = np.zeros((len(names), len(names)))
-    for name, heard in hears.items():
-        if name in references or not heard:
-            continue
-        L[place[name], place[name]] = 1.0
-        for sender in heard:
-            L[place[name], place[sender]] -= 1 / len(heard)
-    eigenvalues = sorted(np.linalg.eigvals(L), key=abs)
-    roots = len(names) - int(np.linalg.matrix_rank(L))
-    if roots > 1:
+    number = {name: i for i, name in enumerate(names)}
+    ears = [[number[speaker] for speaker in hears[name]] if name not in references else [] for name in names]
+    part_of = [parts[name] for name in names]
+    N, T = len(names), max(part_of) + 1
+    if _roots(ears) > 1:
         return 1.0
-    return max((_largest_root(gain * complex(value), rate_gain) for value in eigenvalues[1:]), default=0.0)
 
-
-def _largest_root(gl: complex, rate_gain: float) -> float:
+    # Rows tell how a quantity depends on the state at the round's start: x in columns 0.., v in N.., s in 2N...
+    x, v, s = (np.eye(3 * N)[i * N:(i + 1) * N] for i in range(3))
     if rate_gain == 0:
-        return abs(1 - gl)
-    return float(max(abs(np.roots([1, -(2 - gl * (1 + rate_gain)), 1 - gl]))))
+        v = np.zeros_like(v)
+
+    def close(nodes: Collection[int]) -> None:
+        for i in nodes:
+            x[i] -= gain * s[i]
+            v[i] -= rate_gain * gain * s[i]
+            s[i] = 0.0
+
+    for part in range(T):
+        for i, heard in enumerate(ears):
+            for j in heard:
+                if part_of[j] == part:
+                    s[i] += (x[i] - x[j] + airtime_share / T * v[i]) / len(heard)
+        if own_slot:
+            close([i for i in range(N) if part_of[i] == part])
+        x += v / T
+    if not own_slot:
+        close(range(N))
+
+    listeners = [i for i in range(N) if ears[i]]
+    base = next((i for i in range(N) if not ears[i]), 0)
+    x -= x[base].copy()
+    state = [i for i in range(N) if i != base]
+    if rate_gain > 0:
+        if airtime_share == 0 and len(listeners) == N:      # nobody can tell a drift that all have
+            v -= v[base].copy()
+            listeners.remove(base)
+        state += [N + i for i in listeners]
+    if own_slot:
+        state += [2 * N + i for i in range(N) if ears[i]]
+    round_map = np.vstack([x, v, s])[np.ix_(state, state)]
+    return float(max(abs(np.linalg.eigvals(round_map)), default=0.0))
+
+
+def _roots(ears: list[list[int]]) -> int:
+    """How many teams or single nodes listen to nobody else: more than one never meet."""
+    L = np.zeros((len(ears), len(ears)))
+    for i, heard in enumerate(ears):
+        for j in heard:
+            L[i, i] += 1
+            L[i, j] -= 1
+    return len(ears) - int(np.linalg.matrix_rank(L))

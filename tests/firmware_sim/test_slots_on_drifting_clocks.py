@@ -16,6 +16,7 @@ from firmware_sim.local_clock import ClockSettings, LocalClock
 from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 from firmware_sim.slot_drift import collision_free_until, largest_drift_ppm
 from firmware_sim.slot_sync import Average, SlotSync
+from firmware_sim.slot_sync_condition import contraction_per_round
 from netem.agenda import NEVER_NS
 
 SLOT_NS = 1_000_000
@@ -252,6 +253,35 @@ def test_steps_alone_leave_the_drift_of_a_round_and_a_rate_trim_takes_it_away():
     assert trims.spread_ns() <= 4                       # readings, steps and errors are whole nanoseconds
     rates = [robot.clock.drift_ppm for robot in trims.robots.values()]
     assert abs(rates[0] - rates[1]) < 1e3 * 2 / (2 * SLOT_NS) * 1e3
+
+
+RING = {"1": "2", "2": "3", "3": "4", "4": "1"}
+
+
+@pytest.mark.parametrize("own_slot", [False, True], ids=["at the round's end", "at the own slot"])
+@pytest.mark.parametrize("rate_gain", [0.2, 0.5])
+@pytest.mark.parametrize(("hears", "parts"), [
+    (HEARS_L1, PARTS_L1),
+    (RING, {"1": 0, "2": 1, "3": 2, "4": 3}),
+    (RING, {"1": 3, "2": 2, "3": 1, "4": 0}),
+], ids=["one-way links L1", "ring against the order of speech", "ring in the order of speech"])
+def test_clocks_with_a_rate_trim_settle_or_swing_up_as_the_eigenvalues_say(hears, parts, rate_gain, own_slot):
+    drifts_ppm = dict(zip(hears, [0.05, -0.03, 0.01, -0.05, 0.04], strict=False))
+    offsets_ns = dict(zip(hears, [0, 2000, -1500, 1800, -700], strict=False))
+    rate = contraction_per_round(hears, parts, 0.5, rate_gain, own_slot=own_slot, airtime_share=AIRTIME_NS / SLOT_NS)
+    team = world(drifts_ppm, parts=parts, offsets_ns=offsets_ns, hears=hears, own_slot=own_slot,
+                 sync={"bound_ns": GUARD_NS, "rate_gain": rate_gain})
+    round_ns = team.schedule.round_ns
+
+    team.run(500 * round_ns)
+
+    if rate < 1:
+        # 4 us shrink to less than 1 ns. Readings and steps are whole: up to 2 ns a round on either side stay in the loop.
+        assert 4000 * rate**500 < 1
+        assert team.spread_ns() < 4 / (1 - rate)
+    else:
+        # Swings grow until the bound clips the steps: two guards of error at gain 1/2.
+        assert team.spread_ns() > 4000
 
 
 def test_all_clocks_follow_a_reference_that_reaches_everybody():
