@@ -67,7 +67,7 @@ class BroadcastRadio:
         number = self._numbers.get(sender, 0)
         self._numbers[sender] = number + 1
         frame = Frame(self.name, sender, number, now_ns, data)
-        self._ledger.expect(len(self.topology.reach_at(sender, now_ns).receivers))
+        self._ledger.expect(len(self.topology.reach_at(sender, now_ns).receivers), self.name)
         if self._max_bytes is not None and len(data) > self._max_bytes:
             self.drop(frame, Fate.MALFORMED, f"longer than {self._max_bytes} bytes")
         else:
@@ -105,7 +105,7 @@ class BroadcastRadio:
         assert sender not in self._on_air, f"{self.name}: {sender} starts a frame at {now_ns} ns during another"
         reach = self.topology.reach_at(sender, now_ns)
         if now_ns != frame.offered_ns:
-            self._ledger.expect(len(reach.receivers) - len(self._offered_to(frame)))
+            self._ledger.expect(len(reach.receivers) - len(self._offered_to(frame)), self.name)
         size = len(frame.data)
         airtime_ns = self._airtimes_ns.get(size)
         if airtime_ns is None:
