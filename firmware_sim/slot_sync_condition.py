@@ -31,8 +31,8 @@ def contraction_per_round(hears: Mapping[str, Collection[str]], parts: Mapping[s
     """The factor by which differences between clocks shrink per round in the long run; 1 or more: they do not.
 
     `hears[i]` are those whom i hears, `parts[i]` its part, 0 <= part < T, `airtime_share` is airtime / slot.
-    `own_slot`: rounds are closed just after sending, otherwise at the round's end. Without `rate_gain` drifts stay as they are, and
-    the factor is that of the offsets.
+    `own_slot`: rounds are closed just after sending, otherwise at the round's end. Without `rate_gain` drifts stay as
+    they are, and the factor is that of the offsets.
     """
     names = list(hears)
     number = {name: i for i, name in enumerate(names)}

@@ -276,7 +276,7 @@ def test_clocks_with_a_rate_trim_settle_or_swing_up_as_the_eigenvalues_say(hears
     team.run(500 * round_ns)
 
     if rate < 1:
-        # 4 us shrink to less than 1 ns. Readings and steps are whole: up to 2 ns a round on either side stay in the loop.
+        # 4 us shrink to less than 1 ns. Readings and steps are whole: up to 2 ns a round on either side stay.
         assert 4000 * rate**500 < 1
         assert team.spread_ns() < 4 / (1 - rate)
     else:
