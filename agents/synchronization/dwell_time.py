@@ -5,8 +5,8 @@ With the exact round maps z -> M z (`exact_loop`) and quadratic functions V = z'
 CommonCertificate: one P with M' P M <= exp(-2 alpha h) P for every map of h seconds. Then any switching at round ends
 decays: |z| <= sqrt(cond P) exp(-alpha t) |z(0)|. No dwell time is needed.
 
-DwellCertificate: a P_p for each topology; V_p decays by rho_p per round and exceeds the V_q before a switch by mu at most
-after the first round. Then a dwell of m > 1 - ln mu / ln rho rounds suffices.
+DwellCertificate: a P_p for each topology; V_p decays by rho_p per round and, after the first round since a switch, is
+at most mu times the V_q before it. Then a dwell of m > 1 - ln mu / ln rho rounds suffices.
 
 Differs from the dissertation:
 - Section 6.5 takes min tau for an admissible dwell time because no destabilizing signal was found. There is one

@@ -1,7 +1,7 @@
 """A switching signal that silences one agent for ever: why a topology must not change at every slot.
 
-Slot k of a round belongs to the k-th part of the topology in force. If the topology may change at every slot, it can be,
-in each slot, one in which the agent's part is another. Every topology is stable by itself, and yet the agent never
+Slot k of a round belongs to the k-th part of the topology in force. If the topology may change at every slot, it can
+be, in each slot, one in which the agent's part is another. Every topology is stable by itself, and yet the agent never
 speaks; if it is unstable on its own, the team diverges.
 
 Differs from the dissertation: section 6.5 and Remark 18 hold min tau for an admissible dwell time.
