@@ -16,73 +16,94 @@ Not modelled: age of a link over which nothing was ever sent: the ledger does no
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 import polars as pl
+from numpy.typing import NDArray
 
 LINK = ["medium", "sender", "receiver"]
+SENDER = ["medium", "sender"]
 DELIVERED = "delivered"
 NS_PER_S = 1e9
+NAMES_BITS = 20
 
-
-def copies_in_range(ledger: pl.DataFrame) -> pl.DataFrame:
-    return ledger.filter((pl.col("fate") != "too weak").any().over(LINK))
+LinkName = tuple[str, str, str]
 
 
 def age_steps(ledger: pl.DataFrame, length_ns: int) -> pl.DataFrame:
-    """Pieces of every link's sawtooth: from_ns, to_ns, newest_ns; on [from_ns, to_ns) the age is t - newest_ns."""
-    ledger = copies_in_range(ledger)
-    starts = ledger.select(LINK).unique().with_columns(
-        from_ns=pl.lit(0, pl.Int64), newest_ns=pl.lit(0, pl.Int64))
+    """Pieces of every link's sawtooth in order: on [from_ns, to_ns) the age is t - newest_ns.
+
+    `link` numbers the links; their names stand beside it."""
+    ledger = _in_range(_numbered(ledger, LINK, "link"))
+    zero = pl.lit(0, pl.Int64)
+    starts = ledger.group_by("link").agg(pl.col(LINK).first(), from_ns=zero, newest_ns=zero)
     heard = ledger.filter((pl.col("fate") == DELIVERED) & (pl.col("delivered_ns") < length_ns)).select(
-        *LINK, from_ns=pl.col("delivered_ns"), newest_ns=pl.col("offered_ns"))
-    return pl.concat([starts, heard]).sort([*LINK, "from_ns", "newest_ns"]).with_columns(
-        pl.col("newest_ns").cum_max().over(LINK),
-        to_ns=pl.col("from_ns").shift(-1).over(LINK).fill_null(length_ns))
+        "link", *LINK, from_ns="delivered_ns", newest_ns="offered_ns")
+    arrival, newest = (pl.col(name).sort_by("from_ns", "newest_ns") for name in ("from_ns", "newest_ns"))
+    pieces = pl.concat([starts, heard]).group_by("link", maintain_order=True).agg(
+        pl.col(LINK).first(), arrival, newest.cum_max(),
+        to_ns=arrival.shift(-1).fill_null(length_ns))
+    return pieces.explode("from_ns", "newest_ns", "to_ns")
 
 
 def age_of_information(ledger: pl.DataFrame, length_ns: int) -> pl.DataFrame:
-    """Per link: max_s, mean_s, and p95_s, the age that is not exceeded during 95 % of the time."""
-    steps = age_steps(ledger, length_ns).with_columns(
-        low_s=(pl.col("from_ns") - pl.col("newest_ns")) / NS_PER_S,
-        high_s=(pl.col("to_ns") - pl.col("newest_ns")) / NS_PER_S,
-        long_s=(pl.col("to_ns") - pl.col("from_ns")) / NS_PER_S)
-    table = steps.group_by(LINK).agg(
-        max_s=pl.col("high_s").max(),
-        mean_s=(pl.col("long_s") * (pl.col("low_s") + pl.col("high_s")) / 2).sum() / pl.col("long_s").sum())
-    return table.join(_percentile(steps, 0.95), on=LINK, how="left").sort(LINK)
+    """Per link, in the order of names: max_s and mean_s."""
+    age_from, age_to = pl.col("from_ns") - pl.col("newest_ns"), pl.col("to_ns") - pl.col("newest_ns")
+    lasts = pl.col("to_ns") - pl.col("from_ns")
+    return age_steps(ledger, length_ns).group_by("link").agg(
+        pl.col(LINK).first().cast(pl.String), max_s=age_to.max() / NS_PER_S,
+        mean_s=(lasts * (age_from + age_to) / 2 / lasts.sum()).sum() / NS_PER_S).drop("link").sort(LINK)
 
 
-def _percentile(steps: pl.DataFrame, share: float) -> pl.DataFrame:
-    """The age a with time(age <= a) = share * length: that time grows, between the ends of pieces, at the number of
-    pieces that hold the age."""
-    edges = pl.concat([steps.select(*LINK, age_s="low_s", opens=pl.lit(1.0)),
-                       steps.select(*LINK, age_s="high_s", opens=pl.lit(-1.0))]).sort([*LINK, "age_s"])
-    edges = edges.with_columns(
-        slope=pl.col("opens").cum_sum().shift(1).over(LINK).fill_null(0.0),
-        step_s=pl.col("age_s").diff().over(LINK).fill_null(0.0),
-    ).with_columns(below_s=(pl.col("slope") * pl.col("step_s")).cum_sum().over(LINK))
-    wanted = steps.group_by(LINK).agg(wanted_s=pl.col("long_s").sum() * share)
-    beyond = edges.join(wanted, on=LINK).filter(pl.col("below_s") >= pl.col("wanted_s"), pl.col("slope") > 0)
-    return beyond.sort([*LINK, "age_s"]).group_by(LINK, maintain_order=True).first().select(
-        *LINK, p95_s=pl.col("age_s") - (pl.col("below_s") - pl.col("wanted_s")) / pl.col("slope"))
+def age_quantiles(steps: pl.DataFrame, shares: Sequence[float]) -> Mapping[LinkName, NDArray[np.float64]]:
+    """Per link the ages [s] that are not exceeded during the given shares of the time; exact, since the time spent
+    below an age grows, between the ends of pieces, at the number of pieces that hold the age."""
+    found = {}
+    for own in steps.partition_by("link", maintain_order=True):
+        start, end, newest = (own[name].to_numpy() for name in ("from_ns", "to_ns", "newest_ns"))
+        edges = np.concatenate([start - newest, end - newest])
+        order = np.argsort(edges, kind="stable")
+        edges = edges[order].astype(np.float64)
+        holding = np.cumsum(np.where(order < start.size, 1, -1))
+        below = np.concatenate([[0.0], np.cumsum(holding[:-1] * np.diff(edges))])
+        names = own.select(pl.col(LINK).first().cast(pl.String)).row(0)
+        found[names] = np.interp(np.asarray(shares) * below[-1], below, edges) / NS_PER_S
+    return found
 
 
 def successive_losses(ledger: pl.DataFrame) -> pl.DataFrame:
     """Per link: the longest row of frames of which no copy was delivered; frames under way at the end do not count."""
-    ended = copies_in_range(ledger).filter(pl.col("fate") != "unfinished")
-    frames = ended.group_by([*LINK, "number"]).agg(lost=(pl.col("fate") != DELIVERED).all()).sort([*LINK, "number"])
-    heard = frames.with_columns(row=(~pl.col("lost")).cum_sum().over(LINK))
-    rows = heard.group_by([*LINK, "row"]).agg(length=pl.col("lost").sum())
-    return rows.group_by(LINK).agg(longest=pl.col("length").max()).sort(LINK)
+    ended = _in_range(_numbered(ledger, LINK, "link")).filter(pl.col("fate") != "unfinished")
+    names = ended.group_by("link").agg(pl.col(LINK).first().cast(pl.String))
+    frames = ended.group_by("link", "number").agg(lost=(pl.col("fate") != DELIVERED).all())
+    in_order = frames.group_by("link").agg(pl.col("lost").sort_by("number")).explode("lost")
+    rows = in_order.with_columns(row=(~pl.col("lost")).cum_sum().over("link")).group_by("link", "row").agg(
+        length=pl.col("lost").sum())
+    longest = rows.group_by("link").agg(longest=pl.col("length").max())
+    return names.join(longest, on="link").drop("link").sort(LINK)
 
 
 def transmissions(ledger: pl.DataFrame) -> pl.DataFrame:
-    """One row per frame that went on the air: medium, sender, number, on_air_ns, end_ns; in order per sender."""
-    return ledger.filter(pl.col("on_air_ns") >= 0).select("medium", "sender", "number", "on_air_ns", "end_ns").unique(
-        ["medium", "sender", "number"]).sort(["medium", "sender", "on_air_ns", "number"])
+    """One row per frame that went on the air, in order per sender: source (numbers the senders), medium, sender,
+    on_air_ns."""
+    on_air = _numbered(ledger.filter(pl.col("on_air_ns") >= 0), SENDER, "source").unique(["source", "number"])
+    return on_air.group_by("source").agg(pl.col(SENDER).first().cast(pl.String), pl.col("on_air_ns").sort()).sort(
+        SENDER).explode("on_air_ns")
 
 
 def times_between_transmissions(ledger: pl.DataFrame) -> pl.DataFrame:
     """medium, sender, gap_s from the start of one transmission to the start of the sender's next on that medium."""
     return transmissions(ledger).select(
-        "medium", "sender",
-        gap_s=pl.col("on_air_ns").diff().over(["medium", "sender"]) / NS_PER_S).drop_nulls("gap_s")
+        *SENDER, gap_s=pl.col("on_air_ns").diff().over("source") / NS_PER_S).drop_nulls("gap_s")
+
+
+def _numbered(ledger: pl.DataFrame, names: Sequence[str], number: str) -> pl.DataFrame:
+    """With a column that is equal where all `names` are: grouping by one integer is ten times faster than by names."""
+    ledger = ledger.with_columns(pl.col(names).cast(pl.Categorical))
+    codes = [pl.col(name).to_physical().cast(pl.Int64) * (1 << NAMES_BITS * place) for place, name in enumerate(names)]
+    return ledger.with_columns(pl.sum_horizontal(codes).alias(number))
+
+
+def _in_range(ledger: pl.DataFrame) -> pl.DataFrame:
+    return ledger.filter((pl.col("fate") != "too weak").any().over("link"))

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-from numpy.typing import NDArray
 
 from experiments.link_metrics import (
     DELIVERED,
     LINK,
     age_of_information,
+    age_quantiles,
     age_steps,
     times_between_transmissions,
     transmissions,
@@ -25,7 +25,7 @@ OUTPUT = re.compile(r"y\d*")
 MOST_TRANSMISSIONS = 30_000
 MOST_AGE_CURVES = 12
 BINS = 60
-SHARES = np.concatenate([np.linspace(0, 0.9, 91), np.linspace(0.905, 1, 20)])
+SHARES = [k / 100 for k in range(90)] + [k / 200 for k in range(180, 201)]
 
 Json = dict[str, Any]
 
@@ -102,31 +102,19 @@ def ages(data: RunData) -> Json:
     """Per link the worst first: largest, 95 %, mean age, and for the first of them the distribution over time."""
     if data.length_ns <= 0:
         return {"links": [], "shares": []}
-    table = age_of_information(data.ledger, data.length_ns).with_columns(pl.col(LINK).cast(pl.String))
-    table = table.sort(["mean_s", *LINK], descending=[True, False, False, False])
-    steps = age_steps(data.ledger, data.length_ns).with_columns(pl.col(LINK).cast(pl.String))
-    links = table.to_dicts()
-    for link in links[:MOST_AGE_CURVES]:
-        own = steps.filter(*(pl.col(name) == link[name] for name in LINK))
-        link["ages_ms"] = [round(age, 6) for age in _quantiles(own).tolist()]
-    return {"links": links, "shares": SHARES.tolist()}
-
-
-def _quantiles(steps: pl.DataFrame) -> NDArray[np.float64]:
-    """Ages [ms] not exceeded during each of SHARES of the time; the time below an age is linear between edges."""
-    start, end, newest = (steps[name].to_numpy().astype(np.float64) for name in ("from_ns", "to_ns", "newest_ns"))
-    edges = np.concatenate([start - newest, end - newest]) * 1e-6
-    order = np.argsort(edges, kind="stable")
-    edges = edges[order]
-    active = np.cumsum(np.concatenate([np.ones(start.size), -np.ones(end.size)])[order])
-    below = np.concatenate([[0.0], np.cumsum(active[:-1] * np.diff(edges))])
-    ages_ms: NDArray[np.float64] = np.interp(SHARES * below[-1], below, edges)
-    return ages_ms
+    table = age_of_information(data.ledger, data.length_ns)
+    links = table.sort(["mean_s", *LINK], descending=[True, False, False, False]).to_dicts()
+    quantiles = age_quantiles(age_steps(data.ledger, data.length_ns), [0.95, *SHARES])
+    for place, link in enumerate(links):
+        link["p95_s"], *curve = quantiles[link["medium"], link["sender"], link["receiver"]].tolist()
+        if place < MOST_AGE_CURVES:
+            link["ages_ms"] = [round(age_s * 1e3, 6) for age_s in curve]
+    return {"links": links, "shares": SHARES}
 
 
 def gaps(data: RunData) -> list[Json]:
     """Per medium and sender: a histogram of the times between transmissions, and their extremes [ms]."""
-    table = times_between_transmissions(data.ledger).with_columns(pl.col(["medium", "sender"]).cast(pl.String))
+    table = times_between_transmissions(data.ledger)
     if not table.height:
         return []
     found = []
@@ -146,7 +134,7 @@ def gaps(data: RunData) -> list[Json]:
 
 def node_table(data: RunData) -> Json:
     """Per node: frames sent, copies heard, mean rate, samples, and the program's own counters."""
-    sent = Counter(transmissions(data.ledger)["sender"].cast(pl.String).to_list())
+    sent = Counter(transmissions(data.ledger)["sender"].to_list())
     heard = Counter(data.ledger.filter(pl.col("fate") == DELIVERED)["receiver"].cast(pl.String).to_list())
     names = sorted({name for counters in data.counters.values() for name in counters})
     length_s = data.length_ns * 1e-9
