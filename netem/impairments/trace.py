@@ -27,6 +27,8 @@ from netem.impairments.csv_columns import RecordingError, read_columns
 class TraceEnded(Exception):
     """A trace with `at_end = "error"` has no row for a frame."""
 
+    exit_code = 2                       # what the user gave is too short
+
 
 @dataclass
 class Trace:
