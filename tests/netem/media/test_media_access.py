@@ -230,9 +230,11 @@ def test_a_node_backs_off_between_its_own_frames():
     assert starts(bench) == [("a", 5), ("a", 1005 + 50 + 4 * 20)]
 
 
-def test_two_frozen_countdowns_end_together_as_often_as_equal_draws():
+@pytest.mark.parametrize("turnaround_ns", [0, 5])
+def test_two_frozen_countdowns_end_together_as_often_as_equal_draws(turnaround_ns):
     trials, period_ns = 2000, 10**6
-    bench = Bench(["a", "b", "c", "hub"], mac="csma", csma=csma(**DCF), topology=graph("* <-> *"), **BYTE_PER_US)
+    bench = Bench(["a", "b", "c", "hub"], mac="csma", csma=csma(**DCF | {"turnaround_ns": turnaround_ns}),
+                  topology=graph("* <-> *"), **BYTE_PER_US)
 
     bench.run([offer for trial in range(trials) for offer in (
         (trial * period_ns, "a", 5), (trial * period_ns + 1000, "b", 5), (trial * period_ns + 2000, "c", 5))])

@@ -41,8 +41,9 @@ def test_sensitivity_and_fringe_sort_nodes_into_in_range_too_weak_and_not_intend
     assert "d" in reach.rx_dbm
 
 
-def test_a_node_exactly_at_the_sensitivity_is_in_range():
+def test_a_node_exactly_at_the_sensitivity_is_in_range_and_one_exactly_at_the_fringe_is_too_weak():
     assert over(sensitivity_dbm=-60.0, exponent=2.0).reach_at("a", 0).in_range == {"b"}
+    assert over(sensitivity_dbm=-50.0, exponent=2.0, fringe_db=10.0).reach_at("a", 0).too_weak == {"b"}
 
 
 @pytest.mark.parametrize(("zone", "lossy"), [
