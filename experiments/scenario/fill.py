@@ -28,7 +28,7 @@ def fill(shape: Shape, table: Any, place: Place, problems: Problems, folder: Pat
     if not isinstance(table, dict):
         problems.add(place, "expected a table", table)
         return Filled({}, False)
-    prepared = Prepared(problems, place, folder)
+    prepared = Prepared(problems, place, folder, before)
     ready = prepare_table(prepared, shape, table, (), besides)
     values = typed(shape, prepared, ready)
     return Filled(values, problems.found == before)

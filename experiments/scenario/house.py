@@ -8,7 +8,7 @@ from random import Random
 from typing import Any
 
 from experiments.metric_keys import unknown_keys
-from experiments.scenario.plant_parameters import PlantNames
+from experiments.scenario.plant_parameters import PlantNames, StartValue
 from experiments.scenario.problems import near
 from experiments.scenario.vocabulary import Position, Vocabulary
 from fmus.build import build_model, model_folder, own_models
@@ -48,8 +48,8 @@ def plant_names(fmu: str, folder: Path) -> PlantNames:
             raise ValueError(f"no such model; {near(fmu, own_models())} (or give the path of a .fmu)")
         model = read_model(model_folder(fmu) / "variables.toml")
         scalars = [scalar for scalar in model.scalars() if not scalar.computed]
-        return PlantNames(fmu, {scalar.name: "Float64" for scalar in scalars if scalar.kind == "parameter"},
-                          {scalar.name: "Float64" for scalar in scalars if scalar.kind != "parameter"})
+        return PlantNames(fmu, {scalar.name: StartValue() for scalar in scalars if scalar.kind == "parameter"},
+                          {scalar.name: StartValue() for scalar in scalars if scalar.kind != "parameter"})
     path = (folder / fmu).absolute()
     if not path.exists():
         there = [str(other.relative_to(folder)) for other in sorted(path.parent.glob("*.fmu"))]
@@ -59,6 +59,7 @@ def plant_names(fmu: str, folder: Path) -> PlantNames:
         settable = [variable for variable in describe(archive).variables.values() if variable.settable_at_start]
     except PlantError as error:
         raise ValueError(str(error)) from error
-    return PlantNames(str(archive),
-                      {item.name: item.type for item in settable if item.causality.lower().endswith("parameter")},
-                      {item.name: item.type for item in settable if not item.causality.lower().endswith("parameter")})
+    known: dict[bool, dict[str, StartValue]] = {True: {}, False: {}}
+    for item in settable:
+        known[item.causality in ("parameter", "structuralParameter")][item.name] = StartValue(item.type, item.elements)
+    return PlantNames(str(archive), known[True], known[False])

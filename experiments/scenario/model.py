@@ -76,8 +76,7 @@ class Scenario(msgspec.Struct, frozen=True):
 
     def resolved(self) -> dict[str, Any]:
         """As plain JSON types, for the run folder."""
-        plain: dict[str, Any] = msgspec.to_builtins(self, enc_hook=_plain)
-        return plain
+        return msgspec.json.decode(msgspec.json.encode(self, enc_hook=_plain), type=dict[str, Any])
 
 
 def _plain(value: Any) -> Any:

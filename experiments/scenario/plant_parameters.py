@@ -7,20 +7,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from experiments.scenario.problems import near
 from fmus.errors import PlantError
 from fmus.parameters import expand_parameters
 
 
+class StartValue(NamedTuple):
+    fmi_type: str = "Float64"
+    elements: int = 1                   # of an array
+
+
 @dataclass(frozen=True)
 class PlantNames:
-    """What can be set before the first step: variable -> its FMI type. `fmu` is an own model or an absolute path."""
+    """What can be set before the first step, by variable. `fmu` is an own model or an absolute path."""
 
     fmu: str
-    parameters: Mapping[str, str]
-    others: Mapping[str, str]           # inputs, initial values
+    parameters: Mapping[str, StartValue]
+    others: Mapping[str, StartValue]    # inputs, initial values
 
     def taken_from(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """The entries of a table that are parameters of this plant."""
@@ -61,14 +66,14 @@ _IS: Mapping[str, tuple[str, Callable[[Any], bool]]] = {
 }
 
 
-def _misfit(fmi_type: str, value: Any) -> str:
-    kind = fmi_type if fmi_type in _IS else "whole" if "Int" in fmi_type or fmi_type == "Enumeration" else "number"
-    wanted, fits = _IS[kind]
-    parts = [value]
-    while parts:
-        part = parts.pop()
-        if isinstance(part, list):
-            parts.extend(part)
-        elif not fits(part):
-            return f"expected {wanted}"
-    return ""
+def _misfit(wanted: StartValue, value: Any) -> str:
+    whole = "Int" in wanted.fmi_type or wanted.fmi_type == "Enumeration"
+    words, fits = _IS.get(wanted.fmi_type, _IS["whole" if whole else "number"])
+    values = _flat(value)
+    if len(values) != wanted.elements or (wanted.elements == 1 and isinstance(value, list)):
+        return f"expected {words}" if wanted.elements == 1 else f"expected {wanted.elements} values"
+    return "" if all(map(fits, values)) else f"expected {words}"
+
+
+def _flat(value: Any) -> list[Any]:
+    return [leaf for part in value for leaf in _flat(part)] if isinstance(value, list) else [value]

@@ -73,7 +73,8 @@ def path_text(place: Place) -> str:
 def value_text(value: Any) -> str:
     """As TOML writes it, shortened."""
     if isinstance(value, dict):
-        text = "{ " + ", ".join(f"{path_text((key,))} = {value_text(item)}" for key, item in value.items()) + " }"
+        inside = ", ".join(f"{path_text((key,))} = {value_text(item)}" for key, item in value.items())
+        text = f"{{ {inside} }}" if inside else "{}"
     elif isinstance(value, list | tuple):
         text = "[" + ", ".join(value_text(item) for item in value) + "]"
     elif isinstance(value, str):
@@ -88,14 +89,13 @@ def value_text(value: Any) -> str:
 def near(word: object, known: Iterable[str]) -> str:
     """The remedy for a name that nobody knows: the nearest valid one, or all of them."""
     names = list(known)
-    close = get_close_matches(str(word), names, 1)
-    if close:
-        return f"did you mean {value_text(close[0])}?"
+    if (close := nearest(word, names)) is not None:
+        return f"did you mean {value_text(close)}?"
     if not names:
         return "there are none"
     return "there are " + ", ".join(names) if len(names) > 1 else f"there is only {names[0]}"
 
 
 def nearest(word: object, known: Iterable[str]) -> str | None:
-    close = get_close_matches(str(word), list(known), 1)
+    close = get_close_matches(str(word), list(known), 1, cutoff=0.5)       # r9 is near r1
     return close[0] if close else None

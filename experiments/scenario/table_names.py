@@ -24,9 +24,10 @@ class Prepared:
     problems: Problems
     place: Place
     folder: Path
+    found_before: int                                               # problems, when this table was begun
     written: dict[Place, str] = field(default_factory=dict)         # field at a path -> key as the author wrote it
     raw: dict[Place, Any] = field(default_factory=dict)             # and the value, where it was converted
-    chosen: dict[Place, str] = field(default_factory=dict)          # class of the table at a path
+    chosen: dict[Place, set[Any]] = field(default_factory=dict)     # class and kind of the table at a path
     wrong: set[str | int] = field(default_factory=set)              # fields of the whole with a problem
 
     def place_of(self, path: Place) -> Place:
@@ -77,7 +78,7 @@ def _prepare(prepared: Prepared, hint: Any, value: Any, path: Place) -> Any:
         classes = [kind for kind in kinds if isinstance(kind, type) and is_dataclass(kind)]
         if classes:
             chosen = _choose(classes, value)
-            prepared.chosen[path] = chosen.__name__
+            prepared.chosen[path] = {chosen.__name__, str(value.get("kind"))}
             return prepare_table(prepared, shape_of(chosen), value, path)
         mapping = next((kind for kind in kinds if get_origin(kind) in (dict, Mapping)
                         or (isinstance(get_origin(kind), type) and issubclass(get_origin(kind), Mapping))), None)

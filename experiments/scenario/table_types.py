@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from pydantic.errors import PydanticSchemaGenerationError
 
-from experiments.scenario.problems import Place, nearest, value_text
+from experiments.scenario.problems import Place, near, nearest, value_text
 from experiments.scenario.refusals import refuse
 from experiments.scenario.shape import Shape
 from experiments.scenario.table_names import Prepared
@@ -77,7 +77,10 @@ def _translate(prepared: Prepared, error: ValidationError, ready: Mapping[str, A
         path, foreign = _locate(prepared, item["loc"], ready)
         if foreign:
             continue
-        if item["type"] == "missing":               # said by `prepare`, with its spellings
+        if item["type"] == "missing":               # said by `prepare_table`, with its spellings
+            continue
+        if item["type"] in ("union_tag_invalid", "union_tag_not_found"):
+            _translate_kind(prepared, item, path)
             continue
         if item["type"] == "value_error":
             refuse(item["ctx"]["error"], _at(prepared, path), prepared.place_of(path), prepared.problems)
@@ -90,6 +93,19 @@ def _translate(prepared: Prepared, error: ValidationError, ready: Mapping[str, A
             if (guess := nearest(value, name)) is not None:
                 rule += f"; did you mean {value_text(guess)}?"
         prepared.problems.add(prepared.place_of(path), rule.replace(" or expected ", " or "), value)
+    if prepared.problems.found == prepared.found_before:
+        prepared.problems.add(prepared.place, str(error).replace("\n", " "))
+
+
+def _translate_kind(prepared: Prepared, item: Mapping[str, Any], path: Place) -> None:
+    """A union whose members are told apart by a key, mostly `kind`."""
+    key = item["ctx"]["discriminator"].strip("'")
+    place = prepared.place_of((*path, key))
+    if item["type"] == "union_tag_not_found":
+        prepared.problems.add(place, "is missing")
+        return
+    known = [tag.strip(" '") for tag in item["ctx"]["expected_tags"].split(",")]
+    prepared.problems.add(place, f"no such {key}; {near(item['ctx']['tag'], known)}", item["ctx"]["tag"])
 
 
 def _rule(item: Mapping[str, Any]) -> str:
@@ -98,7 +114,7 @@ def _rule(item: Mapping[str, Any]) -> str:
         return _TYPE_RULES[kind]
     if kind in _LIMITS:
         sign, limit = _LIMITS[kind]
-        return f"expected {sign} {item['ctx'][limit]}"
+        return f"expected {sign} {item['ctx'][limit]:g}"
     if kind in ("enum", "literal_error"):
         return f"expected {item['ctx']['expected']}"
     if kind in ("too_long", "too_short") and "actual_length" in item["ctx"]:
@@ -123,7 +139,7 @@ def _locate(prepared: Prepared, loc: tuple[str | int, ...], ready: Any) -> tuple
                                                             and part < len(value)):
             path = (*path, part)
             value = value[part]             # type: ignore[index]
-        elif path in prepared.chosen and part != prepared.chosen[path]:
+        elif path in prepared.chosen and part not in prepared.chosen[path]:
             return path, True
     return path, False
 
