@@ -11,6 +11,7 @@ first initiator sends from cycle start + k R on at the latest. As k <= N - 1, al
 start + N R every link has carried a frame: each node's own record is complete. N - 1 further links, at most R cycles
 each, bring every record to every node. So all end together at start + (2N - 1) R, with the same complete graph, if the
 graph was strongly connected and constant. Initiators of one epoch agree on the least start; it floods with the epoch.
+Where a silent node's driver looks at what it heard only J cycles later, joining takes J more on each of N - 1 links.
 
 Stand-in for the dissertation's reference [79]; here time is slotted, so the end is known and not guessed by silence.
 Not modelled: a graph that changes during an epoch (the nodes may then disagree; what they miss next triggers again),
@@ -62,27 +63,34 @@ class Incomplete:
         return f"no path from node {i} to node {j}: the graph is not strongly connected (Assumption 7)"
 
 
-def cycles_needed(nodes: int, max_successive_losses: int) -> int:
-    """(N^D + 1) (2N - 1): from the first frame of an epoch until every node knows the whole graph."""
-    return (max_successive_losses + 1) * (2 * nodes - 1)
+def cycles_needed(nodes: int, max_successive_losses: int, join_delay_cycles: int = 0) -> int:
+    """(N^D + 1) (2N - 1) + J (N - 1): from the first frame of an epoch until every node knows the whole graph."""
+    return (max_successive_losses + 1) * (2 * nodes - 1) + join_delay_cycles * (nodes - 1)
 
 
 class Discovery:
-    """One node. The driver calls it with the number of the current control cycle, which never goes back."""
+    """One node. The driver calls it with the number of the control cycle: the current one, or that of a frame heard."""
 
-    def __init__(self, node: int, size: int, max_successive_losses: int = 0, epoch: int = 0) -> None:
-        """`epoch` is that of the last discovery this node took part in; a node that restarts may begin with any."""
+    def __init__(self, node: int, size: int, max_successive_losses: int = 0, epoch: int = 0,
+                 join_delay_cycles: int = 0) -> None:
+        """`epoch` is that of the last discovery this node took part in; a node that restarts may begin with any.
+
+        `join_delay_cycles`: what a silent node heard in cycle c has been given to `hear` before its control slot of
+        cycle c + 1 + join_delay_cycles. A node that is armed or running is given all before each of its slots.
+        """
         if not 2 <= size <= MAX_NODES:
             raise ValueError(f"size={size}: expected 2 to {MAX_NODES}, what fits a frame of {MAX_BYTES} bytes")
         if not 0 <= node < size:
             raise ValueError(f"node={node}: nodes are numbered 0 to {size - 1}")
         if max_successive_losses < 0:
             raise ValueError(f"max_successive_losses={max_successive_losses}: expected 0 or more")
+        if join_delay_cycles < 0:
+            raise ValueError(f"join_delay_cycles={join_delay_cycles}: expected 0 or more")
         if not 0 <= epoch < EPOCHS:
             raise ValueError(f"epoch={epoch}: expected 0 to {EPOCHS - 1}")
         self.node = node
         self.size = size
-        self.cycles = cycles_needed(size, max_successive_losses)
+        self.cycles = cycles_needed(size, max_successive_losses, join_delay_cycles)
         self.phase = Phase.SILENT
         self.epoch = epoch
         self.start_cycle = -self.cycles
@@ -115,7 +123,7 @@ class Discovery:
         return DiscoveryFrame(self.node, self.epoch, self.start_cycle, tuple(self.records)).encode()
 
     def hear(self, sender: int, data: bytes, cycle: int) -> bool:
-        """Bytes heard in the control slot of `sender`; True if they were a frame of an epoch that runs here now."""
+        """Bytes heard in `cycle` in the control slot of `sender`; True for a frame of the epoch that runs here now."""
         self._end_if_due(cycle)
         frame = decode(data, self.size)
         if frame is None or frame.sender != sender or sender == self.node or not self._may_run(frame, cycle):
@@ -125,7 +133,8 @@ class Discovery:
             self._join(frame.epoch, frame.start_cycle)
         elif frame.epoch != self.epoch or not self.is_running:
             self.refused += 1
-            self.trigger(cycle)         # the sender restarted or was out of reach: a newer epoch will take it along
+            if frame.epoch != self.epoch or frame.start_cycle > self.start_cycle:
+                self.trigger(cycle)     # the sender restarted or was out of reach: a newer epoch will take it along
             return False
         self.start_cycle = min(self.start_cycle, frame.start_cycle)
         for node, record in enumerate(frame.records):

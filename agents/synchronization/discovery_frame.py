@@ -3,7 +3,7 @@
     magic u8 | version u8 | sender u8 | nodes u8 | epoch u16 | start cycle u32 | per node: bitmap of those it hears
 
 A bitmap has ceil(nodes / 8) bytes, bit j of node i's is set when i hears j; all zero means that nothing is known of i.
-At most 17 nodes fit into the 60 bytes of a Crazyflie-like radio payload.
+At most 16 nodes fit into the 60 bytes of a Crazyflie-like radio payload.
 
 Decoding never raises: bytes that are no frame give None. Not modelled: a checksum, the radio has one.
 """

@@ -66,7 +66,7 @@ def test_the_simulation_converges_just_below_the_limit_and_diverges_just_above(f
     x0 = np.random.default_rng(8).normal(size=10)
 
     def growth(factor):
-        """Largest |x| in the last quarter of 1500 rounds over that in the quarter before: the slowest mode only."""
+        """Largest |x| in the last quarter of 1500 rounds over that in the quarter before: the slowest mode."""
         plan = RoundPlan(loop.laplacian, loop.parts, int(limit_ns * factor))
         rounds = 1500
         run = simulate(five_agents, [plan], lambda _: 0, rounds * plan.round_ns,
@@ -90,7 +90,7 @@ def test_short_rounds_approach_the_continuous_closed_loop(loops):
         tau_s = 1e-7
         slow = np.exp(loop.closed_loop.rightmost_eigenvalue.real * 3 * tau_s)
 
-        assert 1 - loop.spectral_radius(tau_s) == pytest.approx(1 - slow, rel=1e-3)     # relative error of order tau |A|
+        assert 1 - loop.spectral_radius(tau_s) == pytest.approx(1 - slow, rel=1e-3)  # error of order tau norm(A)
 
 
 def test_a_scan_without_a_limit_says_so_and_an_unstable_start_is_an_error(loops, five_agents, l1):
