@@ -75,7 +75,8 @@ def test_frames_are_counted_and_links_timed(tmp_path: Path, key: str, value: flo
     ("r1.y.first", 3), ("r1.y.last", 1), ("r2.y.last_abs", 2), ("r1.y.min", -4), ("r1.y.max", 3), ("r1.y.abs_max", 4),
     ("r1.y.mean", 0), ("r1.y.rms", math.sqrt(26 / 3)), ("r?.y.spread_last", 3), ("r1.y.spread_last", 0),
     ("r*.y.abs_max", 4), ("*.y.min", -4), ("*.y.last", 1), ("base.gap.mean", 5),
-    ("count.r1.missed", 2), ("count.r*.missed", 5), ("count.*.heard", 5),
+    ("count.r1.missed", 2), ("count.r*.missed", 5), ("count.*.heard", 5), ("count.r2.heard", 0),
+    ("count.*.refused", 0),
 ])
 def test_statistics_of_signals_and_counters_are_those_computed_by_hand(key: str, value: float) -> None:
     assert measure(key, signals_run()) == pytest.approx(value)
@@ -164,7 +165,10 @@ def test_node_names_alone_are_enough_before_signals_are_known() -> None:
 
 def test_all_unknown_keys_are_reported_at_once_after_the_run() -> None:
     with pytest.raises(UnknownKeys) as caught:
-        evaluate({"r1.z.last": Between(), "count.r1.mised": Between(), "frames_lots": Between()}, signals_run())
+        evaluate({"r1.z.last": Between(), "count.r7.missed": Between(), "frames_lots": Between()}, signals_run())
 
     assert str(caught.value).count("nearest: ") == 3
-    assert "nearest: count.r1.missed" in str(caught.value)
+
+
+def test_a_run_whose_nodes_never_reported_has_no_counts() -> None:
+    assert math.isnan(measure("count.*.missed", signals_run(counters={})))

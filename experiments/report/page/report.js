@@ -69,7 +69,7 @@ function drawSignal() {
   byId("signal-note").textContent = entry.shown < entry.samples
     ? `${entry.shown} of ${entry.samples} samples drawn: the extremes of each stretch` : "";
   Plotly.react("plot-signal", traces, layout("time [s]", named(entry.name, entry.unit), {
-    shapes, hovermode: "closest", yaxis2: {overlaying: "y", range: [0, 1], visible: false, fixedrange: true},
+    shapes, hovermode: "closest", showlegend: true, xaxis: {range: [0, DATA.length_s || 1]}, yaxis2: {overlaying: "y", range: [0, 1], visible: false, fixedrange: true},
   }), CONFIG);
 }
 
@@ -111,7 +111,7 @@ function drawSlots() {
   byId("slot-note").textContent = `${shown} frames in this window`
     + (s.rows < s.total ? `; the page holds the first ${s.rows} of ${s.total} frames, up to ${s.until_s.toFixed(3)} s` : "");
   Plotly.react("plot-slots", traces, layout("time [ms]", "", {
-    barmode: "overlay", shapes, hovermode: "closest", height: Math.max(340, 120 + 26 * labels.length),
+    barmode: "overlay", shapes, hovermode: "closest", showlegend: true, height: Math.max(340, 120 + 26 * labels.length),
     xaxis: {range: [from, from + width]},
     yaxis: {categoryorder: "array", categoryarray: labels.slice().reverse(), type: "category",
             range: [-0.6, labels.length - 0.4]},
@@ -155,8 +155,10 @@ function drawFates() {
     z[r][c] = 100 * (1 - (link.fates.delivered || 0) / total(link));
     text[r][c] = `${label(link)}<br>` + known.filter((f) => f in link.fates).map((f) => `${f}: ${link.fates[f]}`).join("<br>");
   }
-  Plotly.react("plot-fates", [{type: "heatmap", x: columns, y: rows, z, text, hovertemplate: "%{text}<extra></extra>",
-    colorscale: "Cividis", zmin: 0, xgap: 1, ygap: 1, colorbar: {title: {text: "not delivered [%]", side: "right"}}}],
+  const most = Math.max(1, ...z.flat().filter((share) => share !== null));
+  Plotly.react("plot-fates", [{type: "heatmap", x: columns, y: rows, z, hovertext: text, hovertemplate: "%{hovertext}<extra></extra>",
+    texttemplate: columns.length <= 20 ? "%{z:.1f}" : "", textfont: {size: 11},
+    colorscale: "Cividis", zmin: 0, zmax: most, xgap: 1, ygap: 1, colorbar: {title: {text: "not delivered [%]", side: "right"}}}],
     layout("receiver", "sender", {height: Math.max(340, 110 + 22 * rows.length),
       yaxis: {autorange: "reversed", type: "category"}, xaxis: {type: "category"},
       margin: {l: 60, r: 16, t: 30, b: 46}, modebar: {...layout("", "").modebar, orientation: "h"}}), CONFIG);
