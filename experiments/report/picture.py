@@ -21,6 +21,7 @@ WIDTH, HEIGHT = 900, 400
 LEFT, RIGHT, TOP, BOTTOM = 62, 16, 62, 48
 HUES = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#8c8c8c")
 MOST_POINTS = 700
+LONGEST_TITLE = 105
 
 
 def write_picture(run_dir: Path, path: Path | None = None) -> Path:
@@ -54,10 +55,16 @@ def draw(data: RunData) -> str:
                               undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     return environment.get_template("outputs.svg.j2").render(
         width=WIDTH, height=HEIGHT, left=LEFT, right=WIDTH - RIGHT, top=TOP, bottom=HEIGHT - BOTTOM, lines=lines,
-        title=data.scenario.get("question") or data.scenario.get("name") or "",
+        title=title(data),
         across=[(x(tick), f"{tick:g}") for tick in across if tick <= end_s], up=[(y(tick), f"{tick:g}") for tick in up],
         switches=[x(instant) for instant in instants if instant <= end_s],
         label=label(curves[0][1:3] if curves else None))
+
+
+def title(data: RunData) -> str:
+    """The scenario's question if one line holds it, else the scenario's name."""
+    question = data.scenario.get("question") or ""
+    return question if 0 < len(question) <= LONGEST_TITLE else data.scenario.get("name") or ""
 
 
 def label(output: tuple[str, str] | None) -> str:
