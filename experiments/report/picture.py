@@ -75,12 +75,15 @@ def label(output: tuple[str, str] | None) -> str:
 
 
 def ticks(low: float, high: float, most: int) -> list[float]:
-    """Round numbers 1, 2 or 5 times a power of ten apart that enclose [low, high], about `most` of them or fewer."""
-    spread = high - low if high > low else max(abs(high), 1.0)
+    """Round numbers 1, 2 or 5 times a power of ten apart that enclose [low, high], about `most` of them or fewer.
+
+    A range too narrow for its floating-point numbers counts as a single value."""
+    size = max(abs(low), abs(high))
+    spread = high - low if high - low > 1e-9 * size else size or 1.0
     power = 10 ** math.floor(math.log10(spread / most))
     step = next(step for step in (power, 2 * power, 5 * power, 10 * power) if step * most >= spread * 0.999)
     first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
-    return [round(k * step, 12) for k in range(first, max(last, first + 1) + 1)]
+    return [k * step for k in range(first, max(last, first + 1) + 1)]
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -36,13 +37,24 @@ def test_a_run_without_outputs_has_a_picture_that_says_so(tmp_path: Path) -> Non
     assert "no outputs recorded" in "".join(root.itertext())
 
 
-@given(st.floats(-1e9, 1e9), st.floats(1e-6, 1e9), st.integers(2, 20))
-def test_ticks_are_round_and_enclose_the_range(low: float, spread: float, most: int) -> None:
-    high = low + spread
+@given(st.floats(-1, 1), st.floats(1e-6, 1e3), st.integers(-15, 9), st.integers(2, 20))
+def test_ticks_are_round_and_enclose_the_range(place: float, spread: float, power: int, most: int) -> None:
+    low = place * 10.0**power
+    high = low + spread * 10.0**power
 
     found = ticks(low, high, most)
 
     step = found[1] - found[0]
-    assert found[0] <= low + 1e-6 * step + 1e-9
-    assert found[-1] >= high - 1e-6 * step - 1e-9
+    rounding = 1e-8 * step + 8 * math.ulp(max(abs(low), abs(high)))
+    assert found[0] <= low + rounding
+    assert found[-1] >= high - rounding
+    assert step > 0
     assert 2 <= len(found) <= most + 3
+
+
+@pytest.mark.parametrize("value", [0.0, 1e-13, -7.0, 1e20])
+def test_a_constant_has_ticks_around_it(value: float) -> None:
+    found = ticks(value, value, 6)
+
+    assert found[0] <= value <= found[-1]
+    assert found[-1] > found[0]
