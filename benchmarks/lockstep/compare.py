@@ -181,6 +181,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--windows", type=int, default=0, help=f"per run; default {GRANTS_PER_RUN} / nodes")
     parser.add_argument("--limit-s", type=float, default=60.0, help="give up on one run after this long")
+    parser.add_argument("--only", default="", help="contenders whose name contains this, and marconet")
     parser.add_argument("--out", type=Path, default=Path("lockstep.json"))
     given = parser.parse_args()
     console = Console()
@@ -190,7 +191,7 @@ def main() -> None:
     for nodes in given.sizes:
         windows = given.windows or GRANTS_PER_RUN // nodes
         for repeat in range(given.repeats):
-            for contender in CONTENDERS:
+            for contender in (one for one in CONTENDERS if one is OURS or given.only.lower() in one.title.lower()):
                 run = run_once(contender, nodes, windows, repeat, given.limit_s)
                 runs.append(run)
                 console.print(f"{nodes:3} nodes  {contender.title:17} "

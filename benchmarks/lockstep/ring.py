@@ -97,7 +97,12 @@ class Member:
         """Write the turns; under another name first, so that a half-written file is never read."""
         unfinished = folder / f"{self.index}.part"
         unfinished.write_text(json.dumps([self.fault, self.starts_ns, self.ends_ns]))
-        unfinished.rename(folder / f"{self.index}.json")
+        unfinished.rename(record(folder, self.index))
+
+
+def record(folder: Path, index: int) -> Path:
+    """Where node `index` leaves its turns; the file is there when they are all done."""
+    return folder / f"{index}.json"
 
 
 def judge(system: str, task: Task, folder: Path, settings: str) -> Figure:
@@ -105,7 +110,7 @@ def judge(system: str, task: Task, folder: Path, settings: str) -> Figure:
     starts: list[list[int]] = []
     ends: list[list[int]] = []
     for index in range(task.nodes):
-        path = folder / f"{index}.json"
+        path = record(folder, index)
         if not path.exists():
             raise VoidFigure(f"{system}: node {index} of {task.nodes} left no record of its turns")
         fault, starts_ns, ends_ns = json.loads(path.read_text())
