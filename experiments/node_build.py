@@ -15,15 +15,15 @@ import msgspec
 
 from firmware_sim.board import Board
 from firmware_sim.local_clock import ClockSettings, LocalClock
-from fmus.plant import Plant
 from fmus.description import PlantDescription
+from fmus.plant import Plant
 from netem.node import Node
 from netem.random_streams import stream
 
 
 class PlantSpecification(msgspec.Struct, frozen=True):
     description: PlantDescription
-    start: dict[str, float]
+    start: dict[str, float | bool | str]
 
 
 class NodeSpecification(msgspec.Struct, frozen=True):

@@ -22,7 +22,10 @@ from typing import Any, Literal
 
 import msgspec
 
+from experiments.metrics import evaluate
 from experiments.node_build import NodeSpecification, PlantSpecification, build_node, program_class
+from experiments.report.build import write_report
+from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
 from experiments.scenario.model import AgentSpec, Scenario
 from fmus.build import build_model, own_models
@@ -47,8 +50,9 @@ PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
 
 def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
-        progress: Callable[[Progress], None] | None = None, shuffle_start: int | None = None) -> RunResult:
-    """Run `scenario` into the folder `out` (default: a new one below ./runs).
+        progress: Callable[[Progress], None] | None = None, report: bool = True,
+        shuffle_start: int | None = None) -> RunResult:
+    """Run `scenario` into the folder `out` (default: a new one below ./runs), with `report.html` unless told otherwise.
 
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
     Raises NodeFailure, InstantLoop or ConservationError after the folder was written.
@@ -57,16 +61,17 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.json").write_bytes(msgspec.json.encode(scenario.resolved()))
-    return _Run(scenario, host, folder, progress, shuffle_start, command_s).run()
+    return _Run(scenario, host, folder, progress, report, shuffle_start, command_s).run()
 
 
 class _Run:
     def __init__(self, scenario: Scenario, host: HostName, folder: Path, progress: Callable[[Progress], None] | None,
-                 shuffle_start: int | None, command_s: float) -> None:
+                 report: bool, shuffle_start: int | None, command_s: float) -> None:
         self.scenario = scenario
         self.host_name = host
         self.folder = folder
         self.on_progress = progress
+        self.wants_report = report
         self.command_s = command_s
         names = {"scenario": scenario.name, "seed": str(scenario.seed)}
         self.metadata = names
@@ -82,8 +87,7 @@ class _Run:
         self.started_s = self.ended_s = command_s
 
     def run(self) -> RunResult:
-        broken = True
-        reached_ns = 0
+        failure: BaseException | None = None
         gc.collect()
         gc.freeze()
         threshold = gc.get_threshold()
@@ -98,38 +102,41 @@ class _Run:
             self.ended_s = time.monotonic()
             for medium in self.media.values():
                 medium.finish(self.scenario.length_ns)
-            broken = False
+        except BaseException as error:
+            failure = error
+            raise
         finally:
             gc.set_threshold(*threshold)
             gc.unfreeze()
             self.host.stop()
-            reached_ns = self.conductor.reached_ns if broken else self.scenario.length_ns
-            self._close(reached_ns, complete=not broken)
+            self._close(failure)
         return self._judge()
 
-    def _close(self, reached_ns: int, *, complete: bool) -> None:
+    def _close(self, failure: BaseException | None) -> None:
         """Write the records; ends in a ConservationError if copies of a complete run are missing."""
+        reached_ns = self.scenario.length_ns if failure is None else self.conductor.reached_ns
         run = {
             "reached_ns": reached_ns,
-            "switch_instants_ns": {name: _changes(medium, self.scenario.length_ns) for name, medium in self.media.items()},
+            "failure": None if failure is None else f"{type(failure).__name__}: {failure}",
+            "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
             "counters": self.conductor.counters,
             "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
         }
         (self.folder / "run.json").write_bytes(msgspec.json.encode(run))
         self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved()))
-        self.result = self.ledger.finish(complete=complete)
+        self.result = self.ledger.finish(complete=failure is None)
 
     def _judge(self) -> RunResult:
-        from experiments.metrics import evaluate
-        from experiments.run_data import load_run
-
         wall_s = self.ended_s - self.started_s
         verdicts = evaluate(self.scenario.expect, load_run(self.folder)) if self.scenario.expect else []
+        scenario, conductor = self.scenario, self.conductor
         summary = Summary(
-            self.scenario.name, self.scenario.question, self.scenario.seed, self.host_name, self.scenario.length_ns, wall_s,
-            self.started_s - self.command_s, self.scenario.length_ns * 1e-9 / wall_s, self.conductor.windows,
-            self.conductor.grants, self.result.hash, dict(self.result.by_fate), verdicts, "report.html")
+            scenario.name, scenario.question, scenario.seed, self.host_name, scenario.length_ns, wall_s,
+            self.started_s - self.command_s, scenario.length_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
+            self.result.hash, dict(self.result.by_fate), verdicts, "report.html" if self.wants_report else None)
         (self.folder / "summary.json").write_bytes(msgspec.json.encode(summary))
+        if self.wants_report:
+            write_report(self.folder)
         return RunResult(self.folder, summary)
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
@@ -149,8 +156,9 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
         prepare = getattr(program_class(path, str(scenario.folder)), "prepare", None)
         if prepare is not None:
             team.update(prepare(scenario))
-    return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock, _plant(agent), team,
-                                    scenario.sample_period_ns, scenario.seed, str(scenario.folder))
+    folder = str(scenario.folder)
+    return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock, _plant(agent),
+                                    team, scenario.sample_period_ns, scenario.seed, folder)
             for name, agent in scenario.agents.items()}
 
 

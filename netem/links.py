@@ -53,7 +53,7 @@ class Links:
                 for extra in out[1:]:
                     extra.copy = born
                     born += 1
-                    self._ledger.expect(1)
+                    self._ledger.expect(1, frame.medium)
                 survivors.extend(out)
             copies = survivors
         for copy in copies:

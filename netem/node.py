@@ -43,7 +43,9 @@ class Port:
         """SimPy event whose value is the next frame that was not taken yet."""
         return self._waiting.get()
 
-    def arrive(self, data: bytes) -> None:
+    def arrive(self, arrival: Event) -> None:
+        """Callback of an `Arrival`."""
+        data: Any = arrival.value
         if self.on_receive is not None:
             self.on_receive(data)
         else:
@@ -54,10 +56,10 @@ class Arrival(Event):
     """A frame reaches a port; URGENT, so it is there before the node's timers of the same instant."""
 
     def __init__(self, env: simpy.Environment, port: Port, data: bytes) -> None:
-        super().__init__(env)
+        self.env = env
+        self.callbacks = [port.arrive]
         self._ok = True
         self._value = data
-        self.callbacks.append(lambda _: port.arrive(data))
 
 
 class Node:
@@ -82,7 +84,7 @@ class Node:
 
     @property
     def now_ns(self) -> int:
-        return int(self.env.now)
+        return self.env.now         # type: ignore[return-value]    # int: every time and delay of this project is
 
     def start(self, program: Generator[Event, Any, Any]) -> simpy.Process:
         """Run `program` as a process of this node from now on."""
@@ -97,7 +99,7 @@ class Node:
         if now_ns < self._firm_ns:
             raise PromiseBroken(f"{self._port_list[port].name}: a frame at {now_ns} ns, but silence was promised until "
                                 f"{self._firm_ns} ns")
-        self._offers.append((now_ns, port, bytes(data)))
+        self._offers.append((now_ns, port, data))
 
     def signals(self, names_and_units: Sequence[tuple[str, str]], read: Callable[[int], Sequence[float]]) -> None:
         """Sample these signals: `read(time_ns)` gives one value for each, at every sample instant."""
@@ -122,8 +124,10 @@ class Node:
     def advance(self, grant: Grant) -> Report:
         """Run every event that the grant allows, and say what came of it."""
         env = self.env
-        for arrival_ns, port, data in grant.deliveries:
-            env.schedule(Arrival(env, self._port_list[port], data), URGENT, arrival_ns - env.now)
+        if grant.deliveries:
+            now_ns = env.now
+            for arrival_ns, port, data in grant.deliveries:
+                env.schedule(Arrival(env, self._port_list[port], data), URGENT, arrival_ns - now_ns)
         horizon_ns = grant.horizon_ns
         limit_ns = horizon_ns + 1 if grant.instant else horizon_ns
         peek, step = env.peek, env.step

@@ -11,6 +11,7 @@ Differs from the dissertation: it does not say what a receiver uses before the f
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from operator import mul
 
 from agents.synchronization.graph import Floats
 
@@ -25,7 +26,8 @@ class AgreementLaw:
         self.neighbours: tuple[int, ...] = ()
         self.held: dict[int, Output] = {}
         self._gain = [[float(entry) for entry in row] for row in K]
-        self._biases = biases
+        self._offsets = [tuple(mine - theirs for mine, theirs in zip(biases[number], bias, strict=True))
+                         for bias in biases]                    # d_i - d_j
 
     def listen_to(self, neighbours: Iterable[int], fresh: Iterable[int]) -> None:
         """N_i is `neighbours` from now on; of the values held for new ones only those of `fresh` are still good."""
@@ -38,12 +40,11 @@ class AgreementLaw:
         own = self.held.get(self.number)
         if own is None:
             return [0.0] * len(self._gain)
-        own_bias = self._biases[self.number]
         errors = [0.0] * len(own)
         for j in self.neighbours:
             other = self.held.get(j)
             if other is not None:
-                bias = self._biases[j]
+                offset = self._offsets[j]
                 for k, value in enumerate(own):
-                    errors[k] += (value - other[k]) - (own_bias[k] - bias[k])
-        return [-sum(gain * error for gain, error in zip(row, errors, strict=True)) for row in self._gain]
+                    errors[k] += value - other[k] - offset[k]
+        return [-sum(map(mul, row, errors)) for row in self._gain]

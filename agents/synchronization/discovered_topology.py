@@ -7,7 +7,7 @@ of a round after the flooding's common end.
 A robot looks at what it heard when it wakes for a slot of its own, not before: that keeps its promise of silence firm.
 So it may join a discovery one cycle later than `discovery.py` reckons, at each of the N - 1 links at most.
 
-Differs from the dissertation: Delta_u is not neglected; the old topology stays in force while the new one is discovered.
+Differs from the dissertation: Delta_u is not neglected; the old topology holds while the new one is discovered.
 Not modelled: a robot whose slots no longer agree with the others' because it missed an adoption (it is heard as an
 event by whoever receives it, but collisions may hide it).
 """
@@ -32,7 +32,7 @@ class DiscoveredTopology:
         self._discovery.cycles += robots - 1                # joining late, at every link
         self._discovery.trigger(0)
         self._inbox: list[tuple[int, bytes, int]] = []      # (owner of the control slot, bytes, cycle)
-        self._neighbours: tuple[int, ...] = ()
+        self._neighbours: frozenset[int] = frozenset()
         self._heard: set[int] = set()                       # since the last own slot
         self._missed: dict[int, int] = {}                   # slots in a row
         self._whole_round = False                           # a round has passed since the topology was adopted
@@ -49,13 +49,12 @@ class DiscoveredTopology:
         return True
 
     def before_own_slot(self, schedule: SlottedBroadcast, local_ns: int) -> None:
-        cycle = schedule.control_cycle(schedule.slot_at(local_ns).number)
-        self._read_inbox()
-        if self._discovery.phase is Phase.SILENT and not self._adopts and self._neighbours:
-            reason = self._event()
-            if reason:
-                self._node.event("topology changed", reason)
-                self._discovery.trigger(cycle)
+        if self._inbox:
+            self._read_inbox()
+        settled = self._discovery.phase is Phase.SILENT and not self._adopts and self._neighbours
+        if settled and (reason := self._event()):
+            self._node.event("topology changed", reason)
+            self._discovery.trigger(schedule.control_cycle(schedule.slot_at(local_ns).number))
         self._heard.clear()
         self._whole_round = True
 
@@ -88,7 +87,7 @@ class DiscoveredTopology:
             self._node.event("incomplete discovery", str(outcome))
             self._discovery.trigger(0)
             return None
-        self._neighbours = tuple(neighbours(outcome.laplacian)[self._number])
+        self._neighbours = frozenset(neighbours(outcome.laplacian)[self._number])
         return outcome.laplacian
 
     def _read_inbox(self) -> None:
@@ -100,10 +99,13 @@ class DiscoveredTopology:
 
     def _event(self) -> str:
         """Why the topology must have changed, "" if nothing speaks for it."""
-        for sender in sorted(self._heard.difference(self._neighbours)):
+        if self._whole_round and self._heard == self._neighbours:
+            self._missed.clear()
+            return ""
+        for sender in sorted(self._heard - self._neighbours):
             return f"robot {self._number + 1} hears robot {sender + 1}, which is no neighbour"
         if self._whole_round:
-            for sender in self._neighbours:
+            for sender in sorted(self._neighbours):
                 missed = 0 if sender in self._heard else self._missed.get(sender, 0) + 1
                 self._missed[sender] = missed
                 if missed > self._losses:

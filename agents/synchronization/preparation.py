@@ -1,4 +1,4 @@
-"""Before a run: what the medium does to the frames, the round plans of the graphs that will occur, and what is impossible.
+"""Before a run: what the medium does to the frames, the plans of the graphs that will occur, and what is impossible.
 
 `check` refuses a run that cannot work, with the equation that fails and the number; `prepare` adds to the team table
 what every robot may know beforehand (`layout`, `designs`). Both take the scenario as the loader resolved it.
@@ -15,9 +15,11 @@ import numpy as np
 from agents.synchronization.check import problems
 from agents.synchronization.discovery_frame import MAX_NODES, frame_bytes
 from agents.synchronization.graph import Floats, laplacian
-from agents.synchronization.round_plans import RoundPlans
+from agents.synchronization.round_plan import RoundPlan
+from agents.synchronization.round_plans import RoundPlans, heard_by
 from agents.synchronization.sync_frame import SyncFrameCodec
-from agents.synchronization.team import Layout, Team, TeamError, read_team
+from agents.synchronization.team import SYNC_GAIN, Layout, Team, TeamError, read_team
+from firmware_sim.slot_sync_condition import contraction_per_round
 from netem.topology import Site
 
 
@@ -80,6 +82,8 @@ def check(scenario: ScenarioLike) -> Iterator[str]:
         for problem in problems(team.agents, graph, slot_ns=slot_ns, airtime_ns=airtime_ns, names=team.names,
                                 discovered=team.topology == "discovered"):
             yield f"{name}: {problem}"
+        if plan is not None and team.resynchronize:
+            yield from (f"{name}: {problem}" for problem in _clock_problems(team, plan, layout))
     if team.topology == "discovered" and team.boot_slot_s * 1e9 < _needed_ns(team, layout):
         yield (f"team.boot_slot_s={team.boot_slot_s}: expected at least {_needed_ns(team, layout) * 1e-9:.9f} s, "
                "what the frames of one slot need with their guard times")
@@ -110,17 +114,30 @@ def occurring_graphs(team: Team, scenario: ScenarioLike, medium: MediumLike) -> 
     positions = {node: at for node in medium.nodes if (at := scenario.agents[node].at_m) is not None}
     radio = medium.settings.radio()
     topology = medium.settings.topology.over(Site(medium.nodes, positions, radio.tx_power_dbm, radio.sensitivity_dbm))
+    number = {name: index for index, name in enumerate(team.names)}
     found: dict[str, Floats] = {}
     for at_ns in [0, *topology.changes_ns(scenario.length_ns)]:
-        edges = [(team.names.index(sender), team.names.index(receiver)) for sender, receiver in topology.graph_at(at_ns)]
+        edges = [(number[sender], number[receiver]) for sender, receiver in topology.graph_at(at_ns)]
         graph = laplacian(len(team.names), edges)
         if not any(np.array_equal(graph, known) for known in found.values()):
             found[f"the graph from {at_ns * 1e-9:g} s"] = graph
     return found
 
 
+def _clock_problems(team: Team, plan: RoundPlan, layout: Layout) -> Iterator[str]:
+    heard = heard_by(plan.laplacian)
+    part_of = {number: index for index, part in enumerate(plan.parts) for number in part}
+    contraction = contraction_per_round(
+        {name: [team.names[j] for j in heard[i]] for i, name in enumerate(team.names)},
+        {name: part_of[i] for i, name in enumerate(team.names)}, SYNC_GAIN, own_slot=True,
+        airtime_share=min(1.0, layout.data_airtime_ns / plan.slot_ns))
+    if contraction >= 1:
+        yield (f"team.resynchronize: the clocks do not settle: their differences change by a factor of "
+               f"{contraction:.4g} per round, expected below 1; nobody may be without somebody to hear")
+
+
 def _needed_ns(team: Team, layout: Layout) -> int:
-    """What the frames of one slot need: data, control if there is any, a guard time around each, the receive latency."""
+    """What the frames of one slot need: data, control if there is any, guard times, the receive latency."""
     guard_ns = round(team.guard_s * 1e9)
     frames_ns = layout.data_airtime_ns + layout.control_airtime_ns + layout.latency_ns
     return frames_ns + guard_ns * (3 if layout.control_airtime_ns else 2)

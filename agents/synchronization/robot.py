@@ -14,7 +14,8 @@ Not modelled: measurement noise, computing time (outputs appear at the slot's in
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Sequence
+from functools import partial
 from typing import Any
 
 from simpy.events import Event
@@ -26,7 +27,7 @@ from agents.synchronization.preparation import check, prepare
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans
 from agents.synchronization.sync_frame import SyncFrame, SyncFrameCodec
-from agents.synchronization.team import Team, read_team
+from agents.synchronization.team import SYNC_GAIN, read_team
 from agents.synchronization.told_topology import ToldTopology
 from agents.synchronization.topology_source import TopologySource
 from firmware_sim.board import Board
@@ -55,14 +56,14 @@ class SyncRobot:
         self._law = AgreementLaw(self._number, agent.K, team.biases)
         self._omega = 0.0
         self._disturbance = [(round(from_s * 1e9), float(value)) for from_s, value in disturbance]
+        self._slot = 0                          # in which it speaks next
         self._codec = SyncFrameCodec(len(team.names), team.outputs)
         self._plans = RoundPlans(team)
         self._heard: set[int] = set()           # since the last own slot
         self._own_delay_ns = team.layout.data_airtime_ns + team.layout.latency_ns
-        self._sync = SlotSync(bound_ns=max(1, round(team.guard_s * 1e9 / 2)), rate_gain=0.2) if team.resynchronize else None
+        self._sync = SlotSync(max(1, round(team.guard_s * 1e9 / 2)), SYNC_GAIN) if team.resynchronize else None
         self._source, plan = self._start_topology()
-        self._schedule, self._part, self._part_of = self._follow(plan, self._first_schedule(plan))
-        self._last_slot = self._last_control = -1
+        self._follow(plan, self._first_schedule(plan))
         board.node.signals([(f"y{suffix}", "1") for suffix in _suffixes(agent.outputs)]
                            + [(f"u{suffix}", "1") for suffix in _suffixes(agent.inputs)], self._sample)
         if team.every_output_known:
@@ -80,31 +81,27 @@ class SyncRobot:
         while True:
             now_ns = board.now_ns
             schedule = self._schedule
-            slot = schedule.next_slot_of(self._part, now_ns - 1, self._last_slot)
-            speak_ns = schedule.data_ns(slot.number)
-            control = None
-            control_ns = speak_ns + 1
+            slot = self._slot
+            speak_ns = schedule.data_ns(slot)
+            if speak_ns < now_ns:               # the clock was set forward: this slot is over
+                slot = self._slot = schedule.next_slot_of(self._part, now_ns - 1, slot - 1).number
+                speak_ns = schedule.data_ns(slot)
+            first_ns, act = speak_ns, self._speak
             if self._source.wants_control(schedule, now_ns):
-                control = schedule.next_control_of(self._number, now_ns - 1, self._last_control)
-                control_ns = schedule.control_ns(control.number)
+                control = schedule.next_control_of(self._number, now_ns - 1, self._last_control).number
+                control_ns = schedule.control_ns(control)
+                if control_ns < first_ns:
+                    first_ns, act = control_ns, partial(self._discover, control)
             adoption_ns = self._source.adoption_ns(schedule, now_ns)
-            first_ns = min(speak_ns, control_ns)
             if adoption_ns is not None and adoption_ns <= first_ns:
-                board.silent_until(adoption_ns)
-                yield from board.wait_until(adoption_ns)
-                self._adopt()
-            elif control is not None and control_ns < speak_ns:
-                board.silent_until(control_ns)
-                yield from board.wait_until(control_ns)
-                self._last_control = control.number
-                self._discover()
-            else:
-                board.silent_until(speak_ns)
-                yield from board.wait_until(speak_ns)
-                self._last_slot = slot.number
-                self._speak(slot.number)
+                first_ns, act = adoption_ns, self._adopt
+            board.silent_until(first_ns)
+            yield from board.wait_until(first_ns)
+            act()
 
-    def _speak(self, slot: int) -> None:
+    def _speak(self) -> None:
+        slot = self._slot
+        self._slot = slot + self._schedule.parts
         self._source.before_own_slot(self._schedule, self._board.now_ns)
         self._heard.clear()
         outputs = self._measure(self._board.node.now_ns)
@@ -119,7 +116,8 @@ class SyncRobot:
             self._board.clock.adjust(correction.step_ns)
             self._board.clock.trim(correction.trim_ppm)
 
-    def _discover(self) -> None:
+    def _discover(self, control: int) -> None:
+        self._last_control = control
         frame = self._source.control_frame(self._schedule, self._board.now_ns)
         if frame is not None:
             self._port.send(frame)
@@ -138,8 +136,7 @@ class SyncRobot:
         at_ns = self._schedule.round_end_after(local_ns - 1)
         schedule = SlottedBroadcast(len(plan.parts), plan.slot_ns, at_ns, self._schedule.guard_ns,
                                     self._schedule.agents, self._control_offset_ns(plan))
-        self._schedule, self._part, self._part_of = self._follow(plan, schedule)
-        self._last_slot = self._last_control = -1
+        self._follow(plan, schedule)
         board.node.count("adoptions")
         board.node.event("adopted topology", _links(laplacian))
         self._apply()
@@ -185,7 +182,7 @@ class SyncRobot:
 
     def _measure(self, true_ns: int) -> tuple[float, ...]:
         self._plant.advance_to(true_ns)
-        return tuple(self._outputs.read())
+        return self._outputs.read()
 
     def _hold_own(self, outputs: tuple[float, ...]) -> None:
         self._law.held[self._number] = outputs
@@ -193,7 +190,8 @@ class SyncRobot:
 
     def _apply(self) -> None:
         self._plant.advance_to(self._board.node.now_ns)
-        self._control = [u + self._omega for u in self._law.control()]
+        control = self._law.control()
+        self._control = [u + self._omega for u in control] if self._omega else control
         self._inputs.write(self._control)
 
     def _sample(self, true_ns: int) -> list[float]:
@@ -209,7 +207,8 @@ class SyncRobot:
             if plan is None:
                 raise ValueError(f"A_cl is not Hurwitz (Assumption 6) for {_links(requests[0][1])}")
             return ToldTopology(requests, round(team.repeat_s * 1e9)), plan
-        return DiscoveredTopology(self._board.node, self._number, len(team.names), team.max_successive_losses), self._plans.boot()
+        source = DiscoveredTopology(self._board.node, self._number, len(team.names), team.max_successive_losses)
+        return source, self._plans.boot()
 
     def _first_schedule(self, plan: RoundPlan) -> SlottedBroadcast:
         offset_ns = self._control_offset_ns(plan) if self._team.topology == "discovered" else None
@@ -224,10 +223,13 @@ class SyncRobot:
         free_ns = plan.slot_ns - layout.data_airtime_ns - layout.control_airtime_ns
         return layout.data_airtime_ns + 2 * free_ns // 3
 
-    def _follow(self, plan: RoundPlan, schedule: SlottedBroadcast) -> tuple[SlottedBroadcast, int, Mapping[int, int]]:
+    def _follow(self, plan: RoundPlan, schedule: SlottedBroadcast) -> None:
         self._law.listen_to(neighbours(plan.laplacian)[self._number], self._heard)
-        part_of = {number: index for index, part in enumerate(plan.parts) for number in part}
-        return schedule, part_of[self._number], part_of
+        self._part_of = {number: index for index, part in enumerate(plan.parts) for number in part}
+        self._part = self._part_of[self._number]
+        self._schedule = schedule
+        self._slot = self._part                 # in the first round slot k belongs to part k
+        self._last_control = -1
 
 
 def _suffixes(count: int) -> list[str]:

@@ -34,7 +34,7 @@ class RoundPlans:
         return self._plans[key]
 
     def boot(self) -> RoundPlan:
-        """Until a topology is known: nobody is heard, each robot has a slot of its own, so no graph makes them collide."""
+        """Until a topology is known: nobody is heard, and each robot has a slot of its own, so no graph collides."""
         robots = len(self._team.names)
         return RoundPlan(np.zeros((robots, robots)), tuple((number,) for number in range(robots)),
                          self._quantized(round(self._team.boot_slot_s * 1e9)))
@@ -56,4 +56,5 @@ class RoundPlans:
         plan = self.plan(laplacian)
         if plan is None:
             return None
-        return TableEntry([list(heard) for heard in heard_by(laplacian)], [list(part) for part in plan.parts], plan.slot_ns)
+        heard = [list(numbers) for numbers in heard_by(laplacian)]
+        return TableEntry(heard, [list(part) for part in plan.parts], plan.slot_ns)

@@ -1,6 +1,6 @@
 """The frame in which a robot broadcasts its output: magic, sender, slot number, then one float64 per output.
 
-Parsing never raises: a frame that is cut, too long, from nobody or with a value that is not finite is refused with None.
+Parsing never raises: a frame that is cut, too long, from nobody or not finite is refused with None.
 The radio's checksum guards the bits; there is none here.
 """
 
@@ -41,7 +41,8 @@ class SyncFrameCodec:
     def unpack(self, data: bytes) -> SyncFrame | None:
         if len(data) != self._values.size:
             return None
-        magic, sender, slot, *outputs = self._values.unpack(data)
-        if magic != MAGIC or sender >= self._robots or not all(map(isfinite, outputs)):
+        values = self._values.unpack(data)
+        sender, outputs = values[1], values[3:]
+        if values[0] != MAGIC or sender >= self._robots or not isfinite(sum(map(abs, outputs))):
             return None
-        return SyncFrame(sender, slot, tuple(outputs))
+        return SyncFrame(sender, values[2], outputs)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import msgspec
 import numpy as np
 
 from agents.synchronization.closed_loop import LinearAgent
 from agents.synchronization.graph import Floats, laplacian
+
+SYNC_GAIN: Final = 0.5              # share of its clock's mean error that a robot corrects per round
 
 
 class TeamError(ValueError):

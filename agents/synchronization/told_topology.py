@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,11 +21,12 @@ class ToldTopology:
     """`requests` are (from_ns, Laplacian), ascending from 0; with `repeat_ns` they come again and again."""
 
     def __init__(self, requests: Sequence[tuple[int, Floats]], repeat_ns: int = 0) -> None:
-        if not requests or requests[0][0] != 0 or any(a[0] >= b[0] for a, b in zip(requests, requests[1:], strict=False)):
-            raise ValueError(f"requests at {[at for at, _ in requests]} ns: expected ascending instants from 0")
-        if repeat_ns and repeat_ns <= requests[-1][0]:
-            raise ValueError(f"repeat_ns={repeat_ns}: expected more than the last request's {requests[-1][0]} ns")
-        self._instants = [at for at, _ in requests]
+        instants = [at for at, _ in requests]
+        if instants[:1] != [0] or any(earlier >= later for earlier, later in pairwise(instants)):
+            raise ValueError(f"requests at {instants} ns: expected ascending instants from 0")
+        if repeat_ns and repeat_ns <= instants[-1]:
+            raise ValueError(f"repeat_ns={repeat_ns}: expected more than the last request's {instants[-1]} ns")
+        self._instants = instants
         self._laplacians = [laplacian for _, laplacian in requests]
         self._repeat_ns = repeat_ns
         self.current = self._laplacians[0]

@@ -18,7 +18,7 @@ class Medium(Protocol):
         """`sender` hands out `data` at `now_ns`; called in order, never for a time before the last event run."""
 
     def lookahead_ns(self, t0_ns: int) -> int:
-        """Earliest instant (>= t0_ns) at which anything handed out from t0_ns on, or on the air now, may reach a node."""
+        """Earliest instant (>= t0_ns) at which anything handed out from t0_ns on, or on the air now, reaches a node."""
 
     def finish(self, end_ns: int) -> None:
         """The run ended: close every copy that is still queued or on the air as `Fate.UNFINISHED`."""

@@ -22,7 +22,7 @@ def serve(endpoint: str, run: str, name: str, build: Callable[[], Node], timeout
     """Build the node, take part in the run, return the process's exit code (0: ended by the last grant)."""
     encode = msgspec.msgpack.Encoder().encode
     decode = msgspec.msgpack.Decoder(Grant).decode
-    with Session(connect=endpoint) as session:
+    with Session(run, connect=endpoint) as session:
         grants = session.receiver(keys.grant(run, name))
         out = session.sender(keys.report(run, name))
         out.await_subscriber(timeout_s)

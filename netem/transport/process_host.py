@@ -30,6 +30,7 @@ from netem.transport.errand import Errand
 from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Session
 
 WATCH_EVERY_S: Final = 0.05
+GRACE_S: Final = 0.5                # for the last words of a process that has ended, which may still be on the way
 LOG_TAIL_BYTES: Final = 4_000
 Message = TypeVar("Message", Hello, Report)
 
@@ -43,6 +44,7 @@ class ProcessHost:
         self._specifications = specifications
         self._logs = logs
         self._timeout_s = timeout_s
+        self._run = uuid4().hex[:12]
         self._session: Session | None = None
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._senders: dict[str, Sender] = {}
@@ -50,14 +52,14 @@ class ProcessHost:
         self._decode_report = msgspec.msgpack.Decoder(Report).decode
         self._awaited: frozenset[str] | set[str] = frozenset()
         self._deadline_s = float("inf")
-        self._suspects: set[str] = set()
+        self._ended_s: dict[str, float] = {}
         self._over = threading.Event()
         self.garbage: Counter[str] = Counter()
 
     def start(self) -> dict[str, Hello]:
         self._logs.mkdir(parents=True, exist_ok=True)
-        run = uuid4().hex[:12]
-        self._session = Session()
+        run = self._run
+        self._session = Session(run)
         self._reports: Receiver = self._session.receiver(keys.report(run))
         self._alarm = self._session.sender(keys.report(run, "-"))
         for name, specification in self._specifications.items():
@@ -73,6 +75,11 @@ class ProcessHost:
             except NotReachable as error:
                 raise NodeFailure(name, f"does not hear its grants: {error}") from error
         return hellos
+
+    def reachable_at(self) -> tuple[str, str]:
+        """The Zenoh endpoint and the name of the run under which a started host listens."""
+        assert self._session is not None, "the host was not started"
+        return self._session.endpoint, self._run
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         for name, grant in grants:
@@ -104,8 +111,8 @@ class ProcessHost:
 
     def _spawn(self, name: str, errand: Errand) -> None:
         with (self._logs / f"{name}.log").open("wb") as log:
-            # Its own process group: Ctrl-C reaches the emulator only, which ends its nodes. Not its own session: Linux's
-            # autogroup scheduling would put each node in a group of its own, and a grant would take twice as long.
+            # Its own process group: Ctrl-C reaches the emulator only, which ends its nodes. Not its own session: Linux
+            # would schedule each node in a group of its own (autogroup), and a grant would take twice as long.
             process = subprocess.Popen(self._command, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT,
                                        process_group=0)
         self._processes[name] = process
@@ -150,10 +157,8 @@ class ProcessHost:
 
     def _raise_for_missing(self, awaited: set[str], what: str) -> None:
         for name in sorted(awaited):
-            if self._has_ended(name):
-                if name in self._suspects:
-                    raise self._gone(name)
-                self._suspects.add(name)        # its last words may still be on the way: decide at the next alarm
+            if self._has_ended(name) and time.monotonic() > self._ended_s.setdefault(name, time.monotonic()) + GRACE_S:
+                raise self._gone(name)
         if time.monotonic() > self._deadline_s:
             name = min(awaited)
             others = f"; also missing: {', '.join(sorted(awaited - {name}))}" if len(awaited) > 1 else ""

@@ -3,8 +3,9 @@
 - explicit endpoints, multicast scouting and gossip off: nothing is discovered, so it works in a container;
 - the emulator listens on port 0 and reads the port that the system chose from its own admin space;
 - congestion control BLOCK and express on every message; receiving is a FIFO handler, so no callback runs Python code;
-- the low-latency transport (no priorities, no batching by priority), which does not fragment: longer messages are sent
-  in parts, each led by one byte that says whether more follow.
+- the low-latency transport (no priorities), which does not fragment: longer messages are sent in parts. Each part is
+  led by four bytes that belong to the run and one that says whether more follow; what is led by anything else is
+  passed on as a message of no bytes, which nobody can read.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import json
 import os
 import time
 from collections.abc import Callable
+from hashlib import blake2b
 from typing import Any, Final
 
 # One thread for everything that Zenoh does: on few cores each hand-over between its thread pools costs a wake-up.
@@ -22,7 +24,7 @@ os.environ.setdefault("ZENOH_RUNTIME", "(rx: (handover: app), tx: (handover: app
 import zenoh
 
 MAX_PART_BYTES: Final = 32_000
-LAST, MORE = b"\0", b"\1"
+TOKEN_BYTES: Final = 4
 
 
 class NotReachable(Exception):
@@ -50,17 +52,20 @@ def _config(*, listen: str | None, connect: str | None) -> zenoh.Config:
 class Sender:
     """Publishes to one key, whole messages in order."""
 
-    def __init__(self, session: zenoh.Session, key: str) -> None:
+    def __init__(self, session: zenoh.Session, key: str, token: bytes) -> None:
         self.key = key
-        self._publisher = session.declare_publisher(key, congestion_control=zenoh.CongestionControl.BLOCK, express=True)
+        self._last, self._more = token + b"\0", token + b"\1"
+        self._put = (publisher := session.declare_publisher(
+            key, congestion_control=zenoh.CongestionControl.BLOCK, express=True)).put
+        self._publisher = publisher
 
     def send(self, message: bytes) -> None:
-        if len(message) < MAX_PART_BYTES:
-            self._publisher.put(LAST + message)
+        if len(message) <= MAX_PART_BYTES:
+            self._put(self._last + message)
             return
         for start in range(0, len(message), MAX_PART_BYTES):
             more = start + MAX_PART_BYTES < len(message)
-            self._publisher.put((MORE if more else LAST) + message[start:start + MAX_PART_BYTES])
+            self._put((self._more if more else self._last) + message[start:start + MAX_PART_BYTES])
 
     def await_subscriber(self, timeout_s: float, give_up: Callable[[], bool] = lambda: False) -> None:
         """Return when somebody subscribes to the key: what is sent before that is lost."""
@@ -79,28 +84,32 @@ class Sender:
 class Receiver:
     """What arrives on a key expression, as (key, whole message)."""
 
-    def __init__(self, session: zenoh.Session, key: str) -> None:
+    def __init__(self, session: zenoh.Session, key: str, token: bytes) -> None:
         self._receive = session.declare_subscriber(key).recv
+        self._last, self._more = token + b"\0", token + b"\1"
         self._parts: dict[str, list[bytes]] = {}
 
     def receive(self) -> tuple[str, bytes]:
-        """Wait for the next whole message."""
+        """Wait for the next whole message; no bytes for what did not come from a `Sender` of this run."""
         while True:
             sample = self._receive()
             key, data = str(sample.key_expr), sample.payload.to_bytes()
-            if data[:1] == LAST and key not in self._parts:
-                return key, data[1:]
-            if data[:1] == MORE:
-                self._parts.setdefault(key, []).append(data[1:])
-            else:
-                return key, b"".join(self._parts.pop(key, [])) + data[1:]
+            lead, part = data[:TOKEN_BYTES + 1], data[TOKEN_BYTES + 1:]
+            if lead == self._last:
+                if self._parts and (earlier := self._parts.pop(key, None)):
+                    part = b"".join([*earlier, part])
+                return key, part
+            if lead != self._more:
+                return key, b""
+            self._parts.setdefault(key, []).append(part)
 
 
 class Session:
     """A Zenoh session on the loopback; close it, or use it in a `with`."""
 
-    def __init__(self, *, connect: str | None = None) -> None:
+    def __init__(self, run: str, *, connect: str | None = None) -> None:
         """Connect to an endpoint such as tcp/127.0.0.1:40123; without one, listen on a port that the system chooses."""
+        self._token = blake2b(run.encode(), digest_size=TOKEN_BYTES).digest()
         self._session = zenoh.open(_config(listen=None if connect else "tcp/127.0.0.1:0", connect=connect))
         self.endpoint = connect or self._listening_on()
 
@@ -113,10 +122,10 @@ class Session:
         raise NotReachable("Zenoh listens on no loopback port")
 
     def sender(self, key: str) -> Sender:
-        return Sender(self._session, key)
+        return Sender(self._session, key, self._token)
 
     def receiver(self, key: str) -> Receiver:
-        return Receiver(self._session, key)
+        return Receiver(self._session, key, self._token)
 
     def close(self) -> None:
         self._session.close()  # type: ignore[no-untyped-call]

@@ -9,8 +9,8 @@ import pytest
 from netem.agenda import Agenda
 from netem.frames import Frame
 from netem.links import Links
-from netem.lockstep.conductor import Conductor
-from netem.lockstep.hosts import InlineHost
+from netem.lockstep.conductor import Conductor, Recorders
+from netem.lockstep.hosts import Host, InlineHost
 from netem.node import Node
 from netem.records.ledger import Ledger
 
@@ -47,9 +47,12 @@ Build = Callable[[], Node]
 def conduct() -> Callable[..., Conductor]:
     """Run nodes inline over a wire: conduct({"a": build_a, ...}, latency_ns=..., end_ns=...)."""
 
-    def run(build: Mapping[str, Build], *, latency_ns: int, end_ns: int, host: object = None) -> Conductor:
+    def run(build: Mapping[str, Build], *, latency_ns: int, end_ns: int, host: Host | None = None,
+            samples: list[tuple[str, int, list[float]]] | None = None) -> Conductor:
         ledger = Ledger()
-        conductor = Conductor(Agenda(), host or InlineHost(build), end_ns)      # type: ignore[arg-type]
+        kept = [] if samples is None else samples
+        recorders = Recorders(sample=lambda node, time_ns, values: kept.append((node, time_ns, values)))
+        conductor = Conductor(Agenda(), host or InlineHost(build), end_ns, recorders)
         links = Links(ledger, conductor.deliver, {}, end_ns)
         hellos = conductor.host.start()
         conductor.admit(hellos, {"wire": FixedLatency(sorted(hellos), links, ledger, latency_ns)})

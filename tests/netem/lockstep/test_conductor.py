@@ -20,7 +20,7 @@ Conduct = Callable[..., Conductor]
 Log = list[tuple[int, str, bytes]]
 
 
-def talker(name: str, instants: Sequence[int], heard: Log, *, firm: bool = False, data: bytes = b"") -> Callable[[], Node]:
+def talker(name: str, instants: Sequence[int], heard: Log, *, firm: bool = False) -> Callable[[], Node]:
     """Sends at the given instants; logs what it hears, with its own time."""
 
     def build() -> Node:
@@ -32,7 +32,7 @@ def talker(name: str, instants: Sequence[int], heard: Log, *, firm: bool = False
                 if firm:
                     node.silent_until(instant)
                 yield node.env.timeout(instant - node.now_ns)
-                node.ports["wire"].send(data or name.encode())
+                node.ports["wire"].send(name.encode())
 
         node.start(program())
         return node
@@ -126,7 +126,7 @@ def test_a_program_that_breaks_its_promise_is_named(conduct: Conduct) -> None:
         node.start(program())
         return node
 
-    with pytest.raises(NodeFailure, match="node liar: .*silence was promised until 900 ns.*had run up to"):
+    with pytest.raises(NodeFailure, match=r"node liar: .*silence was promised until 900 ns.*had run up to"):
         conduct({"liar": liar, "b": talker("b", [], [])}, latency_ns=5, end_ns=1_000)
 
 
@@ -149,8 +149,8 @@ class ForeignHost:
 @pytest.mark.parametrize(("offer_ns", "port"), [(99, 0), (105, 0), (100, 1), (100, -1)])
 def test_an_offer_outside_the_promise_or_the_grant_is_refused_with_its_numbers(conduct: Conduct, offer_ns: int,
                                                                               port: int) -> None:
-    with pytest.raises(NodeFailure, match=rf"node foreign: broke its promise in window 1: .*port {port} at {offer_ns} ns"
-                                          r".* 100 <= time < 105 ns"):
+    told = rf"node foreign: broke its promise in window 1: .*port {port} at {offer_ns} ns.* 100 <= time < 105 ns"
+    with pytest.raises(NodeFailure, match=told):
         conduct({}, latency_ns=5, end_ns=1_000, host=ForeignHost(offer_ns, port))
 
 
@@ -180,8 +180,8 @@ def chatter(name: str, seed: int, firm: bool, heard: Log) -> tuple[Callable[...,
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(seeds=st.lists(st.integers(1, 10**6), min_size=2, max_size=5), firm=st.lists(st.booleans(), min_size=5, max_size=5),
-       latency_ns=st.integers(1, 60))
+@given(seeds=st.lists(st.integers(1, 10**6), min_size=2, max_size=5),
+       firm=st.lists(st.booleans(), min_size=5, max_size=5), latency_ns=st.integers(1, 60))
 def test_windows_give_what_one_global_event_list_gives(conduct: Conduct, seeds: list[int], firm: list[bool],
                                                        latency_ns: int) -> None:
     """The oracle is one SimPy environment for all nodes: no windows, no promises, no grants."""
@@ -212,7 +212,7 @@ def _run_globally(names: list[str], seeds: list[int], firm: list[bool], latency_
     env = simpy.Environment(initial_time=0)
     programs = {}
     due: dict[str, dict[int, list[tuple[str, int, bytes]]]] = {name: {} for name in names}
-    sequence = {name: 0 for name in names}
+    sequence = dict.fromkeys(names, 0)
 
     def sender(name: str) -> Callable[[bytes], None]:
         def send(data: bytes) -> None:
@@ -235,5 +235,5 @@ def _run_globally(names: list[str], seeds: list[int], firm: list[bool], latency_
 
     for i, name in enumerate(names):
         programs[name] = chatter(name, seeds[i], firm[i], log)
-        env.process(programs[name][0](env, sender(name), lambda _: None)) 
+        env.process(programs[name][0](env, sender(name), lambda _: None))
     env.run(until=end_ns)

@@ -1,0 +1,165 @@
+"""Chapter 6 end to end: real scenarios on real components, against independent answers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agents.synchronization.closed_loop import ClosedLoop
+from agents.synchronization.exact_run import alternating, simulate
+from agents.synchronization.round_plans import RoundPlans
+from agents.synchronization.team import read_team
+from experiments.run_data import RunData, load_run
+from experiments.run_result import RunResult
+from experiments.runner import run
+from experiments.scenario.library import find
+from experiments.scenario.loader import load
+from experiments.scenario.model import Scenario
+from firmware_sim.slot_drift import collision_free_until
+
+ROBOTS = [f"r{i}" for i in range(1, 6)]
+L1_HEARD = "1 hears 2,4; 2 hears 3; 3 hears 5; 4 hears 1,2; 5 hears 3,4"
+L2_HEARD = "1 hears 2; 2 hears 3; 3 hears 5; 4 hears 1; 5 hears 3,4"
+L1_LINKS = ["r2 -> r1", "r4 -> r1", "r3 -> r2", "r5 -> r3", "r1 -> r4", "r2 -> r4", "r3 -> r5", "r4 -> r5"]
+FIXED_L1 = f"media.radio.topology={{kind='fixed', links={L1_LINKS}}}"
+
+
+def scenario(name: str, duration_s: float | None = None, overrides: Sequence[str] = ()) -> Scenario:
+    return load(find(name), duration_s=duration_s, overrides=overrides)
+
+
+def ran(result: RunResult) -> RunData:
+    return load_run(result.folder)
+
+
+@pytest.mark.parametrize(("name", "disturbance"), [
+    ("output_sync_reference", ()),
+    ("output_sync_reference_disturbed", ((0, 5.0), (4_400_000_000, -5.0), (8_800_000_000, 0.0))),
+])
+def test_the_reference_run_agrees_with_the_exact_discretization(tmp_path: Path, name: str,
+                                                                disturbance: tuple[tuple[int, float], ...]) -> None:
+    wanted = scenario(name)
+
+    data = ran(run(wanted, host="inline", out=tmp_path))
+
+    team = read_team(wanted.team)
+    plans = RoundPlans(team)
+    requested = [plans.plan(team.laplacian_of(request.links)) for request in team.requests]
+    instants = [int(t) for t in data.signals["r1"].time_ns]
+    exact = simulate(team.agents, [plan for plan in requested if plan], alternating(500_000_000), wanted.length_ns,
+                     instants, disturbance=disturbance)
+    emulated = np.stack([data.signals[robot].column("y") for robot in ROBOTS], axis=1)
+    assert len(instants) == 1300
+    assert np.abs(emulated - exact.outputs).max() < 1e-9            # the figure asked for; rounding gives 1e-12
+    assert np.abs(emulated).max() > 1.0
+
+
+def test_robots_as_processes_and_inline_leave_the_same_ledger(tmp_path: Path) -> None:
+    wanted = scenario("output_sync", 1.2)
+
+    inline = run(wanted, host="inline", out=tmp_path / "inline")
+    process = run(wanted, host="process", out=tmp_path / "process")
+
+    assert process.summary.ledger_hash == inline.summary.ledger_hash
+    assert process.summary.windows == inline.summary.windows
+    for robot in ROBOTS:
+        assert np.array_equal(ran(process).signals[robot].values, ran(inline).signals[robot].values)
+
+
+def test_another_seed_gives_another_ledger(tmp_path: Path) -> None:
+    lossy = ['impairments[0].during_s=[0.0, 1.0]']
+    runs = [run(load(find("output_sync"), seed=seed, duration_s=0.5, overrides=lossy), host="inline",
+                out=tmp_path / str(seed)) for seed in (1, 2)]
+
+    assert runs[0].summary.ledger_hash != runs[1].summary.ledger_hash
+
+
+def test_every_robot_finds_the_graph_at_the_same_instant_after_each_change(tmp_path: Path) -> None:
+    wanted = scenario("output_sync", 2.2, ["impairments=[]"])
+
+    data = ran(run(wanted, host="inline", out=tmp_path))
+
+    adopted = {robot: [(event.time_ns, event.detail) for event in data.events
+                       if event.node == robot and event.kind == "adopted topology"] for robot in ROBOTS}
+    assert all(adopted[robot] == adopted["r1"] for robot in ROBOTS)
+    assert [detail for _, detail in adopted["r1"]] == [L1_HEARD, L2_HEARD, L1_HEARD, L2_HEARD, L1_HEARD]
+    # Of 5 robots, 2 * 5 - 1 cycles of 5 control slots to flood, 4 more for joining late, then the end of the round. The
+    # change is seen within two rounds of 5 slots at most, and a slot is at most 1.085 ms.
+    bound_ns = (13 * 5 + 5 + 2 * 5 + 5) * 1_085_000
+    for (found_ns, _), change_ns in zip(adopted["r1"][1:], [500_000_000, 10**9, 1_500_000_000, 2 * 10**9], strict=True):
+        assert change_ns < found_ns < change_ns + bound_ns
+
+
+def test_a_frame_missing_in_its_slot_starts_discovery_again(tmp_path: Path) -> None:
+    lost = ('impairments=[{on="radio: r3 -> r2", kind="scripted_loss", lose_frames=[100]}]')
+    wanted = scenario("output_sync", 1.0, [FIXED_L1, lost])
+
+    data = ran(run(wanted, host="inline", out=tmp_path))
+
+    noticed = [event for event in data.events if event.kind == "topology changed"]
+    adopted = [event for event in data.events if event.kind == "adopted topology"]
+    assert [event.node for event in noticed] == ["r2"]
+    assert noticed[0].detail == "robot 2 missed the frame of robot 3 in its slot"
+    assert [event.detail for event in adopted] == [L1_HEARD] * 10                 # at the start, and again
+    lost_rows = data.ledger.filter((data.ledger["fate"] == "lost") & (data.ledger["receiver"] == "r2"))
+    assert 0 < noticed[0].time_ns - lost_rows["end_ns"][0] < 3 * 1_085_000        # at its own next slot
+
+
+def test_with_biases_the_outputs_settle_at_the_equilibrium(tmp_path: Path) -> None:
+    wanted = scenario("output_sync_formation")
+
+    data = ran(run(wanted, host="inline", out=tmp_path))
+
+    team = read_team(wanted.team)
+    loop = ClosedLoop(tuple(team.agents), team.laplacian_of(L1_LINKS))
+    equilibrium = loop.equilibrium_output([bias[0] for bias in team.biases])
+    settled = np.array([data.signals[robot].column("y")[-1] for robot in ROBOTS])
+    # The slowest mode decays as exp(re t) from a start of a few units; 20 covers its overshoot and eigenvectors.
+    left = 20 * np.exp(loop.rightmost_eigenvalue.real * 30.0)
+    assert np.abs(settled - equilibrium).max() < left
+    assert np.abs(equilibrium).max() > 0.9
+
+
+def test_losses_within_the_bound_are_no_events(tmp_path: Path) -> None:
+    result = run(scenario("output_sync_lossy"), host="inline", out=tmp_path)
+
+    assert result.summary.holds, [verdict for verdict in result.summary.verdicts if not verdict.holds]
+    assert not [event for event in ran(result).events if event.kind == "topology changed"]
+
+
+def test_losses_beyond_the_bound_are_seen(tmp_path: Path) -> None:
+    beyond = ["impairments[0].lose_frames=[1, 2]", "impairments[0].every=50"]
+
+    data = ran(run(scenario("output_sync_lossy", 0.5, beyond), host="inline", out=tmp_path))
+
+    seen = [event.detail for event in data.events if event.kind == "topology changed"]
+    assert any("2 times in a row" in detail for detail in seen)
+
+
+def test_drifting_clocks_collide_unless_they_follow_each_other(tmp_path: Path) -> None:
+    together = run(scenario("output_sync_drift", 4.0), host="inline", out=tmp_path / "on")
+    apart = run(scenario("output_sync_drift", 4.0, ["team.resynchronize=false"]), host="inline", out=tmp_path / "off")
+
+    assert together.summary.frames.get("collided", 0) == 0
+    # By hand: r2 (+200 ppm) speaks one slot after r1 (-200 ppm) and catches up 400 us in a second; between them
+    # is a slot of 1084 us less the 100.5 us on the air: 983.5 us / 400 ppm = 2.46 s.
+    collided = ran(apart).ledger.filter(ran(apart).ledger["fate"] == "collided")
+    free_ns = collision_free_until(-200.0, 200.0, 1_084_000, 100_500)
+    assert abs(free_ns - 983_500 / 400e-6) < 2e6                    # the drift of the slower clock itself: 0.02 %
+    assert 0 <= collided["on_air_ns"].min() - free_ns < 2 * 3 * 1_084_000           # within two rounds
+
+
+def test_garbage_on_the_radio_is_counted_and_harms_nobody(tmp_path: Path) -> None:
+    """Half of all frames arrive with flipped bits and no checksum finds it."""
+    garbage = ['impairments=[{on="radio: * -> *", kind="corrupt", frame_ratio=0.5}]', "media.radio.checksum=false"]
+
+    result = run(scenario("output_sync", 1.0, garbage), host="inline", out=tmp_path)
+
+    assert result.summary.frames["delivered corrupt"] > 500
+    counters = ran(result).counters
+    assert sum(counts.get("unreadable frames", 0) + counts.get("refused control frames", 0)
+               for counts in counters.values()) > 0
+    assert all(np.isfinite(ran(result).signals[robot].values).all() for robot in ROBOTS)

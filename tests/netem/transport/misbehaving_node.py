@@ -1,0 +1,76 @@
+"""A node's process for tests of the process host: behaves as its specification says."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Generator
+from typing import Any
+
+import msgspec
+
+from netem.lockstep.messages import Hello, Report
+from netem.node import Node
+from netem.transport import keys
+from netem.transport.errand import read_errand
+from netem.transport.node_link import serve
+from netem.transport.zenoh_session import Session
+
+PERIOD_NS = 1_000_000
+
+
+def build(name: str, behaviour: str) -> Node:
+    if behaviour == "fails to start":
+        raise RuntimeError("no such sensor")
+    node = Node(name, ["wire"], 10 * PERIOD_NS)
+    heard: list[bytes] = []
+    node.ports["wire"].on_receive = heard.append
+    node.signal("heard", "1", lambda _: float(len(heard)))
+
+    def program() -> Generator[Any, Any, None]:
+        while True:
+            yield node.env.timeout(PERIOD_NS)
+            if node.now_ns == 20 * PERIOD_NS:
+                misbehave(behaviour)
+            node.ports["wire"].send(f"{name}@{node.now_ns}".encode() + bytes(200_000 if behaviour == "large" else 0))
+
+    node.start(program())
+    return node
+
+
+def misbehave(behaviour: str) -> None:
+    if behaviour == "exits":
+        print("out of memory, says the node", flush=True)
+        os._exit(7)
+    if behaviour == "hangs":
+        time.sleep(3600)
+    if behaviour == "raises":
+        raise ValueError("sensor gave -1")
+
+
+def speak_garbage(endpoint: str, run: str, name: str) -> None:
+    """Says hello as it should, then answers every grant with bytes that are no report."""
+    with Session(run, connect=endpoint) as session:
+        grants = session.receiver(keys.grant(run, name))
+        out = session.sender(keys.report(run, name))
+        out.await_subscriber(5.0)
+        out.send(msgspec.msgpack.encode(Hello(name, 0, 0, ["wire"], [])))
+        while True:
+            grants.receive()
+            out.send(os.urandom(40))
+            out.send(msgspec.msgpack.encode(Report(999_999, 0, 0, [], [], [], {}, "")))
+
+
+def main() -> int:
+    errand = read_errand()
+    behaviour = msgspec.json.decode(errand.specification, type=str)
+    if behaviour == "never ready":
+        time.sleep(3600)
+    if behaviour == "speaks garbage":
+        speak_garbage(errand.endpoint, errand.run, errand.node)
+    return serve(errand.endpoint, errand.run, errand.node, lambda: build(errand.node, behaviour), errand.timeout_s)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,169 @@
+"""Nodes as OS processes over Zenoh: real sessions, real processes, and what happens when one of them fails."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from netem.lockstep.conductor import Conductor
+from netem.lockstep.errors import NodeFailure
+from netem.transport import keys
+from netem.transport.process_host import ProcessHost
+from netem.transport.zenoh_session import Sender, Session
+
+NODE = Path(__file__).with_name("misbehaving_node.py")
+END_NS = 50_000_000
+Conduct = Callable[..., Conductor]
+
+
+def host_of(behaviours: Mapping[str, str], logs: Path, timeout_s: float = 20.0) -> ProcessHost:
+    specifications = {name: msgspec.json.encode(how) for name, how in behaviours.items()}
+    return ProcessHost([sys.executable, str(NODE)], specifications, logs=logs, timeout_s=timeout_s)
+
+
+def children() -> list[str]:
+    """Command lines of the processes of this test's kind that are alive and not waited for."""
+    listing = subprocess.run(["ps", "-o", "stat=,args=", "--ppid", str(os.getpid())], capture_output=True, text=True,
+                             check=True).stdout
+    return [line for line in listing.splitlines() if str(NODE) in line]
+
+
+def test_processes_give_what_inline_nodes_give(conduct: Conduct, tmp_path: Path) -> None:
+    names = dict.fromkeys(("a", "b", "c"), "well")
+    sys.path.insert(0, str(NODE.parent))
+    from misbehaving_node import build
+    sys.path.remove(str(NODE.parent))
+    inline_samples: list[Any] = []
+    process_samples: list[Any] = []
+
+    inline = conduct({name: lambda name=name: build(name, "well") for name in names}, latency_ns=100_000, end_ns=END_NS,
+                     samples=inline_samples)
+    host = host_of(names, tmp_path)
+    try:
+        process = conduct({}, latency_ns=100_000, end_ns=END_NS, host=host, samples=process_samples)
+    finally:
+        host.stop()
+
+    assert process_samples == inline_samples
+    assert process_samples[-1] == ("c", 40_000_000, [2.0 * 39])
+    assert (process.windows, process.grants) == (inline.windows, inline.grants)
+    assert children() == []
+
+
+@pytest.mark.parametrize(("behaviour", "reason"), [
+    ("exits", r"node b: its process exited with code 7 .*had run up to 19200000 ns.*\n.*out of memory, says the node"),
+    ("raises", r"node b: its program failed: ValueError: sensor gave -1 .*had run up to 19200000 ns"),
+    ("hangs", r"node b: waited 2 s for it to report window \d+ .*had run up to 19200000 ns"),
+    ("speaks garbage", r"node b: waited 2 s for it to report window 1; 2 unreadable messages came from it"),
+])
+def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_path: Path, behaviour: str,
+                                                         reason: str) -> None:
+    host = host_of({"a": "well", "b": behaviour, "c": "well"}, tmp_path, timeout_s=2.0)
+    try:
+        with pytest.raises(NodeFailure, match=reason):
+            conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
+    finally:
+        host.stop()
+
+    assert children() == []
+
+
+@pytest.mark.parametrize(("behaviour", "reason"), [
+    ("fails to start", r"node b: could not start .*\n(.|\n)*RuntimeError: no such sensor"),
+    ("never ready", r"node b: waited 2 s for it to say that it is ready"),
+])
+def test_a_node_that_is_not_ready_is_named_before_time_starts(tmp_path: Path, behaviour: str, reason: str) -> None:
+    host = host_of({"a": "well", "b": behaviour}, tmp_path, timeout_s=2.0)
+    try:
+        with pytest.raises(NodeFailure, match=reason):
+            host.start()
+    finally:
+        host.stop()
+
+    assert children() == []
+
+
+def test_messages_longer_than_zenoh_sends_whole_arrive_complete(conduct: Conduct, tmp_path: Path) -> None:
+    samples: list[Any] = []
+    host = host_of({"a": "large", "b": "well"}, tmp_path)
+    try:
+        conduct({}, latency_ns=100_000, end_ns=END_NS, host=host, samples=samples)
+    finally:
+        host.stop()
+
+    assert samples[-1] == ("b", 40_000_000, [39.0])
+
+
+def test_random_bytes_on_the_control_keys_are_counted_and_change_nothing(conduct: Conduct, tmp_path: Path) -> None:
+    samples: list[Any] = []
+    host = host_of({"a": "well", "b": "well"}, tmp_path)
+    start = host.start
+
+    def start_then_disturb() -> Any:
+        hellos = start()
+        endpoint, run = host.reachable_at()
+        with Session("another run", connect=endpoint) as intruder:
+            outs = [intruder.sender(keys.report(run, name)) for name in ("a", "nobody")]
+            # Nodes take only the emulator's connection, so bytes on a grant key can come from its session alone.
+            emulator = host._session
+            assert emulator is not None
+            outs += [Sender(emulator._session, keys.grant(run, "a"), b"none"), emulator.sender(keys.grant(run, "a"))]
+            for out in outs:
+                out.await_subscriber(5.0)
+                for size in (0, 1, 3, 64, 5_000, 20_000):
+                    out.send(os.urandom(size))
+        return hellos
+
+    host.start = start_then_disturb     # type: ignore[method-assign]
+    try:
+        conductor = conduct({}, latency_ns=100_000, end_ns=END_NS, host=host, samples=samples)
+    finally:
+        host.stop()
+
+    assert samples[-1] == ("b", 40_000_000, [39.0])
+    assert host.garbage["a"] > 0
+    assert host.garbage["nobody"] > 0
+    assert conductor.counters["a"]["garbage grants"] == 2 * 6
+
+
+def test_nodes_end_when_the_emulator_is_killed(tmp_path: Path) -> None:
+    script = tmp_path / "emulator.py"
+    script.write_text(f"""
+import sys, time, msgspec
+from pathlib import Path
+from netem.transport.process_host import ProcessHost
+host = ProcessHost([sys.executable, {str(NODE)!r}], {{n: msgspec.json.encode("well") for n in "ab"}},
+                   logs=Path({str(tmp_path)!r}), timeout_s=20)
+host.start()
+print(*(process.pid for process in host._processes.values()), flush=True)
+time.sleep(60)
+""")
+    emulator = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
+    assert emulator.stdout is not None
+    nodes = [int(word) for word in emulator.stdout.readline().split()]
+
+    emulator.send_signal(signal.SIGKILL)
+    emulator.wait()
+    emulator.stdout.close()
+
+    deadline = time.monotonic() + 5.0
+    while any(alive(pid) for pid in nodes) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert len(nodes) == 2
+    assert not any(alive(pid) for pid in nodes)
+
+
+def alive(pid: int) -> bool:
+    try:
+        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except FileNotFoundError:
+        return False
