@@ -1,0 +1,71 @@
+"""docs/scenario.md: its example runs, and no key of the format is missing from it."""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from experiments.metric_keys import STATISTICS
+from experiments.scenario import load
+from experiments.scenario.loader import SECTIONS, AgentTable, Header, ImpairmentHeader, PlantTable
+from experiments.scenario.shape import shape_of
+from firmware_sim.local_clock import ClockSettings
+from netem.impairments.table import IMPAIRMENTS
+from netem.media.table import MEDIA
+
+PAGE = Path(__file__).parents[3] / "docs" / "scenario.md"
+
+
+@pytest.fixture
+def page() -> str:
+    return PAGE.read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def example(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.delitem(sys.modules, "my_robots", raising=False)
+    blocks = dict(re.findall(r"```(toml|python)\n(.*?)```", page, re.DOTALL))
+    (tmp_path / "my_robots.py").write_text(blocks["python"])
+    (tmp_path / "door.toml").write_text(blocks["toml"])
+    return tmp_path / "door.toml"
+
+
+def test_the_example_loads(example):
+    scenario = load(example)
+
+    assert scenario.question == "does the second still hear most of what the first says?"
+    assert scenario.agents["r2"].parameters == {"period_ns": 10_000_000, "offset_ns": 5_000_000}
+
+
+def test_the_example_runs_and_its_expectations_hold(example):
+    from experiments.runner import run
+
+    result = run(load(example), host="inline", out=example.parent / "run")
+
+    assert [verdict.by_how_much() for verdict in result.summary.verdicts] == ["", "", ""]
+
+
+@pytest.mark.parametrize("cls", [Header, AgentTable, PlantTable, ImpairmentHeader, ClockSettings,
+                                 *IMPAIRMENTS.values()], ids=lambda cls: cls.__name__)
+def test_every_key_is_documented(cls, page):
+    for name in shape_of(cls).hints:
+        assert f"`{re.sub('_ns$', '_s', name)}`" in page
+
+
+def test_every_section_kind_and_statistic_is_documented(page):
+    for word in [*MEDIA, *IMPAIRMENTS, *STATISTICS]:
+        assert f"`{word}`" in page
+    for section in SECTIONS:
+        assert re.search(rf"`\[+{section}[.\]]", page)
+
+
+def test_documented_defaults_are_the_defaults():
+    defaults = {field.name: field.default for field in fields(Header)}
+
+    assert (defaults["sample_period_ns"], defaults["node_timeout_s"]) == (10_000_000, 30.0)
+    assert ClockSettings() == ClockSettings(0, 0.0, 1)

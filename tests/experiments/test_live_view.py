@@ -1,0 +1,65 @@
+"""Progress on a terminal and in a file."""
+
+from __future__ import annotations
+
+import io
+
+from rich.console import Console
+
+from experiments.live_view import BAR_EVERY_S, LINE_EVERY_S, by_fate, figures, live_view
+from experiments.run_result import Progress
+
+LENGTH_S = 10.0
+
+
+def progress(now_s: float, wall_s: float = 1.0, **frames: int) -> Progress:
+    return Progress(round(now_s * 1e9), round(LENGTH_S * 1e9), wall_s, 1, frames)
+
+
+class Clock:
+    now_s = 100.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+def shown(terminal: bool, every_s: float, steps: int) -> str:
+    """What is printed when the runner reports `steps` times, evenly over ten times `every_s`, and then the end."""
+    clock, file = Clock(), io.StringIO()
+    console = Console(file=file, force_terminal=terminal, width=100, color_system=None)
+    with live_view(console, "talk", LENGTH_S, clock) as tell:
+        for step in range(steps):
+            clock.now_s = 100.0 + 10 * every_s * step / steps
+            tell(progress(5.0, delivered=step))
+        tell(progress(LENGTH_S, wall_s=2.0, delivered=7, lost=2))
+    return file.getvalue()
+
+
+def test_a_file_gets_a_line_now_and_then_and_one_at_the_end():
+    lines = shown(False, LINE_EVERY_S, 5000).splitlines()
+
+    assert len(lines) == 1 + 9 + 1
+    assert lines[0] == "talk: 10 s of robot time"
+    assert lines[-1] == "talk: 10.00 of 10.00 s  5.0 x real time  7 delivered, 2 lost"
+
+
+def test_a_file_gets_no_control_characters():
+    assert "\x1b" not in shown(False, LINE_EVERY_S, 100)
+
+
+def test_a_terminal_gets_a_bar_that_is_not_drawn_for_every_window():
+    few, many = (shown(True, BAR_EVERY_S, steps).count("talk") for steps in (100, 10_000))
+
+    assert few <= many <= few + 1
+    assert "5.0 x real time  7 delivered, 2 lost" in shown(True, BAR_EVERY_S, 100)
+
+
+def test_figures_say_robot_time_pace_and_fates():
+    line = figures(progress(5.0, 2.0, delivered=3, lost=0, deaf=1))
+
+    assert line == "5.00 of 10.00 s  2.5 x real time  3 delivered, 1 deaf"
+
+
+def test_before_the_first_frame_there_is_nothing_to_divide_by():
+    assert figures(progress(0.0, 0.0)) == "0.00 of 10.00 s  0.0 x real time  no frames yet"
+    assert by_fate({"lost": 0}) == "no frames yet"
