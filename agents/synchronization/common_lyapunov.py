@@ -3,7 +3,7 @@
     maximize alpha   subject to   P > 0,   F_k = exp(-2 alpha h_k) P - M_k' P M_k > 0   for all k
 
 A generalized eigenvalue problem, quasi-convex; solved by the method of centers (Boyd and El Ghaoui 1993): alpha goes
-half the way to what the present P allows, then Newton's method minimizes tr P - log det P - sum log det F_k.
+most of the way to what the present P allows, then Newton's method minimizes tr P - log det P - sum log det F_k.
 The outcome needs no trust in the search: `dwell_time.CommonCertificate` checks it by eigenvalues.
 
 Not modelled: a proof that no P exists where none is found; other than quadratic functions.
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from agents.synchronization.graph import Floats
 
+STEP = 0.8                  # part of the way; any in (0, 1) converges
 RELATIVE_GAIN = 1e-4        # stop when a step improves alpha by less than this part of itself
 MAX_STEPS = 200
 MAX_NEWTON_STEPS = 50
@@ -68,7 +69,7 @@ def _centers(maps: Sequence[Floats], periods_s: Sequence[float]) -> Floats:
     alpha = allowed - max(abs(allowed), 1.0)
     for _ in range(MAX_STEPS):
         P = _newton(P, maps, [float(np.exp(-2 * alpha * h_s)) for h_s in periods_s])
-        gain = (min(rates_per_s(P, maps, periods_s)) - alpha) / 2
+        gain = STEP * (min(rates_per_s(P, maps, periods_s)) - alpha)
         alpha += gain
         if gain < RELATIVE_GAIN * abs(alpha):
             break

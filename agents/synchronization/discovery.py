@@ -155,8 +155,7 @@ class Discovery:
         return frame.start_cycle <= cycle < frame.start_cycle + self.cycles
 
     def _is_newer(self, epoch: int) -> bool:
-        ahead = (epoch - self.epoch) % EPOCHS
-        return 0 < ahead < EPOCHS // 2 or (ahead == EPOCHS // 2 and epoch > self.epoch)
+        return 0 < (epoch - self.epoch) % EPOCHS < EPOCHS // 2
 
     def _join(self, epoch: int, start_cycle: int) -> None:
         self.phase = Phase.RUNNING

@@ -212,7 +212,7 @@ def test_nodes_that_disagree_on_the_epoch_still_end_together(size, losses, seed)
 
 
 @pytest.mark.parametrize(("older", "newer"), [(0, 1), (65_535, 0), (65_000, 2), (5, 32_772), (5, 32_773)])
-def test_epochs_are_compared_modulo_65536_and_one_of_two_is_always_newer(older, newer):
+def test_epochs_are_compared_modulo_65536_and_two_that_differ_by_anything_meet_again(older, newer):
     air = Air(2, {(0, 1), (1, 0)}, epochs=[older, newer])
 
     air.run(20, {0: [1]})
