@@ -235,7 +235,7 @@ class _Reader:
         header = {key: value for key, value in table.items() if key in common.keys()}       # noqa: SIM118
         besides = shape_of(cls).keys() if cls is not None else []
         values = fill(common, header, place, self.problems, self.folder, besides).values
-        windows = self._windows(values.get("during_ns", ()), table, place)
+        windows = self._windows(values["during_ns"], table, place) if "during_ns" in values else ()
         fields: dict[str, Any] = {}
         if cls is not None:
             own = {key: value for key, value in table.items() if key not in [*header, "kind"]}
@@ -265,10 +265,8 @@ class _Reader:
             return ()
 
     def _windows(self, during_ns: Sequence[Any], table: Mapping[str, Any], place: Place) -> tuple[Window, ...]:
-        if not during_ns:
-            return ()
         key = next(key for key in spellings("during_ns") if key in table)
-        single = not isinstance(during_ns[0], list)
+        single = not during_ns or not isinstance(during_ns[0], list)
         windows: list[Window] = []
         for index, window in enumerate([list(during_ns)] if single else during_ns):
             where, written = ((*place, key), table[key]) if single else ((*place, key, index), table[key][index])

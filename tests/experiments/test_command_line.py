@@ -158,12 +158,11 @@ def test_bad_input_exits_with_2_and_all_problems_and_no_traceback(stub, here):
 
 
 @pytest.mark.parametrize("arguments", [
-    ["run", "nothing.toml"], ["run", "nothing"], ["run"], ["run", "talk.toml", "--host", "cloud"],
-    ["report", "nowhere"], ["run", "talk.toml", "--duration", "-1"], ["run", "talk.toml", "--duration", "x"], ["fmu", "info", "nothing.fmu"],
-    ["run", "talk.toml", "--set", "a"], ["fmu", "build", "nothing"], ["fmu", "build", "--fmi", "1.0"], ["walk"],
-    ["run", "talk.toml", "--out", "talk.toml"], ["run", "talk.toml", "--out", "."]])
+    "run nothing.toml", "run nothing", "run", "run talk.toml --host cloud", "run talk.toml --duration -1",
+    "run talk.toml --duration x", "run talk.toml --set a", "run talk.toml --out talk.toml", "run talk.toml --out .",
+    "report nowhere", "fmu info nothing.fmu", "fmu build nothing", "fmu build --fmi 1.0", "walk"])
 def test_bad_arguments_exit_with_2(arguments, stub, here):
-    result = marconet(*arguments)
+    result = marconet(*arguments.split())
 
     assert result.exit_code == 2
     assert result.stderr.strip()

@@ -103,6 +103,13 @@ EACH = [
                                         "scripted_loss, trace"]),
     ("during_s = [0.5, 1.0]", "during_s = [1.0, 0.5]",
      ["impairments[0].during_s=[1.0, 0.5]: expected 0 <= start < end"]),
+    ("during_s = [0.5, 1.0]", "during_s = [0.5, 0.5]",
+     ["impairments[0].during_s=[0.5, 0.5]: expected 0 <= start < end"]),
+    ("during_s = [0.5, 1.0]", "during_s = []",
+     ["impairments[0].during_s=[]: expected [start, end], or a list of such windows"]),
+    ("during_s = [0.5, 1.0]", "during_s = [[0.5, 1.0], [0.75, 2.0]]",
+     ["impairments[0].during_s=[[0.5, 1.0], [0.75, 2.0]] (during_ns=[(500000000, 1000000000), (750000000, "
+      "2000000000)]): intervals overlap: merge them"]),
     ("during_s = [0.5, 1.0]", 'during_s = ["a", 0.5]',
      ['impairments[0].during_s[0]="a": expected a number of seconds']),
     ("during_s = [0.5, 1.0]", "during_s = 0.5", ["impairments[0].during_s=0.5: expected a list"]),
