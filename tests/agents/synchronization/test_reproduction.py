@@ -1,0 +1,138 @@
+"""The "ours" column of docs/reproduction.md, Chapter 6: computed here, row by row, so that the page cannot rot.
+
+`pytest -s tests/agents/synchronization/test_reproduction.py -k tau1` prints the row "tau1".
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agents.synchronization.dwell_time import common_certificate, dwell_certificate, round_maps
+from agents.synchronization.exact_loop import ExactLoop, Hearing, spectral_radius, stability_limit
+from agents.synchronization.exact_run import alternating, simulate
+from agents.synchronization.gains import a_star, l2_gain
+from agents.synchronization.partition import partition
+from agents.synchronization.round_plan import plan_round
+from agents.synchronization.slot_length import Bound, SlotLength, small_gain_tau_s
+from agents.synchronization.starving import signal_map, starving_signal
+
+PAGE = Path(__file__).parents[3] / "docs" / "reproduction.md"
+HALF_S = 500_000_000
+
+
+class Example:
+    """Section 6.5 with both topologies; every property is the text of one row's "ours"."""
+
+    def __init__(self, agents, loops):
+        self.agents, self.loops = agents, loops
+        self.plans = [plan_round(agents, loop.laplacian) for loop in loops]
+
+    def eigenvalue(self, k):
+        return f"{self.loops[k].rightmost_eigenvalue.real:.6f}"
+
+    def gamma(self, k):
+        return f"{l2_gain(self.loops[k]).lower:.3f}"
+
+    def a1_star(self):
+        return "; ".join(" ".join(f"{entry:.0f}" for entry in row) for row in a_star(self.loops[0]))
+
+    def parts(self, k):
+        return "".join("{" + ",".join(str(agent + 1) for agent in part) + "}"
+                       for part in partition(self.loops[k].laplacian))
+
+    def tau(self, k, bound=Bound.PRINTED):
+        return f"{small_gain_tau_s(self.loops[k], 3, bound):.5e} s"
+
+    def slot(self, k):
+        return f"{self.plans[k].slot_ns} ns"
+
+    def broadcasts(self, k, bound=Bound.PRINTED):
+        return f"{SlotLength(small_gain_tau_s(self.loops[k], 3, bound), 3).broadcasts_per_agent_and_second:.2f}"
+
+    def exact(self, k):
+        return ExactLoop(self.agents, self.plans[k].laplacian, self.plans[k].parts)
+
+    def limit(self, k):
+        return f"{stability_limit(self.exact(k), 1e-4, 0.02).stable_s:.5e} s"
+
+    def radius(self, k):
+        return f"{self.exact(k).spectral_radius(self.plans[k].slot_ns * 1e-9):.6f}"
+
+    def certificate(self, hearing):
+        found = common_certificate(round_maps(self.agents, self.plans, hearing))
+        assert found.holds
+        return f"{found.rate_per_s:.3f} 1/s"
+
+    def dwell(self):
+        found = dwell_certificate(round_maps(self.agents, self.plans))
+        assert found.holds
+        return f"{found.dwell_rounds} rounds"
+
+    def starved(self):
+        return f"{spectral_radius(signal_map(self.agents, self.plans, starving_signal(self.plans, 4))):.5f}"
+
+    def largest_output(self, at_s, disturbance=()):
+        at_ns = round(at_s * 1e9)
+        run = simulate(self.agents, self.plans, alternating(HALF_S), at_ns, [at_ns], disturbance=disturbance)
+        return f"{np.abs(run.outputs[0]).max():.4f}"
+
+
+OMEGA = ((0, 5.0), (4_400_000_000, -5.0), (8_800_000_000, 0.0))
+ROWS = {
+    "eigenvalue1": lambda e: e.eigenvalue(0),
+    "eigenvalue2": lambda e: e.eigenvalue(1),
+    "gamma1": lambda e: e.gamma(0),
+    "gamma2": lambda e: e.gamma(1),
+    "A1*": lambda e: e.a1_star(),
+    "partition1": lambda e: e.parts(0),
+    "partition2": lambda e: e.parts(1),
+    "tau1": lambda e: e.tau(0),
+    "tau2": lambda e: e.tau(1),
+    "slot1": lambda e: e.slot(0),
+    "slot2": lambda e: e.slot(1),
+    "broadcasts1": lambda e: e.broadcasts(0),
+    "broadcasts2": lambda e: e.broadcasts(1),
+    "tau1-logarithmic": lambda e: e.tau(0, Bound.LOGARITHMIC_NORM),
+    "tau2-logarithmic": lambda e: e.tau(1, Bound.LOGARITHMIC_NORM),
+    "tau1-wirtinger": lambda e: e.tau(0, Bound.WIRTINGER),
+    "tau2-wirtinger": lambda e: e.tau(1, Bound.WIRTINGER),
+    "broadcasts1-wirtinger": lambda e: e.broadcasts(0, Bound.WIRTINGER),
+    "broadcasts2-wirtinger": lambda e: e.broadcasts(1, Bound.WIRTINGER),
+    "limit1": lambda e: e.limit(0),
+    "limit2": lambda e: e.limit(1),
+    "radius1": lambda e: e.radius(0),
+    "radius2": lambda e: e.radius(1),
+    "switching": lambda e: e.certificate(Hearing.NEIGHBOURS),
+    "switching-everyone": lambda e: e.certificate(Hearing.EVERYONE),
+    "dwell": lambda e: e.dwell(),
+    "starving": lambda e: e.starved(),
+    "quiet-end": lambda e: e.largest_output(13.0),
+    "disturbed-middle": lambda e: e.largest_output(8.8, OMEGA),
+    "disturbed-end": lambda e: e.largest_output(13.0, OMEGA),
+}
+
+
+def documented():
+    """First cell (the row's name) to third cell ("ours") of the table of Chapter 6."""
+    chapter = PAGE.read_text(encoding="utf-8").split("## Chapter 6")[1].split("\n## ")[0]
+    cells = [[cell.strip() for cell in line.strip("|\n").split("|")] for line in chapter.splitlines()
+             if line.startswith("| `")]
+    return {row[0].strip("`"): row[2] for row in cells}
+
+
+@pytest.fixture(scope="module")
+def example(five_agents, loop1, loop2):
+    return Example(five_agents, (loop1, loop2))
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_the_page_says_what_the_code_gives(name, example):
+    ours = ROWS[name](example)
+    print(f"{name}: {ours}")
+
+    assert documented()[name] == ours
+
+
+def test_the_page_has_no_row_that_is_not_computed():
+    assert set(documented()) == set(ROWS)
