@@ -11,7 +11,10 @@ import pytest
 
 from experiments.metric_keys import STATISTICS
 from experiments.scenario import load
-from experiments.scenario.loader import SECTIONS, AgentTable, Header, ImpairmentHeader, PlantTable
+from experiments.scenario.agents import AgentTable, PlantTable
+from experiments.scenario.loader import Header
+from experiments.scenario.network import ImpairmentHeader
+from experiments.scenario.sections import SECTIONS
 from experiments.scenario.shape import shape_of
 from firmware_sim.local_clock import ClockSettings
 from netem.impairments.table import IMPAIRMENTS

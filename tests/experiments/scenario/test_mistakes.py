@@ -40,6 +40,7 @@ EACH = [
       "argument"]),
     ('"robots_of_the_tests:Talker"', '"robots_of_the_tests.Talker"',
      ["agents_defaults.program=\"robots_of_the_tests.Talker\": expected 'package.module:Class'"]),
+    ('"robots_of_the_tests:Talker"', '""', ["agents_defaults.program=\"\": expected 'package.module:Class'"]),
     ('program = "robots_of_the_tests:Talker"', "", ["agents.r1.program: is missing", "agents.r2.program: is missing"]),
     ("parameters = { slot_ms = 1.1 }", "parameters = { slit_ms = 1.1 }",
      ['agents.r1.parameters.slit_ms=1.1: unknown key; did you mean "slot_ms"?']),

@@ -1,0 +1,118 @@
+"""`[agents]` and `[agents_defaults]`: nodes with their programs, clocks and plants."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from experiments.scenario.fill import fill
+from experiments.scenario.model import AgentSpec, PlantSpec
+from experiments.scenario.overrides import parse_path
+from experiments.scenario.plant_parameters import base
+from experiments.scenario.problems import Place, near, path_text
+from experiments.scenario.program import check_program
+from experiments.scenario.sections import Reading, holds
+from experiments.scenario.shape import shape_of
+from experiments.scenario.units import siblings
+from firmware_sim.local_clock import ClockSettings
+
+
+@dataclass(frozen=True)
+class PlantTable:
+    fmu: str
+    parameters: dict[str, Any] = field(default_factory=dict)
+    parameters_from: str | None = None
+
+
+@dataclass(frozen=True)
+class AgentTable:
+    program: str
+    parameters: dict[str, Any] = field(default_factory=dict)
+    clock: ClockSettings = field(default_factory=ClockSettings)
+    plant: PlantTable | None = None
+    at_m: tuple[float, ...] | None = None
+    media: tuple[str, ...] | None = None
+
+
+class Agents:
+    """Reads them; `programs` are the classes found on the way, with the import path of each."""
+
+    def __init__(self, reading: Reading) -> None:
+        self.reading = reading
+        self.problems = reading.problems
+        self.programs: dict[type, str] = {}
+
+    def read(self, tables: Mapping[str, Any], defaults: dict[str, Any], media: list[str]) -> dict[str, AgentSpec]:
+        if not tables and not self.problems.has(("agents",)):
+            self.problems.add(("agents",), "a scenario has at least one agent; add [agents.NAME] with its program")
+        return {name: self._agent(name, _merged(defaults, table) if isinstance(table, dict) else table, media)
+                for name, table in tables.items()}
+
+    def _agent(self, name: str, merged: Any, media: list[str]) -> AgentSpec:
+        """With mistakes in it, what is left of the agent: others may refer to it."""
+        place = ("agents", name)
+        self.reading.check_name(place, name)
+        values = fill(shape_of(AgentTable), merged, place, self.problems, self.reading.folder).values
+        table = AgentTable(**{"program": "", **values})
+        parameters = self._program(table.program, table.parameters, place) if "program" in values else {}
+        plant = None if table.plant is None else self._plant(table.plant, (*place, "plant"))
+        attached = media if table.media is None else table.media
+        for index, medium in enumerate(attached):
+            if medium not in media:
+                self.problems.add((*place, "media", index), f"no such medium; {near(medium, media)}", medium)
+                attached = media
+        if table.at_m is not None and len(table.at_m) not in (2, 3):
+            self.problems.add((*place, "at_m"), "expected [x, y] or [x, y, z]", list(table.at_m))
+        return AgentSpec(name, table.program, parameters, table.clock, plant, table.at_m, tuple(attached))
+
+    def _program(self, program: str, parameters: Any, place: Place) -> dict[str, Any]:
+        cls, keywords = check_program(program, parameters, place, self.problems, self.reading.folder)
+        if cls is not None:
+            self.programs.setdefault(cls, program)
+        return keywords
+
+    def _plant(self, table: PlantTable, place: Place) -> PlantSpec | None:
+        try:
+            plant = self.reading.vocabulary.plant_names(table.fmu, self.reading.folder)
+        except ValueError as error:
+            self.problems.add((*place, "fmu"), str(error), table.fmu)
+            return None
+        start: dict[str, Any] = {}
+        if table.parameters_from is not None:
+            found, complaint = self._lookup(table.parameters_from)
+            start = plant.taken_from(found)
+            if found and not start:
+                known = dict.fromkeys(map(base, plant.parameters))
+                complaint = f"no key of that table is a parameter of {table.fmu}; {near('', known)}"
+            if complaint:
+                self.problems.add((*place, "parameters_from"), complaint, table.parameters_from)
+            for key, value in start.items():
+                if complaint := plant.complaint(key, value):
+                    self.problems.add((*parse_path(table.parameters_from)[0], key), complaint, value)
+        for key, value in table.parameters.items():
+            if complaint := plant.complaint(key, value):
+                self.problems.add((*place, "parameters", key), complaint, value)
+        return PlantSpec(plant.fmu, {**start, **table.parameters})
+
+    def _lookup(self, dotted: str) -> tuple[dict[str, Any], str]:
+        """The table of this file at a path and what is wrong with the path."""
+        path, rest = parse_path(dotted)
+        if not path or rest:
+            return {}, "expected the path of a table, as in team.models.r1"
+        here: Any = self.reading.document
+        for depth, part in enumerate(path):
+            if not holds(here, (part,)):
+                where = path_text(path[:depth]) or "this file"
+                return {}, f"{where} has no {part!r}; {near(part, here if isinstance(here, dict) else ())}"
+            here = here[part]
+        return (here, "") if isinstance(here, dict) else ({}, "is no table")
+
+
+def _merged(defaults: dict[str, Any], table: dict[str, Any]) -> dict[str, Any]:
+    """`table` over `defaults`, tables within tables too; a time in `table` replaces one in another unit."""
+    merged = {key: value for key, value in defaults.items() if not any(other in table for other in siblings(key))}
+    for key, value in table.items():
+        below = merged.get(key)
+        merged[key] = _merged(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
+    return merged

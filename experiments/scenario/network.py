@@ -1,0 +1,139 @@
+"""`[media]`, `[[impairments]]` and `[expect]`: what carries frames, what goes wrong on the way, what has to hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from random import Random
+from typing import Any
+
+from experiments.scenario.fill import construct, fill
+from experiments.scenario.model import AgentSpec, Bound, ImpairmentSpec, Link, MediumSpec, Window
+from experiments.scenario.problems import Place, near, path_text
+from experiments.scenario.refusals import refuse
+from experiments.scenario.sections import Reading
+from experiments.scenario.shape import Shape, shape_of
+from experiments.scenario.units import spellings
+
+
+@dataclass(frozen=True)
+class ImpairmentHeader:
+    on: str
+    during_ns: tuple[Any, ...] = ()
+
+
+class Network:
+    def __init__(self, reading: Reading) -> None:
+        self.reading = reading
+        self.problems = reading.problems
+        self.folder = reading.folder
+        self.vocabulary = reading.vocabulary
+
+    def media(self, tables: Mapping[str, Any], agents: Mapping[str, AgentSpec]) -> dict[str, MediumSpec]:
+        media: dict[str, MediumSpec] = {}
+        for name, table in tables.items():
+            place = ("media", name)
+            self.reading.check_name(place, name)
+            nodes = tuple(agent.name for agent in agents.values() if name in agent.media)
+            cls = self._kind(table, place, self.vocabulary.media)
+            if cls is None:
+                media[name] = MediumSpec(name, "", None, nodes)
+                continue
+            rest = {key: value for key, value in table.items() if key != "kind"}
+            settings = construct(cls.Settings, rest, place, self.problems, self.folder, besides=["kind"])
+            if settings is not None and nodes:
+                try:
+                    self.vocabulary.try_medium(cls, name, settings, {node: agents[node].at_m for node in nodes})
+                except ValueError as error:
+                    refuse(error, rest, place, self.problems)
+            media[name] = MediumSpec(name, table["kind"], settings, nodes)
+        return media
+
+    def impairments(self, media: Mapping[str, MediumSpec]) -> tuple[ImpairmentSpec, ...]:
+        tables = self.reading.document.get("impairments", [])
+        if not isinstance(tables, list):
+            self.problems.add(("impairments",), "expected a list: write [[impairments]]", tables)
+            return ()
+        return tuple(self._impairment(table, ("impairments", index), media) for index, table in enumerate(tables))
+
+    def _impairment(self, table: Any, place: Place, media: Mapping[str, MediumSpec]) -> ImpairmentSpec:
+        cls = self._kind(table, place, self.vocabulary.impairments)
+        if not isinstance(table, dict):
+            return ImpairmentSpec(path_text(place), "", (), (), "", {})
+        common = shape_of(ImpairmentHeader)
+        header = {key: value for key, value in table.items() if key in common.keys()}       # noqa: SIM118
+        besides = shape_of(cls).keys() if cls is not None else []
+        values = fill(common, header, place, self.problems, self.folder, besides).values
+        windows = self._windows(values["during_ns"], table, place) if "during_ns" in values else ()
+        fields: dict[str, Any] = {}
+        if cls is not None:
+            own = {key: value for key, value in table.items() if key not in [*header, "kind"]}
+            filled = fill(shape_of(cls), own, place, self.problems, self.folder, [*common.keys(), "kind"])
+            fields = filled.values
+            if filled.complete:
+                self._try(cls, fields, windows, table, place)
+        links = self._links(values.get("on"), place, media)
+        return ImpairmentSpec(path_text(place), values.get("on", ""), links, windows, str(table.get("kind")), fields)
+
+    def _try(self, cls: Any, fields: Mapping[str, Any], windows: Sequence[Window], table: Any, place: Place) -> None:
+        """Construct the impairment, so that what it refuses is said before the run."""
+        try:
+            impairment = cls(**fields, **({"rng": Random(0)} if "rng" in cls.__dataclass_fields__ else {}))
+            if windows:
+                self.vocabulary.try_windows(impairment, windows)
+        except (ValueError, OSError) as error:
+            refuse(error, table, place, self.problems)
+
+    def _links(self, on: str | None, place: Place, media: Mapping[str, MediumSpec]) -> tuple[Link, ...]:
+        if on is None:
+            return ()
+        try:
+            return tuple(self.vocabulary.select_links(on, {name: medium.nodes for name, medium in media.items()}))
+        except ValueError as error:
+            self.problems.add((*place, "on"), str(error), on)
+            return ()
+
+    def _windows(self, during_ns: Sequence[Any], table: Mapping[str, Any], place: Place) -> tuple[Window, ...]:
+        key = next(key for key in spellings("during_ns") if key in table)
+        single = not during_ns or not isinstance(during_ns[0], list)
+        windows: list[Window] = []
+        for index, window in enumerate([list(during_ns)] if single else during_ns):
+            where, written = ((*place, key), table[key]) if single else ((*place, key, index), table[key][index])
+            if not isinstance(window, list) or len(window) != 2 or not all(isinstance(edge, int) for edge in window):
+                self.problems.add(where, "expected [start, end], or a list of such windows", written)
+            elif not 0 <= window[0] < window[1]:
+                self.problems.add(where, "expected 0 <= start < end", written)
+            else:
+                windows.append((window[0], window[1]))
+        return tuple(windows)
+
+    def expect(self, tables: Mapping[str, Any], agents: Mapping[str, AgentSpec],
+                media: Mapping[str, MediumSpec]) -> dict[str, Bound]:
+        bounds: dict[str, Bound] = {}
+        shape = Shape({"min": float, "max": float}, frozenset())
+        for key, table in tables.items():
+            place = ("expect", key)
+            filled = fill(shape, table, place, self.problems, self.folder)
+            bound = bounds[key] = Bound(**filled.values)
+            if not filled.complete:
+                continue
+            if bound.min is None and bound.max is None:
+                self.problems.add(place, "expects nothing; give min, max or both", table)
+            elif bound.min is not None and bound.max is not None and bound.min > bound.max:
+                self.problems.add(place, "expected min <= max", table)
+        for line in self.vocabulary.unknown_figures(bounds, list(agents), list(media)):
+            self.problems.say(line)
+        return bounds
+
+    def _kind(self, table: Any, place: Place, kinds: Mapping[str, type]) -> Any:
+        if not isinstance(table, dict):
+            self.problems.add(place, "expected a table", table)
+            return None
+        if "kind" not in table:
+            self.problems.add((*place, "kind"), f"is missing; {near('', kinds)}")
+            return None
+        kind = table["kind"]
+        if not isinstance(kind, str) or kind not in kinds:
+            self.problems.add((*place, "kind"), f"no such kind; {near(kind, kinds)}", kind)
+            return None
+        return kinds[kind]
