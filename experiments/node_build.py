@@ -52,7 +52,7 @@ def program_class(path: str, folder: str) -> Any:
 def build_node(specification: NodeSpecification) -> Node:
     """The node, its program constructed and started."""
     node = Node(specification.name, specification.media, specification.sample_period_ns)
-    clock = LocalClock(specification.clock, lambda: int(node.env.now))
+    clock = LocalClock(specification.clock, node.env.time_ns)
     plant = None
     if specification.plant is not None:
         plant = Plant(specification.plant.description, specification.name, specification.plant.start)

@@ -32,8 +32,11 @@ class Links:
 
     def receive(self, frame: Frame, receiver: str, arrival_ns: int, *, checksum: bool) -> None:
         """A receiver decoded `frame`; it reaches the node at `arrival_ns` (>= now) unless the link impairs it."""
-        if self._pipelines and (pipeline := self._pipelines.get((frame.medium, frame.sender, receiver))):
+        pipeline = self._pipelines.get((frame.medium, frame.sender, receiver))
+        if pipeline is not None:
             self._impair(pipeline, frame, receiver, arrival_ns, checksum)
+        elif arrival_ns < self._end_ns and self._deliver(receiver, frame.medium, arrival_ns, frame.data):
+            self._ledger.close(frame, receiver, Fate.DELIVERED, delivered_ns=arrival_ns)
         else:
             self._hand_over(frame, receiver, arrival_ns, frame.data, 0, Fate.DELIVERED)
 

@@ -15,7 +15,7 @@ from collections.abc import Callable, Generator, Sequence
 from typing import Any
 
 import simpy
-from simpy.events import URGENT, Event
+from simpy.events import NORMAL, Event
 
 from netem.agenda import NEVER_NS
 from netem.lockstep.messages import Grant, Hello, Offer, Report, Sample
@@ -43,23 +43,35 @@ class Port:
         """SimPy event whose value is the next frame that was not taken yet."""
         return self._waiting.get()
 
-    def arrive(self, arrival: Event) -> None:
-        """Callback of an `Arrival`."""
-        data: Any = arrival.value
+    def arrive(self, data: bytes) -> None:
         if self.on_receive is not None:
             self.on_receive(data)
         else:
             self._waiting.put(data)
 
 
-class Arrival(Event):
-    """A frame reaches a port; URGENT, so it is there before the node's timers of the same instant."""
+class NodeEnvironment(simpy.Environment):
+    """SimPy's environment in integer nanoseconds, whose time an arriving frame can move on as well as an event."""
 
-    def __init__(self, env: simpy.Environment, port: Port, data: bytes) -> None:
+    _now: int
+
+    def time_ns(self) -> int:
+        return self._now
+
+    def move_to(self, time_ns: int) -> None:
+        """Set the time; every event before `time_ns` has run."""
+        assert self._now <= time_ns <= self.peek(), f"{time_ns} ns lies before {self._now} ns or after an event"
+        self._now = time_ns
+
+
+class Alarm(Event):
+    """Calls `action` when it is due; cheaper than a process that waits."""
+
+    def __init__(self, env: simpy.Environment, action: Callable[[Event], None]) -> None:
         self.env = env
-        self.callbacks = [port.arrive]
+        self.callbacks = [action]
+        self._value = None
         self._ok = True
-        self._value = data
 
 
 class Node:
@@ -67,7 +79,7 @@ class Node:
         if sample_period_ns < 0:
             raise ValueError(f"sample_period_ns={sample_period_ns}: expected 0 (no samples) or more")
         self.name = name
-        self.env = simpy.Environment(initial_time=0)
+        self.env = NodeEnvironment(initial_time=0)
         self.ports = {port: Port(self, index, port) for index, port in enumerate(ports)}
         self._port_list = list(self.ports.values())
         self._firm_ns = 0
@@ -84,15 +96,20 @@ class Node:
 
     @property
     def now_ns(self) -> int:
-        return self.env.now         # type: ignore[return-value]    # int: every time and delay of this project is
+        return self.env.time_ns()
 
     def start(self, program: Generator[Event, Any, Any]) -> simpy.Process:
         """Run `program` as a process of this node from now on."""
         return self.env.process(program)
 
+    def call_in(self, delay_ns: int, action: Callable[[Event], None]) -> None:
+        """Call `action` after `delay_ns`."""
+        self.env.schedule(Alarm(self.env, action), NORMAL, delay_ns)
+
     def silent_until(self, time_ns: int) -> None:
         """Firm promise: hand out nothing before `time_ns`, whatever is heard. A promise given is never taken back."""
-        self._firm_ns = max(self._firm_ns, time_ns)
+        if time_ns > self._firm_ns:
+            self._firm_ns = time_ns
 
     def hand_out(self, port: int, data: bytes) -> None:
         now_ns = self.now_ns
@@ -123,24 +140,28 @@ class Node:
 
     def advance(self, grant: Grant) -> Report:
         """Run every event that the grant allows, and say what came of it."""
-        env = self.env
-        if grant.deliveries:
-            now_ns = env.now
-            for arrival_ns, port, data in grant.deliveries:
-                env.schedule(Arrival(env, self._port_list[port], data), URGENT, arrival_ns - now_ns)
         horizon_ns = grant.horizon_ns
-        limit_ns = horizon_ns + 1 if grant.instant else horizon_ns
-        peek, step = env.peek, env.step
-        while (time_ns := peek()) < limit_ns:
-            if self._next_sample_ns < time_ns:
-                self._sample_before(time_ns)
-            step()
+        for arrival_ns, port, data in grant.deliveries:
+            self._run_before(arrival_ns)
+            if self._next_sample_ns < arrival_ns:
+                self._sample_before(arrival_ns)
+            self.env.move_to(arrival_ns)
+            self._port_list[port].arrive(data)
+        self._run_before(horizon_ns + 1 if grant.instant else horizon_ns)
         if self._next_sample_ns < horizon_ns:
             self._sample_before(horizon_ns)
         report = Report(grant.window, self._peek_ns(), self._firm_ns, self._offers, self._samples, self._events,
                         dict(self._counters) if grant.last else {}, "")
         self._offers, self._samples, self._events = [], [], []
         return report
+
+    def _run_before(self, limit_ns: int) -> None:
+        """Run the node's own events before `limit_ns`, and take the samples that lie before the last of them."""
+        peek, step = self.env.peek, self.env.step
+        while (time_ns := peek()) < limit_ns:
+            if self._next_sample_ns < time_ns:
+                self._sample_before(time_ns)
+            step()
 
     def _peek_ns(self) -> int:
         time_ns = self.env.peek()

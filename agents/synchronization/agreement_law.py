@@ -40,6 +40,8 @@ class AgreementLaw:
         own = self.held.get(self.number)
         if own is None:
             return [0.0] * len(self._gain)
+        if len(own) == 1:
+            return self._scalar_control(own[0])
         errors = [0.0] * len(own)
         for j in self.neighbours:
             other = self.held.get(j)
@@ -48,3 +50,11 @@ class AgreementLaw:
                 for k, value in enumerate(own):
                     errors[k] += value - other[k] - offset[k]
         return [-sum(map(mul, row, errors)) for row in self._gain]
+
+    def _scalar_control(self, value: float) -> list[float]:
+        """The same for one output, the case that has to be fast."""
+        held, offsets, error = self.held, self._offsets, 0.0
+        for j in self.neighbours:
+            if j in held:
+                error += value - held[j][0] - offsets[j][0]
+        return [-row[0] * error for row in self._gain]

@@ -96,7 +96,9 @@ class SyncRobot:
             if adoption_ns is not None and adoption_ns <= first_ns:
                 first_ns, act = adoption_ns, self._adopt
             board.silent_until(first_ns)
-            yield from board.wait_until(first_ns)
+            yield board.until(first_ns)
+            while board.now_ns < first_ns:      # the clock was set back meanwhile
+                yield board.until(first_ns)
             act()
 
     def _speak(self) -> None:
@@ -107,8 +109,7 @@ class SyncRobot:
         outputs = self._measure(self._board.node.now_ns)
         self._port.send(self._codec.pack(self._number, slot, outputs))
         if self._own_delay_ns:
-            event = self._board.node.env.timeout(self._own_delay_ns)
-            event.callbacks.append(lambda _: self._hold_own(outputs))
+            self._board.node.call_in(self._own_delay_ns, lambda _: self._hold_own(outputs))
         else:
             self._hold_own(outputs)
         if self._sync is not None:

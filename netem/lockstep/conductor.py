@@ -44,6 +44,10 @@ class Seat:
     earliest_ns: int = 0                # max(firm, min(soft, pending))
     granted_ns: int = 0
     inbox: list[Delivery] = field(default_factory=list)
+    ports: dict[str, int] = field(init=False)           # index of the port to each medium
+
+    def __post_init__(self) -> None:
+        self.ports = {medium: index for index, medium in enumerate(self.media)}
 
     def renew(self) -> None:
         self.earliest_ns = max(self.firm_ns, min(self.soft_ns, self.pending_ns))
@@ -117,7 +121,7 @@ class Conductor:
             return False
         assert arrival_ns >= seat.granted_ns, (
             f"{medium}: a frame reaches {receiver} at {arrival_ns} ns, below its horizon of {seat.granted_ns} ns")
-        seat.inbox.append((arrival_ns, seat.media.index(medium), data))
+        seat.inbox.append((arrival_ns, seat.ports[medium], data))
         if arrival_ns < seat.pending_ns:
             seat.pending_ns = arrival_ns
             if arrival_ns < seat.soft_ns:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Row = tuple[str, str, int, str, int, int, int, int, int, int, bytes, str, str]
 COLUMNS = ("medium", "sender", "number", "receiver", "copy", "offered_ns", "on_air_ns", "end_ns", "delivered_ns",
            "size_bytes", "digest", "fate", "cause")
-CHUNK_ROWS = 16_384
+CHUNK_ROWS = 131_072        # some 40 MB
 
 
 class ConservationError(Exception):

@@ -62,12 +62,12 @@ def test_processes_give_what_inline_nodes_give(conduct: Conduct, tmp_path: Path)
 @pytest.mark.parametrize(("behaviour", "reason"), [
     ("exits", r"node b: its process exited with code 7 .*had run up to 19200000 ns.*\n.*out of memory, says the node"),
     ("raises", r"node b: its program failed: ValueError: sensor gave -1 .*had run up to 19200000 ns"),
-    ("hangs", r"node b: waited 2 s for it to report window \d+ .*had run up to 19200000 ns"),
-    ("speaks garbage", r"node b: waited 2 s for it to report window 1; 2 unreadable messages came from it"),
+    ("hangs", r"node b: waited 4 s for it to report window \d+ .*had run up to 19200000 ns"),
+    ("speaks garbage", r"node b: waited 4 s for it to report window 1; 2 unreadable messages came from it"),
 ])
 def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_path: Path, behaviour: str,
                                                          reason: str) -> None:
-    host = host_of({"a": "well", "b": behaviour, "c": "well"}, tmp_path, timeout_s=2.0)
+    host = host_of({"a": "well", "b": behaviour, "c": "well"}, tmp_path, timeout_s=4.0 if "waited" in reason else 30.0)
     try:
         with pytest.raises(NodeFailure, match=reason):
             conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
@@ -79,10 +79,10 @@ def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_p
 
 @pytest.mark.parametrize(("behaviour", "reason"), [
     ("fails to start", r"node b: could not start .*\n(.|\n)*RuntimeError: no such sensor"),
-    ("never ready", r"node b: waited 2 s for it to say that it is ready"),
+    ("never ready", r"node b: waited 4 s for it to say that it is ready"),
 ])
 def test_a_node_that_is_not_ready_is_named_before_time_starts(tmp_path: Path, behaviour: str, reason: str) -> None:
-    host = host_of({"a": "well", "b": behaviour}, tmp_path, timeout_s=2.0)
+    host = host_of({"a": "well", "b": behaviour}, tmp_path, timeout_s=4.0 if "waited" in reason else 30.0)
     try:
         with pytest.raises(NodeFailure, match=reason):
             host.start()
