@@ -33,6 +33,9 @@ def rates_per_s(P: Floats, maps: Sequence[Floats], periods_s: Sequence[float]) -
 
 def discrete_lyapunov(M: Floats, Q: Floats) -> Floats:
     """X = M' X M + Q for a contracting M, by doubling: X = sum over k of M'^k Q M^k (Smith 1968)."""
+    radius = float(np.abs(np.linalg.eigvals(M)).max())
+    if radius >= 1:
+        raise ValueError(f"spectral radius {radius:.9g}: only a contracting map has a Lyapunov function")
     X, power = Q, M
     while True:
         more = power.T @ X @ power

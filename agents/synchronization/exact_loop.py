@@ -123,8 +123,7 @@ def stability_limit(loop: ExactLoop, scan_step_s: float, scan_end_s: float, dela
             raise ValueError(f"unstable already at tau = {delay_s + scan_step_s:g} s with a delay of {delay_s:g} s: "
                              f"scan with smaller steps, or A_cl is not Hurwitz, or the delay is too long")
         stable, unstable = delay_s + (k - 1) * scan_step_s, delay_s + k * scan_step_s
-        while unstable - stable > accuracy_s:
-            middle = (stable + unstable) / 2
+        while unstable - stable > accuracy_s and stable < (middle := (stable + unstable) / 2) < unstable:
             if loop.spectral_radius(middle, delay_s) < 1:
                 stable = middle
             else:

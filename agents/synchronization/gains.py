@@ -59,7 +59,7 @@ def h_infinity_norm(A: Floats, B: Floats, C: Floats, D: Floats) -> HInfinityNorm
         between = (crossings[1:] + crossings[:-1]) / 2
         tried = [(sigma_max(A, B, C, D, w), w) for w in (*crossings.tolist(), *between.tolist())]
         best, at = max(tried, default=(0.0, 0.0))
-        if best <= upper:
+        if not best > upper:
             return HInfinityNorm(lower, upper, peak)
         lower, peak = best, at
 

@@ -191,6 +191,8 @@ def test_discrete_lyapunov_agrees_with_scipy():
 def test_an_unstable_topology_cannot_be_certified():
     with pytest.raises(ValueError, match=r"spectral radius 1\.1: no topology may be unstable by itself"):
         common_certificate([RoundMap(0, 1.1 * np.eye(2), 1.0)])
+    with pytest.raises(ValueError, match="spectral radius 1: only a contracting map"):
+        discrete_lyapunov(np.eye(2), np.eye(2))
     with pytest.raises(ValueError, match="share=1"):
         dwell_certificate(eighth_turns(), share=1)
 

@@ -101,6 +101,12 @@ def test_a_scan_without_a_limit_says_so_and_an_unstable_start_is_an_error(loops,
         loops[0].slot_map(0, 1e-3, 1e-3)
 
 
+def test_a_limit_finer_than_floating_point_is_found_all_the_same(loops):
+    limit = stability_limit(loops[0], SCAN_STEP_S, SCAN_END_S, accuracy_s=0.0)
+
+    assert np.nextafter(limit.stable_s, 1) == limit.unstable_s
+
+
 def test_a_delay_of_almost_nothing_changes_almost_nothing(loops):
     for loop in loops:
         M, delayed = loop.round_map(1e-3), loop.round_map(1e-3, 1e-12)
@@ -117,20 +123,38 @@ def test_links_of_the_old_topology_act_at_once_and_new_ones_from_their_senders_s
     assert np.array_equal(links_with_a_value(l1, l2, range(5)), l1)
 
 
-def test_the_first_round_after_a_switch_is_the_simulation_of_neighbours_only(five_agents, l1, l2):
+@pytest.mark.parametrize("delay_ns", [0, 300_000])
+def test_the_first_round_after_a_switch_is_the_simulation_of_neighbours_only(five_agents, l1, l2, delay_ns):
     plans = [plan_round(five_agents, l2), plan_round(five_agents, l1)]
     loops = [ExactLoop(five_agents, plan.laplacian, plan.parts) for plan in plans]
     x0 = np.random.default_rng(9).normal(size=10)
     z = np.concatenate([x0, loops[0].closed_loop.C_cl @ x0])
     switch_ns, end_ns = plans[0].round_ns, plans[0].round_ns + plans[1].round_ns
 
-    first = loops[1].round_map(plans[1].slot_ns * 1e-9, previous=l2) @ loops[0].round_map(plans[0].slot_ns * 1e-9) @ z
+    delay_s = delay_ns * 1e-9
+    before = loops[0].round_map(plans[0].slot_ns * 1e-9, delay_s) @ z
+    first = loops[1].round_map(plans[1].slot_ns * 1e-9, delay_s, previous=l2) @ before
     run = simulate(five_agents, plans, lambda t_ns: int(t_ns >= switch_ns), end_ns, [end_ns], x0=x0,
-                   hearing=Hearing.NEIGHBOURS)
+                   hearing=Hearing.NEIGHBOURS, delay_ns=delay_ns)
 
     np.testing.assert_allclose(run.states[-1], first[:10], rtol=1e-10, atol=1e-12)
-    ordinary = loops[1].round_map(plans[1].slot_ns * 1e-9) @ loops[0].round_map(plans[0].slot_ns * 1e-9) @ z
+    ordinary = loops[1].round_map(plans[1].slot_ns * 1e-9, delay_s) @ before
     assert np.abs(ordinary - first).max() > 1e-3
+
+
+def test_agents_with_two_outputs_are_simulated_as_their_round_map_says():
+    rng = np.random.default_rng(15)
+    agents = tuple(LinearAgent(rng.normal(size=(n, n)), rng.normal(size=(n, 1)), rng.normal(size=(2, n)),
+                               rng.normal(size=(1, 2))) for n in (2, 3, 1))
+    L = laplacian(3, [(0, 1), (1, 2), (2, 0)])
+    plan = RoundPlan(L, partition(L), 3_000_000)
+    loop, x0 = ExactLoop(agents, L, plan.parts), rng.normal(size=6)
+    z = np.concatenate([x0, loop.closed_loop.C_cl @ x0])
+
+    after = np.linalg.matrix_power(loop.round_map(3e-3, 1e-3), 10) @ z
+
+    slots = 10 * len(plan.parts)
+    np.testing.assert_allclose(after[:6], state_after(agents, plan, slots, x0, 1_000_000), rtol=1e-9, atol=1e-11)
 
 
 def test_outputs_of_several_components_are_sampled_together():
