@@ -44,8 +44,8 @@ def fmu_path(plant: str | Path, fmi_version: str = "3.0") -> Path:
         return build(own, fmi_version)
     if (Path(plant) / "variables.toml").is_file():
         return build_model(Path(plant), fmi_version)
-    raise PlantError(f"{text}: no such plant: give a path that ends in .fmu, a folder with variables.toml and model.c, or "
-                     f"one of {', '.join(own_models())}")
+    raise PlantError(f"{text}: no such plant: give a path that ends in .fmu, a folder with variables.toml and model.c, "
+                     f"or one of {', '.join(own_models())}")
 
 
 def build(model: str, fmi_version: str = "3.0") -> Path:

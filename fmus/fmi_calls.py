@@ -39,7 +39,7 @@ TYPES_FMI3: Final[dict[str, tuple[str, Any]]] = {
 
 
 class Messages(deque[tuple[int, str]]):
-    """The last messages of one FMU instance, with their status. Logging is on: some FMUs give no reasons without it."""
+    """The last messages of one FMU instance, with their status."""
 
     def __hash__(self) -> int:      # type: ignore[override]  # found by its number below, not by content
         return id(self)
@@ -78,7 +78,7 @@ class Fmu:
     prefix: str
     types: dict[str, tuple[str, Any]]
 
-    def __init__(self, description: PlantDescription, instance_name: str) -> None:
+    def __init__(self, description: PlantDescription, instance_name: str, logging: bool) -> None:
         self.description = description
         self.messages = Messages(maxlen=20)
         self.number = next(_numbers)
@@ -88,7 +88,7 @@ class Fmu:
         except OSError as error:
             raise PlantError(f"{description.file}: its binary cannot be loaded: {error}: "
                              "it may need libraries that are not installed here") from None
-        handle = self._instantiate(instance_name.encode())
+        handle = self._instantiate(instance_name.encode(), logging)
         if not handle:
             hint = "the FMU allows one instance per process: give each its own process" \
                 if description.once_per_process else "see the FMU's documentation for what it needs"
@@ -137,7 +137,7 @@ class Fmu:
     def asks_to_end(self) -> bool:
         return self._flags[0]
 
-    def _instantiate(self, name: bytes) -> int | None:
+    def _instantiate(self, name: bytes, logging: bool) -> int | None:
         raise NotImplementedError
 
     def _tail(self, values: Any) -> tuple[Any, ...]:
@@ -148,7 +148,7 @@ class Fmu2(Fmu):
     prefix = "fmi2"
     types = TYPES_FMI2
 
-    def _instantiate(self, name: bytes) -> int | None:
+    def _instantiate(self, name: bytes, logging: bool) -> int | None:
         libc = c.CDLL(None) if hasattr(c, "RTLD_GLOBAL") and not hasattr(c, "windll") else c.cdll.msvcrt
         self._callbacks = _Callbacks(
             c.cast(_logger_fmi2, c.c_void_p), c.cast(libc.calloc, c.c_void_p), c.cast(libc.free, c.c_void_p), None,
@@ -158,7 +158,7 @@ class Fmu2(Fmu):
         resources = Path(self.description.resources).absolute().as_uri().encode()
         result: int | None = self.function("Instantiate", c.c_void_p)(
             c.c_char_p(name), c.c_int(1), c.c_char_p(self.description.token.encode()), c.c_char_p(resources),
-            c.byref(self._callbacks), c.c_int(0), c.c_int(1))
+            c.byref(self._callbacks), c.c_int(0), c.c_int(logging))
         return result
 
     def _tail(self, values: Any) -> tuple[Any, ...]:
@@ -179,12 +179,12 @@ class Fmu3(Fmu):
     prefix = "fmi3"
     types = TYPES_FMI3
 
-    def _instantiate(self, name: bytes) -> int | None:
+    def _instantiate(self, name: bytes, logging: bool) -> int | None:
         resources = self.description.resources
         folder = f"{resources}/".encode() if Path(resources).is_dir() else None
         result: int | None = self.function("InstantiateCoSimulation", c.c_void_p)(
             c.c_char_p(name), c.c_char_p(self.description.token.encode()), c.c_char_p(folder), c.c_bool(False),
-            c.c_bool(True), c.c_bool(False), c.c_bool(False), None, c.c_size_t(0), c.c_void_p(self.number),
+            c.c_bool(logging), c.c_bool(False), c.c_bool(False), None, c.c_size_t(0), c.c_void_p(self.number),
             _logger_fmi3, None)
         return result
 

@@ -44,22 +44,17 @@ class InputGroup:
         """Set all inputs of the group, in the order in which they were named, from now on."""
         try:
             self._pack(self._values, 0, *values)
-            fine = isfinite(sum(values))
+            total = sum(values)
         except (struct.error, TypeError):
             raise PlantError(f"{self._plant.place()}: {', '.join(self.names)}: expected {len(self.names)} numbers, "
                              f"got {values!r}") from None
-        if not fine:
-            self._refuse(values)
+        if not isfinite(total):
+            self._plant.check_finite(self.names, values, "a value must be finite")
         if status := self._call(*self._arguments):
             self._plant.check(status, f"setting {', '.join(self.names)}")
 
     def stop(self, refuse: Callable[..., int]) -> None:
         self._call = refuse
-
-    def _refuse(self, values: Sequence[float]) -> None:
-        for name, value in zip(self.names, values, strict=True):
-            if not isfinite(value):
-                raise PlantError(f"{self._plant.place()}: {name}={value}: a value must be finite")
 
 
 class OutputGroup:
@@ -75,7 +70,10 @@ class OutputGroup:
         """The values at `plant.now_ns`, in the order in which they were named."""
         if status := self._call(*self._arguments):
             self._plant.check(status, f"reading {', '.join(self.names)}")
-        return self._unpack(self._values)
+        values = self._unpack(self._values)
+        if not isfinite(sum(values)):
+            self._plant.check_finite(self.names, values, "the FMU gave a value that is not finite")
+        return values
 
     def stop(self, refuse: Callable[..., int]) -> None:
         self._call = refuse
@@ -85,11 +83,12 @@ class Plant:
     """One instance of the described FMU, initialized at time 0 with the start values given.
 
     `start` holds parameters, initial values and inputs; a nested list stands for the elements of a matrix.
-    `fixed_step_ns` is for an FMU that takes only one step size and does not say which.
+    `fixed_step_ns` is for an FMU that takes only one step size and does not say which. With `logging` off an FMU is
+    faster if it comments on every call, but may keep the reason of a failure to itself.
     """
 
     def __init__(self, description: PlantDescription, instance_name: str, start: Mapping[str, Nested] | None = None,
-                 fixed_step_ns: int | None = None) -> None:
+                 fixed_step_ns: int | None = None, logging: bool = True) -> None:
         self.description = description
         self.now_ns = 0
         self._stopped: str | None = None
@@ -99,7 +98,7 @@ class Plant:
             declared_s = description.fixed_step_s
             self._fixed_ns = fixed_step_ns or (round(declared_s * 1e9) if declared_s else None)
         start = self._checked_start(start or {})
-        self._fmu = fmu = (Fmu3 if description.fmi == "3.0" else Fmu2)(description, instance_name)
+        self._fmu = fmu = (Fmu3 if description.fmi == "3.0" else Fmu2)(description, instance_name, logging)
         self._alive = [False]       # in step mode: `terminate` is due
         self._release = weakref.finalize(self, _release, fmu, self._alive)
         self._groups: weakref.WeakSet[InputGroup | OutputGroup] = weakref.WeakSet()
@@ -192,6 +191,12 @@ class Plant:
         self._stop(f"it stopped after {why}")
         raise PlantError(f"{self.place()}: {why}")
 
+    def check_finite(self, names: Sequence[str], values: Sequence[float], rule: str) -> None:
+        """Raise for the first value that is infinite or not a number, if any: a sum may overflow without one."""
+        for name, value in zip(names, values, strict=True):
+            if not isfinite(value):
+                raise PlantError(f"{self.place()}: {name}={value}: {rule}")
+
     def _stop(self, why: str) -> None:
         """Let no call reach the instance from now on."""
         def refuse(*_arguments: Any) -> int:
@@ -237,6 +242,7 @@ class Plant:
         raise PlantError(f"{self.place()}: {why}")
 
     def _floats(self, names: Sequence[str], units: Sequence[str | None] | None) -> list[Variable]:
+        self._check_running()
         if not names:
             raise PlantError(f"{self._where}: a group needs at least one variable")
         variables = [self.description.variable(name, unit)
