@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import sys
-from functools import partial
 
 import msgspec
 
 from experiments.node_build import NodeSpecification, build_node
-from netem.transport.errand import read_errand
-from netem.transport.node_link import serve
+from netem.node import Node
+from netem.transport.errand import Errand
+from netem.transport.node_link import take_part
 
 
-def main() -> int:
-    errand = read_errand()
-    specification = msgspec.json.decode(errand.specification, type=NodeSpecification)
-    return serve(errand.endpoint, errand.run, errand.node, partial(build_node, specification), errand.timeout_s)
+def build(errand: Errand) -> Node:
+    return build_node(msgspec.json.decode(errand.specification, type=NodeSpecification))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(take_part(build))

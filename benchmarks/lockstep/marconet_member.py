@@ -14,8 +14,8 @@ from simpy.events import Event
 
 from benchmarks.lockstep.ring import Member, Task
 from netem.node import Node
-from netem.transport.errand import read_errand
-from netem.transport.node_link import serve
+from netem.transport.errand import Errand
+from netem.transport.node_link import take_part
 
 MEDIUM = "ring"
 
@@ -47,11 +47,9 @@ class MarconetMember(msgspec.Struct):
         member.save(Path(self.folder))
 
 
-def main() -> int:
-    errand = read_errand()
-    member = msgspec.json.decode(errand.specification, type=MarconetMember)
-    return serve(errand.endpoint, errand.run, errand.node, member.build, errand.timeout_s)
+def build(errand: Errand) -> Node:
+    return msgspec.json.decode(errand.specification, type=MarconetMember).build()
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(take_part(build))

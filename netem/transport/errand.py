@@ -24,21 +24,34 @@ class Errand(msgspec.Struct):
     specification: bytes
 
 
-def read_errand() -> Errand:
-    """Read the errand, and from then on watch the pipe. Unbuffered: a thread that waits in a buffered read would hold
-    up the interpreter's exit for a second."""
-    pipe = sys.stdin.fileno()
-    line = bytearray()
-    while not line.endswith(b"\n"):
-        part = os.read(pipe, 65536)
-        if not part:
+class EmulatorPipe:
+    """The standard input of a node's process. Unbuffered: a thread that waits in a buffered read would hold up the
+    interpreter's exit for a second."""
+
+    def __init__(self) -> None:
+        self._pipe = sys.stdin.fileno()
+        self._done = threading.Event()
+        self._closed = threading.Event()
+
+    def read_errand(self) -> Errand:
+        """Read the errand; from then on the process ends when the pipe closes."""
+        line = bytearray()
+        while not line.endswith(b"\n"):
+            part = os.read(self._pipe, 65536)
+            if not part:
+                os._exit(ABANDONED)
+            line += part
+        threading.Thread(target=self._watch, name="pipe to the emulator", daemon=True).start()
+        return msgspec.json.decode(line, type=Errand)
+
+    def await_end(self, timeout_s: float) -> None:
+        """The node has said its last word: stay until the emulator has heard it and closes the pipe."""
+        self._done.set()
+        self._closed.wait(timeout_s)
+
+    def _watch(self) -> None:
+        while os.read(self._pipe, 1):
+            pass
+        if not self._done.is_set():
             os._exit(ABANDONED)
-        line += part
-    threading.Thread(target=_end_with_emulator, args=(pipe,), name="pipe to the emulator", daemon=True).start()
-    return msgspec.json.decode(line, type=Errand)
-
-
-def _end_with_emulator(pipe: int) -> None:
-    while os.read(pipe, 1):
-        pass
-    os._exit(ABANDONED)
+        self._closed.set()

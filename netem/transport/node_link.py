@@ -15,19 +15,32 @@ from netem.agenda import NEVER_NS
 from netem.lockstep.messages import Grant, Hello, Report
 from netem.node import Node
 from netem.transport import keys
+from netem.transport.errand import EmulatorPipe, Errand
 from netem.transport.zenoh_session import Session
 
 
-def serve(endpoint: str, run: str, name: str, build: Callable[[], Node], timeout_s: float) -> int:
-    """Build the node, take part in the run, return the process's exit code (0: ended by the last grant)."""
+def take_part(build: Callable[[Errand], Node]) -> int:
+    """The whole life of a node's process: read the errand, build the node, answer grants until the last.
+
+    Returns the process's exit code, 0 if the last grant ended it.
+    """
+    pipe = EmulatorPipe()
+    errand = pipe.read_errand()
+    code = _serve(errand, build)
+    pipe.await_end(errand.timeout_s)
+    return code
+
+
+def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
+    run, name = errand.run, errand.node
     encode = msgspec.msgpack.Encoder().encode
     decode = msgspec.msgpack.Decoder(Grant).decode
-    with Session(run, connect=endpoint) as session:
+    with Session(run, connect=errand.endpoint) as session:
         grants = session.receiver(keys.grant(run, name))
         out = session.sender(keys.report(run, name))
-        out.await_subscriber(timeout_s)
+        out.await_subscriber(errand.timeout_s)
         try:
-            node = build()
+            node = build(errand)
             hello = node.hello()
         except Exception:
             out.send(encode(Hello(name, 0, 0, [], [], traceback.format_exc())))

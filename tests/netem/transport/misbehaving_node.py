@@ -13,8 +13,8 @@ import msgspec
 from netem.lockstep.messages import Hello, Report
 from netem.node import Node
 from netem.transport import keys
-from netem.transport.errand import read_errand
-from netem.transport.node_link import serve
+from netem.transport.errand import Errand
+from netem.transport.node_link import take_part
 from netem.transport.zenoh_session import Session
 
 PERIOD_NS = 1_000_000
@@ -62,15 +62,14 @@ def speak_garbage(endpoint: str, run: str, name: str) -> None:
             out.send(msgspec.msgpack.encode(Report(999_999, 0, 0, [], [], [], {}, "")))
 
 
-def main() -> int:
-    errand = read_errand()
+def build_as_told(errand: Errand) -> Node:
     behaviour = msgspec.json.decode(errand.specification, type=str)
     if behaviour == "never ready":
         time.sleep(3600)
     if behaviour == "speaks garbage":
         speak_garbage(errand.endpoint, errand.run, errand.node)
-    return serve(errand.endpoint, errand.run, errand.node, lambda: build(errand.node, behaviour), errand.timeout_s)
+    return build(errand.node, behaviour)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(take_part(build_as_told))
