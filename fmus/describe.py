@@ -186,7 +186,8 @@ LOG_CATEGORIES = """  <LogCategories>
     <Category name="logStatusError" description="Why a call was refused or failed"/>
   </LogCategories>
 """
-TOOL = 'generationTool="marconet" variableNamingConvention="structured"'
+TOOL = "marconet"
+ORIGIN = f'generationTool="{TOOL}" variableNamingConvention="structured"'
 
 
 def _attributes(scalar: Scalar) -> str:
@@ -211,7 +212,7 @@ def description_fmi3(model: Model, token: str) -> str:
     structure += "".join(f'    <InitialUnknown valueReference="{i}"/>\n' for i in outputs if scalars[i].computed)
     return (f'<?xml version="1.0" encoding="UTF-8"?>\n'
             f'<fmiModelDescription fmiVersion="3.0" modelName="{model.name}" instantiationToken="{token}" '
-            f"description={quoteattr(model.description)} {TOOL}>\n"
+            f"description={quoteattr(model.description)} {ORIGIN}>\n"
             f'  <CoSimulation modelIdentifier="{model.name}" canHandleVariableCommunicationStepSize="true" '
             f'canGetAndSetFMUState="true" canSerializeFMUState="true"/>\n'
             f"{_units(model)}{LOG_CATEGORIES}"
@@ -237,7 +238,7 @@ def description_fmi2(model: Model, token: str, source_files: list[str]) -> str:
     files = "".join(f'      <File name="{name}"/>\n' for name in source_files)
     return (f'<?xml version="1.0" encoding="UTF-8"?>\n'
             f'<fmiModelDescription fmiVersion="2.0" modelName="{model.name}" guid="{token}" '
-            f"description={quoteattr(model.description)} {TOOL}>\n"
+            f"description={quoteattr(model.description)} {ORIGIN}>\n"
             f'  <CoSimulation modelIdentifier="{model.name}" canHandleVariableCommunicationStepSize="true" '
             f'canGetAndSetFMUstate="true" canSerializeFMUstate="true" canNotUseMemoryManagementFunctions="true">\n'
             f"    <SourceFiles>\n{files}    </SourceFiles>\n  </CoSimulation>\n"

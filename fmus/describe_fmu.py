@@ -16,11 +16,12 @@ from typing import Any, Literal
 import msgspec
 
 from fmus.cache import cache_folder, kept
+from fmus.describe import TOOL
 from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
 from fmus.platform_names import library_suffix, platform_fmi2, platform_fmi3
 
-LAYOUT = 1              # counts changes of what is kept
+LAYOUT = 2              # counts changes of what is kept
 
 
 def describe(path: str | Path, cache: Path | None = None) -> PlantDescription:
@@ -80,6 +81,7 @@ def _read(draft: Path, path: Path) -> PlantDescription:
         variable_step=variable_step,
         fixed_step_s=None if variable_step else _fixed_step_s(xml),
         once_per_process=_true(slave.canBeInstantiatedOnlyOncePerProcess),
+        ours=xml.generationTool == TOOL,
         log_formatter=_log_formatter() if fmi == "2.0" else None,
         variables={v.name: _variable(v) for v in xml.modelVariables},
     )

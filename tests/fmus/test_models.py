@@ -110,7 +110,8 @@ def exact_step(a: list[list[float]], b: list[float], x: list[float], u: float, h
     ([[0.0, 1.0], [0.0, 0.0]], [0.0, 0.1], [0.3, 0.7]),            # singular: a double integrator
     ([[-1000.0, 0.0], [1.0, -0.001]], [1000.0, 0.0], [0.0, 1.0]),  # stiff
 ])
-def test_one_step_is_exact_to_rounding(a: list[list[float]], b: list[float], x: list[float], h_ns: int, own: Own) -> None:
+def test_one_step_is_exact_to_rounding(a: list[list[float]], b: list[float], x: list[float], h_ns: int, own: Own
+                                       ) -> None:
     """Error at most one rounding, amplified by 1 + |A| h: the least condition number that the exponential can have."""
     h = h_ns / 1e9
     norm_h = max(sum(map(abs, column)) for column in zip(*a, strict=True)) * h_ns / 1e9
