@@ -27,13 +27,13 @@ from experiments.node_build import NodeSpecification, PlantSpecification, build_
 from experiments.report.build import write_report
 from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
+from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario
 from fmus.build import build_model, own_models
 from fmus.describe_fmu import describe
 from fmus.parameters import expand_parameters
 from netem.agenda import Agenda
 from netem.impairments import Impairment
-from netem.impairments.table import IMPAIRMENTS
 from netem.impairments.window import Window
 from netem.links import LinkName, Links
 from netem.lockstep.conductor import Conductor, Recorders
@@ -194,7 +194,7 @@ def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]
     """Each directed link's own impairments in the order of the scenario, each with its own random stream."""
     pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
     for spec in scenario.impairments:
-        kind = IMPAIRMENTS[spec.kind]
+        kind = impairment_class(spec.kind, scenario.folder)
         for link in spec.links:
             place = f"{spec.place}/{link[0]}: {link[1]} -> {link[2]}"
             impairment: Any = kind(**spec.fields, **_randomness(kind, scenario.seed, place))

@@ -45,13 +45,13 @@ class MediumSpec(msgspec.Struct, frozen=True):
 
 
 class ImpairmentSpec(msgspec.Struct, frozen=True):
-    """`IMPAIRMENTS[kind](**fields, rng=...)` on each of `links`, within `windows_ns` (none: the whole run)."""
+    """`impairment_class(kind)(**fields, rng=...)` on each of `links`, within `windows_ns` (none: the whole run)."""
 
     place: str                          # "impairments[0]", names the random stream
     on: str
     links: tuple[Link, ...]
     windows_ns: tuple[Window, ...]
-    kind: str
+    kind: str                           # of the house, or "package.module:Class"
     fields: dict[str, Any]
 
 

@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 from experiments.scenario.fill import construct, fill
+from experiments.scenario.impairment_kind import import_impairment
 from experiments.scenario.model import AgentSpec, Bound, ImpairmentSpec, Link, MediumSpec, Window
 from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.refusals import refuse
@@ -57,7 +58,8 @@ class Network:
         return tuple(self._impairment(table, ("impairments", index), media) for index, table in enumerate(tables))
 
     def _impairment(self, table: Any, place: Place, media: Mapping[str, MediumSpec]) -> ImpairmentSpec:
-        cls = self._kind(table, place, self.vocabulary.impairments)
+        cls = (self._own_kind(table, place) if _names_a_class(table)
+               else self._kind(table, place, self.vocabulary.impairments))
         if not isinstance(table, dict):
             return ImpairmentSpec(path_text(place), "", (), (), "", {})
         common = shape_of(ImpairmentHeader)
@@ -83,6 +85,11 @@ class Network:
                 self.vocabulary.try_windows(impairment, windows)
         except (ValueError, OSError) as error:
             refuse(error, table, place, self.problems)
+        except Exception as error:
+            if cls in self.vocabulary.impairments.values():
+                raise
+            self.problems.add((*place, "kind"), f"constructing it failed: {type(error).__name__}: {error}",
+                              table["kind"])
 
     def _links(self, on: str | None, place: Place, media: Mapping[str, MediumSpec]) -> tuple[Link, ...]:
         if on is None:
@@ -137,3 +144,16 @@ class Network:
             self.problems.add((*place, "kind"), f"no such kind; {near(kind, kinds)}", kind)
             return None
         return kinds[kind]
+
+    def _own_kind(self, table: Mapping[str, Any], place: Place) -> Any:
+        try:
+            return import_impairment(table["kind"], self.folder)
+        except ValueError as error:
+            self.problems.add((*place, "kind"), str(error), table["kind"])
+        except Exception as error:
+            self.problems.add((*place, "kind"), f"importing it failed: {type(error).__name__}: {error}", table["kind"])
+        return None
+
+
+def _names_a_class(table: Any) -> bool:
+    return isinstance(table, dict) and isinstance(table.get("kind"), str) and ":" in table["kind"]

@@ -1,0 +1,38 @@
+"""What the `kind` of an impairment names: one of the house, or a class of its own by import path, `module:Class`.
+
+An own class is found as programs are and keeps the contract of `netem.impairments`: a dataclass whose fields are its
+TOML keys (a field `rng` of type `random.Random` is its random stream), a verb `carry` and a constant `loses_as`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import is_dataclass
+from pathlib import Path
+from typing import Any
+
+from experiments.scenario.program import import_program
+from experiments.scenario.shape import shape_of
+from netem.frames import Fate
+from netem.impairments.table import IMPAIRMENTS
+
+
+def impairment_class(kind: str, folder: Path) -> Any:
+    """The class of a kind in a scenario that was loaded from `folder`."""
+    return IMPAIRMENTS[kind] if kind in IMPAIRMENTS else import_impairment(kind, folder)
+
+
+def import_impairment(path: str, folder: Path) -> type:
+    """The author's class; ValueError says what is wrong with the path or the class."""
+    cls = import_program(path, folder)
+    if not is_dataclass(cls):
+        raise ValueError(f"{cls.__name__} is no dataclass; write @dataclass above it, its fields are the keys here")
+    if not callable(getattr(cls, "carry", None)):
+        raise ValueError(f"{cls.__name__} has no method carry(transit) that yields what comes out of the link")
+    if not isinstance(getattr(cls, "loses_as", None), Fate):
+        raise ValueError(f"{cls.__name__} does not say how a copy ends that it drops; "
+                         "write `loses_as: ClassVar = Fate.LOST` in it")
+    try:
+        shape_of(cls)
+    except (NameError, TypeError) as error:
+        raise ValueError(f"the types of {cls.__name__}'s fields are not known: {error}") from error
+    return cls
