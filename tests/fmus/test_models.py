@@ -14,7 +14,7 @@ import pytest
 from fmus.build import MODELS, own_models
 from fmus.description import PlantDescription
 from fmus.plant import Plant
-from fmus.reference import cases
+from fmus.reference import SYSTEMS, cases, exact_step
 
 MS = 1_000_000
 EPS = np.finfo(float).eps
@@ -81,38 +81,11 @@ def test_fmpy_as_another_host_sees_the_same_trajectory(
                                rtol=1e3 * EPS, atol=steps * math.ulp(0.2) * max(rates, 1))
 
 
-def exact_step(a: list[list[float]], b: list[float], x: list[float], u: float, h: float) -> list[Fraction]:
-    """x(t + h) of dx/dt = A x + B u by its Taylor series in fixed-point integers.
-
-    Terms grow up to exp(|A| h) before they fall and rounding errors grow no faster, so 3 |A| h + 300 bits leave 1e-40.
-    """
-    n, norm_h = len(x), max(sum(map(abs, row)) for row in a) * h
-    one = 1 << (300 + int(3 * norm_h))
-    A = [[each.as_integer_ratio() for each in row] for row in a]
-    drive = [Fraction(each) * Fraction(u) for each in b]
-    up, down = h.as_integer_ratio()
-    term = [int(Fraction(each) * one) for each in x]
-    value, order = list(term), 0
-    while order <= 2 * norm_h or any(abs(each) >> 100 for each in term):
-        order += 1
-        slope = [sum(A[i][j][0] * term[j] // A[i][j][1] for j in range(n)) for i in range(n)]
-        if order == 1:
-            slope = [each + int(push * one) for each, push in zip(slope, drive, strict=True)]
-        term = [each * up // (down * order) for each in slope]
-        value = [v + t for v, t in zip(value, term, strict=True)]
-    return [Fraction(each, one) for each in value]
-
-
 @pytest.mark.parametrize("h_ns", [1, 1000, 1_085_910, 50 * MS, 1000 * MS, 5000 * MS])
-@pytest.mark.parametrize(("a", "b", "x"), [
-    ([[-3.0, 1.0], [2.0, -1.0]], [-4.0, -4.0], [1.0, 1.0]),
-    ([[0.0, 6.25], [-6.25, 0.0]], [0.0, 0.5], [1.0, -2.0]),        # an oscillator: nothing decays
-    ([[0.0, 1.0], [0.0, 0.0]], [0.0, 0.1], [0.3, 0.7]),            # singular: a double integrator
-    ([[-1000.0, 0.0], [1.0, -0.001]], [1000.0, 0.0], [0.0, 1.0]),  # stiff
-])
-def test_one_step_is_exact_to_rounding(a: list[list[float]], b: list[float], x: list[float], h_ns: int, own: Own
-                                       ) -> None:
-    """Error at most one rounding, amplified by 1 + |A| h: the least condition number that the exponential can have."""
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_one_step_is_exact_to_rounding(system: str, h_ns: int, own: Own) -> None:
+    """One rounding for adding to x, and |A| h of them: the least condition number that the exponential can have."""
+    a, b, x = SYSTEMS[system]
     h = h_ns / 1e9
     norm_h = max(sum(map(abs, column)) for column in zip(*a, strict=True)) * h_ns / 1e9
     exact = exact_step(a, b, x, 0.75, h)
