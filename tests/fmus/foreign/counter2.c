@@ -10,7 +10,7 @@ typedef unsigned int VR;
 typedef void (*Logger)(void *, const char *, int, const char *, const char *, ...);
 typedef struct { Logger logger; void *(*allocate)(size_t, size_t); void (*release)(void *); void *finished, *env; } Host;
 
-typedef struct { Host host; double u, s, gain; int steps, mood, ready; char label[64]; } Counter;
+typedef struct { Host host; double u, s, gain; int steps, mood, ready, dead; char label[64]; } Counter;
 
 API const char *fmi2GetVersion(void) { return "2.0"; }
 API const char *fmi2GetTypesPlatform(void) { return "default"; }
@@ -27,7 +27,12 @@ API void *fmi2Instantiate(const char *name, int type, const char *guid, const ch
     strcpy(c->label, "none");
     return c;
 }
-API void fmi2FreeInstance(void *c) { ((Counter *)c)->host.release(c); }
+API void fmi2FreeInstance(void *c)
+{
+    if (((Counter *)c)->dead)
+        abort(); /* the standard forbids every call after a fatal status */
+    ((Counter *)c)->host.release(c);
+}
 API int fmi2SetupExperiment(void *c, int a, double b, double t0, int d, double e)
 {
     (void)c, (void)a, (void)b, (void)d, (void)e;
@@ -92,6 +97,7 @@ API int fmi2DoStep(void *v, double t, double h, int p)
     (void)p;
     c->s += h * c->gain * c->u;
     c->steps++;
+    c->dead = c->mood == 3;
     if (ANSWER[c->mood])
         c->host.logger(c->host.env, "", ANSWER[c->mood], "all", "mood %d at t=%g, %s", c->mood, t, c->label);
     return ANSWER[c->mood];
