@@ -1,0 +1,35 @@
+"""Every scenario in scenarios/ is a test: it runs in full, and what it expects holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from experiments.runner import run
+from experiments.scenario import load
+
+FOLDER = Path(__file__).parents[2] / "scenarios"
+SCENARIOS = [pytest.param(path, id=path.stem) for path in sorted(FOLDER.glob("*.toml"))]
+
+
+def test_none_is_missing() -> None:
+    assert len(SCENARIOS) >= 6
+
+
+@pytest.mark.parametrize("path", SCENARIOS)
+def test_what_it_expects_holds(path: Path, tmp_path: Path) -> None:
+    scenario = load(path)
+
+    summary = run(scenario, host="inline", out=tmp_path, report=False).summary
+
+    assert [f"{verdict.key}={verdict.value}: {verdict.by_how_much()}" for verdict in summary.verdicts
+            if not verdict.holds] == []
+
+
+@pytest.mark.parametrize("path", SCENARIOS)
+def test_it_asks_one_question_and_expects_something(path: Path) -> None:
+    scenario = load(path)
+
+    assert scenario.question.count("?") == 1
+    assert scenario.expect
