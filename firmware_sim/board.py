@@ -23,7 +23,6 @@ from firmware_sim.local_clock import LocalClock
 
 if TYPE_CHECKING:
     from fmus.plant import Plant
-
     from netem.node import Node
 
 
@@ -61,7 +60,16 @@ class Board:
 
     def silent_until(self, local_ns: int) -> None:
         """Firm promise: this node hands out nothing before local time `local_ns`, as the clock runs now."""
+        self._promise(self.clock.true_at(local_ns))
+
+    def sleep_until(self, local_ns: int) -> Timeout:
+        """`silent_until` and `until` in one: what a program does that knows when it acts next."""
+        env = self.node.env
         true_ns = self.clock.true_at(local_ns)
+        self._promise(true_ns)
+        return env.timeout(max(0, true_ns - env.time_ns()))
+
+    def _promise(self, true_ns: int) -> None:
         if self._steps_ahead:
             true_ns = min(true_ns, self._steps_ahead[0][0])
         self.node.silent_until(true_ns)

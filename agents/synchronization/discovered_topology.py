@@ -28,8 +28,7 @@ class DiscoveredTopology:
         self._number = number
         self._robots = robots
         self._losses = max_successive_losses
-        self._discovery = Discovery(number, robots, max_successive_losses)
-        self._discovery.cycles += robots - 1                # joining late, at every link
+        self._discovery = Discovery(number, robots, max_successive_losses, join_delay_cycles=1)
         self._discovery.trigger(0)
         self._inbox: list[tuple[int, bytes, int]] = []      # (owner of the control slot, bytes, cycle)
         self._neighbours: frozenset[int] = frozenset()
@@ -48,13 +47,17 @@ class DiscoveredTopology:
         self._inbox.append((schedule.control_owner(slot), data, schedule.control_cycle(slot)))
         return True
 
-    def before_own_slot(self, schedule: SlottedBroadcast, local_ns: int) -> None:
+    def before_own_slot(self, schedule: SlottedBroadcast, slot: int) -> None:
         if self._inbox:
             self._read_inbox()
-        settled = self._discovery.phase is Phase.SILENT and not self._adopts and self._neighbours
-        if settled and (reason := self._event()):
+        as_expected = self._heard == self._neighbours
+        if as_expected:
+            if self._missed:
+                self._missed.clear()
+        elif self._discovery.phase is Phase.SILENT and not self._adopts and self._neighbours and (
+                reason := self._event()):
             self._node.event("topology changed", reason)
-            self._discovery.trigger(schedule.control_cycle(schedule.slot_at(local_ns).number))
+            self._discovery.trigger(schedule.control_cycle(slot))
         self._heard.clear()
         self._whole_round = True
 
@@ -99,9 +102,6 @@ class DiscoveredTopology:
 
     def _event(self) -> str:
         """Why the topology must have changed, "" if nothing speaks for it."""
-        if self._whole_round and self._heard == self._neighbours:
-            self._missed.clear()
-            return ""
         for sender in sorted(self._heard - self._neighbours):
             return f"robot {self._number + 1} hears robot {sender + 1}, which is no neighbour"
         if self._whole_round:

@@ -80,6 +80,7 @@ def check(scenario: ScenarioLike) -> Iterator[str]:
         slot_ns = plan.slot_ns if plan is not None else 0
         airtime_ns = _needed_ns(team, layout)
         for problem in problems(team.agents, graph, slot_ns=slot_ns, airtime_ns=airtime_ns, names=team.names,
+                                delay_ns=layout.data_airtime_ns + layout.latency_ns,
                                 discovered=team.topology == "discovered"):
             yield f"{name}: {problem}"
         if plan is not None and team.resynchronize:

@@ -76,10 +76,10 @@ class SyncRobot:
     # --- the program
 
     def _live(self) -> Generator[Event, Any, None]:
-        board = self._board
+        board, clock, source = self._board, self._board.clock, self._source
         self._apply()
         while True:
-            now_ns = board.now_ns
+            now_ns = clock.now_ns()
             schedule = self._schedule
             slot = self._slot
             speak_ns = schedule.data_ns(slot)
@@ -87,29 +87,29 @@ class SyncRobot:
                 slot = self._slot = schedule.next_slot_of(self._part, now_ns - 1, slot - 1).number
                 speak_ns = schedule.data_ns(slot)
             first_ns, act = speak_ns, self._speak
-            if self._source.wants_control(schedule, now_ns):
+            if source.wants_control(schedule, now_ns):
                 control = schedule.next_control_of(self._number, now_ns - 1, self._last_control).number
                 control_ns = schedule.control_ns(control)
                 if control_ns < first_ns:
                     first_ns, act = control_ns, partial(self._discover, control)
-            adoption_ns = self._source.adoption_ns(schedule, now_ns)
+            adoption_ns = source.adoption_ns(schedule, now_ns)
             if adoption_ns is not None and adoption_ns <= first_ns:
                 first_ns, act = adoption_ns, self._adopt
-            board.silent_until(first_ns)
-            yield board.until(first_ns)
-            while board.now_ns < first_ns:      # the clock was set back meanwhile
+            yield board.sleep_until(first_ns)
+            while clock.now_ns() < first_ns:    # the clock was set back meanwhile
                 yield board.until(first_ns)
             act()
 
     def _speak(self) -> None:
         slot = self._slot
         self._slot = slot + self._schedule.parts
-        self._source.before_own_slot(self._schedule, self._board.now_ns)
+        node = self._board.node
+        self._source.before_own_slot(self._schedule, slot)
         self._heard.clear()
-        outputs = self._measure(self._board.node.now_ns)
+        outputs = self._measure(node.now_ns)
         self._port.send(self._codec.pack(self._number, slot, outputs))
         if self._own_delay_ns:
-            self._board.node.call_in(self._own_delay_ns, lambda _: self._hold_own(outputs))
+            node.call_in(self._own_delay_ns, lambda _: self._hold_own(outputs))
         else:
             self._hold_own(outputs)
         if self._sync is not None:

@@ -41,7 +41,7 @@ class ToldTopology:
     def heard_control(self, data: bytes, schedule: SlottedBroadcast, local_ns: int) -> bool:
         return False
 
-    def before_own_slot(self, schedule: SlottedBroadcast, local_ns: int) -> None:
+    def before_own_slot(self, schedule: SlottedBroadcast, slot: int) -> None:
         pass
 
     def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:

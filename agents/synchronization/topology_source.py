@@ -18,8 +18,8 @@ class TopologySource(Protocol):
     def heard_control(self, data: bytes, schedule: SlottedBroadcast, local_ns: int) -> bool:
         """Bytes that are no sync frame were received; False if nobody can read them."""
 
-    def before_own_slot(self, schedule: SlottedBroadcast, local_ns: int) -> None:
-        """The robot is about to broadcast: one round has passed since it did so last."""
+    def before_own_slot(self, schedule: SlottedBroadcast, slot: int) -> None:
+        """The robot is about to broadcast in slot number `slot`: one round has passed since it did so last."""
 
     def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:
         """Whether the robot is to use its next control sub-slot."""

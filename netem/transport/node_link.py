@@ -48,6 +48,7 @@ def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
         out.send(encode(hello))
         gc.collect()
         gc.freeze()
+        gc.set_threshold(100_000, 50, 100)
         window = 0
         while True:
             _, message = grants.receive()

@@ -1,0 +1,61 @@
+"""The same scenario and seed give the same ledger, whatever the load, the start order and the host."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from experiments.runner import HostName, run
+from experiments.scenario import find, load
+
+LOSSES = 'impairments=[{on="radio: * -> *", kind="gilbert_elliott", loss_ratio=0.02, mean_burst_frames=2.0}]'
+
+
+def burn() -> None:
+    while True:
+        sum(range(1000))
+
+
+@contextmanager
+def background_load(processes: int) -> Iterator[None]:
+    started = [multiprocessing.get_context("spawn").Process(target=burn, daemon=True) for _ in range(processes)]
+    for process in started:
+        process.start()
+    try:
+        yield
+    finally:
+        for process in started:
+            process.terminate()
+            process.join()
+            process.close()
+
+
+def hash_of(folder: Path, host: HostName, start_order: int, duration_s: float, seed: int = 7) -> str:
+    scenario = load(find("output_sync"), seed=seed, duration_s=duration_s, overrides=[LOSSES])
+    return run(scenario, host=host, out=folder / f"{host}-{start_order}", report=False,
+               shuffle_start=start_order).summary.ledger_hash
+
+
+def test_load_start_order_and_host_change_nothing(tmp_path: Path) -> None:
+    hashes = {hash_of(tmp_path, "inline", 0, 0.4)}
+
+    with background_load(2):
+        hashes |= {hash_of(tmp_path, "process", order, 0.4) for order in range(3)}
+
+    assert len(hashes) == 1
+    assert hash_of(tmp_path, "inline", 99, 0.4, seed=8) not in hashes
+
+
+@pytest.mark.slow
+def test_thirty_runs_give_one_hash(tmp_path: Path) -> None:
+    hashes = {hash_of(tmp_path, "inline", order, 1.0) for order in range(10)}
+
+    with background_load(2):
+        hashes |= {hash_of(tmp_path, "process", order, 1.0) for order in range(10, 30)}
+
+    assert len(hashes) == 1
+    assert hash_of(tmp_path, "inline", 99, 1.0, seed=8) not in hashes
