@@ -22,30 +22,10 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from fmus.errors import PlantError
+from fmus.units import base_units
 
 KINDS = ("input", "output", "parameter")
 FUNCTIONS = ("start", "outputs")
-
-# unit: exponents of the SI base units, as the XML of FMI writes them
-UNITS = {
-    "1": "",
-    "s": 's="1"',
-    "1/s": 's="-1"',
-    "m": 'm="1"',
-    "m/s": 'm="1" s="-1"',
-    "m/s2": 'm="1" s="-2"',
-    "rad": 'rad="1"',
-    "rad/s": 'rad="1" s="-1"',
-    "kg": 'kg="1"',
-    "kg.m2": 'kg="1" m="2"',
-    "N": 'kg="1" m="1" s="-2"',
-    "N.m": 'kg="1" m="2" s="-2"',
-    "N.m/A": 'kg="1" m="2" s="-2" A="-1"',
-    "V": 'kg="1" m="2" s="-3" A="-1"',
-    "A": 'A="1"',
-    "Ohm": 'kg="1" m="2" s="-3" A="-2"',
-    "K": 'K="1"',
-}
 
 
 @dataclass(frozen=True)
@@ -132,8 +112,10 @@ def _row(place: int, row: dict[str, Any], problems: list[str]) -> Row:
         problems.append(f"{where}.name={row.get('name')!r}: expected a C identifier")
     if row.get("kind") not in KINDS:
         problems.append(f"{where}.kind={row.get('kind')!r}: expected one of {', '.join(KINDS)}")
-    if row.get("unit") not in UNITS:
-        problems.append(f"{where}.unit={row.get('unit')!r}: not in UNITS of fmus/describe.py: add it there")
+    try:
+        base_units(str(row.get("unit")))
+    except ValueError as error:
+        problems.append(f"{where}.unit={row.get('unit')!r}: {error}")
     if not row.get("about"):
         problems.append(f"{where}.about: say in a few words what it is")
     if len(size) > 2 or any(not isinstance(extent, int) or extent < 1 for extent in size):
@@ -178,8 +160,9 @@ def header(model: Model, token: str) -> str:
 
 def _units(model: Model) -> str:
     used = sorted({row.unit for row in model.rows})
-    units = "".join(f"    <Unit name={quoteattr(unit)}><BaseUnit {UNITS[unit]}/></Unit>\n" for unit in used)
-    return f"  <UnitDefinitions>\n{units}  </UnitDefinitions>\n".replace("<BaseUnit />", "<BaseUnit/>")
+    exponents = {unit: "".join(f' {base}="{exponent}"' for base, exponent in base_units(unit).items()) for unit in used}
+    units = "".join(f"    <Unit name={quoteattr(unit)}><BaseUnit{exponents[unit]}/></Unit>\n" for unit in used)
+    return f"  <UnitDefinitions>\n{units}  </UnitDefinitions>\n"
 
 
 LOG_CATEGORIES = """  <LogCategories>

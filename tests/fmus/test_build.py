@@ -152,7 +152,8 @@ def test_a_table_with_mistakes_names_all_of_them(twice: Path, cache: Path) -> No
 
     assert [line.partition("variables.toml: ")[2] for line in str(caught.value).splitlines()] == [
         "variable[0].kind='in': expected one of input, output, parameter",
-        "variable[0].unit='furlong': not in UNITS of fmus/describe.py: add it there"]
+        "variable[0].unit='furlong': 'furlong' is no unit; there are kg, m, s, A, K, mol, cd, rad, Hz, N, Pa, J, W, C, "
+        "V, Ohm, F, H, Wb, T, 1"]
 
 
 def test_an_unknown_model_names_the_known_ones(cache: Path) -> None:
