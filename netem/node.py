@@ -142,7 +142,8 @@ class Node:
         """Run every event that the grant allows, and say what came of it."""
         horizon_ns = grant.horizon_ns
         for arrival_ns, port, data in grant.deliveries:
-            self._run_before(arrival_ns)
+            if self.env.peek() < arrival_ns:
+                self._run_before(arrival_ns)
             if self._next_sample_ns < arrival_ns:
                 self._sample_before(arrival_ns)
             self.env.move_to(arrival_ns)

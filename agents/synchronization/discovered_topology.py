@@ -32,13 +32,9 @@ class DiscoveredTopology:
         self._discovery.trigger(0)
         self._inbox: list[tuple[int, bytes, int]] = []      # (owner of the control slot, bytes, cycle)
         self._neighbours: frozenset[int] = frozenset()
-        self._heard: set[int] = set()                       # since the last own slot
         self._missed: dict[int, int] = {}                   # slots in a row
         self._whole_round = False                           # a round has passed since the topology was adopted
         self._adopts = False
-
-    def heard_output(self, sender: int) -> None:
-        self._heard.add(sender)
 
     def heard_control(self, data: bytes, schedule: SlottedBroadcast, local_ns: int) -> bool:
         slot = schedule.slot_at(local_ns).number
@@ -47,18 +43,16 @@ class DiscoveredTopology:
         self._inbox.append((schedule.control_owner(slot), data, schedule.control_cycle(slot)))
         return True
 
-    def before_own_slot(self, schedule: SlottedBroadcast, slot: int) -> None:
+    def before_own_slot(self, schedule: SlottedBroadcast, slot: int, heard: set[int]) -> None:
         if self._inbox:
             self._read_inbox()
-        as_expected = self._heard == self._neighbours
-        if as_expected:
+        if heard == self._neighbours:
             if self._missed:
                 self._missed.clear()
         elif self._discovery.phase is Phase.SILENT and not self._adopts and self._neighbours and (
-                reason := self._event()):
+                reason := self._event(heard)):
             self._node.event("topology changed", reason)
             self._discovery.trigger(schedule.control_cycle(slot))
-        self._heard.clear()
         self._whole_round = True
 
     def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:
@@ -83,7 +77,6 @@ class DiscoveredTopology:
         self._adopts = False
         self._whole_round = False
         self._missed.clear()
-        self._heard.clear()
         outcome = self._discovery.finish(self._discovery.end_cycle)
         if isinstance(outcome, Incomplete):
             self._node.count("incomplete discoveries")
@@ -100,13 +93,13 @@ class DiscoveredTopology:
         self._inbox.clear()
         self._adopts = self._adopts or self._discovery.is_running
 
-    def _event(self) -> str:
+    def _event(self, heard: set[int]) -> str:
         """Why the topology must have changed, "" if nothing speaks for it."""
-        for sender in sorted(self._heard - self._neighbours):
+        for sender in sorted(heard - self._neighbours):
             return f"robot {self._number + 1} hears robot {sender + 1}, which is no neighbour"
         if self._whole_round:
             for sender in sorted(self._neighbours):
-                missed = 0 if sender in self._heard else self._missed.get(sender, 0) + 1
+                missed = 0 if sender in heard else self._missed.get(sender, 0) + 1
                 self._missed[sender] = missed
                 if missed > self._losses:
                     return (f"robot {self._number + 1} missed the frame of robot {sender + 1} in its slot"

@@ -50,8 +50,9 @@ class SyncRobot:
         self._port = next(iter(board.node.ports.values()))
         self._port.on_receive = self._hear
         agent = team.agents[self._number]
-        self._plant = board.plant
-        self._inputs = board.plant.input_group([f"u[{k + 1}]" for k in range(agent.inputs)])
+        self._true_ns = board.node.env.time_ns
+        self._advance_plant = board.plant.advance_to
+        self._write_inputs = board.plant.input_group([f"u[{k + 1}]" for k in range(agent.inputs)]).write
         self._outputs = board.plant.output_group([f"y[{k + 1}]" for k in range(agent.outputs)])
         self._law = AgreementLaw(self._number, agent.K, team.biases)
         self._omega = 0.0
@@ -104,7 +105,7 @@ class SyncRobot:
         slot = self._slot
         self._slot = slot + self._schedule.parts
         node = self._board.node
-        self._source.before_own_slot(self._schedule, slot)
+        self._source.before_own_slot(self._schedule, slot, self._heard)
         self._heard.clear()
         outputs = self._measure(node.now_ns)
         self._port.send(self._codec.pack(self._number, slot, outputs))
@@ -163,7 +164,6 @@ class SyncRobot:
             self._board.node.count("unreadable frames")
             return
         self._heard.add(sender)
-        self._source.heard_output(sender)
         self._law.held[sender] = frame.outputs
         if self._sync is not None:
             self._synchronize(frame)
@@ -182,7 +182,7 @@ class SyncRobot:
     # --- plant and control
 
     def _measure(self, true_ns: int) -> tuple[float, ...]:
-        self._plant.advance_to(true_ns)
+        self._advance_plant(true_ns)
         return self._outputs.read()
 
     def _hold_own(self, outputs: tuple[float, ...]) -> None:
@@ -190,10 +190,10 @@ class SyncRobot:
         self._apply()
 
     def _apply(self) -> None:
-        self._plant.advance_to(self._board.node.now_ns)
+        self._advance_plant(self._true_ns())
         control = self._law.control()
         self._control = [u + self._omega for u in control] if self._omega else control
-        self._inputs.write(self._control)
+        self._write_inputs(self._control)
 
     def _sample(self, true_ns: int) -> list[float]:
         return [*self._measure(true_ns), *self._control]
@@ -226,6 +226,7 @@ class SyncRobot:
 
     def _follow(self, plan: RoundPlan, schedule: SlottedBroadcast) -> None:
         self._law.listen_to(neighbours(plan.laplacian)[self._number], self._heard)
+        self._heard.clear()
         self._part_of = {number: index for index, part in enumerate(plan.parts) for number in part}
         self._part = self._part_of[self._number]
         self._schedule = schedule

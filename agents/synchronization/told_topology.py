@@ -35,13 +35,10 @@ class ToldTopology:
         since_ns = local_ns % self._repeat_ns if self._repeat_ns else local_ns
         return self._laplacians[max(0, bisect_right(self._instants, since_ns) - 1)]
 
-    def heard_output(self, sender: int) -> None:
-        pass
-
     def heard_control(self, data: bytes, schedule: SlottedBroadcast, local_ns: int) -> bool:
         return False
 
-    def before_own_slot(self, schedule: SlottedBroadcast, slot: int) -> None:
+    def before_own_slot(self, schedule: SlottedBroadcast, slot: int, heard: set[int]) -> None:
         pass
 
     def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:

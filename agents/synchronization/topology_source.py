@@ -12,14 +12,12 @@ from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 
 
 class TopologySource(Protocol):
-    def heard_output(self, sender: int) -> None:
-        """A sync frame of `sender` was received."""
-
     def heard_control(self, data: bytes, schedule: SlottedBroadcast, local_ns: int) -> bool:
         """Bytes that are no sync frame were received; False if nobody can read them."""
 
-    def before_own_slot(self, schedule: SlottedBroadcast, slot: int) -> None:
-        """The robot is about to broadcast in slot number `slot`: one round has passed since it did so last."""
+    def before_own_slot(self, schedule: SlottedBroadcast, slot: int, heard: set[int]) -> None:
+        """The robot is about to broadcast in slot number `slot`; it has heard outputs of `heard` since it did so last,
+        one round ago."""
 
     def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:
         """Whether the robot is to use its next control sub-slot."""
