@@ -17,7 +17,6 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Final, TypeVar
@@ -119,7 +118,6 @@ class ProcessHost:
             # would schedule each node in a group of its own (autogroup), and a grant would take twice as long.
             process = subprocess.Popen(self._command, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT,
                                        process_group=0, env=os.environ | ONE_THREAD)
-        _keep_on_core(process.pid, len(self._processes), len(self._specifications))
         self._processes[name] = process
         assert process.stdin is not None
         try:
@@ -181,13 +179,3 @@ class ProcessHost:
 
     def _log_of(self, name: str) -> str:
         return (self._logs / f"{name}.log").read_bytes()[-LOG_TAIL_BYTES:].decode(errors="replace")
-
-
-def _keep_on_core(pid: int, index: int, nodes: int) -> None:
-    """Keep a node on one core where there are more nodes than cores, so that it finds its memory in that core's cache;
-    a scheduler that moves it about costs a fifth more per grant (decision 0005)."""
-    if hasattr(os, "sched_setaffinity"):
-        cores = sorted(os.sched_getaffinity(0))
-        if nodes > len(cores):
-            with suppress(OSError):         # the process may have ended, or a container may forbid it
-                os.sched_setaffinity(pid, {cores[index * len(cores) // nodes]})
