@@ -4,7 +4,8 @@ One binary exports the functions of both standards. The result is kept under a n
 sources, the options and the platform, so nothing is built twice and concurrent builders cannot disturb each other.
 
 The compiler is $CC, else cc, gcc or clang, else `python -m ziglang cc` (PyPI: ziglang). `-ffp-contract=off` forbids
-fused multiply-adds: compilers and processors differ in using them, and with them the last bits of a trajectory.
+fused multiply-adds: compilers and processors differ in using them, and with them the last bits of a trajectory. `-g0`:
+zig writes debugging tables unless told otherwise, with the path of the folder it compiled in.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ from fmus.platform_names import library_suffix, platform_fmi2, platform_fmi3
 
 MODELS: Final = Path(__file__).parent
 FMI: Final = MODELS / "fmi"
-OPTIONS: Final = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-sanitize=undefined", "-fvisibility=hidden", "-shared")
+OPTIONS: Final = ("-std=c99", "-O2", "-g0", "-ffp-contract=off", "-fno-sanitize=undefined", "-fvisibility=hidden",
+                  "-shared")
 LAYOUT: Final = 1       # counts changes of this file that change what it builds
 EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 
