@@ -55,6 +55,11 @@ class NodeEnvironment(simpy.Environment):
 
     _now: int
 
+    def next_ns(self) -> int:
+        """Time of the next event, `NEVER_NS` if there is none."""
+        queue = self._queue
+        return queue[0][0] if queue else NEVER_NS           # type: ignore[return-value]
+
     def time_ns(self) -> int:
         return self._now
 
@@ -136,13 +141,13 @@ class Node:
     # --- what the host uses
 
     def hello(self) -> Hello:
-        return Hello(self.name, self._peek_ns(), self._firm_ns, list(self.ports), self._signals)
+        return Hello(self.name, self.env.next_ns(), self._firm_ns, list(self.ports), self._signals)
 
     def advance(self, grant: Grant) -> Report:
         """Run every event that the grant allows, and say what came of it."""
         horizon_ns = grant.horizon_ns
         for arrival_ns, port, data in grant.deliveries:
-            if self.env.peek() < arrival_ns:
+            if self.env.next_ns() < arrival_ns:
                 self._run_before(arrival_ns)
             if self._next_sample_ns < arrival_ns:
                 self._sample_before(arrival_ns)
@@ -151,24 +156,20 @@ class Node:
         self._run_before(horizon_ns + 1 if grant.instant else horizon_ns)
         if self._next_sample_ns < horizon_ns:
             self._sample_before(horizon_ns)
-        report = Report(grant.window, self._peek_ns(), self._firm_ns, self._offers, self._samples, self._events,
+        report = Report(grant.window, self.env.next_ns(), self._firm_ns, self._offers, self._samples, self._events,
                         dict(self._counters) if grant.last else {}, "")
         self._offers, self._samples, self._events = [], [], []
         return report
 
     def _run_before(self, limit_ns: int) -> None:
         """Run the node's own events before `limit_ns`, and take the samples that lie before the last of them."""
-        peek, step = self.env.peek, self.env.step
-        while (time_ns := peek()) < limit_ns:
+        next_ns, step = self.env.next_ns, self.env.step
+        while (time_ns := next_ns()) < limit_ns:
             if self._next_sample_ns < time_ns:
                 self._sample_before(time_ns)
             step()
 
-    def _peek_ns(self) -> int:
-        time_ns = self.env.peek()
-        return NEVER_NS if time_ns == simpy.core.Infinity else int(time_ns)
-
-    def _sample_before(self, time_ns: float) -> None:
+    def _sample_before(self, time_ns: int) -> None:
         while self._next_sample_ns < time_ns:
             values: list[float] = []
             for read in self._reads:

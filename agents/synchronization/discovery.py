@@ -27,6 +27,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
 
 from agents.synchronization.discovery_frame import MAX_BYTES, MAX_NODES, DiscoveryFrame, decode
 from agents.synchronization.graph import Edge, Floats, laplacian_from_neighbours, unreachable_pairs
@@ -66,6 +67,16 @@ class Incomplete:
 def cycles_needed(nodes: int, max_successive_losses: int, join_delay_cycles: int = 0) -> int:
     """(N^D + 1) (2N - 1) + J (N - 1): from the first frame of an epoch until every node knows the whole graph."""
     return (max_successive_losses + 1) * (2 * nodes - 1) + join_delay_cycles * (nodes - 1)
+
+
+@lru_cache(maxsize=64)
+def _outcome(records: tuple[int, ...]) -> Topology | Incomplete:
+    """What the records of an epoch say; a team meets few graphs, so the same ones come again."""
+    heard_by = tuple(tuple(j for j in range(len(records)) if record >> j & 1) for record in records)
+    graph = laplacian_from_neighbours(heard_by)
+    cut_off = unreachable_pairs(graph)
+    missing = tuple(i for i, heard in enumerate(heard_by) if not heard)
+    return Incomplete(heard_by, missing, tuple(cut_off)) if cut_off else Topology(graph)
 
 
 class Discovery:
@@ -168,8 +179,4 @@ class Discovery:
         if not self.is_running or cycle < self.end_cycle:
             return
         self.phase = Phase.SILENT
-        heard_by = tuple(tuple(j for j in range(self.size) if record >> j & 1) for record in self.records)
-        graph = laplacian_from_neighbours(heard_by)
-        cut_off = unreachable_pairs(graph)
-        missing = tuple(i for i, heard in enumerate(heard_by) if not heard)
-        self.outcome = Incomplete(heard_by, missing, tuple(cut_off)) if cut_off else Topology(graph)
+        self.outcome = _outcome(tuple(self.records))

@@ -132,18 +132,24 @@ class Conductor:
     def run(self) -> None:
         """From time 0 up to `end_ns` (exclusive), then the last grant that brings every node to the end."""
         agenda, seats, media = self.agenda, list(self.seats.values()), list(self.media.values())
-        instant_ns, rounds = -1, 0
+        end_ns, instant_ns, rounds = self.end_ns, -1, 0
         next_progress_s = 0.0
         while True:
-            self._next_out_ns = min([seat.earliest_ns for seat in seats], default=NEVER_NS)
-            while (event_ns := agenda.next_ns()) < self._next_out_ns and event_ns < self.end_ns:
+            next_out_ns = end_ns
+            for seat in seats:
+                if seat.earliest_ns < next_out_ns:
+                    next_out_ns = seat.earliest_ns
+            self._next_out_ns = next_out_ns
+            while (event_ns := agenda.next_ns()) < self._next_out_ns:
                 agenda.run_before(event_ns + 1)
             t0_ns = self._next_out_ns
-            if t0_ns >= self.end_ns:
+            if t0_ns >= end_ns:
                 break
-            horizon_ns = min([medium.lookahead_ns(t0_ns) for medium in media], default=self.end_ns)
-            if horizon_ns > self.end_ns:
-                horizon_ns = self.end_ns
+            horizon_ns = end_ns
+            for medium in media:
+                reach_ns = medium.lookahead_ns(t0_ns)
+                if reach_ns < horizon_ns:
+                    horizon_ns = reach_ns
             instant = horizon_ns <= t0_ns
             if instant:
                 horizon_ns = t0_ns
