@@ -41,7 +41,7 @@ class RoundPlans:
 
     def _computed(self, laplacian: Floats) -> RoundPlan | None:
         try:
-            plan = plan_round(self._team.agents, laplacian, kappa=self._team.kappa,
+            plan = plan_round(self._team.agents, laplacian, bound=self._team.slot_bound, kappa=self._team.kappa,
                               max_successive_losses=self._team.max_successive_losses)
         except ValueError:
             return None

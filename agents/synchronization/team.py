@@ -11,6 +11,7 @@ import numpy as np
 
 from agents.synchronization.closed_loop import LinearAgent
 from agents.synchronization.graph import Floats, laplacian
+from agents.synchronization.slot_length import Bound
 
 SYNC_GAIN: Final = 0.5              # share of its clock's mean error that a robot corrects per round
 
@@ -67,6 +68,7 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
     every_output_known: bool = False        # at the start every robot knows every y(0)
     max_successive_losses: int = 0          # N^D of Remark 16
     kappa: float = 0.999                    # Remark 15
+    slot_bound: Bound = Bound.PRINTED       # which certified bound gives the slot length, see `slot_length.py`
     guard_s: float = 0.0
     boot_slot_s: float = 1e-3               # slot length until the first topology is known
     slot_quantum_s: float = 1e-9            # slot lengths are rounded down to a multiple

@@ -108,6 +108,19 @@ def test_a_frame_missing_in_its_slot_starts_discovery_again(tmp_path: Path) -> N
     assert 0 < noticed[0].time_ns - lost_rows["end_ns"][0] < 3 * 1_085_000        # at its own next slot
 
 
+def test_a_less_conservative_bound_saves_broadcasts_and_still_synchronizes(tmp_path: Path) -> None:
+    """The Wirtinger bound certifies slots of 4.58 ms for L1 where (6.20) allows 1.085 ms."""
+    printed = run(scenario("output_sync", 2.0, [FIXED_L1, "impairments=[]"]), host="inline", out=tmp_path / "printed")
+    longer = run(scenario("output_sync", 2.0, [FIXED_L1, "impairments=[]", "team.slot_bound='wirtinger'"]),
+                 host="inline", out=tmp_path / "longer")
+
+    saved = printed.summary.frames["delivered"] / longer.summary.frames["delivered"]
+    assert 3.5 < saved < 4.58 / 1.085           # less than the ratio of the slots: both discover at the same pace
+    ends = [np.abs([ran(result).signals[robot].column("y")[-20:] for robot in ROBOTS]).max()
+            for result in (printed, longer)]
+    assert ends[1] < 1.5 * ends[0]
+
+
 def test_with_biases_the_outputs_settle_at_the_equilibrium(tmp_path: Path) -> None:
     wanted = scenario("output_sync_formation")
 
