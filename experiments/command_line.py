@@ -69,7 +69,7 @@ def run(scenario: Source, seed: Seed = None, duration: Duration = None,
     with errors_as_text(traceback):
         found = _load(scenario, seed, duration, overrides)
         folder = _run_folder(found, out)
-    with errors_as_text(traceback, kept=f"what was recorded: {folder}"):
+    with errors_as_text(traceback, kept=folder):
         holds = _run(found, host, folder)
     if not holds:
         raise typer.Exit(ExitCode.EXPECTATION_BROKEN)

@@ -1,16 +1,21 @@
 """How a command ends: exit codes, and errors as text instead of tracebacks.
 
     0 done, every [expect] holds    1 an [expect] does not hold    2 bad input    3 a node failed
-    4 a defect of marconet itself    130 interrupted with Ctrl-C
+    4 a defect of marconet itself    130 interrupted with Ctrl-C    143 terminated (SIGTERM), as by a time limit
 """
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import IntEnum
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
 
 
 class ExitCode(IntEnum):
@@ -20,25 +25,48 @@ class ExitCode(IntEnum):
     NODE_FAILED = 3
     DEFECT = 4
     INTERRUPTED = 130
+    TERMINATED = 143
+
+
+class Terminated(BaseException):
+    """The process was asked to end (SIGTERM)."""
 
 
 @contextmanager
-def errors_as_text(show_traceback: bool, kept: str = "") -> Iterator[None]:
-    """Print what went wrong and exit with its code; `kept` says what is left of the work."""
+def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[None]:
+    """Print what went wrong and exit with its code; `kept` is the folder with what is left of the work, if it is there.
+
+    SIGTERM ends the work as Ctrl-C does, so that records are closed and no robot process is left.
+    """
+    in_main = threading.current_thread() is threading.main_thread()     # only there signals can be handled
+    before = signal.signal(signal.SIGTERM, _terminate) if in_main else None
     try:
         yield
-    except KeyboardInterrupt:
-        _tell("interrupted", kept)
-        sys.exit(ExitCode.INTERRUPTED)
+    except (KeyboardInterrupt, Terminated) as error:
+        interrupted = isinstance(error, KeyboardInterrupt)
+        _tell("interrupted" if interrupted else "terminated", _what_is_left(kept))
+        sys.exit(ExitCode.INTERRUPTED if interrupted else ExitCode.TERMINATED)
     except Exception as error:
         if show_traceback:
             traceback.print_exception(error)
         code = exit_code_of(error)
         if code is ExitCode.DEFECT and not show_traceback:
-            _tell(f"{type(error).__name__}: {error}", "this is a defect of marconet; --traceback shows where", kept)
+            _tell(f"{type(error).__name__}: {error}", "this is a defect of marconet; --traceback shows where",
+                  _what_is_left(kept))
         else:
-            _tell(str(error) or type(error).__name__, kept)
+            _tell(str(error) or type(error).__name__, _what_is_left(kept))
         sys.exit(code)
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
+
+
+def _terminate(number: int, frame: FrameType | None) -> NoReturn:
+    raise Terminated
+
+
+def _what_is_left(kept: Path | None) -> str:
+    return f"what was recorded: {kept}" if kept is not None and kept.is_dir() else ""
 
 
 def exit_code_of(error: Exception) -> ExitCode:

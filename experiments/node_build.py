@@ -5,14 +5,13 @@ A robot's process imports this and what its program needs, nothing else: no scen
 
 from __future__ import annotations
 
-import importlib
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from experiments.own_modules import module_for
 from firmware_sim.board import Board
 from firmware_sim.local_clock import ClockSettings, LocalClock
 from fmus.description import PlantDescription
@@ -44,9 +43,7 @@ class NodeSpecification(msgspec.Struct, frozen=True):
 def program_class(path: str, folder: str) -> Any:
     """The class that "package.module:Class" names; modules beside the scenario count as well."""
     module_name, _, class_name = path.partition(":")
-    if folder and Path(folder).is_dir() and folder not in sys.path:
-        sys.path.append(folder)
-    return getattr(importlib.import_module(module_name), class_name)
+    return getattr(module_for(module_name, Path(folder)), class_name)
 
 
 def build_node(specification: NodeSpecification) -> Node:

@@ -12,13 +12,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
-from typing import Any
+from typing import Any, Final
 
 import simpy
 from simpy.events import NORMAL, Event
 
 from netem.agenda import NEVER_NS
 from netem.lockstep.messages import Grant, Hello, Offer, Report, Sample
+
+WHOLE_NANOSECONDS: Final = "times are int; wait with whole nanoseconds, timeout(1_000_000), not timeout(1e6)"
+MAX_EVENTS_AT_ONE_INSTANT: Final = 100_000
 
 
 class PromiseBroken(Exception):
@@ -93,7 +96,7 @@ class Node:
         self._events: list[tuple[int, str, str]] = []
         self._counters: Counter[str] = Counter()
         self._signals: list[tuple[str, str]] = []
-        self._reads: list[Callable[[int], Sequence[float]]] = []
+        self._reads: list[tuple[tuple[str, ...], Callable[[int], Sequence[float]]]] = []
         self._sample_period_ns = sample_period_ns
         self._next_sample_ns = 0 if sample_period_ns else NEVER_NS
 
@@ -118,6 +121,12 @@ class Node:
 
     def hand_out(self, port: int, data: bytes) -> None:
         now_ns = self.now_ns
+        if type(now_ns) is not int:
+            raise TypeError(f"{self._port_list[port].name}: a frame at {now_ns!r} ns: {WHOLE_NANOSECONDS}")
+        if type(data) is not bytes:
+            if not isinstance(data, bytearray | memoryview):
+                raise TypeError(f"{self._port_list[port].name}: {data!r} is {type(data).__name__}: a frame is bytes")
+            data = bytes(data)
         if now_ns < self._firm_ns:
             raise PromiseBroken(f"{self._port_list[port].name}: a frame at {now_ns} ns, but silence was promised until "
                                 f"{self._firm_ns} ns")
@@ -125,8 +134,12 @@ class Node:
 
     def signals(self, names_and_units: Sequence[tuple[str, str]], read: Callable[[int], Sequence[float]]) -> None:
         """Sample these signals: `read(time_ns)` gives one value for each, at every sample instant."""
+        known = {name for name, _ in self._signals}
+        twice = [name for name, _ in names_and_units if name in known]
+        if twice:
+            raise ValueError(f"{self.name}: signal {twice[0]!r} is there already: each name once")
         self._signals.extend(names_and_units)
-        self._reads.append(read)
+        self._reads.append((tuple(name for name, _ in names_and_units), read))
 
     def signal(self, name: str, unit: str, read: Callable[[int], float]) -> None:
         self.signals([(name, unit)], lambda time_ns: (read(time_ns),))
@@ -156,7 +169,10 @@ class Node:
         self._run_before(horizon_ns + 1 if grant.instant else horizon_ns)
         if self._next_sample_ns < horizon_ns:
             self._sample_before(horizon_ns)
-        report = Report(grant.window, self.env.next_ns(), self._firm_ns, self._offers, self._samples, self._events,
+        soft_ns = self.env.next_ns()
+        if type(soft_ns) is not int:
+            raise TypeError(f"{self.name}: its next event is at {soft_ns!r} ns: {WHOLE_NANOSECONDS}")
+        report = Report(grant.window, soft_ns, self._firm_ns, self._offers, self._samples, self._events,
                         dict(self._counters) if grant.last else {}, "")
         self._offers, self._samples, self._events = [], [], []
         return report
@@ -164,16 +180,26 @@ class Node:
     def _run_before(self, limit_ns: int) -> None:
         """Run the node's own events before `limit_ns`, and take the samples that lie before the last of them."""
         next_ns, step = self.env.next_ns, self.env.step
+        instant_ns, events = -1, 0
         while (time_ns := next_ns()) < limit_ns:
             if self._next_sample_ns < time_ns:
                 self._sample_before(time_ns)
+            if time_ns != instant_ns:
+                instant_ns, events = time_ns, 0
+            events += 1
+            if events > MAX_EVENTS_AT_ONE_INSTANT:
+                raise RuntimeError(f"{events - 1} events at {time_ns} ns: the program waits for no time to pass")
             step()
 
     def _sample_before(self, time_ns: int) -> None:
         while self._next_sample_ns < time_ns:
             values: list[float] = []
-            for read in self._reads:
-                values.extend(read(self._next_sample_ns))
+            for names, read in self._reads:
+                found = [float(value) for value in read(self._next_sample_ns)]
+                if len(found) != len(names):
+                    raise ValueError(f"{self.name}: {len(found)} values for the signals {', '.join(names)} at "
+                                     f"{self._next_sample_ns} ns: expected {len(names)}")
+                values += found
             if values:
                 self._samples.append((self._next_sample_ns, values))
             self._next_sample_ns += self._sample_period_ns

@@ -8,13 +8,14 @@ A robot looks at what it heard when it wakes for a slot of its own, not before: 
 So it may join a discovery one cycle later than `discovery.py` reckons, at each of the N - 1 links at most.
 
 Differs from the dissertation: Delta_u is not neglected; the old topology holds while the new one is discovered.
-Not modelled: a robot whose slots no longer agree with the others' because it missed an adoption (it is heard as an
-event by whoever receives it, but collisions may hide it).
+When a discovery ends without the whole graph, or a control frame comes in a slot that is not its sender's, the robots
+have parted: the robot falls back to the slots of the start, where all meet again, and begins a new discovery there.
 """
 
 from __future__ import annotations
 
 from agents.synchronization.discovery import Discovery, Incomplete, Phase
+from agents.synchronization.discovery_frame import decode
 from agents.synchronization.graph import Floats, neighbours
 from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 from netem.node import Node
@@ -35,12 +36,17 @@ class DiscoveredTopology:
         self._missed: dict[int, int] = {}                   # slots in a row
         self._whole_round = False                           # a round has passed since the topology was adopted
         self._adopts = False
+        self._out_of_step = False                           # somebody's control frame came when it could not
 
-    def heard_control(self, data: bytes, schedule: SlottedBroadcast, local_ns: int) -> bool:
-        slot = schedule.slot_at(local_ns).number
+    def heard_control(self, data: bytes, schedule: SlottedBroadcast, sent_ns: int) -> bool:
+        slot = schedule.slot_at(sent_ns).number
         if slot < 0:
             return False
-        self._inbox.append((schedule.control_owner(slot), data, schedule.control_cycle(slot)))
+        owner, cycle = schedule.control_owner(slot), schedule.control_cycle(slot)
+        frame = decode(data, self._robots)
+        if frame is not None and not self._discovery.fits(frame, owner, cycle):
+            self._out_of_step = True
+        self._inbox.append((owner, data, cycle))
         return True
 
     def before_own_slot(self, schedule: SlottedBroadcast, slot: int, heard: set[int]) -> None:
@@ -54,6 +60,15 @@ class DiscoveredTopology:
             self._node.event("topology changed", reason)
             self._discovery.trigger(schedule.control_cycle(slot))
         self._whole_round = True
+
+    def out_of_step(self) -> bool:
+        return self._out_of_step
+
+    def fell_back(self) -> None:
+        self._inbox.clear()
+        self._missed.clear()
+        self._out_of_step = self._adopts = self._whole_round = False
+        self._discovery.abandon()
 
     def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:
         return self._discovery.phase is not Phase.SILENT
@@ -72,7 +87,7 @@ class DiscoveredTopology:
             return None
         return schedule.round_end_after(schedule.slot(self._discovery.end_cycle * self._robots).start_ns - 1)
 
-    def adopt(self, local_ns: int) -> Floats | None:
+    def adopt(self, at_ns: int) -> Floats | None:
         self._read_inbox()
         self._adopts = False
         self._whole_round = False
@@ -81,7 +96,6 @@ class DiscoveredTopology:
         if isinstance(outcome, Incomplete):
             self._node.count("incomplete discoveries")
             self._node.event("incomplete discovery", str(outcome))
-            self._discovery.trigger(0)
             return None
         self._neighbours = frozenset(neighbours(outcome.laplacian)[self._number])
         return outcome.laplacian

@@ -12,10 +12,11 @@ start + N R every link has carried a frame: each node's own record is complete. 
 each, bring every record to every node. So all end together at start + (2N - 1) R, with the same complete graph, if the
 graph was strongly connected and constant. Initiators of one epoch agree on the least start; it floods with the epoch.
 Where a silent node's driver looks at what it heard only J cycles later, joining takes J more on each of N - 1 links.
+In the last (N - 1) R cycles nobody adds to its own record any more: news of then would not reach everybody.
 
 Stand-in for the dissertation's reference [79]; here time is slotted, so the end is known and not guessed by silence.
-Not modelled: a graph that changes during an epoch (the nodes may then disagree; what they miss next triggers again),
-links that lose more than N^D frames in a row, frames longer than one radio payload.
+Not modelled: frames longer than one radio payload. Where links lose more than N^D frames in a row the nodes may end
+with different graphs; their driver then has to bring them together (`discovered_topology.py`).
 
 Invariants:
 - bytes that are no frame, or a frame that cannot be, change nothing but the counter `refused`;
@@ -102,6 +103,7 @@ class Discovery:
         self.node = node
         self.size = size
         self.cycles = cycles_needed(size, max_successive_losses, join_delay_cycles)
+        self._flood_cycles = (size - 1) * (max_successive_losses + 1)
         self.phase = Phase.SILENT
         self.epoch = epoch
         self.start_cycle = -self.cycles
@@ -124,6 +126,15 @@ class Discovery:
         if self.phase is Phase.SILENT:
             self.phase = Phase.ARMED
 
+    def abandon(self) -> None:
+        """The cycles that were counted so far mean nothing any more: begin a new epoch at the next own control slot."""
+        self.phase = Phase.ARMED
+        self.outcome = None
+
+    def fits(self, frame: DiscoveryFrame, owner: int, cycle: int) -> bool:
+        """Whether a frame heard in the control slot of `owner` can be from a node that counts slots as we do."""
+        return frame.sender == owner and frame.start_cycle <= cycle < frame.start_cycle + self.cycles
+
     def frame_to_send(self, cycle: int) -> bytes | None:
         """What to send in this node's control slot of `cycle`; None for silence."""
         self._end_if_due(cycle)
@@ -137,7 +148,7 @@ class Discovery:
         """Bytes heard in `cycle` in the control slot of `sender`; True for a frame of the epoch that runs here now."""
         self._end_if_due(cycle)
         frame = decode(data, self.size)
-        if frame is None or frame.sender != sender or sender == self.node or not self._may_run(frame, cycle):
+        if frame is None or sender == self.node or not self.fits(frame, sender, cycle):
             self.refused += 1
             return False
         if self._is_newer(frame.epoch):
@@ -151,7 +162,8 @@ class Discovery:
         for node, record in enumerate(frame.records):
             if node != self.node:
                 self.records[node] |= record
-        self.records[self.node] |= 1 << sender
+        if cycle < self.end_cycle - self._flood_cycles:     # later news would not reach all, and they would disagree
+            self.records[self.node] |= 1 << sender
         return True
 
     def finish(self, cycle: int) -> Topology | Incomplete:
@@ -161,9 +173,6 @@ class Discovery:
             raise RuntimeError(f"node {self.node}: no discovery has ended by cycle {cycle} "
                                f"({self.phase.name}, end_cycle={self.end_cycle})")
         return self.outcome
-
-    def _may_run(self, frame: DiscoveryFrame, cycle: int) -> bool:
-        return frame.start_cycle <= cycle < frame.start_cycle + self.cycles
 
     def _is_newer(self, epoch: int) -> bool:
         return 0 < (epoch - self.epoch) % EPOCHS < EPOCHS // 2

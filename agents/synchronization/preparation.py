@@ -15,12 +15,14 @@ import numpy as np
 from agents.synchronization.check import problems
 from agents.synchronization.discovery_frame import MAX_NODES, frame_bytes
 from agents.synchronization.graph import Floats, laplacian
+from agents.synchronization.partition import colliding_pairs
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans, heard_by
 from agents.synchronization.sync_frame import SyncFrameCodec
 from agents.synchronization.team import SYNC_GAIN, Layout, Team, TeamError, read_team
+from firmware_sim.local_clock import ClockSettings
 from firmware_sim.slot_sync_condition import contraction_per_round
-from netem.topology import Site
+from netem.topology import Site, Topology
 
 
 class AgentLike(Protocol):
@@ -30,6 +32,8 @@ class AgentLike(Protocol):
     def at_m(self) -> tuple[float, ...] | None: ...
     @property
     def media(self) -> tuple[str, ...]: ...
+    @property
+    def clock(self) -> ClockSettings: ...
 
 
 class MediumLike(Protocol):
@@ -73,21 +77,28 @@ def check(scenario: ScenarioLike) -> Iterator[str]:
         yield f"team.models: {len(team.names)} robots: a discovery frame names at most {MAX_NODES}"
         return
     layout = frame_layout(team, medium)
+    team = msgspec.structs.replace(team, layout=layout)
     graphs = occurring_graphs(team, scenario, medium)
     plans = RoundPlans(team)
     for name, graph in graphs.items():
         plan = plans.plan(graph)
         slot_ns = plan.slot_ns if plan is not None else 0
-        airtime_ns = _needed_ns(team, layout)
-        for problem in problems(team.agents, graph, slot_ns=slot_ns, airtime_ns=airtime_ns, names=team.names,
-                                delay_ns=layout.data_airtime_ns + layout.latency_ns,
-                                discovered=team.topology == "discovered"):
-            yield f"{name}: {problem}"
+        found = problems(team.agents, graph, slot_ns=slot_ns, airtime_ns=team.slot_needs_ns, names=team.names,
+                         delay_ns=layout.data_airtime_ns + layout.latency_ns,
+                         discovered=team.topology == "discovered")
+        if plan is None and not found:
+            found = [f"team.slot_quantum_s={team.slot_quantum_s}: longer than the slot that (6.20) allows"]
+        yield from (f"{name}: {problem}" for problem in found)
         if plan is not None and team.resynchronize:
             yield from (f"{name}: {problem}" for problem in _clock_problems(team, plan, layout))
-    if team.topology == "discovered" and team.boot_slot_s * 1e9 < _needed_ns(team, layout):
-        yield (f"team.boot_slot_s={team.boot_slot_s}: expected at least {_needed_ns(team, layout) * 1e-9:.9f} s, "
+    if team.topology == "discovered" and team.boot_slot_s * 1e9 < team.slot_needs_ns:
+        yield (f"team.boot_slot_s={team.boot_slot_s}: expected at least {team.slot_needs_ns * 1e-9:.9f} s, "
                "what the frames of one slot need with their guard times")
+    yield from _medium_problems(team, scenario, medium, plans, graphs)
+    offsets_ns = [agent.clock.offset_ns for agent in scenario.agents.values()]
+    if max(offsets_ns) - min(offsets_ns) > round(team.guard_s * 1e9):
+        yield (f"agents: clocks are up to {max(offsets_ns) - min(offsets_ns)} ns apart at the start: expected at most "
+               f"the guard time, team.guard_s={team.guard_s}, or the first slots overlap")
 
 
 def prepare(scenario: ScenarioLike) -> dict[str, Any]:
@@ -112,14 +123,10 @@ def occurring_graphs(team: Team, scenario: ScenarioLike, medium: MediumLike) -> 
     if team.topology == "told":
         return {f"team.requests[{index}]": team.laplacian_of(request.links)
                 for index, request in enumerate(team.requests)}
-    positions = {node: at for node in medium.nodes if (at := scenario.agents[node].at_m) is not None}
-    radio = medium.settings.radio()
-    topology = medium.settings.topology.over(Site(medium.nodes, positions, radio.tx_power_dbm, radio.sensitivity_dbm))
-    number = {name: index for index, name in enumerate(team.names)}
+    topology = _topology(scenario, medium)
     found: dict[str, Floats] = {}
     for at_ns in [0, *topology.changes_ns(scenario.length_ns)]:
-        edges = [(number[sender], number[receiver]) for sender, receiver in topology.graph_at(at_ns)]
-        graph = laplacian(len(team.names), edges)
+        graph = _laplacian_at(team, topology, at_ns)
         if not any(np.array_equal(graph, known) for known in found.values()):
             found[f"the graph from {at_ns * 1e-9:g} s"] = graph
     return found
@@ -137,8 +144,48 @@ def _clock_problems(team: Team, plan: RoundPlan, layout: Layout) -> Iterator[str
                f"{contraction:.4g} per round, expected below 1; nobody may be without somebody to hear")
 
 
-def _needed_ns(team: Team, layout: Layout) -> int:
-    """What the frames of one slot need: data, control if there is any, guard times, the receive latency."""
-    guard_ns = round(team.guard_s * 1e9)
-    frames_ns = layout.data_airtime_ns + layout.control_airtime_ns + layout.latency_ns
-    return frames_ns + guard_ns * (3 if layout.control_airtime_ns else 2)
+def _medium_problems(team: Team, scenario: ScenarioLike, medium: MediumLike, plans: RoundPlans,
+                     graphs: Mapping[str, Floats]) -> Iterator[str]:
+    settings, radio = medium.settings, medium.settings.radio()
+    if settings.mac != "none":
+        yield f'media: mac="{settings.mac}": expected "none", a slot decides who may speak'
+    sizes = {"sync": SyncFrameCodec(len(team.names), team.outputs).size_bytes}
+    if team.topology == "discovered":
+        sizes["discovery"] = frame_bytes(len(team.names))
+    for kind, size in sizes.items():
+        if radio.max_payload_bytes is not None and size > radio.max_payload_bytes:
+            yield (f"media: max_payload_bytes={radio.max_payload_bytes}: a {kind} frame of {len(team.names)} robots "
+                   f"has {size} bytes")
+    if team.topology == "told":
+        yield from _told_problems(team, scenario, medium, plans, graphs)
+
+
+def _told_problems(team: Team, scenario: ScenarioLike, medium: MediumLike, plans: RoundPlans,
+                   graphs: Mapping[str, Floats]) -> Iterator[str]:
+    """Whether a radio whose graph does not change carries what the requests use, without collisions."""
+    topology = _topology(scenario, medium)
+    if topology.changes_ns(scenario.length_ns):
+        return
+    heard = _laplacian_at(team, topology, 0)
+    for name, graph in graphs.items():
+        missing = [(team.names[i], team.names[j]) for i, j in np.argwhere((graph < 0) & (heard == 0))]
+        if missing:
+            yield f"{name}: {missing[0][0]} is to use what {missing[0][1]} broadcasts, but the radio has no such link"
+        plan = plans.plan(graph)
+        if plan is not None and medium.settings.decode == "radio_network" and team.layout.data_airtime_ns:
+            for i, j in colliding_pairs(heard, plan.parts)[:1]:
+                yield (f"{name}: {team.names[i]} and {team.names[j]} share a slot, but on this radio their frames "
+                       "collide: more robots are in range than the topology asked for has links")
+
+
+def _topology(scenario: ScenarioLike, medium: MediumLike) -> Topology:
+    positions = {node: at for node in medium.nodes if (at := scenario.agents[node].at_m) is not None}
+    radio = medium.settings.radio()
+    topology: Topology = medium.settings.topology.over(
+        Site(medium.nodes, positions, radio.tx_power_dbm, radio.sensitivity_dbm))
+    return topology
+
+
+def _laplacian_at(team: Team, topology: Topology, at_ns: int) -> Floats:
+    number = {name: index for index, name in enumerate(team.names)}
+    return laplacian(len(number), [(number[sender], number[receiver]) for sender, receiver in topology.graph_at(at_ns)])

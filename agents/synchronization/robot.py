@@ -56,7 +56,7 @@ class SyncRobot:
         self._outputs = board.plant.output_group([f"y[{k + 1}]" for k in range(agent.outputs)])
         self._law = AgreementLaw(self._number, agent.K, team.biases)
         self._omega = 0.0
-        self._disturbance = [(round(from_s * 1e9), float(value)) for from_s, value in disturbance]
+        self._disturbance = _pieces(disturbance)
         self._slot = 0                          # in which it speaks next
         self._codec = SyncFrameCodec(len(team.names), team.outputs)
         self._plans = RoundPlans(team)
@@ -95,7 +95,7 @@ class SyncRobot:
                     first_ns, act = control_ns, partial(self._discover, control)
             adoption_ns = source.adoption_ns(schedule, now_ns)
             if adoption_ns is not None and adoption_ns <= first_ns:
-                first_ns, act = adoption_ns, self._adopt
+                first_ns, act = adoption_ns, partial(self._adopt, adoption_ns)
             yield board.sleep_until(first_ns)
             while clock.now_ns() < first_ns:    # the clock was set back meanwhile
                 yield board.until(first_ns)
@@ -113,6 +113,8 @@ class SyncRobot:
             node.call_in(self._own_delay_ns, lambda _: self._hold_own(outputs))
         else:
             self._hold_own(outputs)
+        if self._source.out_of_step():
+            self._fall_back("somebody's control frame came in a slot that is not its own")
         if self._sync is not None:
             correction = self._sync.close_round(self._schedule.round_ns)
             self._board.clock.adjust(correction.step_ns)
@@ -124,24 +126,40 @@ class SyncRobot:
         if frame is not None:
             self._port.send(frame)
 
-    def _adopt(self) -> None:
+    def _adopt(self, at_ns: int) -> None:
+        """`at_ns` is the round's end, not when the clock showed it: a tick may be late, and all have to agree."""
         board = self._board
-        local_ns = board.now_ns
-        laplacian = self._source.adopt(local_ns)
+        laplacian = self._source.adopt(at_ns)
         if laplacian is None:
-            board.node.event("kept topology", "the one found cannot be used or is incomplete")
+            self._fall_back("its discovery was incomplete")
             return
         plan = self._plans.plan(laplacian)
-        if plan is None:
-            board.node.event("kept topology", f"A_cl is not Hurwitz (Assumption 6) for {_links(laplacian)}")
+        if plan is None or plan.slot_ns < self._team.slot_needs_ns:
+            why = "A_cl is not Hurwitz (Assumption 6)" if plan is None else (
+                f"its slots of {plan.slot_ns} ns do not hold their frames ({self._team.slot_needs_ns} ns)")
+            board.node.event("kept topology", f"{why} for {_links(laplacian)}")
             return
-        at_ns = self._schedule.round_end_after(local_ns - 1)
         schedule = SlottedBroadcast(len(plan.parts), plan.slot_ns, at_ns, self._schedule.guard_ns,
                                     self._schedule.agents, self._control_offset_ns(plan))
         self._follow(plan, schedule)
         board.node.count("adoptions")
         board.node.event("adopted topology", _links(laplacian))
         self._apply()
+
+    def _fall_back(self, why: str) -> None:
+        """Nobody can be sure of the others' slots any more: back to those of the start, which lie on a grid from local
+        time 0 and are the same for all. The neighbours and their values stay in use."""
+        plan = self._plans.boot()
+        self._schedule = self._first_schedule(plan)
+        self._part_of = dict(enumerate(range(len(self._team.names))))
+        self._part = self._number
+        now_ns = self._board.now_ns
+        self._slot = self._schedule.next_slot_of(self._part, now_ns - 1).number
+        self._last_control = -1
+        self._heard.clear()
+        self._source.fell_back()
+        self._board.node.count("fallbacks")
+        self._board.node.event("fell back", f"to the slots of the start: {why}")
 
     def _disturb(self) -> Generator[Event, Any, None]:
         env = self._board.node.env
@@ -156,7 +174,9 @@ class SyncRobot:
     def _hear(self, data: bytes) -> None:
         frame = self._codec.unpack(data)
         if frame is None:
-            if not self._source.heard_control(data, self._schedule, self._board.now_ns):
+            layout = self._team.layout
+            sent_ns = self._board.now_ns - layout.control_airtime_ns - layout.latency_ns
+            if not self._source.heard_control(data, self._schedule, sent_ns):
                 self._board.node.count("unreadable frames")
             return
         sender = frame.sender
@@ -232,6 +252,16 @@ class SyncRobot:
         self._schedule = schedule
         self._slot = self._part                 # in the first round slot k belongs to part k
         self._last_control = -1
+
+
+def _pieces(disturbance: Sequence[Sequence[float]]) -> list[tuple[int, float]]:
+    """(from_ns, value) pairs, ascending."""
+    if any(len(piece) != 2 for piece in disturbance):
+        raise ValueError(f"disturbance={[list(piece) for piece in disturbance]}: expected pairs [from_s, value]")
+    instants = [from_s for from_s, _ in disturbance]
+    if instants != sorted(instants) or any(from_s < 0 for from_s in instants):
+        raise ValueError(f"disturbance: from_s={instants}: expected ascending instants from 0 on")
+    return [(round(from_s * 1e9), float(value)) for from_s, value in disturbance]
 
 
 def _suffixes(count: int) -> list[str]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import floor
-
 import numpy as np
 
 from agents.synchronization.graph import Floats, laplacian_from_neighbours, neighbours
@@ -27,7 +25,7 @@ class RoundPlans:
                                                          entry.slot_ns)
 
     def plan(self, laplacian: Floats) -> RoundPlan | None:
-        """None if A_cl is not Hurwitz for it (Assumption 6)."""
+        """None if A_cl is not Hurwitz for it (Assumption 6), or its slot is shorter than the quantum."""
         key = heard_by(laplacian)
         if key not in self._plans:
             self._plans[key] = self._computed(laplacian)
@@ -45,12 +43,13 @@ class RoundPlans:
                               max_successive_losses=self._team.max_successive_losses)
         except ValueError:
             return None
-        return RoundPlan(plan.laplacian, plan.parts, self._quantized(plan.slot_ns))
+        slot_ns = self._quantized(plan.slot_ns)
+        return RoundPlan(plan.laplacian, plan.parts, slot_ns) if slot_ns else None
 
     def _quantized(self, slot_ns: int) -> int:
-        """Rounded down, so that robots whose arithmetic differs in the last bit agree."""
+        """Rounded down, so that robots whose arithmetic differs in the last bit agree; 0 below one quantum."""
         quantum_ns = max(1, round(self._team.slot_quantum_s * 1e9))
-        return max(quantum_ns, floor(slot_ns / quantum_ns) * quantum_ns)
+        return slot_ns // quantum_ns * quantum_ns
 
     def table_entry(self, laplacian: Floats) -> TableEntry | None:
         plan = self.plan(laplacian)

@@ -92,6 +92,14 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
     def biases(self) -> list[tuple[float, ...]]:
         return [tuple(model.d) or (0.0,) * self.outputs for model in self.models.values()]
 
+    @property
+    def slot_needs_ns(self) -> int:
+        """What the frames of one slot need: data, control if there is any, guard times, the receive latency."""
+        layout = self.layout
+        guard_ns = round(self.guard_s * 1e9)
+        frames_ns = layout.data_airtime_ns + layout.control_airtime_ns + layout.latency_ns
+        return frames_ns + guard_ns * (3 if layout.control_airtime_ns else 2)
+
     def laplacian_of(self, links: list[str]) -> Floats:
         """Laplacian of links "a -> b" by robot names."""
         edges = []
@@ -133,6 +141,11 @@ def read_team(table: Mapping[str, Any]) -> Team:
     for key in ("boot_slot_s", "slot_quantum_s"):
         if getattr(team, key) <= 0:
             problems.append(f"team.{key}={getattr(team, key)}: expected more than 0")
+    if team.requests and 0 < team.repeat_s <= team.requests[-1].from_s:
+        problems.append(f"team.repeat_s={team.repeat_s}: expected more than the last request's from_s, "
+                        f"{team.requests[-1].from_s}")
+    if team.topology == "discovered" and len(team.models) < 2:
+        problems.append("team.models: a topology can be discovered by 2 robots or more")
     if team.topology == "told" and (not team.requests or team.requests[0].from_s != 0):
         problems.append("team.requests: a told topology needs a first request with from_s = 0")
     if problems:

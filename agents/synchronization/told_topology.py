@@ -35,10 +35,16 @@ class ToldTopology:
         since_ns = local_ns % self._repeat_ns if self._repeat_ns else local_ns
         return self._laplacians[max(0, bisect_right(self._instants, since_ns) - 1)]
 
-    def heard_control(self, data: bytes, schedule: SlottedBroadcast, local_ns: int) -> bool:
+    def heard_control(self, data: bytes, schedule: SlottedBroadcast, sent_ns: int) -> bool:
         return False
 
     def before_own_slot(self, schedule: SlottedBroadcast, slot: int, heard: set[int]) -> None:
+        pass
+
+    def out_of_step(self) -> bool:
+        return False
+
+    def fell_back(self) -> None:
         pass
 
     def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:
@@ -51,6 +57,6 @@ class ToldTopology:
         end_ns = schedule.round_end_after(local_ns)
         return None if np.array_equal(self.requested(end_ns), self.current) else end_ns
 
-    def adopt(self, local_ns: int) -> Floats | None:
-        self.current = self.requested(local_ns)
+    def adopt(self, at_ns: int) -> Floats | None:
+        self.current = self.requested(at_ns)
         return self.current

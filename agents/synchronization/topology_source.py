@@ -12,12 +12,19 @@ from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 
 
 class TopologySource(Protocol):
-    def heard_control(self, data: bytes, schedule: SlottedBroadcast, local_ns: int) -> bool:
-        """Bytes that are no sync frame were received; False if nobody can read them."""
+    def heard_control(self, data: bytes, schedule: SlottedBroadcast, sent_ns: int) -> bool:
+        """Bytes that are no sync frame were received, sent at `sent_ns` if they are a control frame; False if nobody
+        can read them."""
 
     def before_own_slot(self, schedule: SlottedBroadcast, slot: int, heard: set[int]) -> None:
         """The robot is about to broadcast in slot number `slot`; it has heard outputs of `heard` since it did so last,
         one round ago."""
+
+    def out_of_step(self) -> bool:
+        """Whether what was heard shows that others count slots differently: the robot has to fall back."""
+
+    def fell_back(self) -> None:
+        """The robot uses the slots of the start again."""
 
     def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:
         """Whether the robot is to use its next control sub-slot."""
@@ -28,5 +35,5 @@ class TopologySource(Protocol):
     def adoption_ns(self, schedule: SlottedBroadcast, local_ns: int) -> int | None:
         """The round end at which the robot has to call `adopt`, as far as it is known."""
 
-    def adopt(self, local_ns: int) -> Floats | None:
+    def adopt(self, at_ns: int) -> Floats | None:
         """The Laplacian that holds from now on, None if the old one stays."""

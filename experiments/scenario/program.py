@@ -5,13 +5,13 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Iterable
-from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any, get_type_hints
 
 import msgspec
 
+from experiments.own_modules import module_for
 from experiments.scenario.fill import fill
 from experiments.scenario.problems import Place, Problems, near
 from experiments.scenario.shape import Shape
@@ -26,11 +26,8 @@ def import_program(program: str, folder: Path) -> type:
     parts = module_name.split(".")
     if not colon or not class_name.isidentifier() or not all(part.isidentifier() for part in parts):
         raise ValueError("expected 'package.module:Class'")
-    beside = folder.absolute() / parts[0]
-    if (beside.is_dir() or beside.with_suffix(".py").is_file()) and str(folder.absolute()) not in sys.path:
-        sys.path.append(str(folder.absolute()))
     try:
-        module = import_module(module_name)
+        module = module_for(module_name, folder)
     except ModuleNotFoundError as error:
         if error.name is None or not (module_name == error.name or module_name.startswith(error.name + ".")):
             raise ValueError(f"{module_name} needs the module {error.name!r}, which is not installed") from error

@@ -100,7 +100,7 @@ class Conductor:
     seats: dict[str, Seat] = field(default_factory=dict)
     media: Mapping[str, Medium] = field(default_factory=dict)
     _next_out_ns: int = 0
-    _talkers: set[str] = field(default_factory=set)     # who handed something out in the last window
+    _talkers: set[str] = field(default_factory=set)     # who handed something out in the last instant rounds
 
     def admit(self, hellos: Mapping[str, Hello], media: Mapping[str, Medium]) -> None:
         """The nodes that take part, with their first promises, and the media between them."""
@@ -155,6 +155,8 @@ class Conductor:
                 horizon_ns = t0_ns
                 rounds = rounds + 1 if instant_ns == t0_ns else 1
                 instant_ns = t0_ns
+                if rounds == MAX_ROUNDS_AT_ONE_INSTANT // 2:
+                    self._talkers.clear()       # who only set the others off is not in the loop
                 self.instant_rounds += 1
                 if rounds > MAX_ROUNDS_AT_ONE_INSTANT:
                     raise InstantLoop(t0_ns, sorted(self._talkers), rounds - 1)
@@ -173,10 +175,9 @@ class Conductor:
         grants = [(seat.name, Grant(self.windows, horizon_ns, instant, False, seat.take(limit_ns)))
                   for seat in seats if seat.earliest_ns < limit_ns]
         self.grants += len(grants)
-        self._talkers.clear()
         for name, report in self._exchange(grants):
             seat = self.seats[name]
-            if report.offers:
+            if instant and report.offers:
                 self._talkers.add(name)
             for sequence, (time_ns, port, data) in enumerate(report.offers):
                 if not seat.earliest_ns <= time_ns < limit_ns or not 0 <= port < len(seat.media):
@@ -193,6 +194,10 @@ class Conductor:
                               detail=failure.detail) from None
 
     def _keep(self, seat: Seat, report: Report, horizon_ns: int) -> None:
+        if report.soft_ns < horizon_ns:
+            raise NodeFailure(seat.name, f"promises the past in window {report.window}: its next event at "
+                              f"{report.soft_ns} ns, though it was granted all before {horizon_ns} ns",
+                              last_report=seat.standing())
         seat.soft_ns, seat.firm_ns, seat.granted_ns = report.soft_ns, report.firm_ns, horizon_ns
         seat.earliest_ns = max(seat.firm_ns, min(seat.soft_ns, seat.pending_ns))
         for time_ns, values in report.samples:

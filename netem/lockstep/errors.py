@@ -24,5 +24,6 @@ class InstantLoop(Exception):
     def __init__(self, time_ns: int, nodes: list[str], rounds: int) -> None:
         self.time_ns = time_ns
         self.nodes = nodes
-        super().__init__(f"{time_ns} ns: {rounds} rounds without progress among {', '.join(nodes)}: their links have "
-                         "no latency and each answers at once; give a link latency, or let a program wait first")
+        super().__init__(f"{time_ns} ns: {rounds} rounds of frames at this one instant among {', '.join(nodes)}: "
+                         "their links have no latency and each answers at once; give a link latency, or let a program "
+                         "wait first")

@@ -37,7 +37,7 @@ class InlineHost:
         for name, build in self._build.items():
             try:
                 self._nodes[name] = build()
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 raise NodeFailure(name, f"could not start: {error}", detail=traceback.format_exc()) from error
         return {name: node.hello() for name, node in self._nodes.items()}
 
@@ -47,8 +47,8 @@ class InlineHost:
             node = self._nodes[name]
             try:
                 reports.append((name, node.advance(grant)))
-            except Exception as error:
-                raise NodeFailure(name, f"its program failed at {node.now_ns} ns: {error}",
+            except (Exception, SystemExit) as error:
+                raise NodeFailure(name, f"its program failed at {node.now_ns} ns: {type(error).__name__}: {error}",
                                   detail=traceback.format_exc()) from error
         return reports
 

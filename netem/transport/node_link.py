@@ -61,10 +61,10 @@ def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
                 continue
             window = grant.window
             try:
-                report = node.advance(grant)
+                message = encode(node.advance(grant))
             except Exception:
                 out.send(encode(Report(window, NEVER_NS, NEVER_NS, [], [], [], {}, traceback.format_exc())))
                 return 1
-            out.send(encode(report))
+            out.send(message)
             if grant.last:
                 return 0

@@ -17,6 +17,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Final, TypeVar
@@ -33,7 +34,8 @@ from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Sessio
 WATCH_EVERY_S: Final = 0.05
 GRACE_S: Final = 0.5                # for the last words of a process that has ended, which may still be on the way
 # There are more nodes than cores: a pool of threads for the small matrices of one robot only gets in everybody's way.
-ONE_THREAD: Final = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+# What it prints has to be in its log when it fails.
+ENVIRONMENT: Final = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
 LOG_TAIL_BYTES: Final = 4_000
 Message = TypeVar("Message", Hello, Report)
 
@@ -100,7 +102,8 @@ class ProcessHost:
         self._over.set()
         for process in self._processes.values():
             if process.stdin is not None:
-                process.stdin.close()           # the node's process ends when this pipe does
+                with suppress(OSError):
+                    process.stdin.close()       # the node's process ends when this pipe does
         deadline_s = time.monotonic() + 5.0
         for process in self._processes.values():
             try:
@@ -117,14 +120,10 @@ class ProcessHost:
             # Its own process group: Ctrl-C reaches the emulator only, which ends its nodes. Not its own session: Linux
             # would schedule each node in a group of its own (autogroup), and a grant would take twice as long.
             process = subprocess.Popen(self._command, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT,
-                                       process_group=0, env=os.environ | ONE_THREAD)
+                                       process_group=0, env=os.environ | ENVIRONMENT)
         self._processes[name] = process
-        assert process.stdin is not None
-        try:
-            process.stdin.write(msgspec.json.encode(errand) + b"\n")
-            process.stdin.flush()
-        except BrokenPipeError:
-            raise self._gone(name) from None
+        # From a thread: a process that does not read would hold up the start, and nobody would say which it is.
+        threading.Thread(target=_tell, args=(process, msgspec.json.encode(errand) + b"\n"), daemon=True).start()
 
     def _collect(self, awaited: set[str], decode: Callable[[bytes], Message], what: str,
                  window: int = 0) -> dict[str, Message]:
@@ -179,3 +178,10 @@ class ProcessHost:
 
     def _log_of(self, name: str) -> str:
         return (self._logs / f"{name}.log").read_bytes()[-LOG_TAIL_BYTES:].decode(errors="replace")
+
+
+def _tell(process: subprocess.Popen[bytes], errand: bytes) -> None:
+    assert process.stdin is not None
+    with suppress(OSError, ValueError):         # it ended, or the host was stopped: the watchdog names it
+        process.stdin.write(errand)
+        process.stdin.flush()

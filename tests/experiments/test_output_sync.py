@@ -18,6 +18,7 @@ from experiments.runner import run
 from experiments.scenario.library import find
 from experiments.scenario.loader import load
 from experiments.scenario.model import Scenario
+from experiments.scenario.problems import ScenarioError
 from firmware_sim.slot_drift import collision_free_until
 
 ROBOTS = [f"r{i}" for i in range(1, 6)]
@@ -176,3 +177,58 @@ def test_garbage_on_the_radio_is_counted_and_harms_nobody(tmp_path: Path) -> Non
     assert sum(counts.get("unreadable frames", 0) + counts.get("refused control frames", 0)
                for counts in counters.values()) > 0
     assert all(np.isfinite(ran(result).signals[robot].values).all() for robot in ROBOTS)
+
+
+def test_a_clock_with_a_coarse_tick_adopts_with_the_others(tmp_path: Path) -> None:
+    """Its reading passes the round's end by up to a tick; the round's end is what counts."""
+    coarse = ["agents.r1.clock={tick_us=7}", "impairments=[]"]
+
+    data = ran(run(scenario("output_sync", 1.2, coarse), host="inline", out=tmp_path))
+
+    adopted = [event for event in data.events if event.kind == "adopted topology"]
+    assert [event.detail for event in adopted] == [L1_HEARD] * 5 + [L2_HEARD] * 5 + [L1_HEARD] * 5
+    assert not [event for event in data.events if event.kind == "fell back"]
+
+
+@pytest.mark.parametrize("changes_ms", [58, 60, 62, 63])
+def test_a_change_late_in_a_discovery_does_not_split_the_team(tmp_path: Path, changes_ms: int) -> None:
+    """The discovery ends at 65 ms; who hears of the change only then must not act on it alone."""
+    late = ["impairments=[]", "media.radio.topology.repeat_s=100.0",
+            f"media.radio.topology.schedule=[{{at_s=0.0, graph='L2'}}, {{at_s={changes_ms / 1000}, graph='L1'}}]"]
+
+    data = ran(run(scenario("output_sync", 1.0, late), host="inline", out=tmp_path))
+
+    last = {event.node: (event.time_ns, event.detail) for event in data.events if event.kind == "adopted topology"}
+    assert set(last) == set(ROBOTS)
+    assert len(set(last.values())) == 1
+    assert last["r1"][1] == L1_HEARD
+
+
+def test_a_team_that_has_parted_meets_again(tmp_path: Path) -> None:
+    """For 30 ms, from within a discovery, r4 hears and is heard by nobody: more losses in a row than N^D allows."""
+    cut = ('impairments=[{on="radio: r4 -> *", kind="bernoulli_loss", loss_ratio=1.0, during_s=[0.52, 0.55]},'
+           '{on="radio: * -> r4", kind="bernoulli_loss", loss_ratio=1.0, during_s=[0.52, 0.55]}]')
+
+    data = ran(run(scenario("output_sync", 1.4, [cut]), host="inline", out=tmp_path))
+
+    adopted = [event for event in data.events if event.kind == "adopted topology"]
+    last = {event.node: (event.time_ns, event.detail) for event in adopted}
+    assert len(set(last.values())) == 1                     # together again, in the graph of the time
+    assert last["r1"][1] == L1_HEARD
+    assert last["r1"][0] < 1_200_000_000
+
+
+@pytest.mark.parametrize(("change", "rule"), [
+    ("media.radio.preset='xbee_802154'", r"a slot of 1084000 ns is shorter than its frames"),
+    ("team.models.r2.K=[[-5.0]]", r"A_cl is not Hurwitz \(Assumption 6\): it has the eigenvalue 21\.6"),
+    ("media.radio.topology={kind='fixed', links=['r1 <-> r2', 'r2 -> r3', 'r3 <-> r4', 'r4 <-> r5']}",
+     r"the one-way link r2 -> r3 lies on no cycle \(Assumption 7\)"),
+    ("team.slot_quantum_s=1e-3", r"slot_quantum_s=0\.001: longer than the slot that \(6\.20\) allows"),
+    ("media.radio.max_payload_bytes=10", r"a sync frame of 5 robots has 14 bytes"),
+    ("media.radio.mac='csma'", r'mac="csma": expected "none"'),
+    ("agents.r1.clock={offset_us=50}", r"clocks are up to 50000 ns apart at the start"),
+    ("team.boot_slot_s=2e-4", r"team\.boot_slot_s=0\.0002: expected at least 0\.000"),
+])
+def test_what_cannot_work_is_refused_before_the_start_with_the_rule_and_the_number(change: str, rule: str) -> None:
+    with pytest.raises(ScenarioError, match=rule):
+        scenario("output_sync", overrides=[change])

@@ -1,0 +1,55 @@
+"""Ctrl-C and SIGTERM on a real run with a process for each robot: records are closed, nothing is left behind."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from netem.records.ledger_table import read_metadata
+
+COMMAND = [sys.executable, "-c", "from experiments.command_line import main; main()", "run", "output_sync"]
+
+
+def children(pid: int) -> list[str]:
+    return Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+
+
+def wait_for(condition: Callable[[], bool], seconds: float = 30.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, f"not within {seconds} s"
+        time.sleep(0.005)
+
+
+def under_way(out: Path, pid: int) -> bool:
+    """All robots are there and one has said hello: its log is open and its first thread pool of Zenoh runs."""
+    nodes = children(pid)
+    return len(nodes) == 5 and all(len(list(Path(f"/proc/{node}/task").iterdir())) > 2 for node in nodes)
+
+
+@pytest.mark.parametrize("begun", [True, False], ids=["while it runs", "while it starts"])
+@pytest.mark.parametrize(("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"),
+                                                      (signal.SIGTERM, 143, "terminated")])
+def test_it_closes_its_records_and_leaves_no_process(tmp_path: Path, number: signal.Signals, code: int, word: str,
+                                                     begun: bool) -> None:
+    out = tmp_path / "run"
+    with subprocess.Popen([*COMMAND, "--out", str(out)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          process_group=0) as running:
+        wait_for(lambda: under_way(out, running.pid) if begun else len(children(running.pid)) > 0)
+        nodes = children(running.pid)
+        running.send_signal(number)
+        _, told = running.communicate(timeout=30)
+
+    assert running.returncode == code
+    assert word in told
+    assert str(out) in told
+    assert (out / "run.json").is_file()
+    assert "hash" in read_metadata(out / "ledger.parquet")
+    assert nodes
+    assert not [node for node in nodes if Path(f"/proc/{node}").exists()]

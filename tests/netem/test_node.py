@@ -1,0 +1,88 @@
+"""What a node refuses from its own program: said with the name and the remedy, on either host alike."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Generator
+from typing import Any
+
+import pytest
+
+from netem.lockstep.conductor import Conductor
+from netem.lockstep.errors import NodeFailure
+from netem.node import Node
+
+Conduct = Callable[..., Conductor]
+
+
+def node_that(act: Callable[[Node], Any], wait: Any = 100) -> Callable[[], Node]:
+    def build() -> Node:
+        node = Node("a", ["wire"], 1_000)
+
+        def program() -> Generator[Any, Any, None]:
+            yield node.env.timeout(wait)
+            act(node)
+
+        node.start(program())
+        return node
+
+    return build
+
+
+@pytest.mark.parametrize(("act", "wait", "message"), [
+    (lambda node: node.ports["wire"].send("hello"), 100, "wire: 'hello' is str: a frame is bytes"),
+    (lambda node: node.ports["wire"].send(b"x"), 1e2, "100.0 ns: times are int"),
+    (lambda node: node.env.timeout(1e6), 100, "its next event is at 1000100.0 ns: times are int"),
+    (lambda node: node.signals([("p", "m"), ("q", "m")], lambda t: [1.0]), 100,
+     "1 values for the signals p, q at 1000 ns"),
+    (lambda node: [node.signal("p", "m", float), node.signal("p", "m", float)], 100, "signal 'p' is there already"),
+    (lambda node: sys.exit(3), 100, "SystemExit: 3"),
+])
+def test_nonsense_of_a_program_names_the_node_and_the_rule(conduct: Conduct, act: Any, wait: Any, message: str) -> None:
+    with pytest.raises(NodeFailure) as caught:
+        conduct({"a": node_that(act, wait)}, latency_ns=10, end_ns=10_000)
+
+    assert caught.value.node == "a"
+    assert message in str(caught.value)
+
+
+def test_a_program_that_never_lets_time_pass_is_named(conduct: Conduct) -> None:
+    def build() -> Node:
+        node = Node("a", ["wire"])
+
+        def program() -> Generator[Any, Any, None]:
+            while True:
+                yield node.env.timeout(0)
+
+        node.start(program())
+        return node
+
+    with pytest.raises(NodeFailure, match="100000 events at 0 ns: the program waits for no time to pass"):
+        conduct({"a": build}, latency_ns=10, end_ns=10_000)
+
+
+def test_buffers_are_frames_and_numpy_numbers_are_samples(conduct: Conduct) -> None:
+    import numpy as np
+
+    heard: list[Any] = []
+    samples: list[Any] = []
+
+    def receiver() -> Node:
+        node = Node("b", ["wire"])
+        node.ports["wire"].on_receive = heard.append
+        return node
+
+    def sender() -> Node:
+        def send(node: Node) -> None:
+            node.ports["wire"].send(bytearray(b"x"))
+            node.ports["wire"].send(memoryview(b"y"))
+
+        node = node_that(send)()
+        node.signal("p", "m", lambda t: np.float64(2.5))
+        return node
+
+    conduct({"a": sender, "b": receiver}, latency_ns=10, end_ns=2_000, samples=samples)
+
+    assert heard == [b"x", b"y"]
+    assert samples == [("a", 0, [2.5]), ("a", 1_000, [2.5])]
+    assert all(type(value) is float for _, _, values in samples for value in values)
