@@ -92,7 +92,8 @@ function drawSlots() {
       + `<br>delivered ${s.heard[k]} of ${s.copies[k]}` + (name === "delivered" ? "" : `, ${name}`);
     const kind = airtime === null ? name + " (not on the air)" : name;
     const row = rows[kind] = rows[kind] || {fate: name, onAir: airtime !== null, base: [], x: [], y: [], text: []};
-    row.base.push(s.start_ms[k]); row.x.push(airtime); row.y.push(label); row.text.push(what);
+    const drawn = airtime === null ? null : Math.max(airtime, width / 500);     // a frame without airtime is seen too
+    row.base.push(s.start_ms[k]); row.x.push(drawn); row.y.push(label); row.text.push(what);
     shown += 1;
   }
   const traces = Object.keys(rows).sort().map((kind) => {
