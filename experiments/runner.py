@@ -177,7 +177,8 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)
-    return ProcessHost([sys.executable, "-m", "experiments.node_process"],
+    # -P: modules come from where they are installed or from the scenario's folder, not from the current one
+    return ProcessHost([sys.executable, "-P", "-m", "experiments.node_process"],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
                        logs=folder / "logs", timeout_s=timeout_s)
 

@@ -111,7 +111,8 @@ class Plant:
         self._alive[0] = True
         self._do_step, self._arguments = fmu.step()
         self._h_ns = -1         # no step prepared yet
-        self._time, self._last, self._flags = fmu.time, fmu.last, fmu.flags
+        self._time, self._h, self._last, self._flags = fmu.time, fmu.h, fmu.last, fmu.flags
+        self._any_step = description.variable_step
         self._watched = description.fmi == "3.0" and not description.ours      # may a step end elsewhere?
 
     def place(self) -> str:
@@ -121,8 +122,12 @@ class Plant:
         """Step to exactly `t_ns`; nothing happens when the plant is there already."""
         now_ns = self.now_ns
         h_ns = t_ns - now_ns
-        if h_ns != self._h_ns and (h_ns == 0 or not self._prepare(h_ns, t_ns)):
-            return
+        if h_ns != self._h_ns:
+            if h_ns > 0 and self._any_step:
+                self._h_ns = h_ns
+                self._h.value = h_ns / 1e9
+            elif h_ns == 0 or not self._prepare(h_ns, t_ns):
+                return
         self._time.value = now_ns / 1e9
         if status := self._do_step(*self._arguments):
             self.check(status, f"a step of {h_ns / 1e9:.9g} s")
