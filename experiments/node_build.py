@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from experiments.own_modules import module_for
+from experiments.own_modules import class_for
 from firmware_sim.board import Board
 from firmware_sim.local_clock import ClockSettings, LocalClock
 from fmus.description import PlantDescription
@@ -40,12 +40,6 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     folder: str                     # where the scenario's own programs may lie
 
 
-def program_class(path: str, folder: str) -> Any:
-    """The class that "package.module:Class" names; modules beside the scenario count as well."""
-    module_name, _, class_name = path.partition(":")
-    return getattr(module_for(module_name, Path(folder)), class_name)
-
-
 def build_node(specification: NodeSpecification) -> Node:
     """The node, its program constructed and started."""
     node = Node(specification.name, specification.media, specification.sample_period_ns)
@@ -54,7 +48,7 @@ def build_node(specification: NodeSpecification) -> Node:
     if specification.plant is not None:
         plant = Plant(specification.plant.description, specification.name, specification.plant.start)
     board = Board(node, clock, plant, specification.team, stream(specification.seed, f"agents.{specification.name}"))
-    program = program_class(specification.program, specification.folder)(board, **specification.parameters)
+    program = class_for(specification.program, Path(specification.folder))(board, **specification.parameters)
     if hasattr(program, "run"):
         node.start(program.run())
     return node

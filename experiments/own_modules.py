@@ -8,6 +8,7 @@ from importlib import import_module
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 
 def module_for(name: str, folder: Path) -> ModuleType:
@@ -22,6 +23,12 @@ def module_for(name: str, folder: Path) -> ModuleType:
     if (folder / name.partition(".")[0]).is_dir() and str(folder) not in sys.path:
         sys.path.append(str(folder))
     return import_module(name)
+
+
+def class_for(path: str, folder: Path) -> Any:
+    """The class that "package.module:Class" names. That it is one was checked when the scenario was loaded."""
+    module_name, _, class_name = path.partition(":")
+    return getattr(module_for(module_name, folder), class_name)
 
 
 def _loaded(name: str, file: Path) -> ModuleType:

@@ -23,7 +23,8 @@ from typing import Any, Literal
 import msgspec
 
 from experiments.metrics import evaluate
-from experiments.node_build import NodeSpecification, PlantSpecification, build_node, program_class
+from experiments.node_build import NodeSpecification, PlantSpecification, build_node
+from experiments.own_modules import class_for
 from experiments.report.build import write_report
 from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
@@ -153,7 +154,7 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     """One for each agent. What a program class prepares for its team (`prepare`) is part of what the team knows."""
     team: dict[str, Any] = dict(scenario.team)
     for path in sorted({agent.program for agent in scenario.agents.values()}):
-        prepare = getattr(program_class(path, str(scenario.folder)), "prepare", None)
+        prepare = getattr(class_for(path, scenario.folder), "prepare", None)
         if prepare is not None:
             team.update(prepare(scenario))
     folder = str(scenario.folder)

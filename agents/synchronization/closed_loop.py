@@ -104,11 +104,6 @@ class ClosedLoop:
         """A_i - l_ii B_i K_i C_i on the diagonal, -l_ij B_i K_i C_j elsewhere."""
         return self.A_open + self.B_cl @ self.C_cl
 
-    @cached_property
-    def state_offsets(self) -> list[int]:
-        """Agent i owns x[offsets[i]:offsets[i + 1]]."""
-        return [0, *np.cumsum([agent.states for agent in self.agents]).tolist()]
-
     @property
     def rightmost_eigenvalue(self) -> complex:
         """The eigenvalue of A_cl with the largest real part."""

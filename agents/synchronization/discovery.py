@@ -58,11 +58,12 @@ class Incomplete:
     cut_off: tuple[Edge, ...]               # pairs (i, j): no known path from i to j
 
     def __str__(self) -> str:
+        """In words; nodes are numbered from 1 here, as in the dissertation and in the records of a run."""
         if self.missing:
-            return (f"no record of node {', '.join(map(str, self.missing))}: it hears nobody, or nothing of it comes "
-                    f"through (Assumption 7)")
+            return (f"no record of node {', '.join(str(i + 1) for i in self.missing)}: it hears nobody, or nothing of it "
+                    f"comes through (Assumption 7)")
         i, j = self.cut_off[0]
-        return f"no path from node {i} to node {j}: the graph is not strongly connected (Assumption 7)"
+        return f"no path from node {i + 1} to node {j + 1}: the graph is not strongly connected (Assumption 7)"
 
 
 def cycles_needed(nodes: int, max_successive_losses: int, join_delay_cycles: int = 0) -> int:

@@ -11,54 +11,26 @@ Not modelled: back-off after a transmission by a node with nothing more to send,
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
-from random import Random
 
 from netem.agenda import OFFER, TIMER
-from netem.frames import Fate, Frame
+from netem.frames import Frame
 from netem.media.mac import CarrierSense, Channel, StreamFor, draw_slots
-
-LONG_AGO_NS = -(1 << 62)
+from netem.media.mac.listening_stations import ListeningStations, Station
 
 
 @dataclass
-class Station:
-    rng: Random
-    frame: Frame | None = None          # in service, not yet on the air
+class CountingStation(Station):
     slots: int = 0                      # still to count down
     decided: bool = False               # between the decision and the first bit
     countdown: int = 0                  # number of the countdown under way: a timer of an earlier one is void
-    silent_since_ns: int = LONG_AGO_NS
-    queue: deque[Frame] = field(default_factory=deque)
 
 
-class Dcf:
-    senses = True
-
+class Dcf(ListeningStations[CountingStation]):
     def __init__(self, channel: Channel, queue_frames: int, sense: CarrierSense, rng_for: StreamFor) -> None:
-        self._channel = channel
-        self._queue_frames = queue_frames
-        self._sense = sense
-        self._rng_for = rng_for
-        self._stations: dict[str, Station] = {}
+        super().__init__(CountingStation, channel, queue_frames, sense, rng_for)
         self.min_wait_ns = sense.turnaround_ns
-
-    def submit(self, frame: Frame, now_ns: int) -> None:
-        station = self._station(frame.sender)
-        if station.frame is None and not station.queue and not self._channel.transmitting(frame.sender):
-            self._begin(station, frame, now_ns)
-        elif len(station.queue) >= self._queue_frames:
-            self._channel.drop(frame, Fate.QUEUE_FULL, "csma")
-        else:
-            station.queue.append(frame)
-
-    def sent(self, node: str, now_ns: int) -> None:
-        station = self._stations[node]
-        if station.queue:
-            self._begin(station, station.queue.popleft(), now_ns)
 
     def heard(self, node: str, now_ns: int) -> None:
         station = self._station(node)
@@ -74,17 +46,7 @@ class Dcf:
         if station.frame is not None and not station.decided:
             self._count_down(station, station.frame, now_ns)
 
-    def waiting(self) -> Iterable[Frame]:
-        return [frame for station in self._stations.values()
-                for frame in (station.frame, *station.queue) if frame is not None]
-
-    def _station(self, node: str) -> Station:
-        station = self._stations.get(node)
-        if station is None:
-            station = self._stations[node] = Station(self._rng_for(node))
-        return station
-
-    def _begin(self, station: Station, frame: Frame, now_ns: int) -> None:
+    def _begin(self, station: CountingStation, frame: Frame, now_ns: int) -> None:
         sense = self._sense
         station.frame = frame
         silent = not self._channel.carriers(frame.sender)
@@ -95,7 +57,7 @@ class Dcf:
         if silent:
             self._count_down(station, frame, now_ns)
 
-    def _count_down(self, station: Station, frame: Frame, now_ns: int) -> None:
+    def _count_down(self, station: CountingStation, frame: Frame, now_ns: int) -> None:
         sense = self._sense
         first_bit_ns = station.silent_since_ns + sense.wait_ns + station.slots * sense.slot_ns
         decide_ns = max(now_ns, first_bit_ns - sense.turnaround_ns)
@@ -103,11 +65,11 @@ class Dcf:
         self._channel.agenda.at(decide_ns, TIMER, frame.sender, partial(
             self._talk, station, frame, station.countdown, decide_ns + sense.turnaround_ns))
 
-    def _talk(self, station: Station, frame: Frame, countdown: int, start_ns: int) -> None:
+    def _talk(self, station: CountingStation, frame: Frame, countdown: int, start_ns: int) -> None:
         if station.countdown == countdown and station.frame is frame:
             station.decided = True
             self._channel.agenda.at(start_ns, OFFER, frame.sender, partial(self._start, station, frame, start_ns))
 
-    def _start(self, station: Station, frame: Frame, now_ns: int) -> None:
+    def _start(self, station: CountingStation, frame: Frame, now_ns: int) -> None:
         station.frame, station.decided = None, False
         self._channel.start(frame, now_ns)

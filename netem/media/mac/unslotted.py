@@ -10,80 +10,41 @@ Not modelled: acknowledgement (a broadcast has none), battery life extension, be
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
-from random import Random
 
 from netem.agenda import OFFER, TIMER
 from netem.frames import Fate, Frame
 from netem.media.mac import CarrierSense, Channel, StreamFor, draw_slots
+from netem.media.mac.listening_stations import ListeningStations, Station
 
 
 @dataclass
-class Station:
-    rng: Random
-    frame: Frame | None = None          # in service, not yet on the air
+class RetryingStation(Station):
     attempts: int = 0
     exponent: int = 0
-    silent_since_ns: int = 0
-    queue: deque[Frame] = field(default_factory=deque)
 
 
-class Unslotted:
-    senses = True
-
+class Unslotted(ListeningStations[RetryingStation]):
     def __init__(self, channel: Channel, queue_frames: int, sense: CarrierSense, rng_for: StreamFor) -> None:
-        self._channel = channel
-        self._queue_frames = queue_frames
-        self._sense = sense
-        self._rng_for = rng_for
-        self._stations: dict[str, Station] = {}
-        self._waiting = 0
+        super().__init__(RetryingStation, channel, queue_frames, sense, rng_for)
         self.min_wait_ns = sense.wait_ns + sense.cca_ns + sense.turnaround_ns
-
-    def submit(self, frame: Frame, now_ns: int) -> None:
-        station = self._station(frame.sender)
-        if station.frame is None and not station.queue and not self._channel.transmitting(frame.sender):
-            self._begin(station, frame, now_ns)
-        elif len(station.queue) >= self._queue_frames:
-            self._channel.drop(frame, Fate.QUEUE_FULL, "csma")
-        else:
-            station.queue.append(frame)
-
-    def sent(self, node: str, now_ns: int) -> None:
-        self._serve_next(self._stations[node], now_ns)
 
     def heard(self, node: str, now_ns: int) -> None: ...
 
     def cleared(self, node: str, now_ns: int) -> None:
         self._station(node).silent_since_ns = now_ns
 
-    def waiting(self) -> Iterable[Frame]:
-        return [frame for station in self._stations.values()
-                for frame in (station.frame, *station.queue) if frame is not None]
-
-    def _station(self, node: str) -> Station:
-        station = self._stations.get(node)
-        if station is None:
-            station = self._stations[node] = Station(self._rng_for(node))
-        return station
-
-    def _serve_next(self, station: Station, now_ns: int) -> None:
-        if station.queue:
-            self._begin(station, station.queue.popleft(), now_ns)
-
-    def _begin(self, station: Station, frame: Frame, now_ns: int) -> None:
+    def _begin(self, station: RetryingStation, frame: Frame, now_ns: int) -> None:
         station.frame, station.attempts, station.exponent = frame, 0, self._sense.min_exponent
         self._back_off(station, frame, now_ns)
 
-    def _back_off(self, station: Station, frame: Frame, now_ns: int) -> None:
+    def _back_off(self, station: RetryingStation, frame: Frame, now_ns: int) -> None:
         sense = self._sense
         decide_ns = now_ns + sense.wait_ns + draw_slots(station.rng, station.exponent) * sense.slot_ns + sense.cca_ns
         self._channel.agenda.at(decide_ns, TIMER, frame.sender, partial(self._decide, station, frame, decide_ns))
 
-    def _decide(self, station: Station, frame: Frame, now_ns: int) -> None:
+    def _decide(self, station: RetryingStation, frame: Frame, now_ns: int) -> None:
         sense = self._sense
         if not self._channel.carriers(frame.sender) and station.silent_since_ns <= now_ns - sense.cca_ns:
             start_ns = now_ns + sense.turnaround_ns
@@ -98,6 +59,6 @@ class Unslotted:
             self._channel.drop(frame, Fate.CHANNEL_BUSY, "csma")
             self._serve_next(station, now_ns)
 
-    def _start(self, station: Station, frame: Frame, now_ns: int) -> None:
+    def _start(self, station: RetryingStation, frame: Frame, now_ns: int) -> None:
         station.frame = None
         self._channel.start(frame, now_ns)
