@@ -60,8 +60,8 @@ class Incomplete:
     def __str__(self) -> str:
         """In words; nodes are numbered from 1 here, as in the dissertation and in the records of a run."""
         if self.missing:
-            return (f"no record of node {', '.join(str(i + 1) for i in self.missing)}: it hears nobody, or nothing of it "
-                    f"comes through (Assumption 7)")
+            missing = ", ".join(str(i + 1) for i in self.missing)
+            return f"no record of node {missing}: it hears nobody, or nothing of it comes through (Assumption 7)"
         i, j = self.cut_off[0]
         return f"no path from node {i + 1} to node {j + 1}: the graph is not strongly connected (Assumption 7)"
 

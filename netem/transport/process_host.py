@@ -52,6 +52,7 @@ class ProcessHost:
         self._run = uuid4().hex[:12]
         self._session: Session | None = None
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._tellers: dict[str, threading.Thread] = {}
         self._senders: dict[str, Sender] = {}
         self._encode = msgspec.msgpack.Encoder().encode
         self._decode_report = msgspec.msgpack.Decoder(Report).decode
@@ -100,7 +101,11 @@ class ProcessHost:
 
     def stop(self) -> None:
         self._over.set()
-        for process in self._processes.values():
+        for name, process in self._processes.items():
+            teller = self._tellers.get(name)
+            if teller is not None and teller.is_alive():
+                process.kill()                  # it never read its errand; closing the pipe would wait for that
+                teller.join()
             if process.stdin is not None:
                 with suppress(OSError):
                     process.stdin.close()       # the node's process ends when this pipe does
@@ -123,7 +128,9 @@ class ProcessHost:
                                        process_group=0, env=os.environ | ENVIRONMENT)
         self._processes[name] = process
         # From a thread: a process that does not read would hold up the start, and nobody would say which it is.
-        threading.Thread(target=_tell, args=(process, msgspec.json.encode(errand) + b"\n"), daemon=True).start()
+        self._tellers[name] = teller = threading.Thread(
+            target=_tell, args=(process, msgspec.json.encode(errand) + b"\n"), daemon=True)
+        teller.start()
 
     def _collect(self, awaited: set[str], decode: Callable[[bytes], Message], what: str,
                  window: int = 0) -> dict[str, Message]:

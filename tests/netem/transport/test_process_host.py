@@ -92,6 +92,19 @@ def test_a_node_that_is_not_ready_is_named_before_time_starts(tmp_path: Path, be
     assert children() == []
 
 
+def test_a_process_that_never_reads_its_errand_is_named_and_ended(tmp_path: Path) -> None:
+    """The errand is longer than a pipe holds, so it cannot be written either."""
+    deaf = [sys.executable, "-c", f"import time; time.sleep(3600)  # {NODE}"]
+    host = ProcessHost(deaf, {"a": bytes(1_000_000)}, logs=tmp_path, timeout_s=2.0)
+    try:
+        with pytest.raises(NodeFailure, match="node a: waited 2 s for it to say that it is ready"):
+            host.start()
+    finally:
+        host.stop()
+
+    assert children() == []
+
+
 def test_messages_longer_than_zenoh_sends_whole_arrive_complete(conduct: Conduct, tmp_path: Path) -> None:
     samples: list[Any] = []
     host = host_of({"a": "large", "b": "well"}, tmp_path)
