@@ -24,9 +24,10 @@ class Fate(Enum):
     LOST = "lost"                               # dropped by an impairment
     CORRUPTED = "corrupted"                     # bits flipped, found by the link's checksum
     QUEUE_FULL = "queue full"                   # a rate limit's queue overflowed
+    BUS_OFF = "bus off"                         # the sender's or the receiver's CAN controller took no part
     SENDER_BUSY = "sender busy"                 # handed out while the sender was still transmitting
     CHANNEL_BUSY = "channel busy"               # carrier sense gave up
-    MALFORMED = "malformed"                     # longer than the medium carries
+    MALFORMED = "malformed"                     # not what the medium carries, or longer
     UNFINISHED = "unfinished"                   # the run ended first
     RECEIVER_GONE = "receiver gone"             # the receiver's node had ended
 

@@ -30,23 +30,30 @@ class Links:
         self._end_ns = end_ns
         self._entered: dict[LinkName, int] = {}
 
-    def receive(self, frame: Frame, receiver: str, arrival_ns: int, *, checksum: bool) -> None:
-        """A receiver decoded `frame`; it reaches the node at `arrival_ns` (>= now) unless the link impairs it."""
+    def receive(self, frame: Frame, receiver: str, arrival_ns: int, *, checksum: bool, copy: int = 0) -> None:
+        """A receiver decoded `frame`; it reaches the node at `arrival_ns` (>= now) unless the link impairs it.
+
+        `copy` > 0: it did so `copy` times before, since the medium repeats what a receiver already has."""
         pipeline = self._pipelines.get((frame.medium, frame.sender, receiver))
         if pipeline is not None:
-            self._impair(pipeline, frame, receiver, arrival_ns, checksum)
+            self._impair(pipeline, frame, receiver, arrival_ns, checksum, copy)
         elif arrival_ns < self._end_ns and self._deliver(receiver, frame.medium, arrival_ns, frame.data):
-            self._ledger.close(frame, receiver, Fate.DELIVERED, delivered_ns=arrival_ns)
+            self._ledger.close(frame, receiver, Fate.DELIVERED, copy=copy, delivered_ns=arrival_ns)
         else:
-            self._hand_over(frame, receiver, arrival_ns, frame.data, 0, Fate.DELIVERED)
+            self._hand_over(frame, receiver, arrival_ns, frame.data, copy, Fate.DELIVERED)
+
+    def tell(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> None:
+        """What a node's own interface to the medium says of itself: nobody's frame, so not in the ledger."""
+        if arrival_ns < self._end_ns:
+            self._deliver(receiver, medium, arrival_ns, data)
 
     def _impair(self, pipeline: Sequence[tuple[str, Impairment]], frame: Frame, receiver: str, arrival_ns: int,
-                checksum: bool) -> None:
+                checksum: bool, copy_number: int) -> None:
         link = (frame.medium, frame.sender, receiver)
         number = self._entered.get(link, 0)
         self._entered[link] = number + 1
-        copies = [Transit(number, arrival_ns, arrival_ns, frame.data)]
-        born = 1
+        copies = [Transit(number, arrival_ns, arrival_ns, frame.data, copy=copy_number)]
+        born = copy_number + 1
         for name, impairment in pipeline:
             survivors: list[Transit] = []
             for copy in copies:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Final
 
 from netem.media.broadcast_radio import BroadcastRadio
+from netem.media.can.bus import CanBus
 
 MEDIA: Final = {
     "broadcast_radio": BroadcastRadio,
+    "can": CanBus,
 }

@@ -1,0 +1,28 @@
+"""Which frames a bus carries: well-formed ones, CAN FD where there is a second bit rate, and declared ones where the
+scenario says that there are no others (`messages_only`)."""
+
+from __future__ import annotations
+
+from netem.media.can.frame import MalformedFrame
+from netem.media.can.settings import CanSettings
+from netem.media.can.wire_length import WireLength, wire_length
+
+
+class Admission:
+    def __init__(self, settings: CanSettings) -> None:
+        self._fd = settings.data_bit_rate_bps is not None
+        self._messages = {message.rank: message for message in settings.messages.values()}
+        self._messages_only = settings.messages_only
+
+    def admit(self, sender: str, data: bytes) -> WireLength:
+        """Raises `MalformedFrame`."""
+        length = wire_length(data)
+        if length.fd and not self._fd:
+            raise MalformedFrame("CAN FD on a bus without data_bit_rate_bps")
+        if self._messages_only:
+            message = self._messages.get(length.rank)
+            if message is None or message.sender != sender:
+                raise MalformedFrame("not a declared message of this node")
+            if (message.fd, message.length_bytes) != (length.fd, length.data[4]):
+                raise MalformedFrame("not of the declared length and format")
+        return length

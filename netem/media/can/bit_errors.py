@@ -1,0 +1,80 @@
+"""Which bits of the bus are hit: by chance, each on its own, or by a script. Every node sees the same wrong bit.
+
+    P(no bit of n is hit) = (1 - ratio)^n        the first bit hit: floor(ln(1 - u) / ln(1 - ratio)), one draw a frame
+
+Only the first bit matters, since an error frame follows. `ratio` holds for transmissions that start within `during_ns`.
+Scripted: the transmission with that number on the bus, counted from 0 with repetitions, at that bit, counted from
+SOF = 0, or backwards from the last bit of the end of frame = -1.
+
+Not modelled: bursts; hits between frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import log1p
+from random import Random
+from typing import ClassVar
+
+from netem.topology import REFUSE_UNKNOWN_KEYS
+
+Window = tuple[int, int]            # [start_ns, end_ns)
+
+
+@dataclass(frozen=True)
+class ScriptedBit:
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
+    transmission: int
+    bit: int
+
+    def __post_init__(self) -> None:
+        if self.transmission < 0:
+            raise ValueError(f"transmission={self.transmission}: transmissions are counted from 0")
+
+
+@dataclass(frozen=True)
+class BitErrorSettings:
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
+    ratio: float = 0.0                                  # of bits
+    during_ns: tuple[Window, ...] | Window = ()         # one window or several; none: the whole run
+    scripted: tuple[ScriptedBit, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.ratio < 1:
+            raise ValueError(f"ratio={self.ratio}: expected 0 <= ratio < 1")
+        for start_ns, end_ns in self.windows_ns:
+            if not 0 <= start_ns < end_ns:
+                raise ValueError(f"during_ns={[start_ns, end_ns]}: expected 0 <= start < end")
+        if len({hit.transmission for hit in self.scripted}) < len(self.scripted):
+            raise ValueError("scripted: two bits of one transmission; the first one ends it, keep that")
+
+    @property
+    def windows_ns(self) -> tuple[Window, ...]:
+        several = (entry for entry in self.during_ns if isinstance(entry, tuple))
+        edges = [entry for entry in self.during_ns if isinstance(entry, int)]
+        return (*several, *zip(edges[::2], edges[1::2], strict=True))
+
+
+class BitErrors:
+    def __init__(self, settings: BitErrorSettings, rng: Random) -> None:
+        self._per_bit = log1p(-settings.ratio)
+        self._during_ns: Sequence[tuple[int, int]] = settings.windows_ns
+        self._scripted = {hit.transmission: hit.bit for hit in settings.scripted}
+        self._rng = rng
+        self.possible = bool(settings.ratio or settings.scripted)
+
+    def first_hit(self, transmission: int, start_ns: int, bits: int) -> int | None:
+        """The first bit hit of a frame with so many bits."""
+        hits = []
+        scripted = self._scripted.get(transmission)
+        if scripted is not None and -bits <= scripted < bits:
+            hits.append(scripted % bits)
+        if self._per_bit and self._within(start_ns):
+            by_chance = log1p(-self._rng.random()) / self._per_bit
+            if by_chance < bits:
+                hits.append(int(by_chance))
+        return min(hits, default=None)
+
+    def _within(self, time_ns: int) -> bool:
+        return not self._during_ns or any(start_ns <= time_ns < end_ns for start_ns, end_ns in self._during_ns)

@@ -1,0 +1,45 @@
+"""One node's CAN controller as the bus sees it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from netem.frames import Frame
+from netem.media.can.bus_off_recovery import BusOffRecovery
+from netem.media.can.fault_confinement import FaultConfinement, State
+from netem.media.can.transmit_queue import TransmitQueue
+
+
+class Controller:
+    """`again` has the frames that receivers have taken though they have to be sent again, with how often."""
+
+    __slots__ = ("again", "counters", "faults", "hears_itself", "name", "number", "queue", "ready_ns", "receivers",
+                 "recovery", "unacknowledged")
+
+    def __init__(self, name: str, receivers: tuple[str, ...], queue: TransmitQueue, *, hears_itself: bool) -> None:
+        self.name = name
+        self.receivers = receivers
+        self.hears_itself = hears_itself
+        self.queue = queue
+        self.faults = FaultConfinement()
+        self.ready_ns = 0               # suspended before
+        self.number = 0                 # of the next frame
+        self.recovery: BusOffRecovery | None = None
+        self.unacknowledged = False     # the last transmission was
+        self.again: dict[int, int] = {}
+        self.counters: Counter[str] = Counter()
+
+    @property
+    def bus_off(self) -> bool:
+        return self.faults.state is State.BUS_OFF
+
+    def copies(self) -> int:
+        return len(self.receivers) + self.hears_itself
+
+    def open_copies(self, frame: Frame) -> Iterator[str]:
+        """Receivers of which the copy has no fate yet."""
+        if frame.number not in self.again:
+            yield from self.receivers
+        if self.hears_itself:
+            yield self.name

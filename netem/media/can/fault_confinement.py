@@ -1,0 +1,78 @@
+"""Error counters of one controller and the state they put it in (ISO 11898-1:2015, 12.1).
+
+                    TEC > 127 or REC > 127                 TEC > 255
+    error-active <--------------------------> error-passive ---------> bus-off --128 x 11 recessive bits--> error-active
+                    both <= 127
+
+    sender of an error frame       TEC + 8      sent without error      TEC - 1
+    receiver of an error frame     REC + 1      received without error  REC - 1, and from beyond 127 down to 119
+
+Not modelled: REC + 8 for a receiver that alone sees an error and for errors within error flags, which need bits that
+only some nodes see wrong; the warning limit of 96.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+PASSIVE_ABOVE: Final = 127
+BUS_OFF_ABOVE: Final = 255
+BACK_FROM_PASSIVE: Final = 119          # the standard leaves 119..127
+
+
+class State(Enum):
+    ERROR_ACTIVE = "error-active"
+    ERROR_PASSIVE = "error-passive"
+    BUS_OFF = "bus-off"
+
+
+@dataclass(slots=True)
+class FaultConfinement:
+    transmit_errors: int = 0            # TEC
+    receive_errors: int = 0             # REC
+    state: State = State.ERROR_ACTIVE
+
+    @property
+    def passive(self) -> bool:
+        return self.state is State.ERROR_PASSIVE
+
+    @property
+    def calm(self) -> bool:
+        """Nothing in it that a frame without errors would change."""
+        return not self.transmit_errors and not self.receive_errors
+
+    def sent(self) -> None:
+        if self.transmit_errors:
+            self.transmit_errors -= 1
+            self._renew()
+
+    def received(self) -> None:
+        if self.receive_errors > PASSIVE_ABOVE:
+            self.receive_errors = BACK_FROM_PASSIVE
+            self._renew()
+        elif self.receive_errors:
+            self.receive_errors -= 1
+
+    def transmit_error(self) -> None:
+        self.transmit_errors += 8
+        self._renew()
+
+    def receive_error(self) -> None:
+        self.receive_errors += 1
+        self._renew()
+
+    def recovered(self) -> None:
+        """128 times 11 recessive bits have gone by."""
+        self.transmit_errors = self.receive_errors = 0
+        self.state = State.ERROR_ACTIVE
+
+    def _renew(self) -> None:
+        assert self.state is not State.BUS_OFF, "a controller that is bus-off takes no part"
+        if self.transmit_errors > BUS_OFF_ABOVE:
+            self.state = State.BUS_OFF
+        elif self.transmit_errors > PASSIVE_ABOVE or self.receive_errors > PASSIVE_ABOVE:
+            self.state = State.ERROR_PASSIVE
+        else:
+            self.state = State.ERROR_ACTIVE

@@ -1,0 +1,107 @@
+"""The messages that a scenario declares for a bus, and whether the bus can carry them.
+
+    utilization = sum of (longest frame with its intermission) / period
+
+The longest frame has the worst stuffing that its length allows (`most_classical_bits`, `most_fd_bits`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from netem.media.can.bit_clock import BitClock
+from netem.media.can.bus_timeline import INTERMISSION_BITS
+from netem.media.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK, CanFrame
+from netem.media.can.response_time import PeriodicMessage, response_time_ns
+from netem.media.can.wire_length import (
+    AFTER_CRC_BITS,
+    AFTER_FD_CRC_BITS,
+    FD_CRC_FIELD_BITS,
+    most_classical_bits,
+    most_fd_bits,
+    rank_of,
+)
+from netem.topology import REFUSE_UNKNOWN_KEYS
+
+Bits = tuple[int, int]              # (at the nominal, at the data bit rate)
+
+
+@dataclass(frozen=True)
+class CanMessage:
+    """One entry of `[media.<name>.messages]`."""
+
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
+    id: int
+    period_ns: int                          # its least distance, if it is not periodic
+    sender: str
+    length_bytes: int = 8
+    extended: bool = False
+    fd: bool = False
+    bit_rate_switch: bool = True            # of CAN FD
+    jitter_ns: int = 0
+    deadline_ns: int | None = None          # None: the period
+
+    def __post_init__(self) -> None:
+        bits = 29 if self.extended else 11
+        if not 0 <= self.id <= (EXTENDED_MASK if self.extended else STANDARD_MASK):
+            raise ValueError(f"id={self.id:#x}: expected {bits} bits" + ("" if self.extended else "; or extended"))
+        if self.fd and self.length_bytes not in FD_LENGTHS:
+            raise ValueError(f"length_bytes={self.length_bytes}: CAN FD has {', '.join(map(str, FD_LENGTHS))}")
+        if not self.fd and not 0 <= self.length_bytes <= 8:
+            raise ValueError(f"length_bytes={self.length_bytes}: classical CAN carries 0 to 8; or set fd")
+        if self.period_ns < 1:
+            raise ValueError(f"period_ns={self.period_ns}: expected more than 0")
+        if self.jitter_ns < 0:
+            raise ValueError(f"jitter_ns={self.jitter_ns}: expected 0 or more")
+        if self.deadline_ns is not None and self.deadline_ns < 1:
+            raise ValueError(f"deadline_ns={self.deadline_ns}: expected more than 0")
+
+    @property
+    def rank(self) -> int:
+        return rank_of(CanFrame(self.id, extended=self.extended))
+
+    def most_bits(self) -> Bits:
+        """SOF to the end of EOF."""
+        if not self.fd:
+            return most_classical_bits(self.length_bytes, extended=self.extended), 0
+        nominal, data = most_fd_bits(self.length_bytes, extended=self.extended)
+        return (nominal, data) if self.bit_rate_switch else (nominal + data, 0)
+
+    def fewest_bits(self) -> Bits:
+        """The same without any stuff bit that depends on the bits."""
+        if not self.fd:
+            return (54 if self.extended else 34) + 8 * self.length_bytes + AFTER_CRC_BITS, 0
+        nominal = (36 if self.extended else 17) + AFTER_FD_CRC_BITS
+        data = 5 + 8 * self.length_bytes + FD_CRC_FIELD_BITS[self.length_bytes > 16] + 1
+        return (nominal, data) if self.bit_rate_switch else (nominal + data, 0)
+
+
+def by_priority(messages: Mapping[str, CanMessage]) -> dict[str, CanMessage]:
+    return dict(sorted(messages.items(), key=lambda item: item[1].rank))
+
+
+def periodic(messages: Mapping[str, CanMessage], clock: BitClock, *, worst: bool = True) -> list[PeriodicMessage]:
+    """Highest priority first, each as long as it can get, or as short."""
+    found = []
+    for name, message in by_priority(messages).items():
+        nominal, data = message.most_bits() if worst else message.fewest_bits()
+        found.append(PeriodicMessage(name, clock.most_ns(nominal + INTERMISSION_BITS, data), message.period_ns,
+                                     message.jitter_ns))
+    return found
+
+
+def late_messages(messages: Mapping[str, CanMessage], clock: BitClock) -> list[str]:
+    """A line for each message whose worst-case response time is beyond its deadline, with a queue by priority."""
+    found = periodic(messages, clock)
+    lines = []
+    for index, message in enumerate(found):
+        declared = messages[message.name]
+        deadline_ns = declared.deadline_ns or declared.period_ns
+        worst_ns = response_time_ns(found, index, clock.most_ns(1))
+        if worst_ns is None or worst_ns > deadline_ns:
+            reached = "has no bound" if worst_ns is None else f"is {worst_ns * 1e-6:.3f} ms"
+            lines.append(f"{message.name} ({declared.id:#x}): worst-case response time {reached}, "
+                         f"deadline {deadline_ns * 1e-6:.3f} ms")
+    return lines
