@@ -62,6 +62,14 @@ class Board:
         """Firm promise: this node hands out nothing before local time `local_ns`, as the clock runs now."""
         self._promise(self.clock.true_at(local_ns))
 
+    def silent_unless_heard_until(self, local_ns: int) -> None:
+        """Promise that no event of this node before local time `local_ns` hands anything out, until it hears something.
+
+        A port with `answers = False` does not count as hearing.
+        """
+        true_ns = self.clock.true_at(local_ns)
+        self.node.silent_unless_heard_until(min(true_ns, self._steps_ahead[0][0]) if self._steps_ahead else true_ns)
+
     def sleep_until(self, local_ns: int) -> Timeout:
         """`silent_until` and `until` in one: what a program does that knows when it acts next."""
         env = self.node.env

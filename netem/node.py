@@ -29,13 +29,18 @@ class PromiseBroken(Exception):
 
 
 class Port:
-    """Where a node hands bytes out and gets bytes in. Set `on_receive`, or wait with `yield port.receive()`."""
+    """Where a node hands bytes out and gets bytes in. Set `on_receive`, or wait with `yield port.receive()`.
+
+    `answers = False`, said before the start, promises that what arrives here makes the program hand out nothing by
+    itself: it then waits for the node's next grant, each frame still acting at its own time, and costs none.
+    """
 
     def __init__(self, node: Node, index: int, name: str) -> None:
         self.node = node
         self.index = index
         self.name = name
         self.on_receive: Callable[[bytes], None] | None = None
+        self.answers = True
         self._waiting: simpy.Store = simpy.Store(node.env)
 
     def send(self, data: bytes) -> None:
@@ -91,6 +96,7 @@ class Node:
         self.ports = {port: Port(self, index, port) for index, port in enumerate(ports)}
         self._port_list = list(self.ports.values())
         self._firm_ns = 0
+        self._unless_heard_ns = 0
         self._offers: list[Offer] = []
         self._samples: list[Sample] = []
         self._events: list[tuple[int, str, str]] = []
@@ -119,6 +125,13 @@ class Node:
         if time_ns > self._firm_ns:
             self._firm_ns = time_ns
 
+    def silent_unless_heard_until(self, time_ns: int) -> None:
+        """Promise for a program whose own events before `time_ns` hand out nothing: until it hears something.
+
+        A frame at a port that answers ends the promise, and a new one replaces it.
+        """
+        self._unless_heard_ns = time_ns
+
     def hand_out(self, port: int, data: bytes) -> None:
         now_ns = self.now_ns
         if type(now_ns) is not int:
@@ -127,9 +140,9 @@ class Node:
             if not isinstance(data, bytearray | memoryview):
                 raise TypeError(f"{self._port_list[port].name}: {data!r} is {type(data).__name__}: a frame is bytes")
             data = bytes(data)
-        if now_ns < self._firm_ns:
+        if now_ns < self._firm_ns or now_ns < self._unless_heard_ns:
             raise PromiseBroken(f"{self._port_list[port].name}: a frame at {now_ns} ns, but silence was promised until "
-                                f"{self._firm_ns} ns")
+                                f"{max(self._firm_ns, self._unless_heard_ns)} ns")
         self._offers.append((now_ns, port, data))
 
     def signals(self, names_and_units: Sequence[tuple[str, str]], read: Callable[[int], Sequence[float]]) -> None:
@@ -154,7 +167,9 @@ class Node:
     # --- what the host uses
 
     def hello(self) -> Hello:
-        return Hello(self.name, self.env.next_ns(), self._firm_ns, list(self.ports), self._signals)
+        quiet = [port.index for port in self._port_list if not port.answers]
+        return Hello(self.name, max(self.env.next_ns(), self._unless_heard_ns), self._firm_ns, list(self.ports),
+                     self._signals, quiet)
 
     def advance(self, grant: Grant) -> Report:
         """Run every event that the grant allows, and say what came of it."""
@@ -165,13 +180,18 @@ class Node:
             if self._next_sample_ns < arrival_ns:
                 self._sample_before(arrival_ns)
             self.env.move_to(arrival_ns)
-            self._port_list[port].arrive(data)
+            to = self._port_list[port]
+            if to.answers:
+                self._unless_heard_ns = 0
+            to.arrive(data)
         self._run_before(horizon_ns + 1 if grant.instant else horizon_ns)
         if self._next_sample_ns < horizon_ns:
             self._sample_before(horizon_ns)
         soft_ns = self.env.next_ns()
         if type(soft_ns) is not int:
             raise TypeError(f"{self.name}: its next event is at {soft_ns!r} ns: {WHOLE_NANOSECONDS}")
+        if soft_ns < self._unless_heard_ns:
+            soft_ns = self._unless_heard_ns
         report = Report(grant.window, soft_ns, self._firm_ns, self._offers, self._samples, self._events,
                         dict(self._counters) if grant.last else {}, "")
         self._offers, self._samples, self._events = [], [], []

@@ -26,6 +26,7 @@ from netem.lockstep.errors import InstantLoop, NodeFailure
 from netem.lockstep.hosts import Host
 from netem.lockstep.messages import Delivery, Grant, Hello, Report
 from netem.media import Medium
+from netem.real_time.pace import Pace
 
 MAX_ROUNDS_AT_ONE_INSTANT = 100
 PROGRESS_EVERY_S = 0.1
@@ -40,7 +41,9 @@ class Seat:
     signals: list[tuple[str, str]]
     soft_ns: int = 0
     firm_ns: int = 0
-    pending_ns: int = NEVER_NS          # first undelivered arrival
+    quiet: frozenset[int] = frozenset() # ports at which nothing makes it hand anything out
+    first_ns: int = NEVER_NS            # first undelivered arrival
+    pending_ns: int = NEVER_NS          # first one at a port that is not quiet
     earliest_ns: int = 0                # max(firm, min(soft, pending))
     granted_ns: int = 0
     inbox: list[Delivery] = field(default_factory=list)
@@ -61,7 +64,7 @@ class Seat:
 
     def take(self, limit_ns: int) -> list[Delivery]:
         """Remove and return the deliveries before `limit_ns`, by arrival, then in the order of decision."""
-        if self.pending_ns >= limit_ns:
+        if self.first_ns >= limit_ns:
             return []
         inbox = self.inbox
         inbox.sort(key=_arrival)
@@ -69,7 +72,10 @@ class Seat:
         while inbox[cut - 1][0] >= limit_ns:
             cut -= 1
         due, self.inbox = inbox[:cut], inbox[cut:]
-        self.pending_ns = self.inbox[0][0] if self.inbox else NEVER_NS
+        self.first_ns = self.inbox[0][0] if self.inbox else NEVER_NS
+        quiet = self.quiet
+        self.pending_ns = next((arrival_ns for arrival_ns, port, _ in self.inbox if port not in quiet), NEVER_NS
+                               ) if quiet else self.first_ns
         return due
 
 
@@ -92,6 +98,7 @@ class Conductor:
     end_ns: int
     recorders: Recorders = field(default_factory=Recorders)
     progress: Callable[[int], None] = lambda now_ns: None
+    pace: Pace | None = None            # in real time; None: as fast as it goes
     windows: int = 0
     grants: int = 0
     instant_rounds: int = 0
@@ -110,7 +117,7 @@ class Conductor:
             for port in hello.ports:
                 if port not in media:
                     raise NodeFailure(name, f"has port {port}, which is not a medium of this run: {', '.join(media)}")
-            seat = Seat(name, list(hello.ports), hello.signals, hello.soft_ns, hello.firm_ns)
+            seat = Seat(name, list(hello.ports), hello.signals, hello.soft_ns, hello.firm_ns, frozenset(hello.quiet))
             seat.renew()
             self.seats[name] = seat
 
@@ -118,11 +125,14 @@ class Conductor:
         """A frame will reach `receiver` at `arrival_ns`. False if there is no such node (any more)."""
         seat = self.seats.get(receiver)
         if seat is None:
-            return False
+            return self.pace is not None and self.pace.take(receiver, arrival_ns, data)
         assert arrival_ns >= seat.granted_ns, (
             f"{medium}: a frame reaches {receiver} at {arrival_ns} ns, below its horizon of {seat.granted_ns} ns")
-        seat.inbox.append((arrival_ns, seat.ports[medium], data))
-        if arrival_ns < seat.pending_ns:
+        port = seat.ports[medium]
+        seat.inbox.append((arrival_ns, port, data))
+        if arrival_ns < seat.first_ns:
+            seat.first_ns = arrival_ns
+        if arrival_ns < seat.pending_ns and port not in seat.quiet:
             seat.pending_ns = arrival_ns
             if arrival_ns < seat.soft_ns:
                 seat.renew()
@@ -134,12 +144,16 @@ class Conductor:
         agenda, seats, media = self.agenda, list(self.seats.values()), list(self.media.values())
         end_ns, instant_ns, rounds = self.end_ns, -1, 0
         next_progress_s = 0.0
+        if self.pace is not None:
+            self.pace.start()
         while True:
             next_out_ns = end_ns
             for seat in seats:
                 if seat.earliest_ns < next_out_ns:
                     next_out_ns = seat.earliest_ns
             self._next_out_ns = next_out_ns
+            if self.pace is not None and self._wait(self.pace, min(next_out_ns, agenda.next_ns())):
+                continue
             while (event_ns := agenda.next_ns()) < self._next_out_ns:
                 agenda.run_before(event_ns + 1)
             t0_ns = self._next_out_ns
@@ -168,6 +182,17 @@ class Conductor:
                 self.progress(horizon_ns)
         self._finish(seats)
         self.progress(self.end_ns)
+
+    def _wait(self, pace: Pace, next_ns: int) -> bool:
+        """Wait for the wall clock to reach `next_ns`; True if there is something new to reckon with by then."""
+        heard = pace.wait(next_ns)
+        for name, medium, data in heard:
+            time_ns = max(pace.now_ns(), self.reached_ns, self.agenda.now_ns)
+            self.agenda.at(time_ns, OFFER, name, partial(self.media[medium].offer, name, data, time_ns))
+        if heard or self.agenda.next_ns() >= self._next_out_ns:
+            return bool(heard)
+        self.agenda.run_before(next_ns + 1)
+        return True
 
     def _window(self, seats: list[Seat], horizon_ns: int, instant: bool) -> None:
         limit_ns = horizon_ns + 1 if instant else horizon_ns

@@ -46,6 +46,7 @@ class Hello(msgspec.Struct, array_like=True, gc=False):
     firm_ns: int
     ports: list[str]
     signals: list[tuple[str, str]]      # (name, unit)
+    quiet: list[int] = []               # ports at which what arrives makes it hand out nothing by itself
     error: str = ""
 
 

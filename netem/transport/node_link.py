@@ -43,7 +43,7 @@ def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
             node = build(errand)
             hello = node.hello()
         except Exception:
-            out.send(encode(Hello(name, 0, 0, [], [], traceback.format_exc())))
+            out.send(encode(Hello(name, 0, 0, [], [], error=traceback.format_exc())))
             return 1
         out.send(encode(hello))
         gc.collect()

@@ -34,8 +34,9 @@ from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Sessio
 WATCH_EVERY_S: Final = 0.05
 GRACE_S: Final = 0.5                # for the last words of a process that has ended, which may still be on the way
 # There are more nodes than cores: a pool of threads for the small matrices of one robot only gets in everybody's way.
-# What it prints has to be in its log when it fails.
-ENVIRONMENT: Final = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
+# What it prints has to be in its log when it fails. A set of names has the same order in every run.
+ENVIRONMENT: Final = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1",
+                      "PYTHONHASHSEED": "0"}
 LOG_TAIL_BYTES: Final = 4_000
 Message = TypeVar("Message", Hello, Report)
 

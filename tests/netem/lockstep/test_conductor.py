@@ -73,6 +73,55 @@ def test_a_firm_promise_saves_grants_and_changes_nothing_else(conduct: Conduct) 
     assert soft.grants > 2 * firm.grants
 
 
+def listener(heard: Log, *, answers: bool, says: int = 900) -> Callable[[], Node]:
+    """Ticks every 10 ns and speaks once, at `says`; promises to be silent until then unless it hears something."""
+
+    def build() -> Node:
+        node = Node("ear", ["wire"])
+        node.ports["wire"].answers = answers
+        node.ports["wire"].on_receive = lambda frame: heard.append((node.now_ns, "ear", frame))
+
+        def program() -> Generator[Any, Any, None]:
+            while node.now_ns < says:
+                node.silent_unless_heard_until(says)
+                yield node.env.timeout(10)
+            node.ports["wire"].send(b"ear")
+
+        node.start(program())
+        return node
+
+    return build
+
+
+def test_a_port_that_does_not_answer_and_events_that_hand_out_nothing_cost_no_grants(conduct: Conduct) -> None:
+    heard: Log = []
+    answering: Log = []
+    at = [100 * k for k in range(1, 9)]
+
+    quiet = conduct({"ear": listener(heard, answers=False), "a": talker("a", at, [])}, latency_ns=5, end_ns=1_000)
+    loud = conduct({"ear": listener(answering, answers=True), "a": talker("a", at, [])}, latency_ns=5, end_ns=1_000)
+
+    assert heard == answering == [(instant + 5, "ear", b"a") for instant in at]
+    assert quiet.grants == 2 + 8 + 1 + 1 + 2            # the first instant, a's frames, ear speaks, a hears it, the end
+    assert loud.grants > quiet.grants + 8
+
+
+def test_a_program_that_speaks_before_its_soft_promise_without_having_heard_anything_is_named(conduct: Conduct) -> None:
+    def build() -> Node:
+        node = Node("ear", ["wire"])
+
+        def program() -> Generator[Any, Any, None]:
+            node.silent_unless_heard_until(500)
+            yield node.env.timeout(100)
+            node.ports["wire"].send(b"early")
+
+        node.start(program())
+        return node
+
+    with pytest.raises(NodeFailure, match=r"node ear: .*a frame at 100 ns, but silence was promised until 500 ns"):
+        conduct({"ear": build, "a": talker("a", [300], [])}, latency_ns=5, end_ns=1_000)
+
+
 def test_frames_of_one_instant_are_heard_in_the_order_of_their_senders_names(conduct: Conduct) -> None:
     heard: Log = []
     build = {name: talker(name, [100], []) for name in ("c", "a", "b")}
@@ -154,35 +203,45 @@ def test_an_offer_outside_the_promise_or_the_grant_is_refused_with_its_numbers(c
         conduct({}, latency_ns=5, end_ns=1_000, host=ForeignHost(offer_ns, port))
 
 
-def chatter(name: str, seed: int, firm: bool, heard: Log) -> tuple[Callable[..., Any], Callable[..., None]]:
-    """A program whose times and answers depend on what it hears, written against `env`, `send` and `heard` only."""
+def chatter(name: str, seed: int, promise: str, heard: Log) -> tuple[Callable[..., Any], Callable[..., None],
+                                                                     Callable[..., Any]]:
+    """A program whose times and answers depend on what it hears, written against `env`, `send` and `heard` only.
+
+    `promise`: "soft" and "calm" answer now and then, "firm" and "quiet" never; "calm" promises to be silent until it
+    hears something, although its `ticks` are events of its own.
+    """
     state = {"x": seed}
 
     def draw(bound: int) -> int:
         state["x"] = (state["x"] * 1103515245 + 12345) % 2**31
         return int(state["x"] >> 7) % bound
 
-    def program(env: Any, send: Any, silent_until: Any) -> Generator[Any, Any, None]:
+    def program(env: Any, send: Any, promised: Any) -> Generator[Any, Any, None]:
         while True:
             pause = 1 + draw(40)
-            if firm:
-                silent_until(env.now + pause)
+            promised(env.now + pause)
             yield env.timeout(pause)
             send(f"{name}@{env.now}".encode())
+
+    def ticks(env: Any) -> Generator[Any, Any, None]:
+        while promise == "calm":
+            yield env.timeout(7)
+            heard.append((int(env.now), name, b"tick %d" % state["x"]))
 
     def on_frame(env: Any, send: Any, data: bytes) -> None:
         heard.append((int(env.now), name, data))
         state["x"] = (state["x"] + sum(data)) % 2**31
-        if not firm and draw(4) == 0:
+        if promise in ("soft", "calm") and draw(4) == 0:
             send(b"re:" + data[:8])
 
-    return program, on_frame
+    return program, on_frame, ticks
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seeds=st.lists(st.integers(1, 10**6), min_size=2, max_size=5),
-       firm=st.lists(st.booleans(), min_size=5, max_size=5), latency_ns=st.integers(1, 60))
-def test_windows_give_what_one_global_event_list_gives(conduct: Conduct, seeds: list[int], firm: list[bool],
+       promises=st.lists(st.sampled_from(["soft", "firm", "quiet", "calm"]), min_size=5, max_size=5),
+       latency_ns=st.integers(1, 60))
+def test_windows_give_what_one_global_event_list_gives(conduct: Conduct, seeds: list[int], promises: list[str],
                                                        latency_ns: int) -> None:
     """The oracle is one SimPy environment for all nodes: no windows, no promises, no grants."""
     end_ns = 600
@@ -193,21 +252,25 @@ def test_windows_give_what_one_global_event_list_gives(conduct: Conduct, seeds: 
     def build(i: int) -> Callable[[], Node]:
         def make() -> Node:
             node = Node(names[i], ["wire"])
-            program, on_frame = chatter(names[i], seeds[i], firm[i], windowed)
+            program, on_frame, ticks = chatter(names[i], seeds[i], promises[i], windowed)
             send = node.ports["wire"].send
             node.ports["wire"].on_receive = lambda data: on_frame(node.env, send, data)
-            node.start(program(node.env, send, node.silent_until))
+            node.ports["wire"].answers = promises[i] != "quiet"
+            promised = {"firm": node.silent_until, "calm": node.silent_unless_heard_until}.get(promises[i], lambda _: 0)
+            node.start(program(node.env, send, promised))
+            node.start(ticks(node.env))
             return node
         return make
 
     conduct({name: build(i) for i, name in enumerate(names)}, latency_ns=latency_ns, end_ns=end_ns)
-    _run_globally(names, seeds, firm, latency_ns, end_ns, globally)
+    _run_globally(names, seeds, promises, latency_ns, end_ns, globally)
 
     assert sorted(windowed) == sorted(globally)
     assert len(windowed) > 0
 
 
-def _run_globally(names: list[str], seeds: list[int], firm: list[bool], latency_ns: int, end_ns: int, log: Log) -> None:
+def _run_globally(names: list[str], seeds: list[int], promises: list[str], latency_ns: int, end_ns: int,
+                  log: Log) -> None:
     """Frames of one instant reach a node in the order (sender, sequence), and before its own timers."""
     env = simpy.Environment(initial_time=0)
     programs = {}
@@ -234,6 +297,7 @@ def _run_globally(names: list[str], seeds: list[int], firm: list[bool], latency_
             programs[name][1](env, sender(name), data)
 
     for i, name in enumerate(names):
-        programs[name] = chatter(name, seeds[i], firm[i], log)
+        programs[name] = chatter(name, seeds[i], promises[i], log)
         env.process(programs[name][0](env, sender(name), lambda _: None))
+        env.process(programs[name][2](env))
     env.run(until=end_ns)

@@ -1,0 +1,25 @@
+"""Real time: the same nodes and media with a wall clock, and gateways to who is outside.
+
+A member of the kind `Gateway` stands on a medium like a node, but its bytes come from and go to the outside, at the
+wall clock's pace.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+
+class Gateway(Protocol):
+    name: str
+    medium: str
+
+    def fileno(self) -> int:
+        """Of what becomes readable when bytes come in."""
+
+    def receive(self) -> list[bytes]:
+        """What has come in since the last call, one entry per message; never blocks, never raises for bytes."""
+
+    def send(self, data: bytes) -> None:
+        """Hand `data` out; what cannot be sent now is lost, as on a line that nobody listens to."""
+
+    def close(self) -> None: ...
