@@ -6,7 +6,7 @@ what every robot may know beforehand (`layout`, `designs`). Both take the scenar
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 import msgspec
@@ -15,6 +15,7 @@ import numpy as np
 from agents.synchronization.check import problems
 from agents.synchronization.discovery_frame import MAX_NODES, frame_bytes
 from agents.synchronization.graph import Floats, laplacian
+from agents.synchronization.late_control_frames import ImpairmentLike, late_control_frames
 from agents.synchronization.partition import colliding_pairs
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans, heard_by
@@ -52,6 +53,8 @@ class ScenarioLike(Protocol):
     def agents(self) -> Mapping[str, AgentLike]: ...
     @property
     def media(self) -> Mapping[str, MediumLike]: ...
+    @property
+    def impairments(self) -> Sequence[ImpairmentLike]: ...
 
 
 def check(scenario: ScenarioLike) -> Iterator[str]:
@@ -94,6 +97,8 @@ def check(scenario: ScenarioLike) -> Iterator[str]:
     if team.topology == "discovered" and team.boot_slot_s * 1e9 < team.slot_needs_ns:
         yield (f"team.boot_slot_s={team.boot_slot_s}: expected at least {team.slot_needs_ns * 1e-9:.9f} s, "
                "what the frames of one slot need with their guard times")
+    elif team.topology == "discovered":
+        yield from _late_problems(team, scenario, medium, plans)
     yield from _medium_problems(team, scenario, medium, plans, graphs)
     offsets_ns = [agent.clock.offset_ns for agent in scenario.agents.values()]
     if max(offsets_ns) - min(offsets_ns) > round(team.guard_s * 1e9):
@@ -142,6 +147,16 @@ def _clock_problems(team: Team, plan: RoundPlan, layout: Layout) -> Iterator[str
     if contraction >= 1:
         yield (f"team.resynchronize: the clocks do not settle: their differences change by a factor of "
                f"{contraction:.4g} per round, expected below 1; nobody may be without somebody to hear")
+
+
+def _late_problems(team: Team, scenario: ScenarioLike, medium: MediumLike, plans: RoundPlans) -> Iterator[str]:
+    """Discovery begins in the slots of the start, and ends up there again whenever it goes wrong elsewhere."""
+    name = next(iter(scenario.agents.values())).media[0]
+    topology = _topology(scenario, medium)
+    links = {(name, *edge) for at_ns in [0, *topology.changes_ns(scenario.length_ns)]
+             for edge in topology.graph_at(at_ns)}
+    clocks = {node: agent.clock for node, agent in scenario.agents.items()}
+    yield from late_control_frames(team, plans.boot().slot_ns, scenario.impairments, links, clocks, scenario.length_ns)
 
 
 def _medium_problems(team: Team, scenario: ScenarioLike, medium: MediumLike, plans: RoundPlans,

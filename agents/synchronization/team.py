@@ -49,6 +49,11 @@ class Layout(msgspec.Struct, frozen=True):
     control_airtime_ns: int = 0
     latency_ns: int = 0             # from the end of a frame to its reception
 
+    def control_offset_ns(self, slot_ns: int) -> int:
+        """Start of the control sub-slot within a slot: it lies in the second half of what the two frames leave free."""
+        free_ns = slot_ns - self.data_airtime_ns - self.control_airtime_ns
+        return self.data_airtime_ns + 2 * free_ns // 3
+
 
 class TableEntry(msgspec.Struct, frozen=True):
     """A design worked out before the run: who hears whom, the parts of a round and the slot length."""

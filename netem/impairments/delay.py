@@ -81,6 +81,10 @@ class Delay:
             arrival_ns = self._latest_ns = max(arrival_ns, self._latest_ns)
         yield replace(transit, arrival_ns=arrival_ns)
 
+    def least_delay_ns(self, size_bytes: int) -> int:
+        """No copy comes out earlier than this after it went in."""
+        return max(0, round(self.delay_ns + (self._quantile(0.0) if self._quantile is not None else 0)))
+
     def _empirical(self) -> Quantile:
         if self.file:
             return _from_file(self.file)

@@ -55,5 +55,12 @@ class RateLimit:
                 return
             waiting.append((start_ns, size))
             self._waiting_bytes += size
-        self.free_ns = start_ns - (-8_000_000_000 * size // self.rate_bps)
+        self.free_ns = start_ns + self._sending_ns(size)
         yield replace(transit, arrival_ns=self.free_ns)
+
+    def least_delay_ns(self, size_bytes: int) -> int:
+        """No copy of this size comes out earlier than this after it went in."""
+        return self._sending_ns(size_bytes + self.overhead_bytes)
+
+    def _sending_ns(self, size_bytes: int) -> int:
+        return -(-8_000_000_000 * size_bytes // self.rate_bps)

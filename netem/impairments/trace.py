@@ -80,6 +80,10 @@ class Trace:
         if delay_ns is not None:
             yield replace(transit, arrival_ns=transit.arrival_ns + delay_ns)
 
+    def least_delay_ns(self, size_bytes: int) -> int:
+        """No copy that comes out does so earlier than this after it went in."""
+        return min((delay_ns for delay_ns in self._delay_ns if delay_ns is not None), default=0)
+
     def _past_the_end(self, place: int) -> int:
         if self.at_end == "wrap":
             return place % self._length
