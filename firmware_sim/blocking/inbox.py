@@ -1,0 +1,59 @@
+"""What came in for a blocking program and was not taken yet; who takes from an empty one waits, and hears."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from netem.agenda import NEVER_NS
+
+if TYPE_CHECKING:
+    from firmware_sim.blocking.program import BlockingProgram
+    from firmware_sim.blocking.program_thread import ProgramThread
+
+T = TypeVar("T")
+
+
+class Inbox(Generic[T]):
+    """`room` items, 0 for any number; the oldest makes room for the newest."""
+
+    def __init__(self, program: BlockingProgram, room: int = 0) -> None:
+        if room < 0:
+            raise ValueError(f"room={room}: expected 0 (for any number of items) or more")
+        self._program = program
+        self._room = room
+        self._items: deque[T] = deque()
+        self._takers: deque[ProgramThread] = deque()
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def put(self, item: T) -> bool:
+        """False if the oldest item had to go."""
+        fits = not self._room or len(self._items) < self._room
+        if not fits:
+            self._items.popleft()
+        self._items.append(item)
+        if self._takers:
+            self._program.wake(self._takers[0])
+        return fits
+
+    def take(self, timeout_ns: int | None) -> T | None:
+        """The oldest item; None if there is none within `timeout_ns` of the node's clock (None: wait for ever)."""
+        program = self._program
+        if self._items:
+            return self._items.popleft()
+        if timeout_ns == 0:
+            program.note_call()
+            return None
+        until_ns = NEVER_NS if timeout_ns is None else program.due_ns(timeout_ns)
+        thread = program.thread()
+        self._takers.append(thread)
+        try:
+            while not self._items and program.wait(until_ns, hears=True):
+                pass
+            return self._items.popleft() if self._items else None
+        finally:
+            self._takers.remove(thread)
+            if self._items and self._takers:
+                program.wake(self._takers[0])

@@ -1,0 +1,154 @@
+"""The standard library's time and threads, in virtual time for the threads of a blocking program, as ever for others.
+
+    time       sleep, monotonic and perf_counter on the node's oscillator; time on its local clock, 0 is 1 January 1970
+    threading  Lock, RLock, and with them Condition, Event, Semaphore, Barrier, Timer; Thread: start, join, is_alive
+    queue      Queue, SimpleQueue         signal  handlers are kept for the end of the run        asyncio  refused
+
+Names are replaced in the modules (`REPLACED`), so a module must be imported afterwards to find the new ones under
+`from time import sleep`; a blocking program and what it imports is. The replacement asks which thread calls.
+
+Not replaced: `datetime.now()`, sockets, `select`, files, processes. What waits in these holds the node up.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import queue
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any, Final
+
+from firmware_sim.blocking.here import running
+from firmware_sim.blocking.program import BlockingProgram
+from firmware_sim.blocking.program_thread import ProgramThread
+from firmware_sim.blocking.seconds import duration_ns
+from firmware_sim.blocking.virtual_lock import VirtualLock
+
+NO_ASYNCIO: Final = ("asyncio does not run in virtual time: its event loop waits for the operating system. Use "
+                     "blocking calls (bus.recv, time.sleep), threads or can.Notifier without a loop")
+_threads: dict[threading.Thread, ProgramThread] = {}
+
+
+def _sleep(program: BlockingProgram, seconds: float) -> None:
+    if seconds < 0:
+        raise ValueError("sleep length must be non-negative")
+    program.sleep(duration_ns(seconds))
+
+
+def _time_ns(program: BlockingProgram) -> int:
+    program.note_call()
+    return program.board.now_ns
+
+
+def _monotonic_ns(program: BlockingProgram) -> int:
+    program.note_call()
+    return program.oscillator.now_ns()
+
+
+def _time(program: BlockingProgram) -> float:
+    return _time_ns(program) / 1e9
+
+
+def _monotonic(program: BlockingProgram) -> float:
+    return _monotonic_ns(program) / 1e9
+
+
+def _lock(program: BlockingProgram) -> VirtualLock:
+    return VirtualLock()
+
+
+def _rlock(program: BlockingProgram) -> Any:
+    return threading._PyRLock()                 # type: ignore[attr-defined]     # of `threading._allocate_lock`
+
+
+def _simple_queue(program: BlockingProgram) -> Any:
+    return queue._PySimpleQueue()               # type: ignore[attr-defined]     # of `threading.Semaphore`
+
+
+def _start(program: BlockingProgram, bootstrap: Callable[[], object], *args: Any, **kwargs: Any) -> Any:
+    """`Thread.start` is about to start the operating system's thread with `bootstrap`, a method of the Thread."""
+    thread: threading.Thread = bootstrap.__self__       # type: ignore[attr-defined]
+    _threads[thread] = program.start(bootstrap, thread.name, daemon=thread.daemon,
+                                     spawn=lambda body: _start_joinable(body, *args, **kwargs))
+
+
+def _join(program: BlockingProgram, thread: threading.Thread, timeout: float | None = None) -> None:
+    known = _threads.get(thread)
+    if known is None or thread is threading.current_thread():
+        _join_real(thread, timeout)
+    else:
+        program.await_end(known, None if timeout is None else duration_ns(max(0.0, timeout)))
+
+
+def _is_alive(program: BlockingProgram, thread: threading.Thread) -> bool:
+    """The real answer would depend on how far the operating system is with ending a thread that has ended."""
+    known = _threads.get(thread)
+    return _is_alive_really(thread) if known is None else not known.ended
+
+
+def _excepthook(program: BlockingProgram, args: threading.ExceptHookArgs) -> None:
+    if args.exc_type is not SystemExit:
+        program.thread().failure = args.exc_value
+
+
+def _signal(program: BlockingProgram, number: int, handler: Any) -> Any:
+    before = program.handlers.get(number, signal.getsignal(number))
+    program.handlers[number] = handler
+    return before
+
+
+def _run_forever(program: BlockingProgram, loop: asyncio.AbstractEventLoop) -> None:
+    raise RuntimeError(NO_ASYNCIO)
+
+
+STARTS: Final = "_start_joinable_thread" if hasattr(threading, "_start_joinable_thread") else "_start_new_thread"
+_start_joinable: Any = getattr(threading, STARTS)       # from Python 3.13 on, and before
+_join_real, _is_alive_really = threading.Thread.join, threading.Thread.is_alive
+REPLACED: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
+    (time, "sleep", _sleep),
+    (time, "time", _time),
+    (time, "time_ns", _time_ns),
+    (time, "monotonic", _monotonic),
+    (time, "monotonic_ns", _monotonic_ns),
+    (time, "perf_counter", _monotonic),
+    (time, "perf_counter_ns", _monotonic_ns),
+    (threading, "_time", _monotonic),
+    (threading, "Lock", _lock),
+    (threading, "_allocate_lock", _lock),
+    (threading, "RLock", _rlock),
+    (threading, STARTS, _start),
+    (threading.Thread, "join", _join),
+    (threading.Thread, "is_alive", _is_alive),
+    (threading, "excepthook", _excepthook),
+    (queue, "time", _monotonic),
+    (queue, "SimpleQueue", _simple_queue),
+    (signal, "signal", _signal),
+    (asyncio.BaseEventLoop, "run_forever", _run_forever),
+]
+
+
+@contextmanager
+def library_in_virtual_time() -> Iterator[None]:
+    """Within it the threads of blocking programs find virtual time; all others find what they always did."""
+    before = [(place, name, getattr(place, name)) for place, name, _ in REPLACED]
+    for place, name, virtual in REPLACED:
+        setattr(place, name, _by_thread(virtual, getattr(place, name)))
+    try:
+        yield
+    finally:
+        for place, name, real in before:
+            setattr(place, name, real)
+        _threads.clear()
+
+
+def _by_thread(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable[..., Any]:
+    @wraps(real)
+    def either(*args: Any, **kwargs: Any) -> Any:
+        program = running()
+        return real(*args, **kwargs) if program is None else virtual(program, *args, **kwargs)
+
+    return either

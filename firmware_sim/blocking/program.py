@@ -1,0 +1,273 @@
+"""A node's program that is ordinary blocking code: its threads, what each waits for, what that promises, and its end.
+
+    wait() in a program's thread --baton--> node's agenda --event--> look_after() --baton--> wait() returns
+
+Durations are measured on the node's oscillator: its drift and tick, but neither offset nor steps of its clock, as
+CLOCK_MONOTONIC does on the robot. The time of day is the board's local clock.
+
+Promises: all threads asleep promise the first waking, *firm*; if one also waits for frames, it is *soft*; a program
+that has ended is silent for ever.
+
+The program has ended when its function and every thread that is no daemon have. An exception in any of its threads ends
+the node (differs from plain Python, where a thread dies alone and the rest limps on). The end of the run is a Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+from collections.abc import Callable, Collection, Mapping
+from functools import partial
+from signal import SIG_DFL, SIG_IGN, SIGINT, SIGTERM, default_int_handler
+from threading import Thread
+from typing import Any, Final
+
+from simpy.events import Event
+
+from firmware_sim.blocking.here import enter
+from firmware_sim.blocking.program_thread import ProgramThread
+from firmware_sim.blocking.repeating import Repeating
+from firmware_sim.board import Board
+from firmware_sim.local_clock import ClockSettings, LocalClock
+from netem.agenda import NEVER_NS
+
+CALLS_AT_ONE_INSTANT: Final = 1_000_000     # of what tells the time or looks for a frame, before it is called a spin
+CLEANUP_NS: Final = 10_000_000_000          # of its own time, after the end of the run
+CLEANUP_S: Final = 2.0                      # of the wall's, for the same
+
+_start_thread = Thread.start                # the real one
+_wall_s = time.monotonic
+
+
+class BlockingProgram:
+    """`load` gives the function (in the program's own thread, so that what it imports finds virtual time)."""
+
+    def __init__(self, board: Board, load: Callable[[], Callable[..., object]],
+                 parameters: Mapping[str, Any] | None = None, media: Mapping[str, str] | None = None,
+                 own_frames: Collection[str] = ()) -> None:
+        settings = board.clock.settings
+        self.board = board
+        self.node = board.node
+        self.oscillator = LocalClock(ClockSettings(0, settings.drift_ppm, settings.tick_ns), self.node.env.time_ns)
+        self.handlers: dict[int, Any] = {}          # signal handlers that the program has set
+        self.closing = False                        # the run is over: what it hands out goes nowhere
+        self.over = False                           # the program has ended
+        self.repeating: list[Repeating] = []
+        self.media = dict(media or {})              # kind of the medium at each port
+        self.own_frames = frozenset(own_frames)     # media that tell the node when its own frames got through
+        self.shared: dict[tuple[str, str], Any] = {}    # what an adapter keeps for the whole program
+        self._load = load
+        self._parameters = dict(parameters or {})
+        self._threads: list[ProgramThread] = []
+        self._running: ProgramThread | None = None
+        self._calls = 0
+        self._calls_at_ns = -1
+        self._main = ProgramThread(f"{self.node.name}: the program", daemon=False)
+
+    # --- for whoever builds the node and ends it
+
+    def begin(self) -> None:
+        """Load the function, up to where it is called at the start of the run; raises what loading it raises."""
+        for port in self.node.ports.values():
+            port.on_receive = _nobody_listens
+        self._threads.append(self._main)
+        _start_thread(Thread(target=self._main.live, args=(self._whole_program,), name="MainThread", daemon=False))
+        self._run(self._main)
+
+    def finish(self) -> None:
+        """The run is over: Ctrl-C for the program, a little time to clean up, then the end of its threads."""
+        if self.closing:
+            return
+        self.closing = True
+        deadline_s = _wall_s() + CLEANUP_S
+        limit_ns = self.node.now_ns + CLEANUP_NS
+        self._main.interrupted = True
+        self.wake(self._main)
+        try:
+            while not self.over and self.node.env.next_ns() <= limit_ns and _wall_s() < deadline_s:
+                self.node.env.step()
+        except BaseException as error:
+            if not isinstance(error, KeyboardInterrupt | SystemExit):
+                traceback.print_exception(error)
+        for thread in list(self._threads):
+            self._running = thread
+            if not thread.ended and not thread.abandon():
+                print(f"{thread.name} did not end with the run", file=sys.stderr, flush=True)
+        self._running = None
+
+    # --- what a thread of the program uses
+
+    def thread(self) -> ProgramThread:
+        """The one that runs."""
+        assert self._running is not None, "called from outside of the program's threads"
+        return self._running
+
+    def due_ns(self, timeout_ns: int) -> int:
+        """True time at which `timeout_ns` of the oscillator will have passed, `NEVER_NS` at the latest."""
+        return min(NEVER_NS, self.oscillator.true_at(self.oscillator.now_ns() + timeout_ns))
+
+    def wait(self, until_ns: int = NEVER_NS, *, hears: bool = False) -> bool:
+        """Wait until the thread is woken (True) or true time `until_ns` has come (False).
+
+        Say with `hears` that a frame may wake it.
+        """
+        thread = self.thread()
+        thread.until_ns, thread.hears, thread.woken = until_ns, hears, False
+        self._arm(thread)
+        thread.give_back()
+        if thread.interrupted:
+            thread.interrupted = False
+            self._interrupt()
+        return thread.woken
+
+    def sleep(self, duration_ns: int) -> None:
+        until_ns = self.due_ns(duration_ns)
+        while self.wait(until_ns):
+            pass
+
+    def wake(self, thread: ProgramThread) -> None:
+        """Let `thread` go on at this instant, if it waits."""
+        if thread.waiting and not thread.woken and not self.over:
+            thread.woken = True
+            thread.until_ns = self.node.now_ns
+            self._look_in(0, thread)
+
+    def start(self, function: Callable[[], object], name: str, *, daemon: bool,
+              spawn: Callable[[Callable[[], None]], object]) -> ProgramThread:
+        """One more thread; `spawn` starts the operating system's. It runs when the one that starts it waits."""
+        thread = ProgramThread(f"{self.node.name}: {name}", daemon=daemon)
+
+        def body() -> None:
+            enter(self)
+            function()
+
+        spawn(partial(thread.live, body))
+        self._threads.append(thread)
+        thread.until_ns = self.node.now_ns
+        self._look_in(0, thread)
+        return thread
+
+    def await_end(self, thread: ProgramThread, timeout_ns: int | None) -> None:
+        until_ns = NEVER_NS if timeout_ns is None else self.due_ns(timeout_ns)
+        me = self.thread()
+        thread.mourners.append(me)
+        try:
+            while not thread.ended and self.wait(until_ns):
+                pass
+        finally:
+            thread.mourners.remove(me)
+
+    def hand_out(self, port: str, data: bytes) -> None:
+        if not self.closing:
+            self.node.ports[port].send(data)
+
+    def note_call(self) -> None:
+        """Something was asked that lets no time pass; raises when that is all that happens at an instant."""
+        now_ns = self.node.now_ns
+        if now_ns != self._calls_at_ns:
+            self._calls_at_ns, self._calls = now_ns, 0
+        self._calls += 1
+        if self._calls > CALLS_AT_ONE_INSTANT:
+            self._calls = 0
+            raise RuntimeError(f"{CALLS_AT_ONE_INSTANT} calls at {now_ns} ns that let no time pass: a loop that asks "
+                               "for the time or polls must also wait, with time.sleep(...) or recv(timeout)")
+
+    def repeat(self, period_ns: int, duration_ns: int | None, action: Callable[[], None]) -> Repeating:
+        """Call `action` now and every `period_ns` from now on, in the node's thread: it must not block."""
+        return Repeating(self, period_ns, duration_ns, action)
+
+    # --- in the node's thread
+
+    def look_in(self, delay_ns: int, action: Callable[[], None]) -> None:
+        """Call `action` after `delay_ns`, and see afterwards what the program promises."""
+        def act(event: Event) -> None:
+            action()
+            self.promise()
+
+        self.node.call_in(delay_ns, act)
+
+    def _look_in(self, delay_ns: int, thread: ProgramThread) -> None:
+        self.node.call_in(delay_ns, partial(self._look_after, thread))
+
+    def _look_after(self, thread: ProgramThread, event: Event) -> None:
+        """Run `thread` if what it waits for has come; else see to it that somebody looks again in time."""
+        now_ns = self.node.now_ns
+        if thread.alarm_ns <= now_ns:
+            thread.alarm_ns = NEVER_NS
+        if thread.waiting and not thread.ended:
+            if thread.woken or thread.until_ns <= now_ns:
+                self._run(thread)
+            else:
+                self._arm(thread)
+
+    def _arm(self, thread: ProgramThread) -> None:
+        """An event that is pending stays, even if it is too early: taking it back would cost more than it does."""
+        if thread.until_ns < thread.alarm_ns:
+            thread.alarm_ns = thread.until_ns
+            self._look_in(max(0, thread.until_ns - self.node.now_ns), thread)
+
+    def _run(self, thread: ProgramThread) -> None:
+        self._running = thread
+        try:
+            thread.lend()
+        finally:
+            self._running = None
+        if thread.ended:
+            self._bury(thread)
+        self.promise()
+
+    def _bury(self, thread: ProgramThread) -> None:
+        for mourner in thread.mourners:
+            self.wake(mourner)
+        self._threads.remove(thread)
+        if thread.failure is not None:
+            raise thread.failure
+        self.over = all(other.daemon for other in self._threads)
+        if self.over:
+            for repeating in list(self.repeating):
+                repeating.stop()
+            for other in self._threads:
+                other.until_ns = NEVER_NS
+
+    def promise(self) -> None:
+        """What the node will not hand out before, as its threads stand; said anew whenever one of them has run."""
+        first_ns, hears = NEVER_NS, False
+        if not self.over:
+            for thread in self._threads:
+                first_ns = min(first_ns, thread.until_ns)
+                hears = hears or thread.hears
+            for repeating in self.repeating:
+                first_ns = min(first_ns, repeating.next_ns)
+        if hears:
+            self.node.silent_unless_heard_until(first_ns)
+        else:
+            self.node.silent_until(first_ns)
+
+    def _interrupt(self) -> None:
+        """The end of the run, in the program's first thread: what a Ctrl-C would do."""
+        number = SIGINT if SIGINT in self.handlers or SIGTERM not in self.handlers else SIGTERM
+        handler = self.handlers.get(number, default_int_handler)
+        if callable(handler):
+            handler(number, None)
+        elif handler == SIG_DFL:
+            raise KeyboardInterrupt
+        else:
+            assert handler == SIG_IGN
+
+    def _whole_program(self) -> None:
+        enter(self)
+        function = self._load()
+        self.wait(self.node.now_ns)         # the node is ready; the run starts
+        try:
+            function(**self._parameters)
+        except SystemExit as error:
+            if error.code not in (None, 0):
+                raise
+        except KeyboardInterrupt:
+            if not self.closing:
+                raise
+
+
+def _nobody_listens(data: bytes) -> None:
+    """What comes before the program has opened the port is gone, as on the robot."""

@@ -1,0 +1,57 @@
+"""Something done at start, start + period, ... on the node's oscillator; the k-th instant comes from k."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from netem.agenda import NEVER_NS
+
+if TYPE_CHECKING:
+    from firmware_sim.blocking.program import BlockingProgram
+
+
+class Repeating:
+    """`action` at once, then every `period_ns`, within [start, start + duration_ns) if there is a duration."""
+
+    def __init__(self, program: BlockingProgram, period_ns: int, duration_ns: int | None,
+                 action: Callable[[], None]) -> None:
+        if period_ns < 1:
+            raise ValueError(f"period of {period_ns} ns: expected at least 1 ns")
+        self.next_ns = NEVER_NS         # true time
+        self._program = program
+        self._period_ns = period_ns
+        self._duration_ns = duration_ns
+        self._action = action
+        self._start_ns = 0              # on the oscillator
+        self._done = 0
+
+    def start(self) -> None:
+        """From now on; from the beginning if it was running."""
+        self.stop()
+        self._start_ns, self._done = self._program.oscillator.now_ns(), 0
+        self._program.repeating.append(self)
+        self._act()
+
+    @property
+    def runs(self) -> bool:
+        return self in self._program.repeating
+
+    def stop(self) -> None:
+        self.next_ns = NEVER_NS
+        if self.runs:
+            self._program.repeating.remove(self)
+
+    def _act(self) -> None:
+        self._done += 1
+        after_ns = self._done * self._period_ns
+        if self._duration_ns is None or after_ns < self._duration_ns:
+            self.next_ns = self._program.oscillator.true_at(self._start_ns + after_ns)
+            self._program.look_in(max(0, self.next_ns - self._program.node.now_ns), self._due)
+        else:
+            self.stop()
+        self._action()
+
+    def _due(self) -> None:
+        if self.next_ns <= self._program.node.now_ns:       # not so after a stop or a new start in between
+            self._act()

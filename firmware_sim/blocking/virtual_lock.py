@@ -1,0 +1,71 @@
+"""`threading.Lock` for the threads of a blocking program: who waits for it gives the baton back.
+
+All of `threading` and `queue` that waits is made of locks (Condition, Event, Semaphore, Queue, ...), so this is enough.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from types import TracebackType
+
+from firmware_sim.blocking.here import running, this_program
+from firmware_sim.blocking.program_thread import ProgramThread
+from firmware_sim.blocking.seconds import duration_ns
+from netem.agenda import NEVER_NS
+
+
+class VirtualLock:
+    def __init__(self) -> None:
+        self._held = False
+        self._waiting: deque[ProgramThread] = deque()
+
+    def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
+        if timeout != -1 and (not blocking or timeout < 0):
+            raise ValueError("can't specify a timeout for a non-blocking call" if not blocking
+                             else "timeout value must be a non-negative number")
+        if not self._held:
+            self._held = True
+            return True
+        if not blocking or timeout == 0:
+            if (program := running()) is not None:
+                program.note_call()
+            return False
+        return self._wait(timeout)
+
+    def _wait(self, timeout: float) -> bool:
+        program = this_program()
+        until_ns = NEVER_NS if timeout == -1 else program.due_ns(duration_ns(timeout))
+        thread = program.thread()
+        self._waiting.append(thread)
+        try:
+            while self._held:
+                if not program.wait(until_ns) and self._held:
+                    return False
+            self._held = True
+            return True
+        finally:
+            self._waiting.remove(thread)
+
+    def release(self) -> None:
+        if not self._held:
+            raise RuntimeError("release unlocked lock")
+        self._held = False
+        if self._waiting and (program := running()) is not None:
+            program.wake(self._waiting[0])
+
+    def locked(self) -> bool:
+        return self._held
+
+    def __enter__(self) -> bool:
+        return self.acquire()
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 where: TracebackType | None) -> None:
+        self.release()
+
+    def _at_fork_reinit(self) -> None:
+        self._held = False
+        self._waiting.clear()
+
+    def __repr__(self) -> str:
+        return f"<{'locked' if self._held else 'unlocked'} lock in virtual time>"

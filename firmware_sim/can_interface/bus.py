@@ -1,0 +1,229 @@
+"""A `can.BusABC` on a port of the node whose blocking program opens it; time is the node's.
+
+    program --send--> struct of SocketCAN --> port of the node      port --> struct --filter--> inbox --recv--> program
+
+It keeps to SocketCAN where python-can leaves a choice: several buses of a program may share a channel, each with a
+queue and filters of its own; what one sends comes to the others, and to itself with `receive_own_messages`, when it got
+through (if the medium says so: `own_frames_to`); CAN FD frames reach only a bus with `fd=True`; error messages of the
+controller pass the filters; what `send_periodic` repeats was copied when it was started or modified.
+
+Not modelled: a transmit queue that is full (`send` never blocks: what the controller drops is in the ledger), listening
+only, `bitrate` and `timing` (the scenario says what the bus runs at).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from can import BusABC, BusState, CanInitializationError, CanOperationError, CanProtocol, Message
+from can.broadcastmanager import (
+    CyclicSendTaskABC,
+    LimitedDurationCyclicSendTaskABC,
+    ModifiableCyclicTaskABC,
+    RestartableCyclicTaskABC,
+)
+from can.typechecking import AutoDetectedConfig, CanFilters
+
+from firmware_sim.blocking.here import running
+from firmware_sim.blocking.inbox import Inbox
+from firmware_sim.blocking.program import BlockingProgram
+from firmware_sim.blocking.seconds import duration_ns
+from firmware_sim.can_interface.controller_state import ControllerState, state_after
+from netem.media.can.frame import CanFrame, MalformedFrame, pack, unpack
+
+CAN_KIND: Final = "can"         # of a medium in the scenario
+STATES: Final = {ControllerState.ERROR_ACTIVE: BusState.ACTIVE, ControllerState.ERROR_PASSIVE: BusState.PASSIVE,
+                 ControllerState.BUS_OFF: BusState.ERROR}
+NO_RUN: Final = (
+    "the CAN interface 'marconet' exists only inside a run of marconet, in the threads of a node's program. Write the "
+    "code as a function, name it in a scenario (program = \"my_module:main\") and start it with `marconet run "
+    "my_scenario.toml`; outside of a run use another interface, such as 'virtual'")
+
+
+class Channel:
+    """A node's controller as all buses of its program share it."""
+
+    def __init__(self, program: BlockingProgram, name: str) -> None:
+        self.program = program
+        self.name = name
+        self.hears_itself = name in program.own_frames
+        self.buses: list[MarconetBus] = []
+        self.state = ControllerState.ERROR_ACTIVE
+        self._senders: dict[bytes, MarconetBus] = {}        # who last sent this identifier; no other node may
+        program.node.ports[name].on_receive = self._receive
+
+    def send(self, sender: MarconetBus, data: bytes) -> None:
+        self.program.hand_out(self.name, data)
+        self._senders[data[:4]] = sender
+
+    def _receive(self, data: bytes) -> None:
+        try:
+            frame = unpack(data)
+        except MalformedFrame:
+            self.program.node.count(f"{self.name}.malformed")
+            return
+        if frame.error:
+            self.state = state_after(frame, self.state)
+        sender = self._senders.get(data[:4]) if self.hears_itself else None
+        for bus in self.buses:
+            if bus is not sender or bus.receive_own_messages:
+                bus.hear(frame, is_rx=sender is None)
+        self.program.promise()
+
+
+class MarconetBus(BusABC):
+    def __init__(self, channel: str | None = None, can_filters: CanFilters | None = None, fd: bool = False,
+                 receive_own_messages: bool = False, ignore_rx_error_frames: bool = False, rx_queue_size: int = 0,
+                 **kwargs: Any) -> None:
+        """`channel`: a CAN bus of the node, by default its only one. `rx_queue_size`: 0 keeps any number of messages;
+        a full queue drops the oldest, counted as `CHANNEL.rx_dropped`. Others (`bitrate`) are the scenario's matter.
+        """
+        program = running()
+        if program is None:
+            raise CanInitializationError(NO_RUN)
+        self._program = program
+        self._channel = _channel(program, channel)
+        if receive_own_messages and not self._channel.hears_itself:
+            raise CanInitializationError(
+                f"receive_own_messages: the controller does not report what got through; write own_frames_to = "
+                f"[\"{program.node.name}\"] under [media.{self._channel.name}] of the scenario")
+        self._inbox: Inbox[Message] = Inbox(program, rx_queue_size)
+        self._can_protocol = CanProtocol.CAN_FD if fd else CanProtocol.CAN_20
+        self._errors = not ignore_rx_error_frames
+        self.receive_own_messages = receive_own_messages
+        self.channel_info = f"marconet channel '{self._channel.name}' of node '{program.node.name}'"
+        super().__init__(channel=self._channel.name, can_filters=can_filters, **kwargs)
+        self._channel.buses.append(self)
+
+    def send(self, msg: Message, timeout: float | None = None) -> None:
+        """Hand `msg` to the controller now; it waits there for the bus, the program does not."""
+        self._check()
+        self.transmit(packed(msg, fd=self.protocol is CanProtocol.CAN_FD))
+
+    def recv(self, timeout: float | None = None) -> Message | None:
+        return self._recv_internal(timeout)[0]
+
+    def _recv_internal(self, timeout: float | None) -> tuple[Message | None, bool]:
+        self._check()
+        message = self._inbox.take(None if timeout is None else duration_ns(timeout))
+        if message is None:
+            self._check()               # it may have been closed meanwhile
+        return message, True
+
+    def _send_periodic_internal(self, msgs: Sequence[Message] | Message, period: float, duration: float | None = None,
+                                autostart: bool = True,
+                                modifier_callback: Callable[[Message], None] | None = None) -> CyclicSendTaskABC:
+        self._check()
+        if modifier_callback is not None:           # the program's code: it needs a thread of the program
+            return super()._send_periodic_internal(msgs, period, duration, autostart, modifier_callback)
+        task = CyclicSendTask(self, self._program, msgs, period, duration)
+        if autostart:
+            task.start()
+        return task
+
+    def shutdown(self) -> None:
+        super().shutdown()
+        if self in self._channel.buses:
+            self._channel.buses.remove(self)
+
+    @property
+    def state(self) -> BusState:
+        """What the controller has last said in an error message."""
+        return STATES[self._channel.state]
+
+    @state.setter
+    def state(self, new_state: BusState) -> None:
+        raise NotImplementedError("the state of the controller follows from what happens on the bus")
+
+    @staticmethod
+    def _detect_available_configs() -> list[AutoDetectedConfig]:
+        """The CAN buses of the node, none outside of a run."""
+        program = running()
+        return [] if program is None else [{"interface": "marconet", "channel": name} for name in _names(program)]
+
+    # --- of the channel and of periodic tasks, in whichever thread
+
+    def transmit(self, data: bytes) -> None:
+        self._channel.send(self, data)
+
+    def hear(self, frame: CanFrame, *, is_rx: bool) -> None:
+        if (frame.fd and self.protocol is not CanProtocol.CAN_FD) or (frame.error and not self._errors):
+            return
+        message = Message(self._program.board.now_ns / 1e9, frame.can_id, frame.extended, frame.remote, frame.error,
+                          self._channel.name, len(frame.data) if frame.fd else frame.dlc, bytearray(frame.data),
+                          frame.fd, is_rx, frame.bit_rate_switch, frame.error_state)
+        if (frame.error or self._matches_filters(message)) and not self._inbox.put(message):
+            self._program.node.count(f"{self._channel.name}.rx_dropped")
+
+    def _check(self) -> None:
+        if self._is_shutdown:
+            raise CanOperationError(f"{self.channel_info}: the bus was shut down")
+        if running() is not self._program:
+            raise CanOperationError(f"{self.channel_info}: called in a thread that the node does not know; "
+                                    "start threads with threading.Thread")
+
+
+class CyclicSendTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, RestartableCyclicTaskABC):
+    """Messages in turn, one each period of the node's oscillator, the first at once."""
+
+    def __init__(self, bus: MarconetBus, program: BlockingProgram, messages: Sequence[Message] | Message,
+                 period: float, duration: float | None) -> None:
+        super().__init__(messages, period, duration)
+        self._bus = bus
+        self._repeating = program.repeat(duration_ns(period), duration_ns(duration) if duration else None, self._send)
+        self._turn = 0
+        self._take(self.messages)
+
+    def start(self) -> None:
+        if not self._repeating.runs:
+            self._turn = 0
+            self._repeating.start()
+
+    def stop(self) -> None:
+        self._repeating.stop()
+
+    def modify_data(self, messages: Sequence[Message] | Message) -> None:
+        super().modify_data(messages)
+        self._take(self.messages)
+
+    def _take(self, messages: Sequence[Message]) -> None:
+        fd = self._bus.protocol is CanProtocol.CAN_FD
+        self._packed = [packed(message, fd=fd) for message in messages]
+
+    def _send(self) -> None:
+        data = self._packed[self._turn]
+        self._turn = (self._turn + 1) % len(self._packed)
+        self._bus.transmit(data)
+
+
+def packed(message: Message, *, fd: bool) -> bytes:
+    """The struct for the port; CanOperationError for what no CAN frame can be, or not on a bus without CAN FD."""
+    if message.is_fd and not fd:
+        raise CanOperationError("a CAN FD message on a bus that was opened without fd=True")
+    try:
+        return pack(CanFrame(message.arbitration_id, bytes(message.data), message.is_extended_id,
+                             message.is_remote_frame, message.is_fd, message.bitrate_switch,
+                             message.error_state_indicator, -1 if message.is_fd else message.dlc,
+                             message.is_error_frame))
+    except MalformedFrame as error:
+        raise CanOperationError(f"{message.arbitration_id:#x}: {error}") from error
+
+
+def _names(program: BlockingProgram) -> list[str]:
+    return [name for name, kind in program.media.items() if kind == CAN_KIND]
+
+
+def _channel(program: BlockingProgram, name: str | None) -> Channel:
+    known = _names(program)
+    if name is None and len(known) == 1:
+        (name,) = known
+    if name not in known:
+        there = ", ".join(f'"{channel}"' for channel in known) or "none"
+        raise CanInitializationError(f"node {program.node.name}: channel={name!r} is no CAN bus of this node; "
+                                     f"it has {there}" + ("; name one of them" if name is None and known else ""))
+    key = ("can", name)
+    if key not in program.shared:
+        program.shared[key] = Channel(program, name)
+    found: Channel = program.shared[key]
+    return found

@@ -1,0 +1,43 @@
+"""Blocking programs on nodes of this process: what a test lets a function do, in virtual time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from random import Random
+
+import pytest
+
+from firmware_sim.blocking.library_time import library_in_virtual_time
+from firmware_sim.blocking.node import BlockingNode
+from firmware_sim.blocking.program import BlockingProgram
+from firmware_sim.board import Board
+from firmware_sim.local_clock import ClockSettings, LocalClock
+
+Begin = Callable[..., BlockingProgram]
+
+
+def a_program(function: Callable[..., object], clock_steps: Sequence[tuple[int, int]] = (),
+              **clock: float) -> BlockingProgram:
+    node = BlockingNode("robot", ["can0", "radio"])
+    board = Board(node, LocalClock(ClockSettings(**clock), node.env.time_ns), None, {}, Random("7/robot"), clock_steps)
+    node.program = BlockingProgram(board, lambda: function, {}, {"can0": "can", "radio": "broadcast_radio"})
+    node.program.begin()
+    return node.program
+
+
+@pytest.fixture
+def begin() -> Iterator[Begin]:
+    """begin(function, drift_ppm=...): the program has been loaded and waits for its node to run."""
+    begun: list[BlockingProgram] = []
+
+    def program(function: Callable[..., object], clock_steps: Sequence[tuple[int, int]] = (),
+                **clock: float) -> BlockingProgram:
+        begun.append(a_program(function, clock_steps, **clock))
+        return begun[-1]
+
+    with library_in_virtual_time():
+        try:
+            yield program
+        finally:
+            for one in begun:
+                one.finish()
