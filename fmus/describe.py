@@ -3,7 +3,8 @@
 A row is one variable with `name`, `kind` (input, output, parameter), `unit` and `about`; `size = [rows, columns]` makes
 it an array whose elements are the scalar variables `A[1,1]`, `A[1,2]`, ...; `start` is one number for all elements or
 one each. An output with a start value is a state that may be set before the first step; one without is computed by the
-model. The position of a scalar is its value reference. All variables are 64-bit floating point numbers.
+model. `min` and `max`, both allowed values themselves, bound the start values of all elements. The position of a scalar
+is its value reference. All variables are 64-bit floating point numbers.
 
 Not covered: integers, strings, clocks, tunable parameters, display units.
 """
@@ -21,6 +22,7 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
+from fmus.bounds import outside
 from fmus.errors import PlantError
 from fmus.units import base_units
 
@@ -37,6 +39,8 @@ class Scalar:
     unit: str
     start: float | None
     about: str
+    min: float | None = None
+    max: float | None = None
 
     @property
     def computed(self) -> bool:
@@ -53,12 +57,14 @@ class Row:
     about: str
     size: tuple[int, ...]
     starts: tuple[float, ...] | None
+    min: float | None = None
+    max: float | None = None
 
     def scalars(self) -> list[Scalar]:
         indices = list(product(*(range(1, extent + 1) for extent in self.size)))
         names = [self.name + (f"[{','.join(map(str, index))}]" if index else "") for index in indices]
         starts = self.starts or (None,) * len(names)
-        return [Scalar(name, self.kind, self.unit, start, self.about)
+        return [Scalar(name, self.kind, self.unit, start, self.about, self.min, self.max)
                 for name, start in zip(names, starts, strict=True)]
 
 
@@ -126,10 +132,22 @@ def _row(place: int, row: dict[str, Any], problems: list[str]) -> Row:
     if isinstance(start, list) and len(start) != count:
         problems.append(f"{where}.start: {len(start)} numbers for {count} elements")
         start = 0.0
-    if unknown := set(row) - {"name", "kind", "unit", "about", "size", "start"}:
+    if unknown := set(row) - {"name", "kind", "unit", "about", "size", "start", "min", "max"}:
         problems.append(f"{where}: unknown keys {', '.join(sorted(unknown))}")
     starts = None if start is None else tuple(map(float, start)) if isinstance(start, list) else (float(start),) * count
-    return Row(row.get("name", ""), row.get("kind", ""), row.get("unit", ""), row.get("about", ""), size, starts)
+    low, high = _bound(f"{where}.min", row.get("min"), problems), _bound(f"{where}.max", row.get("max"), problems)
+    for value in starts or ():
+        if problem := outside(value, low, high):
+            problems.append(f"{where}.start={value:g}: {problem}")
+    return Row(row.get("name", ""), row.get("kind", ""), row.get("unit", ""), row.get("about", ""), size, starts, low,
+               high)
+
+
+def _bound(where: str, value: Any, problems: list[str]) -> float | None:
+    if value is None or (isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)):
+        return None if value is None else float(value)
+    problems.append(f"{where}={value!r}: expected a finite number")
+    return None
 
 
 def token_of(sources: dict[str, bytes]) -> str:
@@ -181,7 +199,9 @@ def _attributes(scalar: Scalar) -> str:
 
 
 def _value(scalar: Scalar) -> str:
-    return f"unit={quoteattr(scalar.unit)}" + ("" if scalar.start is None else f' start="{scalar.start!r}"')
+    numbers = (("min", scalar.min), ("max", scalar.max), ("start", scalar.start))
+    return f"unit={quoteattr(scalar.unit)}" + "".join(f' {key}="{value!r}"' for key, value in numbers
+                                                      if value is not None)
 
 
 def description_fmi3(model: Model, token: str) -> str:

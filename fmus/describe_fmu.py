@@ -21,7 +21,7 @@ from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
 from fmus.platform_names import library_suffix, platform_fmi2, platform_fmi3
 
-LAYOUT = 2              # counts changes of what is kept
+LAYOUT = 3              # counts changes of what is kept
 
 
 def describe(path: str | Path, cache: Path | None = None) -> PlantDescription:
@@ -99,7 +99,18 @@ def _variable(v: Any) -> Variable:
         start=v.start,
         about=v.description or "",
         elements=math.prod(v.shape or ()),
+        min=_finite(v.min),
+        max=_finite(v.max),
     )
+
+
+def _finite(text: str | None) -> float | None:
+    """A bound of the description; one that is no finite number bounds nothing."""
+    try:
+        value = float(text or "nan")
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
 
 
 def _binary(draft: Path, path: Path, fmi: str, identifier: str) -> str:

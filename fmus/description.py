@@ -22,6 +22,8 @@ class Variable(msgspec.Struct, frozen=True):
     start: str | None               # as the XML writes it
     about: str
     elements: int = 1               # of an array, at its declared size
+    min: float | None = None        # of a start value; both ends are allowed values
+    max: float | None = None
 
     @property
     def is_float64(self) -> bool:

@@ -21,6 +21,7 @@ from numbers import Integral, Real
 from types import TracebackType
 from typing import Any
 
+from fmus.bounds import outside
 from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
 from fmus.fmi_calls import FATAL, Fmu, Fmu2, Fmu3, status_name
@@ -275,7 +276,7 @@ class Plant:
             except PlantError as error:
                 problems.append(str(error))
                 continue
-            problem = _misfit(variable, value)
+            problem = _misfit(variable, value) or _out_of_bounds(variable, value)
             if not variable.settable_at_start:
                 problem = f"{name} is {_kind(variable)}: it has no start value to set"
             if problem:
@@ -321,6 +322,14 @@ def _text(value: bytes | None) -> str:
 
 def _flat(value: Any) -> list[Any]:
     return [each for part in value for each in _flat(part)] if isinstance(value, list | tuple) else [value]
+
+
+def _out_of_bounds(variable: Variable, value: Any) -> str | None:
+    """What the description's `min` and `max` say against a start value."""
+    for each in _flat(value):
+        if isinstance(each, Real) and (problem := outside(float(each), variable.min, variable.max)):
+            return f"{variable.name}={each}: {problem}"
+    return None
 
 
 def _misfit(variable: Variable, value: Any) -> str | None:

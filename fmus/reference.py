@@ -4,15 +4,18 @@
 
 linear_system: exact discretization by scipy.linalg.expm. wheel_motor: its linear differential equation the same way.
 rigid_body: scipy.integrate.solve_ivp, DOP853 with tolerances of 1e-12, on quaternion kinematics written anew.
+unicycle, virtual_reference: the same solver on their differential equations, restarted where inputs change.
 """
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,6 +131,76 @@ def _rigid_body(m: float, inertia: Vector, g: float
     return solve
 
 
+# of the unicycle's reference; every parameter does something
+DRIVE = {"wheel_radius_m": 0.11, "track_m": 0.573, "tau_wheel_s": 0.1, "gain_left": 0.9, "gain_right": 1.1,
+         "slip_left": 0.05, "slip_right": -0.02, "icr_x_m": 0.03, "speed_max_mps": 0.7, "accel_max_mps2": 1.5}
+
+
+def unicycle_at(p: Mapping[str, float], state: Vector, u: Sequence[float], length_s: float) -> Vector:
+    """(x, y, theta, wheel_left, wheel_right, angle_left, angle_right) after `length_s` at (u_left, u_right); tau > 0.
+
+    The solver restarts where a wheel leaves the limit of its acceleration, so that it never steps over a kink.
+    """
+    r, tau = p["wheel_radius_m"], p["tau_wheel_s"]
+    top, limit = p["speed_max_mps"] / r, p["accel_max_mps2"] / r
+    goals = [float(np.clip(gain * each, -top, top)) if top else gain * each
+             for gain, each in zip((p["gain_left"], p["gain_right"]), u, strict=True)]
+
+    def excess(wheel: int) -> Callable[..., float]:
+        def of(_t: float, state: Vector) -> float:
+            return abs(goals[wheel] - float(state[3 + wheel])) - limit * tau
+
+        of.terminal, of.direction = True, -1     # type: ignore[attr-defined]
+        return of
+
+    def slope(pulls: Sequence[float], _t: float, state: Vector) -> Vector:
+        theta, wheels = state[2], state[3:5]
+        left, right = r * (1 - p["slip_left"]) * wheels[0], r * (1 - p["slip_right"]) * wheels[1]
+        v, omega = (left + right) / 2, (right - left) / p["track_m"]
+        sideways = -p["icr_x_m"] * omega
+        pulled = [pull or (goal - speed) / tau for pull, goal, speed in zip(pulls, goals, wheels, strict=True)]
+        return np.array([v * np.cos(theta) - sideways * np.sin(theta), v * np.sin(theta) + sideways * np.cos(theta),
+                         omega, *pulled, *wheels])
+
+    at_s, free = 0.0, [not limit or excess(wheel)(0, state) <= 0 for wheel in (0, 1)]
+    while at_s < length_s:
+        pulls = [0.0 if free[wheel] else float(np.sign(goals[wheel] - state[3 + wheel])) * limit for wheel in (0, 1)]
+        waiting = [wheel for wheel in (0, 1) if not free[wheel]]
+        solution = solve_ivp(partial(slope, pulls), (at_s, length_s), state, method="DOP853", rtol=1e-12, atol=1e-13,
+                             events=[excess(wheel) for wheel in waiting])
+        at_s, state = float(solution.t[-1]), solution.y[:, -1]
+        for wheel, times in zip(waiting, solution.t_events or (), strict=True):
+            free[wheel] = times.size > 0
+    return state
+
+
+def _unicycle(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
+    rows = [np.zeros(7)]
+    for k in range(1, len(instants_ns)):
+        rows.append(unicycle_at(DRIVE, rows[-1], inputs[k - 1], (instants_ns[k] - instants_ns[k - 1]) / 1e9))
+    return rows
+
+
+PIECES = ((0, 1.0, 1.0), (2_260_000_000, 0.6, 0.15), (9_250_000_000, 2.0, 2.0))     # Tolic 2012, section 4.6
+
+
+def _virtual_reference(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
+    def slope(v: float, omega: float, _t: float, pose: Vector) -> Vector:
+        return np.array([v * np.cos(pose[2]), v * np.sin(pose[2]), omega])
+
+    pose, rows = np.array([1.0, -2.0, 0.5]), [np.array([1.0, -2.0, 0.5, 1.0, 1.0])]
+    for k in range(1, len(instants_ns)):
+        cuts = [instants_ns[k - 1], *(at for at, _, _ in PIECES if instants_ns[k - 1] < at < instants_ns[k]),
+                instants_ns[k]]
+        for since, until in pairwise(cuts):
+            v, omega = next((v, omega) for at, v, omega in reversed(PIECES) if at <= since)
+            held = v + inputs[k - 1][0], omega + inputs[k - 1][1]
+            pose = solve_ivp(partial(slope, *held), (0, (until - since) / 1e9), pose, method="DOP853", rtol=1e-12,
+                             atol=1e-12).y[:, -1]
+        rows.append(np.array([*pose, *next((v, omega) for at, v, omega in reversed(PIECES) if at <= instants_ns[k])]))
+    return rows
+
+
 def cases() -> dict[str, Case]:
     ms = 1_000_000
     uneven = (0, 1 * ms, 2 * ms, 2 * ms + 1, 5 * ms, 20 * ms, 100 * ms, 333_333_333, 1000 * ms, 5000 * ms, 13_000 * ms)
@@ -149,6 +222,17 @@ def cases() -> dict[str, Case]:
             tuple((float(9.81 + np.sin(i)), float(0.05 * np.cos(i)), float(0.04 * np.sin(2 * i)), 0.01)
                   for i in range(len(fine))),
             _rigid_body(1.0, np.array([0.01, 0.012, 0.02]), 9.81)),
+        "unicycle": Case(
+            {**DRIVE}, ("u_left", "u_right"),
+            ("x", "y", "theta", "wheel_left", "wheel_right", "angle_left", "angle_right"),
+            tuple(range(0, 3001 * ms, 150 * ms)),
+            tuple((float(8 * np.sin(0.7 * i)), float(6 * np.cos(0.3 * i))) for i in range(21)), _unicycle),
+        "virtual_reference": Case(
+            {"x": 1.0, "y": -2.0, "theta": 0.5, "from_s": [at / 1e9 for at, _, _ in PIECES],
+             "v_mps": [v for _, v, _ in PIECES], "omega_radps": [omega for _, _, omega in PIECES]},
+            ("e_v", "e_omega"), ("x", "y", "theta", "v", "omega"),
+            (0, 1 * ms, 2000 * ms, 2260 * ms, 2260 * ms + 1, 9000 * ms, 9500 * ms, 12_000 * ms),
+            tuple((float(0.3 * np.sin(i)), float(0.3 * np.cos(2 * i))) for i in range(8)), _virtual_reference),
     }
 
 
