@@ -1,0 +1,153 @@
+"""What a drive controller and whoever commands it say to each other, and its frames by a DBC file.
+
+    Setpoint --pack--> struct of SocketCAN --bus--> unpack --> Setpoint          WheelSpeeds, Odometry, Status back
+
+Each message here is one of the DBC file, with the signals of its fields; layout, scale, range and identifier are the
+file's. `unit` is added to every identifier: drives on one bus have different ones.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from math import isfinite
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from firmware_sim.drive_controller.dbc_file import DbcError, Error, Message, message_with, read_dbc
+from netem.media.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame, pack
+
+DRIVE_DBC: Final = Path(__file__).with_name("drive.dbc")
+UNITS: Final = 16
+NO_AGE_MS: Final = 0xFFFFFFFF
+
+
+class Mode(IntEnum):
+    STOP = 0
+    RUN = 1
+
+
+class DriveState(IntEnum):
+    STOPPED = 0             # told to stop, or nothing was ever said
+    RUNNING = 1
+    STALE = 2               # nobody says anything any more
+
+
+class Setpoint(NamedTuple):
+    left_radps: float
+    right_radps: float
+    mode: int               # Mode
+    counter: int            # modulo 256
+
+
+class WheelSpeeds(NamedTuple):
+    left_radps: float
+    right_radps: float
+    state: int              # DriveState
+    counter: int            # of the setpoint that the loop took last
+
+
+class Odometry(NamedTuple):
+    left_count: int         # modulo 2^32, signed
+    right_count: int
+
+
+class Status(NamedTuple):
+    state: int              # DriveState
+    counter: int            # of the setpoint that the loop took last
+    refused: int            # setpoint frames, modulo 65536
+    age_ms: int             # of the last setpoint; NO_AGE_MS: there was none
+
+
+DriveMessage = Setpoint | WheelSpeeds | Odometry | Status
+MESSAGES: Final[dict[str, type[DriveMessage]]] = {
+    "DriveSetpoint": Setpoint, "DriveSpeed": WheelSpeeds, "DriveOdometry": Odometry, "DriveStatus": Status,
+}
+WORDS: Final[dict[str, type[IntEnum]]] = {"mode": Mode, "state": DriveState}
+
+
+class FrameRefused(ValueError):
+    """A frame with the identifier of a drive message that is none: what is wrong, short enough for an event."""
+
+
+class DriveMessages:
+    """Packs and unpacks for the drive `unit` of a bus."""
+
+    def __init__(self, file: Path = DRIVE_DBC, unit: int = 0) -> None:
+        """DbcError if `file` does not parse or lacks a message; ValueError for a `unit` that does not exist."""
+        if not 0 <= unit < UNITS:
+            raise ValueError(f"unit={unit}: expected 0 to {UNITS - 1}, each drive of a bus its own")
+        database = read_dbc(file)
+        self._by_kind: dict[type[DriveMessage], Message] = {}
+        self._by_id: dict[tuple[int, bool], tuple[Message, type[DriveMessage]]] = {}
+        for name, kind in MESSAGES.items():
+            message = message_with(database, file, name, kind._fields)
+            if message.length > 8:
+                raise DbcError(f"{file}: message {name} has {message.length} bytes; classical CAN carries at most 8")
+            key = (message.frame_id + unit, message.is_extended_frame)
+            if key[0] > (EXTENDED_MASK if key[1] else STANDARD_MASK):
+                raise DbcError(f"{file}: message {name}: unit {unit} would have the identifier {key[0]:#x}, beyond "
+                               f"{29 if key[1] else 11} bits; give the message a lower one")
+            if key in self._by_id:
+                raise DbcError(f"{file}: message {name} has the identifier of {self._by_id[key][0].name}, "
+                               f"{message.frame_id:#x}; give each its own")
+            self._by_kind[kind], self._by_id[key] = message, (message, kind)
+        self._unit = unit
+
+    def can_id(self, kind: type[DriveMessage]) -> int:
+        return self._by_kind[kind].frame_id + self._unit
+
+    def identifiers(self) -> list[tuple[int, bool]]:
+        """(identifier, whether it is extended) of each message."""
+        return list(self._by_id)
+
+    def range_of(self, kind: type[DriveMessage], signal: str) -> tuple[float, float]:
+        """Least and largest value that the DBC file allows."""
+        found = self._by_kind[kind].get_signal_by_name(signal)
+        return (float("-inf") if found.minimum is None else float(found.minimum),
+                float("inf") if found.maximum is None else float(found.maximum))
+
+    def pack(self, message: DriveMessage) -> bytes:
+        """The struct for a `can` port; ValueError for a value out of its range."""
+        layout = self._by_kind[type(message)]
+        try:
+            data = layout.encode(message._asdict())
+        except (Error, ValueError, OverflowError) as error:
+            raise ValueError(f"{message}: {error}") from None
+        return pack(CanFrame(layout.frame_id + self._unit, data, layout.is_extended_frame))
+
+    def kind_of(self, frame: CanFrame) -> type[DriveMessage] | None:
+        """Which message a frame claims to be, None if it is no business of this drive."""
+        found = self._by_id.get((frame.can_id, frame.extended))
+        return None if found is None or frame.error else found[1]
+
+    def unpack(self, frame: CanFrame) -> DriveMessage | None:
+        """The message in a frame, None for one that is none of the drive's. Raises FrameRefused, nothing else."""
+        found = self._by_id.get((frame.can_id, frame.extended))
+        if found is None or frame.error:
+            return None
+        message, kind = found
+        if frame.remote:
+            raise FrameRefused(f"{message.name}: a remote frame")
+        if frame.fd or len(frame.data) != message.length:
+            raise FrameRefused(f"{message.name}: {len(frame.data)} bytes{' of CAN FD' if frame.fd else ''}, "
+                               f"expected {message.length}")
+        try:
+            values: dict[str, Any] = message.decode_simple(frame.data, decode_choices=False)
+        except (Error, ValueError, LookupError) as error:
+            raise FrameRefused(f"{message.name}: {error}") from None
+        for signal in message.signals:
+            self._check(message.name, signal.name, values[signal.name], signal.minimum, signal.maximum)
+        return kind(**values)
+
+    @staticmethod
+    def _check(message: str, signal: str, value: float, low: float | None, high: float | None) -> None:
+        words = WORDS.get(signal)
+        if words is not None and value not in words._value2member_map_:
+            raise FrameRefused(f"{message}: {signal}={value:.9g}: expected one of "
+                               f"{', '.join(f'{word.value} {word.name}' for word in words)}")
+        if not isfinite(value):
+            raise FrameRefused(f"{message}: {signal}={value:.9g}: expected a finite number")
+        if low is not None and value < low:
+            raise FrameRefused(f"{message}: {signal}={value:.9g}: expected at least {low:g}")
+        if high is not None and value > high:
+            raise FrameRefused(f"{message}: {signal}={value:.9g}: expected at most {high:g}")

@@ -1,0 +1,35 @@
+"""The speeds that the loop follows: those of the setpoint while running, else down to zero by a ramp.
+
+While running they change by at most `ramp` a second, if there is one: motors that can do no more are not asked for it.
+Both wheels change in one proportion, the one with the longer way by the ramp: stopping, the robot stays on its arc.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from firmware_sim.drive_controller.drive_messages import DriveState, Setpoint
+
+
+@dataclass
+class SetpointRamp:
+    stop_ramp_radps2: float         # > 0
+    ramp_radps2: float = 0.0        # while running; 0: at once
+    left_radps: float = 0.0
+    right_radps: float = 0.0
+
+    def follow(self, state: DriveState, setpoint: Setpoint | None, elapsed_ns: int) -> None:
+        """`elapsed_ns`: since the last call, local."""
+        running = state is DriveState.RUNNING and setpoint is not None
+        left, right = (setpoint.left_radps, setpoint.right_radps) if running and setpoint else (0.0, 0.0)
+        ramp = self.ramp_radps2 if running else self.stop_ramp_radps2
+        longest = max(abs(left - self.left_radps), abs(right - self.right_radps))
+        step = ramp * elapsed_ns / 1e9
+        if step < longest and not (running and ramp == 0):
+            left = self.left_radps + (left - self.left_radps) * step / longest
+            right = self.right_radps + (right - self.right_radps) * step / longest
+        self.left_radps, self.right_radps = left, right
+
+    @property
+    def at_rest(self) -> bool:
+        return self.left_radps == 0.0 == self.right_radps

@@ -1,0 +1,52 @@
+"""Whether the wheels run, stopped or stale: what was last heard, and how long ago on the local clock.
+
+                   setpoint RUN                  silent for stale_after
+    STOPPED ---------------------> RUNNING -----------------------------> STALE
+       ^       setpoint STOP          |  ^            setpoint RUN          |
+       +------------------------------+  +----------------------------------+
+       +--------------------------------- setpoint STOP --------------------+
+
+Silence is noticed when the state is looked at: at the first release at or after heard + stale_after. Who was told to
+stop may be left alone: there silence changes nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from firmware_sim.drive_controller.drive_messages import DriveState, Mode, Setpoint
+
+
+@dataclass
+class SetpointWatch:
+    stale_after_ns: int
+    setpoint: Setpoint | None = field(default=None, init=False)
+    heard_ns: int = field(default=0, init=False)            # local
+    state: DriveState = field(default=DriveState.STOPPED, init=False)
+    _silent_ns: int = field(default=0, init=False)          # how long, when the silence was broken
+
+    def heard(self, setpoint: Setpoint, now_ns: int) -> None:
+        if self.setpoint is not None and now_ns - self.heard_ns >= self.stale_after_ns:
+            self._silent_ns = now_ns - self.heard_ns
+        self.setpoint = setpoint
+        self.heard_ns = now_ns
+
+    def look(self, now_ns: int) -> tuple[str, str] | None:
+        """Bring the state up to date; the kind and detail of the event that its change is, if it changed."""
+        before, self.state = self.state, self._state_at(now_ns)
+        if self.state is before:
+            return None
+        if self.state is DriveState.STALE:
+            return "setpoint stale", f"none for {(now_ns - self.heard_ns) / 1e6:g} ms: the wheels stop"
+        if before is DriveState.STALE:
+            return "setpoint recovered", f"after {self._silent_ns / 1e6:g} ms; the drive is {self.state.name}"
+        return f"drive {self.state.name.lower()}", ""
+
+    def age_ns(self, now_ns: int) -> int | None:
+        """Of the last setpoint; never negative, also where the clock was set back."""
+        return None if self.setpoint is None else max(0, now_ns - self.heard_ns)
+
+    def _state_at(self, now_ns: int) -> DriveState:
+        if self.setpoint is None or self.setpoint.mode == Mode.STOP:
+            return DriveState.STOPPED
+        return DriveState.STALE if now_ns - self.heard_ns >= self.stale_after_ns else DriveState.RUNNING

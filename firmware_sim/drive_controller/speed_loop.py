@@ -1,0 +1,48 @@
+"""PI control of one wheel's speed with feedforward; the integral stands still while it would push on at the limit.
+
+    error = expected - measured          command = feedforward reference + kp error + integral, |command| <= limit
+    integral += ki error dt              unless the command is at its limit and the error has the same sign
+
+`expected` is the reference, or with a lag what a wheel of that time constant would make of the references so far:
+then the integral is not charged with the wheel's own lag, which feedforward makes it give back as overshoot.
+Source: Astrom & Hagglund 1995, PID Controllers, section 3.5 (windup; conditional integration) and 3.4 (two degrees of
+freedom).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import expm1, inf
+
+
+@dataclass
+class SpeedLoop:
+    kp: float                       # [1]
+    ki: float                       # [1/s]
+    feedforward: float = 1.0        # [1]
+    limit_radps: float = inf
+    lag_ns: int = 0
+    integral_radps: float = field(default=0.0, init=False)
+    _expected_radps: float = field(default=0.0, init=False)
+    _reference_radps: float = field(default=0.0, init=False)        # of the period that is over
+
+    def command(self, reference_radps: float, measured_radps: float, elapsed_ns: int) -> float:
+        """What to command for the time to come; `elapsed_ns`: since the last call."""
+        error = self._expect(reference_radps, elapsed_ns) - measured_radps
+        integral = self.integral_radps + self.ki * error * elapsed_ns / 1e9
+        wanted = self.feedforward * reference_radps + self.kp * error + integral
+        if not (abs(wanted) > self.limit_radps and wanted * error > 0):
+            self.integral_radps = integral
+        else:
+            wanted = self.feedforward * reference_radps + self.kp * error + self.integral_radps
+        return max(-self.limit_radps, min(self.limit_radps, wanted))
+
+    def reset(self) -> None:
+        self.integral_radps = self._expected_radps = self._reference_radps = 0.0
+
+    def _expect(self, reference_radps: float, elapsed_ns: int) -> float:
+        if not self.lag_ns:
+            return reference_radps
+        self._expected_radps -= (self._reference_radps - self._expected_radps) * expm1(-elapsed_ns / self.lag_ns)
+        self._reference_radps = reference_radps
+        return self._expected_radps
