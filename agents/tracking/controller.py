@@ -1,0 +1,67 @@
+"""Trajectory tracking of a velocity-controlled unicycle (4.1)-(4.4), after Samson and Ait-Abderrahim 1991 ([98]).
+
+    x = Rot(-theta_R1) (R2 - R1)                                   tracking error in the frame of R1, (4.2)
+    v_R1     = v_R2 cos x3 + k1 x1                                                                  (4.4)
+    omega_R1 = omega_R2 + k2 v_R2 (sin x3 / x3) x2 + k3 x3
+
+Not modelled: wheels, slip, limits of the command; they belong to the drive and the plant. (4.4) is not periodic in
+x3: a heading error must be followed through full turns, or be brought to (-pi, pi] by whoever measures it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, isfinite, sin
+from typing import NamedTuple
+
+State = tuple[float, float, float]      # tracking error x: ahead [m], left [m], heading [rad]
+
+
+class Inputs(NamedTuple):
+    """omega_p: what drives the reference robot R2."""
+
+    v_mps: float
+    omega_rad_s: float
+
+
+class Command(NamedTuple):
+    """u: what the robot R1 is told to drive."""
+
+    v_mps: float
+    omega_rad_s: float
+
+
+class Pose(NamedTuple):
+    x_m: float
+    y_m: float
+    theta_rad: float
+
+
+@dataclass(frozen=True)
+class TrackingController:
+    """(4.4). The defaults are those of section 4.6."""
+
+    k1_per_s: float = 1.5
+    k2_per_m2: float = 1.2
+    k3_per_s: float = 1.1
+
+    def __post_init__(self) -> None:
+        for name in ("k1_per_s", "k2_per_m2", "k3_per_s"):
+            value = getattr(self, name)
+            if not (isfinite(value) and value > 0):
+                raise ValueError(f"{name}={value}: the gains of (4.4) are positive; the loop diverges otherwise")
+
+    def command(self, x: State, inputs: Inputs) -> Command:
+        """u for a tracking error, measured or true, and the inputs of R2 that go with it."""
+        x1, x2, x3 = x
+        v_mps, omega_rad_s = inputs
+        sinc = sin(x3) / x3 if x3 else 1.0
+        return Command(v_mps * cos(x3) + self.k1_per_s * x1,
+                       omega_rad_s + self.k2_per_m2 * v_mps * sinc * x2 + self.k3_per_s * x3)
+
+
+def tracking_error(own: Pose, reference: Pose) -> State:
+    """(4.2)."""
+    c, s = cos(own.theta_rad), sin(own.theta_rad)
+    east_m, north_m = reference.x_m - own.x_m, reference.y_m - own.y_m
+    return c * east_m + s * north_m, c * north_m - s * east_m, reference.theta_rad - own.theta_rad

@@ -1,0 +1,65 @@
+"""Where the robot is, from the angles that its wheels have turned.
+
+Between two readings the wheels turn evenly, so the robot drives an arc:
+
+    d = r (dl + dr) / 2,   dtheta = r (dr - dl) / b
+    (x, y) += d sinc(dtheta / 2) (cos, sin)(theta + dtheta / 2)         sinc(a) = sin(a) / a
+
+After the last reading it goes on along that arc. Heading is exact whatever the wheels do; position is off by what
+the true path departs from arcs.
+Source: Siegwart and Nourbakhsh 2004, section 5.2.4 (odometry), with the exact arc in place of its secant.
+Not modelled: slip. It is in no encoder.
+"""
+
+from __future__ import annotations
+
+from math import cos, isfinite, sin
+
+from agents.tracking.controller import Pose
+
+STRAIGHT_RAD = 1e-8             # below, sinc is 1 to 1e-17
+
+
+class DeadReckoning:
+    def __init__(self, wheel_radius_m: float, track_m: float, start: Pose = Pose(0.0, 0.0, 0.0)) -> None:
+        for name, value in (("wheel_radius_m", wheel_radius_m), ("track_m", track_m)):
+            if not (isfinite(value) and value > 0):
+                raise ValueError(f"{name}={value}: expected more than 0")
+        self._radius_m, self._track_m = wheel_radius_m, track_m
+        self._pose = start
+        self._at_ns: int | None = None
+        self._angles = 0.0, 0.0
+        self._speeds = 0.0, 0.0         # of the left and the right wheel over the last interval [rad/ns]
+
+    def read(self, at_ns: int, left_rad: float, right_rad: float) -> None:
+        """The wheels' angles at `at_ns`; the first reading only says where they start. Late readings are left out."""
+        if self._at_ns is not None:
+            elapsed_ns = at_ns - self._at_ns
+            if elapsed_ns <= 0:
+                return
+            turned = left_rad - self._angles[0], right_rad - self._angles[1]
+            self._pose = self._after(*turned)
+            self._speeds = turned[0] / elapsed_ns, turned[1] / elapsed_ns
+        self._at_ns = at_ns
+        self._angles = left_rad, right_rad
+
+    @property
+    def read_ns(self) -> int | None:
+        """When the wheels were read last."""
+        return self._at_ns
+
+    def pose_at(self, at_ns: int) -> Pose:
+        """As reckoned, and on along the last arc; before the last reading: back along it."""
+        if self._at_ns is None:
+            return self._pose
+        since_ns = at_ns - self._at_ns
+        return self._after(self._speeds[0] * since_ns, self._speeds[1] * since_ns)
+
+    def _after(self, left_rad: float, right_rad: float) -> Pose:
+        x_m, y_m, theta_rad = self._pose
+        way_m = self._radius_m * (left_rad + right_rad) / 2
+        turn_rad = self._radius_m * (right_rad - left_rad) / self._track_m
+        half_rad = turn_rad / 2
+        chord_m = way_m * (sin(half_rad) / half_rad if abs(half_rad) > STRAIGHT_RAD else 1.0)
+        middle_rad = theta_rad + half_rad
+        return Pose(x_m + chord_m * cos(middle_rad), y_m + chord_m * sin(middle_rad), theta_rad + turn_rad)

@@ -1,0 +1,249 @@
+"""The companion computer of the robot R1: looks at the reference when the trigger says so, and drives by what it saw.
+
+    look due:    ask the reference over the radio                                  request
+    answer:      x^ = own place against the reference's, u by (4.4), setpoint      CAN
+                 tau_i by the policy: the next look is due                         (4.37)
+
+The measurement counts from when it was asked for, and the next one is asked for early by the time that the last
+exchange took, so that the command that follows from it is in force within tau_i. What is unanswered is asked for again
+(`Decision.attempt_ns`). The reference's own announcement of new inputs is a measurement like any other (section 4.6).
+
+What the trigger assumes is watched as on the robot: an assumption that fails is an event with its name, once until it
+holds again. A measurement is in force when the drive has confirmed the setpoint that was computed from it.
+
+Not modelled: computing time between an answer and the setpoint; a tracking error of more than half a turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import pi, remainder
+from typing import Any, Protocol
+
+from agents.tracking.closed_loop import Noise
+from agents.tracking.controller import Inputs, Pose, State, TrackingController, tracking_error
+from agents.tracking.dead_reckoning import DeadReckoning
+from agents.tracking.drive_link import DriveLink
+from agents.tracking.error_system import TrackingErrorSystem
+from agents.tracking.look_frames import UNASKED, ReferenceState, pack_request, unpack_answer
+from agents.tracking.section_4_6 import GAINS
+from agents.triggering.assumptions import Assumption, violations
+from agents.triggering.error_gain import horizon_s
+from agents.triggering.gain_table import GainTable
+from agents.triggering.policies import Decision, Policy
+from agents.triggering.policies.table import POLICIES, PolicySettings, build_policy
+from firmware_sim.board import Board
+from netem.agenda import NEVER_NS
+
+RETRY_NS = 20_000_000           # before the first measurement: no interval is certified yet
+TRANSMITTING = tuple(name for name in POLICIES if name != "event_triggered")
+
+
+ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
+
+
+class AgentLike(Protocol):
+    program: str
+    parameters: Mapping[str, Any]
+
+
+class ScenarioLike(Protocol):
+    team: Mapping[str, Any]
+    agents: Mapping[str, AgentLike]
+
+
+class TrackingRobot:
+    def __init__(self, board: Board, *, policy: str = "individual_gains", max_successive_losses: int = 0,
+                 certified_radius: float = 10.0, measurement_noise: float = 0.15,
+                 start: Sequence[float] = (0.0, 0.0, 0.0), refresh_ns: int = 50_000_000,
+                 odometry_age_ns: int = 0, actuation_ns: int = 5_000_000) -> None:
+        """`certified_radius` [m, m, rad]: the |x| that a periodic policy has to serve. `start`: x, y, heading of R1.
+
+        - the setpoint is repeated after `refresh_ns`, so that the drive knows that somebody is there;
+        - `odometry_age_ns`: from the reading of the wheels to the end of the frame that tells of it;
+        - `actuation_ns`: what the way to the wheels and back may take. Section 4.6 neglects it; so the trigger does,
+          but an assumption that fails by no more than this is not reported.
+        """
+        robot = board.team["robot"]
+        self._board = board
+        self._controller = TrackingController()
+        settings = PolicySettings(max_successive_losses=max_successive_losses, radius=certified_radius)
+        self._policy = make_policy(board.team, policy, settings)
+        self._noise = Noise(board.rng, board.rng, measurement_noise, 0.0)
+        self._radio = board.node.ports["radio"]
+        self._radio.on_receive = self._hear
+        self._drive = DriveLink(board.node.ports["can"], robot["wheel_radius_m"], robot["track_m"],
+                                robot["counts_per_turn"])
+        board.node.ports["can"].on_receive = self._hear_drive
+        board.node.ports["can"].answers = False
+        self._place = DeadReckoning(robot["wheel_radius_m"], robot["track_m"], Pose(*start))
+        self._refresh_ns, self._odometry_age_ns, self._actuation_ns = refresh_ns, odometry_age_ns, actuation_ns
+        self._x: State = (0.0, 0.0, 0.0)            # as measured last
+        self._latest: Decision | None = None        # of the newest measurement
+        self._in_force: Decision | None = None      # of the one whose setpoint the drive has confirmed
+        self._underway: dict[int, Decision] = {}    # by number of the setpoint
+        self._look = -1                             # number of the look that was asked for last
+        self._asked_ns: int | None = None           # None: it was answered
+        self._failed = 0                            # attempts in a row without an answer
+        self._exchange_ns = 0                       # how long the last look took
+        self._due_ns = 0
+        self._repeat_ns = NEVER_NS                  # when the setpoint is repeated
+        self._broken: set[Assumption] = set()       # those that do not hold now
+        board.node.signals([("held1", "m"), ("held2", "m"), ("held3", "rad"), ("tau", "s"), ("gain_product", "1")],
+                           self._sample)
+        self._schedule(board.now_ns)
+
+    @staticmethod
+    def check(scenario: ScenarioLike) -> Iterator[str]:
+        """Gains that certify no horizon, and a policy that there is not."""
+        for name, agent in scenario.agents.items():
+            if agent.program != f"{TrackingRobot.__module__}:{TrackingRobot.__name__}":
+                continue
+            given = agent.parameters
+            settings = PolicySettings(max_successive_losses=given.get("max_successive_losses", 0),
+                                      radius=given.get("certified_radius", 10.0))
+            try:
+                make_policy(scenario.team, given.get("policy", "individual_gains"), settings)
+            except (ValueError, TypeError, KeyError) as error:
+                yield f"agents.{name}.parameters: {error}"
+            if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
+                yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"
+
+    # --- looks
+
+    def _schedule(self, due_ns: int) -> None:
+        self._due_ns = due_ns
+        self._at(due_ns, lambda: self._ask() if self._due_ns == due_ns else None)
+        self._promise()
+
+    def _promise(self) -> None:
+        """It speaks next when a look or a setpoint is due, unless the reference says something."""
+        self._board.silent_unless_heard_until(min(self._due_ns, self._repeat_ns))
+
+    def _ask(self) -> None:
+        board = self._board
+        now_ns = board.now_ns
+        if self._asked_ns is not None:
+            self._failed += 1
+            board.node.count("looks without an answer")
+        self._look += 1
+        self._asked_ns = now_ns
+        self._radio.send(pack_request(self._look))
+        board.node.count("looks")
+        self._check()
+        latest = self._latest
+        retry_ns = now_ns + RETRY_NS if latest is None else latest.attempt_ns(self._failed + 1) - self._exchange_ns
+        self._schedule(max(retry_ns, now_ns + 1))
+
+    def _hear(self, data: bytes) -> None:
+        found = unpack_answer(data)
+        if found is None:
+            self._board.node.count("unreadable frames")
+            return
+        number, state = found
+        now_ns = self._board.now_ns
+        if number == UNASKED:
+            self._measured(state, now_ns, now_ns)
+        elif self._asked_ns is None or number != self._look % UNASKED:
+            self._board.node.count("late answers")
+        else:
+            asked_ns, self._asked_ns = self._asked_ns, None
+            self._exchange_ns = now_ns - asked_ns
+            self._measured(state, asked_ns, (asked_ns + now_ns) // 2)
+
+    def _measured(self, state: ReferenceState, measured_ns: int, seen_ns: int) -> None:
+        """`measured_ns`: from when the measurement counts; `seen_ns`: the best guess of when the reference looked."""
+        node = self._board.node
+        x1, x2, x3 = tracking_error(self._place.pose_at(seen_ns), state.pose)
+        self._x = self._noise.measure((x1, x2, remainder(x3, 2 * pi)))
+        self._failed = 0
+        try:
+            decision = self._policy.decide(measured_ns, self._x, state.inputs)
+        except ValueError as error:
+            node.count("refused measurements")
+            node.event("refused measurement", str(error))
+            return
+        self._latest = decision
+        self._command = self._controller.command(self._x, state.inputs)
+        self._tell_drive(decision)
+        node.count("measurements")
+        self._schedule(max(decision.next_ns - self._exchange_ns, self._board.now_ns + 1))
+
+    # --- the drive
+
+    def _tell_drive(self, decision: Decision) -> None:
+        number = self._drive.send(self._command)
+        self._underway[number] = decision
+        self._repeat_ns = repeat_ns = self._board.now_ns + self._refresh_ns
+        self._at(repeat_ns, lambda: self._tell_drive(decision) if self._repeat_ns == repeat_ns else None)
+        self._promise()
+
+    def _hear_drive(self, data: bytes) -> None:
+        heard = self._drive.read(data)
+        if heard is None:
+            self._board.node.count("unreadable CAN frames")
+            return
+        if heard.angles_rad is not None:
+            self._place.read(self._board.now_ns - self._odometry_age_ns, *heard.angles_rad)
+        if heard.confirmed is not None and heard.confirmed in self._underway:
+            self._comes_into_force(heard.confirmed)
+
+    def _comes_into_force(self, number: int) -> None:
+        """The drive has confirmed setpoint `number`; what was sent before it and not confirmed never will be."""
+        decision = self._underway[number]
+        sent = list(self._underway)
+        self._underway = {later: self._underway[later] for later in sent[sent.index(number) + 1:]}
+        before = self._in_force
+        if decision is before:
+            return
+        node, now_ns = self._board.node, self._board.now_ns
+        if before is not None:
+            self._check()
+            node.event("gain product", f"{before.gain_product(now_ns - self._actuation_ns):.6g}")
+        self._in_force = decision
+        if self._broken and now_ns <= decision.holds_until_ns + self._actuation_ns:
+            node.event("assumptions hold again", ", ".join(sorted(each.value for each in self._broken)))
+            self._broken.clear()
+        unstable_ns = decision.measured_ns + int(horizon_s(decision.growth_per_s, decision.gain_per_s, 1.0) * 1e9)
+        for end_ns in (decision.holds_until_ns, unstable_ns):
+            self._at(end_ns + 1 + self._actuation_ns, lambda: self._check() if self._in_force is decision else None)
+
+    # --- what has to hold
+
+    def _check(self) -> None:
+        """An event for each assumption of the trigger that has failed since the last look."""
+        if self._in_force is None:
+            return
+        for violation in violations(self._in_force, self._board.now_ns - self._actuation_ns, self._failed):
+            if violation.assumption not in self._broken:
+                self._broken.add(violation.assumption)
+                self._board.node.count("violated assumptions")
+                self._board.node.event("assumption violated", str(violation))
+                if violation.assumption is Assumption.SMALL_GAIN:
+                    self._board.node.event("gain product", f"{violation.value:.6g}")
+
+    def _sample(self, true_ns: int) -> list[float]:
+        decision = self._in_force
+        if decision is None:
+            return [*self._x, 0.0, 0.0]
+        now_ns = self._board.clock.reading_at(true_ns)
+        return [*self._x, decision.valid_ns * 1e-9, decision.gain_product(now_ns)]
+
+    def _at(self, local_ns: int, action: Callable[[], None]) -> None:
+        timer = self._board.until(local_ns)
+        assert timer.callbacks is not None
+        timer.callbacks.append(lambda _: action())
+
+
+def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings) -> Policy[State, Inputs]:
+    """The policy with the team's gains, else those of section 4.6. ValueError if they do not fit."""
+    if name not in TRANSMITTING:
+        raise ValueError(f"policy={name!r}: expected one of {', '.join(TRANSMITTING)}; others need to see the "
+                         "reference all the time, which costs a transmission here")
+    gains = GAINS
+    if "gains" in team:
+        table = team["gains"]
+        gains = GainTable({(float(v), float(omega)): float(gain) for v, omega, gain in table["planned"]},
+                          float(table["unified"]))
+    return build_policy(name, TrackingErrorSystem(), gains, settings)
+

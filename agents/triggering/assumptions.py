@@ -1,0 +1,96 @@
+"""Whether what a decision rests on still holds: asked by a robot, a run's monitor or a test, at any instant.
+
+What is asked about is the decision *in force*: the one whose measurement the command that the wheels follow now was
+computed from. News that was decided upon but has not reached the drive does not count. An assumption that fails is a
+`Violation` with its name, the instant from which on it failed, and the two numbers that say so.
+
+    FRESH            age of the measurement in force <= tau_i                        (4.37)
+    SMALL_GAIN       gamma_n gamma_e(age) < 1                                        Theorem 4; later than FRESH
+    LOSSES           no more attempts in a row failed than fit into tau_i            Remark 6
+    SPACING          two measurements are at least the Zeno bound apart              Remark 4
+    INPUTS           the inputs of the reference lie in P                            Theorem 4 (i)
+    GAIN             the gain of these inputs is known, not just bounded by Z        section 4.6
+    RADIUS           |x| is within what was certified                                Remark 4; periodic measurements
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from math import hypot
+
+from agents.triggering.error_gain import horizon_s
+from agents.triggering.gain_table import GainTable
+from agents.triggering.policies import Decision
+
+
+class Assumption(Enum):
+    FRESH = "age of information"
+    SMALL_GAIN = "small-gain product"
+    LOSSES = "successive losses"
+    SPACING = "time between measurements"
+    INPUTS = "inputs of the reference"
+    GAIN = "gain of the inputs"
+    RADIUS = "tracking error"
+
+
+@dataclass(frozen=True)
+class Violation:
+    assumption: Assumption
+    at_ns: int              # from when on
+    value: float
+    limit: float
+    text: str               # one clause for a person: what, value, limit
+
+    def __str__(self) -> str:
+        return f"{self.assumption.value}: {self.text}"
+
+
+def violations(in_force: Decision, now_ns: int, failed_attempts: int = 0) -> list[Violation]:
+    """What has failed by now: FRESH, SMALL_GAIN, LOSSES. Empty while the certificate holds (at its end, still)."""
+    found = []
+    age_s, tau_s = (now_ns - in_force.measured_ns) * 1e-9, in_force.valid_ns * 1e-9
+    if now_ns > in_force.holds_until_ns:
+        found.append(Violation(Assumption.FRESH, in_force.holds_until_ns, age_s, tau_s,
+                               f"the measurement in force is {age_s:.6g} s old, certified for {tau_s:.6g} s"))
+    product = in_force.gain_product(now_ns)
+    if product >= 1:
+        reached_s = horizon_s(in_force.growth_per_s, in_force.gain_per_s, 1.0)
+        found.append(Violation(Assumption.SMALL_GAIN, in_force.measured_ns + int(reached_s * 1e9), product, 1.0,
+                               f"gamma_n gamma_e = {product:.6g} after {age_s:.6g} s, expected below 1"))
+    if failed_attempts > in_force.losses_allowed:
+        found.append(Violation(Assumption.LOSSES, in_force.attempt_ns(in_force.losses_allowed), failed_attempts,
+                               in_force.losses_allowed,
+                               f"{failed_attempts} attempts in a row failed, {in_force.losses_allowed} are allowed"))
+    return found
+
+
+def spacing_violations(measured_ns: int, previous_ns: int, zeno_ns: int) -> list[Violation]:
+    """SPACING. Not meant for measurements that a change of the inputs forces: they are no decision of the trigger."""
+    apart_ns = measured_ns - previous_ns
+    if apart_ns >= zeno_ns:
+        return []
+    return [Violation(Assumption.SPACING, measured_ns, apart_ns * 1e-9, zeno_ns * 1e-9,
+                      f"{apart_ns * 1e-9:.6g} s after the last one, expected at least {zeno_ns * 1e-9:.6g} s")]
+
+
+def input_violations(at_ns: int, inputs: tuple[float, ...], limits: tuple[float, ...],
+                     gains: GainTable) -> list[Violation]:
+    """INPUTS and GAIN, for inputs as they were measured."""
+    for value, limit in zip(inputs, limits, strict=True):
+        if not abs(value) <= limit:
+            return [Violation(Assumption.INPUTS, at_ns, value, limit,
+                              f"{tuple(inputs)}, expected magnitudes of at most {tuple(limits)}")]
+    if not gains.planned(inputs):
+        return [Violation(Assumption.GAIN, at_ns, gains.unified, gains.unified,
+                          f"none is known for {tuple(inputs)}; the unified gain {gains.unified:g} 1/s is used")]
+    return []
+
+
+def radius_violations(at_ns: int, x: Sequence[float], radius: float, noise: float = 0.0) -> list[Violation]:
+    """RADIUS, for a measurement with an error of up to `noise` in each component."""
+    norm, limit = hypot(*x), radius + noise * len(x) ** 0.5
+    if norm <= limit:
+        return []
+    return [Violation(Assumption.RADIUS, at_ns, norm, limit, f"|x| = {norm:.6g}, certified up to {limit:.6g}")]

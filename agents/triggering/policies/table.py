@@ -1,0 +1,46 @@
+"""The policies by the names that scenarios use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from agents.triggering.error_gain import KAPPA
+from agents.triggering.error_system import ErrorSystem
+from agents.triggering.gain_table import GainTable
+from agents.triggering.policies import Policy
+from agents.triggering.policies.event_triggered import MS, EventTriggered
+from agents.triggering.policies.input_output import IndividualGains, UnifiedGain
+from agents.triggering.policies.loss_tolerant import LossTolerant
+from agents.triggering.policies.periodic import Periodic
+
+
+@dataclass(frozen=True)
+class PolicySettings:
+    """What a scenario may say; each policy takes what it needs."""
+
+    kappa: float = KAPPA
+    max_successive_losses: int = 0      # N^D
+    radius: float = 10.0                # periodic: largest |x| that the period is certified for
+    period_ns: int | None = None        # periodic: another period than the certified one
+    watch_ns: int = MS                  # event_triggered: time between looks
+
+
+System = ErrorSystem[Any, Any]
+POLICIES: dict[str, Callable[[System, GainTable, PolicySettings], Policy[Any, Any]]] = {
+    "individual_gains": lambda system, gains, s: IndividualGains(system, gains, s.kappa),
+    "unified_gain": lambda system, gains, s: UnifiedGain(system, gains, s.kappa),
+    "periodic": lambda system, gains, s: Periodic(IndividualGains(system, gains, s.kappa), s.radius, s.period_ns),
+    "event_triggered": lambda system, gains, s: EventTriggered(IndividualGains(system, gains, s.kappa), s.watch_ns),
+}
+
+
+def build_policy(name: str, system: System, gains: GainTable,
+                 settings: PolicySettings | None = None) -> Policy[Any, Any]:
+    """The policy of that name, loss-tolerant if the settings allow for losses. ValueError for an unknown name."""
+    if name not in POLICIES:
+        raise ValueError(f"policy={name!r}: expected one of {', '.join(POLICIES)}")
+    settings = PolicySettings() if settings is None else settings
+    policy = POLICIES[name](system, gains, settings)
+    return LossTolerant(policy, settings.max_successive_losses) if settings.max_successive_losses else policy

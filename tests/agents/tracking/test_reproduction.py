@@ -1,0 +1,125 @@
+"""The "ours" column of docs/reproduction.md, Chapter 4: computed here, row by row, so that the page cannot rot.
+
+`pytest -s tests/agents/tracking/test_reproduction.py -k ratio` prints the row "ratio".
+"""
+
+from functools import cache
+from math import pi, sqrt
+from pathlib import Path
+from statistics import fmean
+
+import numpy as np
+import pytest
+import scipy.optimize
+
+from agents.tracking.closed_loop import Noise, run
+from agents.tracking.controller import Inputs, TrackingController
+from agents.tracking.error_bound import Bound, ErrorBound
+from agents.tracking.error_dynamics import error_rate, y_tilde
+from agents.tracking.error_system import TrackingErrorSystem
+from agents.tracking.nominal_system import NominalTracking
+from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, SMALLEST_GAIN_PER_S, START
+from agents.triggering.error_gain import KAPPA, horizon_s, longest_horizon_s
+from agents.triggering.l2_gain import estimate_gain
+from agents.triggering.policies.input_output import IndividualGains
+from agents.triggering.policies.table import PolicySettings, build_policy
+from netem.random_streams import stream
+
+PAGE = Path(__file__).parents[3] / "docs" / "reproduction.md"
+SECOND = 10**9
+PIECES_S = {(1.0, 1.0): 2.26, (0.6, 0.15): 6.99, (2.0, 2.0): 2.75}
+
+
+@cache
+def made(name, bound=Bound.LEAST, losses=0):
+    noise = Noise(stream(1, "tracking/measuring"), stream(1, "tracking/driving"))
+    policy = build_policy(name, TrackingErrorSystem(bound=bound), GAINS, PolicySettings(max_successive_losses=losses))
+    return run(policy, REFERENCE, START, LENGTH_NS, noise=noise)
+
+
+def transmissions(name, bound=Bound.LEAST, losses=0):
+    return str(len(made(name, bound, losses).transmissions))
+
+
+def intervals(taus_ns):
+    return f"{min(taus_ns) / 1e6:.1f} to {max(taus_ns) / 1e6:.1f} ms"
+
+
+def both(bound):
+    return f"{transmissions('individual_gains', bound)} / {transmissions('unified_gain', bound)}"
+
+
+def small_signal_gain(*held):
+    found = estimate_gain(NominalTracking(Inputs(*held)), 0.01, 10.0, steps=100, iterations=30, tolerance=2e-4)
+    return f"{found.lower_estimate:.3g}"
+
+
+def lower_bound(gains):
+    return f"{sum(length_s * gain / KAPPA for length_s, gain in zip(PIECES_S.values(), gains, strict=True)):.1f}"
+
+
+def growth(name, gains, printed):
+    """Mean ||A|| of our run, and the one that would give the printed number of transmissions."""
+    def excess(a):
+        return sum(s / horizon_s(a, gain) for s, gain in zip(PIECES_S.values(), gains, strict=True)) - printed
+
+    needed = scipy.optimize.brentq(excess, 0.1, 500)
+    ours = fmean(sent.decision.growth_per_s for sent in made(name).transmissions)
+    return f"{ours:.1f}, {needed:.0f} 1/s"
+
+
+def violation_of_the_printed_matrix():
+    controller, x, e, held, nothing = (TrackingController(), (0.0, 0.1, pi / 2 - 0.5), (0.0, 0.0, 1.0),
+                                       Inputs(1.0, 0.0), Inputs(0.0, 0.0))
+    A = np.array(ErrorBound(controller, Bound.PRINTED).matrix(1.0, tuple(map(abs, x))))
+    bound = A @ np.abs(e) + y_tilde(controller, x, held, nothing)
+    rate = error_rate(controller, x, e, held, nothing)
+    return f"{abs(rate[0]):.4f} > {bound[0]:.4f}"
+
+
+INDIVIDUAL = [GAINS.gain(inputs) for inputs in PIECES_S]
+UNIFIED = [GAINS.unified] * 3
+ROWS = {
+    "gain-0.6-0.15": lambda: small_signal_gain(0.6, 0.15),
+    "gain-1-1": lambda: small_signal_gain(1.0, 1.0),
+    "gain-2-2": lambda: small_signal_gain(2.0, 2.0),
+    "gain-3-3": lambda: small_signal_gain(3.0, 3.0),
+    "individual": lambda: transmissions("individual_gains"),
+    "unified": lambda: transmissions("unified_gain"),
+    "ratio": lambda: f"{int(transmissions('unified_gain')) / int(transmissions('individual_gains')):.2f}",
+    "lower-individual": lambda: lower_bound(INDIVIDUAL),
+    "lower-unified": lambda: lower_bound(UNIFIED),
+    "growth-individual": lambda: growth("individual_gains", INDIVIDUAL, 580),
+    "growth-unified": lambda: growth("unified_gain", UNIFIED, 1377),
+    "intervals": lambda: intervals(made("individual_gains").intervals_ns),
+    "rms": lambda: f"{made('individual_gains').rms(10 * SECOND, 12 * SECOND):.3f}",
+    "matrix": violation_of_the_printed_matrix,
+    "closed-form": lambda: both(Bound.CLOSED_FORM),
+    "logarithmic": lambda: both(Bound.LOGARITHMIC_NORM),
+    "event-triggered": lambda: transmissions("event_triggered"),
+    "periodic": lambda: transmissions("periodic"),
+    "one-loss": lambda: transmissions("individual_gains", losses=1),
+    "zeno": lambda: f"{IndividualGains(TrackingErrorSystem(), GAINS).shortest_s(10.0) * 1e3:.2f} ms",
+    "longest": lambda: f"{longest_horizon_s(SMALLEST_GAIN_PER_S) * 1e3:.0f} ms",
+    "detectable": lambda: f"{1 / (TrackingController().k2_per_m2 * sqrt(2)):.3f} m/s",
+}
+
+
+def documented():
+    """First cell (the row's name) to third cell ("ours") of the table of Chapter 4."""
+    chapter = PAGE.read_text(encoding="utf-8").split("## Chapter 4")[1].split("\n## ")[0]
+    cells = [[cell.strip() for cell in line.strip("|\n").split("|")] for line in chapter.splitlines()
+             if line.startswith("| `")]
+    return {row[0].strip("`"): row[2] for row in cells}
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_the_page_says_what_the_code_gives(name):
+    ours = ROWS[name]()
+    print(f"{name}: {ours}")
+
+    assert documented()[name] == ours
+
+
+def test_the_page_has_no_row_that_is_not_computed():
+    assert set(documented()) == set(ROWS)
