@@ -61,6 +61,8 @@ def run(scenario: Source, seed: Seed = None, duration: Duration = None,
         overrides: Overrides = None,
         out: Annotated[Path | None, typer.Option(
             "--out", metavar="DIR", help="Folder for the records; default: a new one in ./runs.")] = None,
+        real_time: Annotated[bool, typer.Option(
+            "--real-time", help="At the wall clock's pace; a scenario with gateways to the outside needs it.")] = False,
         traceback: Traceback = False) -> None:
     r"""Run a scenario and write its records and report.
 
@@ -70,7 +72,7 @@ def run(scenario: Source, seed: Seed = None, duration: Duration = None,
         found = _load(scenario, seed, duration, overrides)
         folder = _run_folder(found, out)
     with errors_as_text(traceback, kept=folder):
-        holds = _run(found, host, folder)
+        holds = _run(found, host, folder, real_time)
     if not holds:
         raise typer.Exit(ExitCode.EXPECTATION_BROKEN)
 
@@ -103,15 +105,20 @@ def list_plants(traceback: Traceback = False) -> None:
 @fmu.command(epilog="Example: marconet fmu info linear_system")
 def info(plant: Annotated[str, typer.Argument(help="A name from `marconet fmu list`, a model folder, or a .fmu file.")],
          traceback: Traceback = False) -> None:
-    """Show a plant's variables with their units and start values."""
+    """Show a plant's variables with their units and start values, and its presets."""
     with errors_as_text(traceback):
-        from experiments.text_views import print_plant
-        from fmus.build import build_model, own_models
+        from experiments.text_views import print_plant, print_presets
+        from fmus.build import build_model, model_folder, own_models
+        from fmus.describe import read_model
         from fmus.describe_fmu import describe
+        from fmus.presets import read_presets
 
         is_model = plant in own_models() or Path(plant).is_dir()
         archive = build_model(plant if plant in own_models() else Path(plant)) if is_model else Path(plant)
         print_plant(_console(), describe(archive))
+        if is_model:
+            folder = model_folder(plant if plant in own_models() else Path(plant))
+            print_presets(_console(), read_presets(folder, read_model(folder / "variables.toml")))
 
 
 @fmu.command(epilog="Example: marconet fmu build linear_system --fmi 2.0")
@@ -137,21 +144,25 @@ def _load(source: str, seed: int | None, duration_s: float | None, overrides: li
 def _run_folder(scenario: Scenario, out: Path | None) -> Path:
     """The folder of the run, without the conclusions of an earlier one."""
     folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    above = next((parent for parent in folder.parents if parent.exists()), None)
+    if above is not None and not above.is_dir():
+        raise NotADirectoryError(f"{'--out ' if out else ''}{folder}: {above} is a file: expected a folder of a run or "
+                                 "a path where one can be made; name another")
     if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / "scenario.json").exists())):
         raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
-    for conclusion in ("summary.json", "report.html"):
+    for conclusion in ("guarantees.json", "summary.json", "report.html"):
         (folder / conclusion).unlink(missing_ok=True)
     return folder
 
 
-def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path) -> bool:
+def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path, real_time: bool) -> bool:
     from experiments import runner
     from experiments.live_view import live_view
     from experiments.text_views import print_path, print_summary
 
     console = _console()
     with live_view(console, scenario.name, scenario.length_ns * 1e-9) as progress:
-        result = runner.run(scenario, host=host, out=folder, progress=progress)
+        result = runner.run(scenario, host=host, out=folder, progress=progress, real_time=real_time)
     print_summary(console, result.summary)
     console.print()
     written = result.folder / (result.summary.report or ".")
@@ -159,6 +170,9 @@ def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path) -
     for verdict in result.summary.verdicts:
         if not verdict.holds:
             typer.echo(f"expect.{verdict.key}={verdict.value}: {verdict.by_how_much()}", err=True)
+    for standing in result.summary.guarantees:
+        if not standing.as_expected:
+            typer.echo(f"guarantees.{standing.name}: {standing.in_words()}", err=True)
     return result.summary.holds
 
 

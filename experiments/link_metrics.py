@@ -93,9 +93,9 @@ def transmissions(ledger: pl.DataFrame) -> pl.DataFrame:
 
 
 def times_between_transmissions(ledger: pl.DataFrame) -> pl.DataFrame:
-    """medium, sender, gap_s from the start of one transmission to the start of the sender's next on that medium."""
+    """medium, sender, gap_s from the start of one transmission to the start, on_air_ns, of the sender's next there."""
     return transmissions(ledger).select(
-        *SENDER, gap_s=pl.col("on_air_ns").diff().over("source") / NS_PER_S).drop_nulls("gap_s")
+        *SENDER, "on_air_ns", gap_s=pl.col("on_air_ns").diff().over("source") / NS_PER_S).drop_nulls("gap_s")
 
 
 def _numbered(ledger: pl.DataFrame, names: Sequence[str], number: str) -> pl.DataFrame:

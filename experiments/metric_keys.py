@@ -4,6 +4,7 @@
     <medium>.<metric>               radio.frames_collided                                             one medium
     <node>.<signal>.<statistic>     r1.y.last_abs, r*.y.abs_max        `*`, `?` and `[..]` match several nodes
     count.<node>.<counter>          count.r*.slots_missed              summed over nodes
+    guarantee.<name>.<figure>       guarantee.fresh.first_violation_s  of a guarantee that the scenario states
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
+from types import MappingProxyType
 
 from netem.frames import Fate
 
@@ -21,7 +23,9 @@ LEDGER_METRICS = ("frames_offered", *FATE_OF, "delivery_ratio", "age_of_informat
 SPREAD_LAST = "spread_last"
 STATISTICS = ("first", "last", "last_abs", "min", "max", "abs_max", "mean", "rms", SPREAD_LAST)
 COUNT = "count"
-RULE = f"expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic> or {COUNT}.<node>.<counter>"
+GUARANTEE = "guarantee"
+RULE = (f"expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic>, {COUNT}.<node>.<counter> or "
+        f"{GUARANTEE}.<name>.<figure>")
 
 Nodes = Mapping[str, Collection[str]] | Collection[str]
 
@@ -49,22 +53,47 @@ class CountKey:
     counter: str
 
 
-def parse(key: str) -> LedgerKey | SignalKey | CountKey | None:
+@dataclass(frozen=True)
+class GuaranteeKey:
+    name: str
+    figure: str
+
+
+def guarantee_figures(unit: str) -> tuple[str, ...]:
+    """What may be asked of a guarantee whose bound is in `unit`, "s" or ""."""
+    suffix = f"_{unit}" if unit else ""
+    return ("violations", "first_violation_s", "violated_s", f"worst{suffix}", f"margin{suffix}")
+
+
+def parse(key: str) -> LedgerKey | SignalKey | CountKey | GuaranteeKey | None:
     """What `key` asks for, by its form alone; None if it has no known form."""
     parts = key.split(".")
     if not all(parts) or len(parts) < 2:
         return LedgerKey(key) if key in LEDGER_METRICS else None
     if parts[0] == COUNT:
         return CountKey(parts[1], ".".join(parts[2:])) if len(parts) > 2 else None
+    if parts[0] == GUARANTEE:
+        return GuaranteeKey(parts[1], parts[2]) if len(parts) == 3 else None
     if parts[-1] in STATISTICS and len(parts) > 2:
         return SignalKey(parts[0], ".".join(parts[1:-1]), parts[-1])
     return LedgerKey(parts[-1], ".".join(parts[:-1])) if parts[-1] in LEDGER_METRICS else None
 
 
-def unknown_keys(expect: Iterable[str], nodes: Nodes, media: Collection[str]) -> list[str]:
+def over_a_window(key: str) -> bool:
+    """Whether `key` can be judged over a part of the run: samples and frame copies are of one instant, ages are not."""
+    match parse(key):
+        case SignalKey():
+            return True
+        case LedgerKey(metric):
+            return metric in ("frames_offered", *FATE_OF, "delivery_ratio")
+    return False
+
+
+def unknown_keys(expect: Iterable[str], nodes: Nodes, media: Collection[str],
+                 guarantees: Mapping[str, Collection[str]] = MappingProxyType({})) -> list[str]:
     """One line per key that cannot be answered: key, rule, nearest valid key. Signals are checked where `nodes` maps
-    each node to the names of its signals; counters only show after the run."""
-    lines = (_complaint(key, nodes, media) for key in expect)
+    each node to the names of its signals; counters only show after the run. `guarantees` maps to their figures."""
+    lines = (_complaint(key, nodes, media, guarantees) for key in expect)
     return [line for line in lines if line]
 
 
@@ -78,10 +107,17 @@ def nearest(word: str, words: Iterable[str]) -> str:
     return found[0] if found else ""
 
 
-def _complaint(key: str, nodes: Nodes, media: Collection[str]) -> str | None:
+def _complaint(key: str, nodes: Nodes, media: Collection[str],
+               guarantees: Mapping[str, Collection[str]]) -> str | None:
     match parse(key):
         case None:
-            return f"expect.{key}: {RULE}; nearest: {nearest(key, _candidates(key, nodes, media))}"
+            return f"expect.{key}: {RULE}; nearest: {nearest(key, _candidates(key, nodes, media, guarantees))}"
+        case GuaranteeKey(name, figure) if name not in guarantees:
+            other = f"{GUARANTEE}.{nearest(name, guarantees) or 'none'}.{figure}"
+            return f"expect.{key}: there is no guarantee {name!r}; nearest: {other}"
+        case GuaranteeKey(name, figure) if figure not in guarantees[name]:
+            return (f"expect.{key}: guarantees.{name} has the figures {', '.join(guarantees[name])}; nearest: "
+                    f"{GUARANTEE}.{name}.{nearest(figure, guarantees[name])}")
         case LedgerKey(metric, medium) if medium is not None and medium not in media:
             return f"expect.{key}: there is no medium {medium!r}; nearest: {nearest(medium, media) or 'none'}.{metric}"
         case SignalKey(pattern) | CountKey(pattern) if not matching(pattern, nodes):
@@ -95,8 +131,11 @@ def _complaint(key: str, nodes: Nodes, media: Collection[str]) -> str | None:
     return None
 
 
-def _candidates(key: str, nodes: Nodes, media: Collection[str]) -> list[str]:
+def _candidates(key: str, nodes: Nodes, media: Collection[str],
+                guarantees: Mapping[str, Collection[str]]) -> list[str]:
     first, _, rest = key.partition(".")
+    if first == GUARANTEE:
+        return [f"{first}.{name}.{figure}" for name, figures in guarantees.items() for figure in figures]
     if not rest:
         return list(LEDGER_METRICS)
     found = [f"{medium}.{metric}" for medium in media for metric in LEDGER_METRICS]

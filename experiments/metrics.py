@@ -4,11 +4,14 @@ Frames: `frames_offered` counts frame copies, one per intended receiver and dupl
 so; `delivery_ratio` = delivered / offered. Age of information and losses in a row are the worst link's, times between
 transmissions the extreme sender's (see `link_metrics`). Signals: statistics are over samples, `last_abs` = |last|,
 `spread_last` = largest minus smallest last value among the nodes that match, the disagreement at the end.
+With `during` the samples of that part of the run count, and the frames that were handed out in it.
 
 A program counts what happens, so a counter that a node did not report is 0 there.
 
 A pattern that matches several nodes asks for the bound at each of them: the value shown is that of the node nearest to
 breaking the bound, or furthest beyond it (without a bound the largest, for `min` the smallest).
+
+A guarantee's figures are those that its monitor found (see `experiments.monitors`); it is judged only once.
 
 What cannot be measured (no frames, no such samples, a run broken off before) is nan; its verdict has no value and does
 not hold.
@@ -18,6 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -26,6 +30,7 @@ from numpy.typing import NDArray
 
 from experiments.link_metrics import (
     DELIVERED,
+    NS_PER_S,
     age_of_information,
     successive_losses,
     times_between_transmissions,
@@ -34,27 +39,34 @@ from experiments.metric_keys import (
     FATE_OF,
     SPREAD_LAST,
     CountKey,
+    GuaranteeKey,
     LedgerKey,
     SignalKey,
     UnknownKeys,
+    guarantee_figures,
     matching,
     parse,
     unknown_keys,
 )
+from experiments.monitors.outcome import Outcome
 from experiments.run_data import RunData
 from experiments.run_result import Verdict
+from netem.records.signal_table import SignalTable
 
 __all__ = ["Bound", "UnknownKeys", "evaluate", "measure", "unknown_keys"]
 
 
 class Bound(Protocol):
-    """A closed interval; None leaves a side open."""
+    """A closed interval; None leaves a side open. `during_ns`: the part [start, end) of the run that is judged."""
 
     @property
     def min(self) -> float | None: ...
 
     @property
     def max(self) -> float | None: ...
+
+    @property
+    def during_ns(self) -> tuple[int, int] | None: ...
 
 
 STATISTIC: dict[str, Callable[[NDArray[np.float64]], float]] = {
@@ -71,7 +83,7 @@ STATISTIC: dict[str, Callable[[NDArray[np.float64]], float]] = {
 
 def evaluate(expect: Mapping[str, Bound], data: RunData) -> list[Verdict]:
     """One verdict per key, in the order of `expect`. Raises UnknownKeys for keys that name nothing in this run."""
-    problems = unknown_keys(expect, _known_nodes(data), data.media)
+    problems = unknown_keys(expect, _known_nodes(data), data.media, _known_guarantees(data))
     if problems:
         raise UnknownKeys("\n".join(problems))
     return [_verdict(key, bound, measure(key, data, bound)) for key, bound in expect.items()]
@@ -82,13 +94,17 @@ def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
     match parse(key):
         case LedgerKey(metric, medium):
             rows = data.ledger if medium is None else data.ledger.filter(pl.col("medium") == medium)
+            if bound is not None and bound.during_ns is not None:
+                rows = rows.filter(pl.col("offered_ns").is_between(*bound.during_ns, closed="left"))
             return _of_ledger(metric, rows, data)
         case SignalKey() as wanted:
             return _of_signals(wanted, data, bound)
         case CountKey(pattern, counter):
             counts = [data.counters[node].get(counter, 0) for node in matching(pattern, data.counters)]
             return float(sum(counts)) if counts else math.nan
-    raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media)))
+        case GuaranteeKey(name, figure) if figure in _known_guarantees(data).get(name, ()):
+            return _of_guarantee(data.guarantees.get(name), figure.removesuffix("_s"))
+    raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))))
 
 
 def _verdict(key: str, bound: Bound, value: float) -> Verdict:
@@ -129,13 +145,41 @@ def _extreme(values: pl.Series, pick: Callable[[list[float]], float]) -> float:
 
 def _of_signals(wanted: SignalKey, data: RunData, bound: Bound | None) -> float:
     tables = [data.signals[node] for node in matching(wanted.nodes, data.signals)]
-    columns = [table.column(wanted.signal) for table in tables if wanted.signal in table.names]
+    columns = [_during(table, bound).column(wanted.signal) for table in tables if wanted.signal in table.names]
     if not columns or not all(column.size for column in columns):
         return math.nan
     if wanted.statistic == SPREAD_LAST:
         last = np.array([column[-1] for column in columns])
         return float(last.max() - last.min())
     return _worst([STATISTIC[wanted.statistic](column) for column in columns], wanted.statistic, bound)
+
+
+def _of_guarantee(outcome: Outcome | None, figure: str) -> float:
+    """nan where the run could not be judged, or was never violated and so has no first violation."""
+    if outcome is None or not outcome.standing.judged:
+        return math.nan
+    standing = outcome.standing
+    match figure:
+        case "violations":
+            return float(standing.violations)
+        case "first_violation":
+            return math.nan if standing.first is None else standing.first.from_ns / NS_PER_S
+        case "violated":
+            return standing.violated_ns / NS_PER_S
+    value = standing.worst if figure == "worst" else standing.margin
+    return math.nan if value is None else value
+
+
+def _known_guarantees(data: RunData) -> dict[str, Sequence[str]]:
+    return {name: guarantee_figures(guarantee["unit"])
+            for name, guarantee in (data.scenario.get("guarantees") or {}).items()}
+
+
+def _during(table: SignalTable, bound: Bound | None) -> SignalTable:
+    if bound is None or bound.during_ns is None:
+        return table
+    first, end = np.searchsorted(table.time_ns, bound.during_ns)
+    return replace(table, time_ns=table.time_ns[first:end], values=table.values[first:end])
 
 
 def _worst(values: Sequence[float], statistic: str, bound: Bound | None) -> float:
@@ -149,7 +193,8 @@ def _worst(values: Sequence[float], statistic: str, bound: Bound | None) -> floa
 
 
 def _known_nodes(data: RunData) -> dict[str, Sequence[str]] | list[str]:
-    """Nodes with their signals; nodes alone where no signals were recorded."""
+    """Nodes and derived signals' names with their signals; nodes alone where no signals were recorded."""
     if not data.signals:
         return data.nodes
-    return {node: data.signals[node].names if node in data.signals else () for node in data.nodes}
+    return {node: data.signals[node].names if node in data.signals else ()
+            for node in sorted({*data.nodes, *data.signals})}

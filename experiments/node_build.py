@@ -1,11 +1,15 @@
 """From a node's specification to the node: its program, clock, plant and ports. The same function for both hosts.
 
-A robot's process imports this and what its program needs, nothing else: no scenario, no records, no report.
+A class is a board's program; any other callable is ordinary blocking code (`firmware_sim/blocking`), which needs a
+process of its own. A robot's process imports this and what its program needs, nothing else: no scenario, no records,
+no report.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,26 +33,50 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     """Everything a process needs to become this node."""
 
     name: str
-    program: str                    # "package.module:Class"
+    program: str                    # "package.module:Class", or ":function" if it is blocking
     parameters: dict[str, Any]
-    media: tuple[str, ...]
+    media: dict[str, str]           # its ports and the kind of the medium at each
     clock: ClockSettings
     plant: PlantSpecification | None
     team: Mapping[str, Any]
     sample_period_ns: int
     seed: int
     folder: str                     # where the scenario's own programs may lie
+    blocking: bool = False
+    own_frames: tuple[str, ...] = ()    # the media that tell it when its own frames got through
 
 
-def build_node(specification: NodeSpecification) -> Node:
-    """The node, its program constructed and started."""
-    node = Node(specification.name, specification.media, specification.sample_period_ns)
+def build_node(specification: NodeSpecification, at_end: ExitStack | None = None) -> Node:
+    """The node, its program constructed and started.
+
+    `at_end` is closed when its process ends; on the host without processes there is none.
+    """
+    if specification.blocking:
+        return _blocking_node(specification, at_end)
+    node = Node(specification.name, list(specification.media), specification.sample_period_ns)
+    program = class_for(specification.program, Path(specification.folder))(_board(specification, node),
+                                                                           **specification.parameters)
+    if hasattr(program, "run"):
+        node.start(program.run())
+    return node
+
+
+def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None) -> Node:
+    assert at_end is not None, "blocking code needs a process of its own"
+    from firmware_sim.blocking.node import BlockingNode
+    from firmware_sim.blocking.own_process import own_process
+
+    node = BlockingNode(specification.name, list(specification.media), specification.sample_period_ns)
+    folder = Path(specification.folder)
+    at_end.enter_context(own_process(node, _board(specification, node), specification.program, folder,
+                                     partial(class_for, specification.program, folder), specification.parameters,
+                                     specification.media, specification.own_frames))
+    return node
+
+
+def _board(specification: NodeSpecification, node: Node) -> Board:
     clock = LocalClock(specification.clock, node.env.time_ns)
     plant = None
     if specification.plant is not None:
         plant = Plant(specification.plant.description, specification.name, specification.plant.start)
-    board = Board(node, clock, plant, specification.team, stream(specification.seed, f"agents.{specification.name}"))
-    program = class_for(specification.program, Path(specification.folder))(board, **specification.parameters)
-    if hasattr(program, "run"):
-        node.start(program.run())
-    return node
+    return Board(node, clock, plant, specification.team, stream(specification.seed, f"agents.{specification.name}"))

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
+from contextlib import ExitStack
+from functools import partial
 
 import msgspec
 
@@ -12,9 +16,18 @@ from netem.transport.errand import Errand
 from netem.transport.node_link import take_part
 
 
-def build(errand: Errand) -> Node:
-    return build_node(msgspec.json.decode(errand.specification, type=NodeSpecification))
+def build(at_end: ExitStack, errand: Errand) -> Node:
+    return build_node(msgspec.json.decode(errand.specification, type=NodeSpecification), at_end)
+
+
+def main() -> int:
+    with ExitStack() as at_end:
+        return take_part(partial(build, at_end))
 
 
 if __name__ == "__main__":
-    sys.exit(take_part(build))
+    code = main()
+    if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
+        sys.stdout.flush()
+        os._exit(code)          # a thread of the program did not end; the interpreter would wait for it for ever
+    sys.exit(code)

@@ -26,7 +26,10 @@ def module_for(name: str, folder: Path) -> ModuleType:
 
 
 def class_for(path: str, folder: Path) -> Any:
-    """The class that "package.module:Class" names. That it is one was checked when the scenario was loaded."""
+    """The class that "package.module:Class" names, or the function of a blocking program.
+
+    That it is there was checked when the scenario was loaded.
+    """
     module_name, _, class_name = path.partition(":")
     return getattr(module_for(module_name, folder), class_name)
 

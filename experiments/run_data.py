@@ -3,6 +3,7 @@
     scenario.json   the resolved scenario            ledger.parquet   every frame copy
     summary.json    verdicts, hashes, speed          signals.mcap     signals, events, and the scenario again
     run.json        switching instants, counters, how far the run came, versions
+    guarantees.json what became of each guarantee, where the scenario states any
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ import msgspec
 import polars as pl
 import pyarrow as pa
 
+from experiments.derived import derive
+from experiments.monitors.outcome import Outcome
 from netem.records.events import Event
 from netem.records.ledger_file import SCHEMA
 from netem.records.ledger_table import read_ledger, read_metadata
@@ -38,13 +41,14 @@ class RunData:
     run: Json = field(default_factory=dict)
     ledger_metadata: Mapping[str, str] = field(default_factory=dict)
     missing: Sequence[str] = ()
+    guarantees: Mapping[str, Outcome] = field(default_factory=dict)
 
     @property
     def nodes(self) -> list[str]:
         """Every node that the scenario, a signal, a counter or a frame names."""
         declared = self.scenario.get("agents")
         named = set(declared) if isinstance(declared, dict) else set()
-        named |= set(self.signals) | set(self.counters)
+        named |= set(self.signals) - set(self.scenario.get("derived") or ()) | set(self.counters)
         for column in ("sender", "receiver"):
             named |= set(self.ledger[column].unique().cast(pl.String).to_list())
         return sorted(named - {""})
@@ -71,8 +75,10 @@ def load_run(run_dir: Path) -> RunData:
     recording = _recording(run_dir / "signals.mcap", missing)
     if not scenario and recording.scenario:
         scenario = msgspec.json.decode(recording.scenario, type=Json)
-    return RunData(_length_ns(scenario, run, ledger, recording), ledger, recording.signals, run.get("counters") or {},
-                   recording.events, scenario, summary, run, metadata, missing)
+    signals = derive(scenario.get("derived") or {}, recording.signals, Path(scenario.get("path", "")).parent, missing)
+    return RunData(_length_ns(scenario, run, ledger, recording), ledger, signals, run.get("counters") or {},
+                   recording.events, scenario, summary, run, metadata, missing,
+                   _guarantees(run_dir / "guarantees.json", missing) if scenario.get("guarantees") else {})
 
 
 def _length_ns(scenario: Json, run: Json, ledger: pl.DataFrame, recording: Recording) -> int:
@@ -94,6 +100,18 @@ def _json(path: Path, missing: list[str]) -> Json:
         missing.append(f"{path.name}: not there")
     except (msgspec.MsgspecError, OSError) as error:
         missing.append(f"{path.name}: unreadable: {error}")
+    return {}
+
+
+def _guarantees(path: Path, missing: list[str]) -> dict[str, Outcome]:
+    try:
+        found = msgspec.json.decode(path.read_bytes(), type=list[Outcome])
+    except FileNotFoundError:
+        missing.append(f"{path.name}: not there, so no guarantee is judged")
+    except (msgspec.MsgspecError, OSError) as error:
+        missing.append(f"{path.name}: unreadable: {error}")
+    else:
+        return {outcome.standing.name: outcome for outcome in found}
     return {}
 
 

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import msgspec
 
+from experiments.monitors.outcome import Standing
+
 
 class Progress(msgspec.Struct, frozen=True):
     """How far a run has come. `frames` counts the copies closed so far, by fate."""
@@ -60,6 +62,7 @@ class Summary(msgspec.Struct, frozen=True):
     frames: dict[str, int]      # copies by fate
     verdicts: list[Verdict]
     report: str | None          # path of report.html, relative to the run folder
+    guarantees: list[Standing] = []
 
     @property
     def holds(self) -> bool:

@@ -13,15 +13,18 @@ import random
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from datetime import datetime
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from random import Random
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
+from experiments.blocking_programs import is_blocking, refuse_blocking
+from experiments.guarantee_watch import GuaranteeWatch
 from experiments.metrics import evaluate
 from experiments.node_build import NodeSpecification, PlantSpecification, build_node
 from experiments.own_modules import class_for
@@ -29,7 +32,7 @@ from experiments.report.build import write_report
 from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
 from experiments.scenario.impairment_kind import impairment_class
-from experiments.scenario.model import AgentSpec, Scenario
+from experiments.scenario.model import AgentSpec, Scenario, positions
 from fmus.build import build_model, own_models
 from fmus.describe_fmu import describe
 from fmus.parameters import expand_parameters
@@ -40,11 +43,18 @@ from netem.links import LinkName, Links
 from netem.lockstep.conductor import Conductor, Recorders
 from netem.lockstep.hosts import Host, InlineHost
 from netem.media import Medium
+from netem.media.can.bus import CanBus
+from netem.media.observation import MediumObserver, ObservedMedium
 from netem.media.table import MEDIA
 from netem.random_streams import stream
+from netem.real_time.pace import Pace
+from netem.real_time.udp_gateway import UdpGateway
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder
 from netem.transport.process_host import ProcessHost
+
+if TYPE_CHECKING:
+    from netem.records.can_log import CanLog
 
 HostName = Literal["process", "inline"]
 PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
@@ -52,22 +62,36 @@ PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
 def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
         progress: Callable[[Progress], None] | None = None, report: bool = True,
-        shuffle_start: int | None = None) -> RunResult:
+        shuffle_start: int | None = None, real_time: bool = False) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs), with `report.html` unless told otherwise.
 
+    `real_time`: at the wall clock's pace, with the scenario's gateways to the outside; these need it.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
-    Raises NodeFailure, InstantLoop or ConservationError after the folder was written.
+    Raises NodeFailure, InstantLoop or ConservationError after the folder was written, NeedsProcess or NeedsRealTime
+    before.
     """
     command_s = time.monotonic()
+    if host == "inline":
+        refuse_blocking(scenario)
+    if scenario.gateways and not real_time:
+        raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take "
+                            "part, which needs real time: run it with --real-time")
     folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.json").write_bytes(msgspec.json.encode(scenario.resolved()))
-    return _Run(scenario, host, folder, progress, report, shuffle_start, command_s).run()
+    return _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time).run()
+
+
+class NeedsRealTime(ValueError):
+    """A scenario with gateways in virtual time."""
+
+    exit_code = 2
 
 
 class _Run:
     def __init__(self, scenario: Scenario, host: HostName, folder: Path, progress: Callable[[Progress], None] | None,
-                 report: bool, shuffle_start: int | None, command_s: float) -> None:
+                 report: bool, shuffle_start: int | None, command_s: float,
+                 real_time: bool) -> None:
         self.scenario = scenario
         self.host_name = host
         self.folder = folder
@@ -79,12 +103,19 @@ class _Run:
         self.agenda = Agenda()
         self.ledger = Ledger(folder / "ledger.parquet", metadata=names)
         self.signals = SignalRecorder(folder / "signals.mcap")
+        self.guarantees = GuaranteeWatch(scenario, self.signals)
         self.specifications = node_specifications(scenario)
         self.host = _host(host, self.specifications, folder, scenario.node_timeout_s, shuffle_start)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
-                                   Recorders(self.signals.append, self._event), self._progress)
+                                   Recorders(self.guarantees.sample, self._event), self._progress)
         links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
         self.media = {name: _medium(scenario, name, self.agenda, self.ledger, links) for name in scenario.media}
+        self.can_logs = [_can_log(scenario, medium, folder) for medium in self.media.values()
+                         if isinstance(medium, CanBus) and medium.settings.log]
+        if real_time:
+            self.conductor.pace = Pace([UdpGateway(spec.name, spec.medium, spec.listen, spec.peer)
+                                        for spec in scenario.gateways.values()],
+                                       lambda time_ns, kind, detail: self._event("", time_ns, kind, detail))
         self.started_s = self.ended_s = command_s
 
     def run(self) -> RunResult:
@@ -97,6 +128,8 @@ class _Run:
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.signals.declare(name, hellos[name].signals)
+            self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
+            self._observe_media()
             self.conductor.admit(hellos, self.media)
             self.started_s = time.monotonic()
             self.conductor.run()
@@ -110,6 +143,8 @@ class _Run:
             gc.set_threshold(*threshold)
             gc.unfreeze()
             self.host.stop()
+            if self.conductor.pace is not None:
+                self.conductor.pace.close()
             self._close(failure)
         return self._judge()
 
@@ -120,12 +155,20 @@ class _Run:
             "reached_ns": reached_ns,
             "failure": None if failure is None else f"{type(failure).__name__}: {failure}",
             "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
-            "counters": self.conductor.counters,
+            "counters": _counters(self.conductor.counters, self.media),
+            "real_time": None if self.conductor.pace is None else asdict(self.conductor.pace.lateness),
             "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
         }
         (self.folder / "run.json").write_bytes(msgspec.json.encode(run))
-        self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved()))
-        self.result = self.ledger.finish(complete=failure is None)
+        for log in self.can_logs:
+            log.finish()
+        try:
+            self.result = self.ledger.finish(complete=failure is None)
+        finally:
+            try:
+                self.guarantees.judge(self.folder, reached_ns)
+            finally:
+                self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved()))
 
     def _judge(self) -> RunResult:
         wall_s = self.ended_s - self.started_s
@@ -134,7 +177,8 @@ class _Run:
         summary = Summary(
             scenario.name, scenario.question, scenario.seed, self.host_name, scenario.length_ns, wall_s,
             self.started_s - self.command_s, scenario.length_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
-            self.result.hash, dict(self.result.by_fate), verdicts, "report.html" if self.wants_report else None)
+            self.result.hash, dict(self.result.by_fate), verdicts, "report.html" if self.wants_report else None,
+            self.guarantees.standings)
         (self.folder / "summary.json").write_bytes(msgspec.json.encode(summary))
         if self.wants_report:
             write_report(self.folder)
@@ -142,6 +186,16 @@ class _Run:
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail)
+
+    def _observe_media(self) -> None:
+        for name, medium in self.media.items():
+            if isinstance(medium, ObservedMedium):
+                self.signals.declare(name, medium.signals)
+                medium.observe(MediumObserver(self._event_on_medium, self.signals.append))
+
+    def _event_on_medium(self, time_ns: int, node: str, kind: str, detail: str) -> None:
+        if time_ns < self.scenario.length_ns:       # a medium may know ahead how a frame will end
+            self.signals.event(time_ns, node, kind, detail)
 
     def _progress(self, now_ns: int) -> None:
         if self.on_progress is not None:
@@ -153,14 +207,27 @@ class _Run:
 def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     """One for each agent. What a program class prepares for its team (`prepare`) is part of what the team knows."""
     team: dict[str, Any] = dict(scenario.team)
+    blocking = set()
     for path in sorted({agent.program for agent in scenario.agents.values()}):
-        prepare = getattr(class_for(path, scenario.folder), "prepare", None)
-        if prepare is not None:
+        program = class_for(path, scenario.folder)
+        if is_blocking(program):
+            blocking.add(path)
+        elif (prepare := getattr(program, "prepare", None)) is not None:
             team.update(prepare(scenario))
     folder = str(scenario.folder)
-    return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock, _plant(agent),
-                                    team, scenario.sample_period_ns, scenario.seed, folder)
+    return {name: NodeSpecification(name, agent.program, agent.parameters, _kinds(scenario, agent), agent.clock,
+                                    _plant(agent), team, scenario.sample_period_ns, scenario.seed, folder,
+                                    agent.program in blocking, _own_frames(scenario, agent))
             for name, agent in scenario.agents.items()}
+
+
+def _kinds(scenario: Scenario, agent: AgentSpec) -> dict[str, str]:
+    return {medium: scenario.media[medium].kind for medium in agent.media}
+
+
+def _own_frames(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
+    return tuple(medium for medium in agent.media
+                 if agent.name in getattr(scenario.media[medium].settings, "own_frames_to", ()))
 
 
 def _plant(agent: AgentSpec) -> PlantSpecification | None:
@@ -186,10 +253,27 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
 
 def _medium(scenario: Scenario, name: str, agenda: Agenda, ledger: Ledger, links: Links) -> Medium:
     spec = scenario.media[name]
-    positions = {node: scenario.agents[node].at_m for node in spec.nodes}
-    medium: Medium = MEDIA[spec.kind](name, spec.settings, positions, agenda, ledger, links,
-                                      partial(stream, scenario.seed))
+    at_m = positions(spec.nodes, scenario.agents)
+    medium: Medium = MEDIA[spec.kind](name, spec.settings, at_m, agenda, ledger, links, partial(stream, scenario.seed))
     return medium
+
+
+def _can_log(scenario: Scenario, bus: CanBus, folder: Path) -> CanLog:
+    from netem.records.can_log import CanLog  # late: a run without such logs needs no python-can
+
+    log = CanLog(folder, bus.name, bus.settings.log, scenario.length_ns)
+    bus.logs.append(log)
+    return log
+
+
+def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Medium]) -> dict[str, dict[str, int]]:
+    """What programs counted and what media counted, by node; a medium's own under its name."""
+    counters = {node: dict(found) for node, found in of_nodes.items()}
+    for medium in media.values():
+        if isinstance(medium, ObservedMedium):
+            for node, found in medium.counters().items():
+                counters.setdefault(node, {}).update(found)
+    return counters
 
 
 def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:

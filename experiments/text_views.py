@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from experiments.run_result import Summary
 if TYPE_CHECKING:
     from experiments.scenario import Scenario
     from fmus.description import PlantDescription
+    from fmus.presets import Preset
 
 
 def print_table(console: Console, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
@@ -47,6 +48,11 @@ def print_scenario(console: Console, scenario: Scenario) -> None:
             (spec.place, spec.kind, spec.on, str(len(spec.links)),
              ", ".join(f"{start * 1e-9:g}-{end * 1e-9:g} s" for start, end in spec.windows_ns) or "the whole run")
             for spec in scenario.impairments])
+    if scenario.guarantees:
+        console.print()
+        print_table(console, ["guarantee", "kind", "on", "watched", "expected"], [
+            (name, item.kind, item.on, str(len(item.subjects)), "to hold" if item.expected == "holds" else "violated")
+            for name, item in scenario.guarantees.items()])
     if scenario.expect:
         console.print()
         print_table(console, ["expected", "at least", "at most"],
@@ -61,6 +67,11 @@ def print_summary(console: Console, summary: Summary) -> None:
         ("real-time factor", f"{summary.real_time_factor:.1f}"),
         ("windows, grants", f"{summary.windows}, {summary.grants}"),
         ("frame copies", by_fate(summary.frames)), ("ledger hash", summary.ledger_hash)])
+    if summary.guarantees:
+        console.print()
+        print_table(console, ["guarantee", "requires", "on", "worst", "margin", ""], [
+            (item.name, item.requires, item.on, _quantity(item.worst, item.unit), _quantity(item.margin, item.unit),
+             item.in_words()) for item in summary.guarantees])
     if summary.verdicts:
         console.print()
         print_table(console, ["expected", "value", "at least", "at most", ""], [
@@ -79,9 +90,21 @@ def print_plant(console: Console, plant: PlantDescription) -> None:
         for item in plant.variables.values()])
 
 
+def print_presets(console: Console, presets: Mapping[str, Preset]) -> None:
+    if presets:
+        console.print()
+        print_table(console, ["preset", "about", "values"], [
+            (name, preset.about, ", ".join(f"{key} = {value}" for key, value in preset.parameters.items()))
+            for name, preset in presets.items()])
+
+
 def print_path(console: Console, what: str, path: Path) -> None:
     """On one line, however narrow the terminal is, so that it can be clicked or copied."""
     console.print(Text(f"{what}: {path}"), soft_wrap=True)
+
+
+def _quantity(value: float | None, unit: str) -> str:
+    return f"{_number(value)} {unit}".strip() if value is not None else "-"
 
 
 def _number(value: float | None) -> str:

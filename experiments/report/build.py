@@ -8,6 +8,7 @@ A folder of a run that was broken off gives a page that says what is missing.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -18,14 +19,17 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from experiments.metrics import UnknownKeys, evaluate
+from experiments.monitors.judge import VIOLATED
 from experiments.report import series
 from experiments.run_data import RunData, load_run
 from experiments.run_result import Verdict
-from netem.records.events import Level
+from netem.records.events import Event, Level
 
 PAGE = files("experiments.report") / "page"
 MOST_EVENTS = 300
+MOST_OF_A_KIND = 30         # so that a program that reports at every step hides nothing else
 MOST_LINKS = 60
+MOST_VIOLATIONS = 60
 
 
 class Limits(NamedTuple):
@@ -33,6 +37,7 @@ class Limits(NamedTuple):
 
     min: float | None
     max: float | None
+    during_ns: tuple[int, int] | None = None
 
 
 def write_report(run_dir: Path) -> Path:
@@ -44,9 +49,11 @@ def write_report(run_dir: Path) -> Path:
 
 def render(data: RunData, folder: str) -> str:
     verdicts, problems = verdicts_of(data)
-    drawn = {"signals": series.signals(data), "switching": series.switching(data), "spoken": series.spoken(data),
+    drawn = {"signals": series.signals(data), "switching": series.switching(data),
+             "violated": series.violated(data), "spoken": series.spoken(data),
              "fates": series.fates(data), "ages": series.ages(data), "gaps": series.gaps(data), "nodes": data.nodes,
              "length_s": data.length_ns * 1e-9}
+    listed = [event for event in data.events if event.kind != VIOLATED or not data.guarantees]
     environment = Environment(loader=PackageLoader("experiments.report", "page"), autoescape=True,
                               undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "seconds": seconds}
@@ -54,10 +61,24 @@ def render(data: RunData, folder: str) -> str:
         name=data.scenario.get("name") or folder, question=data.scenario.get("question") or "", verdicts=verdicts,
         broken=[verdict for verdict in verdicts if not verdict.holds], missing=[*data.missing, *problems],
         unfinished=unfinished(data), facts=facts(data), drawn=drawn, table=series.node_table(data),
-        events=data.events[:MOST_EVENTS], event_total=len(data.events), level_name=level_name,
+        guarantees=[outcome.standing for outcome in data.guarantees.values()],
+        violations=[(outcome.standing, outcome.violations[:MOST_VIOLATIONS]) for outcome in data.guarantees.values()
+                    if outcome.violations],
+        events=listed_events(listed), event_total=len(listed), level_name=level_name,
         event_kinds=sorted(Counter(event.kind for event in data.events).items()), most_links=MOST_LINKS,
         data_json=_for_script(drawn), plotly=_text(files("plotly") / "package_data" / "plotly.min.js"),
         script=_text(PAGE / "report.js"), style=_text(PAGE / "report.css"))
+
+
+def listed_events(events: Sequence[Event]) -> list[Event]:
+    """The first of each kind, in order."""
+    seen: Counter[str] = Counter()
+    shown = []
+    for event in events:
+        seen[event.kind] += 1
+        if seen[event.kind] <= MOST_OF_A_KIND:
+            shown.append(event)
+    return shown[:MOST_EVENTS]
 
 
 def verdicts_of(data: RunData) -> tuple[list[Verdict], list[str]]:
@@ -65,7 +86,7 @@ def verdicts_of(data: RunData) -> tuple[list[Verdict], list[str]]:
     recorded = data.summary.get("verdicts")
     if recorded:
         return msgspec.convert(recorded, list[Verdict]), []
-    expect = {key: Limits(bound.get("min"), bound.get("max"))
+    expect = {key: Limits(bound.get("min"), bound.get("max"), bound.get("during_ns"))
               for key, bound in (data.scenario.get("expect") or {}).items()}
     try:
         return evaluate(expect, data), []

@@ -18,12 +18,17 @@ from experiments.link_metrics import (
     times_between_transmissions,
     transmissions,
 )
+from experiments.monitors.judge import VIOLATED
 from experiments.report.thinning import keep
 from experiments.run_data import RunData
+from netem.records.signal_table import SignalTable
 
+MARKED = {"adopted topology": "topology adopted by a node", "switched inputs": "inputs switched by a node",
+          VIOLATED: "guarantee violated"}
 OUTPUT = re.compile(r"y\d*")
 MOST_TRANSMISSIONS = 30_000
 MOST_AGE_CURVES = 12
+MOST_STRETCHES = 120
 BINS = 60
 SHARES = [k / 100 for k in range(90)] + [k / 200 for k in range(180, 201)]
 
@@ -31,27 +36,53 @@ Json = dict[str, Any]
 
 
 def signals(data: RunData) -> list[Json]:
-    """One entry per signal name, outputs (y, y1, ...) first: unit and one curve per node that has it."""
+    """What can be chosen for drawing, each with its unit and curves: first the signals of one [derived.NAME] together,
+    since somebody asked for them, then outputs (y, y1, ...) and the rest, each with one curve per node that has it."""
     found: dict[str, Json] = {}
+    derived = [name for name in data.scenario.get("derived") or {} if name in data.signals]
     for node, table in sorted(data.signals.items()):
         for name, unit in zip(table.names, table.units, strict=True):
-            values = table.column(name)
-            kept = keep(values)
-            entry = found.setdefault(name, {"name": name, "unit": unit, "curves": [], "samples": 0, "shown": 0})
-            entry["samples"] += values.size
-            entry["shown"] += kept.size
-            entry["curves"].append({"node": node, "t_s": (table.time_ns[kept] * 1e-9).tolist(),
-                                    "values": values[kept].tolist()})
-    return sorted((entry for entry in found.values() if entry["samples"]),
-                  key=lambda entry: (OUTPUT.fullmatch(entry["name"]) is None, entry["name"]))
+            if node not in derived:
+                _draw(found.setdefault(name, _empty(name, unit)), node, table, name)
+    together = []
+    for node in derived:
+        table = data.signals[node]
+        units = list(dict.fromkeys(table.units))
+        entry = _empty(f"{node}: {', '.join(table.names)}", ", ".join(units))
+        for name in table.names:
+            _draw(entry, name, table, name)
+        together.append(entry)
+    alone = sorted(found.values(), key=lambda entry: (OUTPUT.fullmatch(entry["name"]) is None, entry["name"]))
+    return [entry for entry in (*together, *alone) if entry["samples"]]
+
+
+def _empty(name: str, unit: str) -> Json:
+    return {"name": name, "unit": unit, "curves": [], "samples": 0, "shown": 0}
+
+
+def _draw(entry: Json, label: str, table: SignalTable, name: str) -> None:
+    values = table.column(name)
+    kept = keep(values)
+    entry["samples"] += values.size
+    entry["shown"] += kept.size
+    entry["curves"].append({"label": label, "t_s": (table.time_ns[kept] * 1e-9).tolist(),
+                            "values": values[kept].tolist()})
 
 
 def switching(data: RunData) -> Json:
-    """True changes of each medium's graph, and when nodes adopted a topology [s]."""
+    """True changes of each medium's graph, and what nodes did that marks an instant [s]."""
     changes = data.run.get("switch_instants_ns") or {}
     return {"media": {medium: [instant * 1e-9 for instant in instants] for medium, instants in changes.items()},
-            "adopted": [{"t_s": event.time_ns * 1e-9, "node": event.node, "detail": event.detail}
-                        for event in data.events if event.kind == "adopted topology"]}
+            "marks": [{"label": label, "events": found} for kind, label in MARKED.items()
+                      if (found := [{"t_s": event.time_ns * 1e-9, "text": f"{event.node}: {kind} {event.detail}"}
+                                    for event in data.events if event.kind == kind])]}
+
+
+def violated(data: RunData) -> list[Json]:
+    """When guarantees did not hold [s]: the longest of these stretches, at most `MOST_STRETCHES`."""
+    found = [violation for outcome in data.guarantees.values() for violation in outcome.violations]
+    longest = sorted(found, key=lambda violation: violation.from_ns - violation.until_ns)[:MOST_STRETCHES]
+    return [{"from_s": violation.from_ns * 1e-9, "until_s": violation.until_ns * 1e-9} for violation in longest]
 
 
 def spoken(data: RunData) -> Json:
@@ -113,7 +144,8 @@ def ages(data: RunData) -> Json:
 
 
 def gaps(data: RunData) -> list[Json]:
-    """Per medium and sender: a histogram of the times between transmissions, and their extremes [ms]."""
+    """Per medium and sender the times between transmissions [ms]: one by one, thinned, over the instant at which each
+    ends [s]; their histogram and their extremes."""
     table = times_between_transmissions(data.ledger)
     if not table.height:
         return []
@@ -126,7 +158,10 @@ def gaps(data: RunData) -> list[Json]:
         for (sender,), own in on_medium.group_by(["sender"], maintain_order=True):
             own_ms = own["gap_s"].to_numpy() * 1e3
             counts, _ = np.histogram(own_ms, edges)
+            kept = keep(own_ms)
             found.append({"medium": medium, "sender": sender, "edges_ms": edges.tolist(), "counts": counts.tolist(),
+                          "t_s": (own["on_air_ns"].to_numpy()[kept] * 1e-9).tolist(), "gaps_ms": own_ms[kept].tolist(),
+                          "transmissions": own.height + 1,
                           "min_ms": float(own_ms.min()), "mean_ms": float(own_ms.mean()),
                           "max_ms": float(own_ms.max())})
     return sorted(found, key=lambda entry: (entry["medium"], entry["sender"]))

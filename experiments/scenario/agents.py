@@ -21,6 +21,7 @@ from firmware_sim.local_clock import ClockSettings
 @dataclass(frozen=True)
 class PlantTable:
     fmu: str
+    preset: str | None = None
     parameters: dict[str, Any] = field(default_factory=dict)
     parameters_from: str | None = None
 
@@ -68,7 +69,7 @@ class Agents:
 
     def _program(self, program: str, parameters: Any, place: Place) -> dict[str, Any]:
         cls, keywords = check_program(program, parameters, place, self.problems, self.reading.folder)
-        if cls is not None:
+        if isinstance(cls, type):
             self.programs.setdefault(cls, program)
         return keywords
 
@@ -78,6 +79,10 @@ class Agents:
         except ValueError as error:
             self.problems.add((*place, "fmu"), str(error), table.fmu)
             return None
+        before = self.problems.found
+        if table.preset is not None and table.preset not in plant.presets:
+            self.problems.add((*place, "preset"), f"no such preset of {table.fmu}; {near(table.preset, plant.presets)}",
+                              table.preset)
         start: dict[str, Any] = {}
         if table.parameters_from is not None:
             found, complaint = self._lookup(table.parameters_from)
@@ -93,7 +98,8 @@ class Agents:
         for key, value in table.parameters.items():
             if complaint := plant.complaint(key, value):
                 self.problems.add((*place, "parameters", key), complaint, value)
-        return PlantSpec(plant.fmu, {**start, **table.parameters})
+        given = {**start, **table.parameters}
+        return PlantSpec(plant.fmu, given if self.problems.found > before else plant.over_preset(table.preset, given))
 
     def _lookup(self, dotted: str) -> tuple[dict[str, Any], str]:
         """The table of this file at a path and what is wrong with the path."""

@@ -7,7 +7,10 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from experiments.metric_keys import unknown_keys
+from experiments.metric_keys import over_a_window, unknown_keys
+from experiments.monitors.subjects import subjects_of
+from experiments.monitors.table import MONITORS
+from experiments.scenario.medium_links import medium_links
 from experiments.scenario.plant_parameters import PlantNames, StartValue
 from experiments.scenario.problems import near
 from experiments.scenario.vocabulary import Position, Vocabulary
@@ -15,6 +18,7 @@ from fmus.build import build_model, model_folder, own_models
 from fmus.describe import read_model
 from fmus.describe_fmu import describe
 from fmus.errors import PlantError
+from fmus.presets import read_presets
 from netem import link_selector
 from netem.agenda import Agenda
 from netem.impairments.table import IMPAIRMENTS
@@ -25,7 +29,8 @@ from netem.records.ledger import Ledger
 
 
 def house_vocabulary() -> Vocabulary:
-    return Vocabulary(MEDIA, IMPAIRMENTS, select_links, try_medium, try_windows, plant_names, unknown_keys)
+    return Vocabulary(MEDIA, IMPAIRMENTS, select_links, try_medium, try_windows, plant_names, unknown_keys,
+                      over_a_window, MONITORS, medium_links, subjects_of)
 
 
 def select_links(on: str, nodes_on: Mapping[str, Sequence[str]]) -> list[LinkName]:
@@ -47,19 +52,28 @@ def plant_names(fmu: str, folder: Path) -> PlantNames:
         if fmu not in own_models():
             raise ValueError(f"no such model; {near(fmu, own_models())} (or give the path of a .fmu)")
         model = read_model(model_folder(fmu) / "variables.toml")
-        scalars = [scalar for scalar in model.scalars() if not scalar.computed]
-        return PlantNames(fmu, {scalar.name: StartValue() for scalar in scalars if scalar.kind == "parameter"},
-                          {scalar.name: StartValue() for scalar in scalars if scalar.kind != "parameter"})
+        values: dict[bool, dict[str, StartValue]] = {True: {}, False: {}}
+        for scalar in model.scalars():
+            if not scalar.computed:
+                values[scalar.kind == "parameter"][scalar.name] = StartValue(min=scalar.min, max=scalar.max)
+        return PlantNames(fmu, values[True], values[False], _presets(model_folder(fmu)))
     path = (folder / fmu).absolute()
     if not path.exists():
         there = [str(other.relative_to(folder)) for other in sorted(path.parent.glob("*.fmu"))]
         raise ValueError(f"no such file; {near(fmu, there)}")
     try:
         archive = build_model(path) if path.is_dir() else path
+        presets = _presets(path) if path.is_dir() else {}
         settable = [variable for variable in describe(archive).variables.values() if variable.settable_at_start]
     except PlantError as error:
         raise ValueError(str(error)) from error
     known: dict[bool, dict[str, StartValue]] = {True: {}, False: {}}
     for item in settable:
-        known[item.causality in ("parameter", "structuralParameter")][item.name] = StartValue(item.type, item.elements)
-    return PlantNames(str(archive), known[True], known[False])
+        known[item.causality in ("parameter", "structuralParameter")][item.name] = StartValue(
+            item.type, item.elements, item.min, item.max)
+    return PlantNames(str(archive), known[True], known[False], presets)
+
+
+def _presets(folder: Path) -> dict[str, dict[str, Any]]:
+    model = read_model(folder / "variables.toml")
+    return {name: dict(preset.parameters) for name, preset in read_presets(folder, model).items()}

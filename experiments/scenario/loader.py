@@ -1,6 +1,6 @@
 """A scenario file into a `Scenario`, or into every mistake in it at once.
 
-    file --TOML, overrides--> tables --names, units, types--> header, agents, media, impairments, expect
+    file --TOML, overrides--> tables --names, units, types--> header, agents, media, ..., expect
                                      --each class's own rules, links, programs--> Scenario --check of its programs-->
 """
 
@@ -15,8 +15,12 @@ from pydantic import Field
 
 from experiments.scenario import overrides as overriding
 from experiments.scenario.agents import Agents
+from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, question_of, read
+from experiments.scenario.expect import read_expect
 from experiments.scenario.fill import construct
+from experiments.scenario.gateways import read_gateways
+from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
 from experiments.scenario.network import Network
 from experiments.scenario.problems import Place, Problems
@@ -68,13 +72,17 @@ def _resolve(reading: Reading, source: Path, question: str) -> Scenario:
     problems.written_at = lambda place: _written_at(reading, place)
     agent_reader, network = Agents(reading), Network(reading)
     agents = agent_reader.read(tables["agents"], tables["agents_defaults"], list(tables["media"]))
-    media = network.media(tables["media"], agents)
+    gateways = read_gateways(tables["gateways"], agents, list(tables["media"]), reading)
+    media = network.media(tables["media"], agents, gateways)
     impairments = network.impairments(media)
-    expect = network.expect(tables["expect"], agents, media)
+    derived = read_derived(tables["derived"], agents, reading)
+    guarantees = Guarantees(reading, agents, media, derived, *(
+        (0, 1) if header is None else (header.length_ns, header.sample_period_ns))).read(tables["guarantees"])
+    expect = read_expect(tables["expect"], [*agents, *derived, *media], media, guarantees, reading)
     problems.stop_if_any()
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
-                        expect)
+                        gateways, derived, implied(guarantees) | expect, guarantees)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
     return scenario

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -14,10 +15,11 @@ Window = tuple[int, int]                # [start_ns, end_ns)
 
 
 class Bound(msgspec.Struct, frozen=True):
-    """What `[expect]` allows: min <= figure <= max, None where it is open."""
+    """What `[expect]` allows: min <= figure <= max, None where it is open; over [start, end) of the run, if given."""
 
     min: float | None = None
     max: float | None = None
+    during_ns: Window | None = None
 
 
 class PlantSpec(msgspec.Struct, frozen=True):
@@ -37,11 +39,25 @@ class AgentSpec(msgspec.Struct, frozen=True):
     media: tuple[str, ...]
 
 
+def positions(nodes: Iterable[str], agents: Mapping[str, AgentSpec]) -> dict[str, tuple[float, ...] | None]:
+    """Where nodes stand [m], as far as that is said; a gateway stands nowhere."""
+    return {node: agents[node].at_m if node in agents else None for node in nodes}
+
+
 class MediumSpec(msgspec.Struct, frozen=True):
     name: str
     kind: str
     settings: Any                       # an instance of MEDIA[kind].Settings
     nodes: tuple[str, ...]              # the agents with a port on it, in the order of the scenario
+
+
+class GatewaySpec(msgspec.Struct, frozen=True):
+    """Somebody outside who stands on `medium` like a node, over UDP."""
+
+    name: str
+    medium: str
+    listen: tuple[str, int]             # port 0: the system chooses
+    peer: tuple[str, int] | None        # spoken to until somebody speaks
 
 
 class ImpairmentSpec(msgspec.Struct, frozen=True):
@@ -53,6 +69,26 @@ class ImpairmentSpec(msgspec.Struct, frozen=True):
     windows_ns: tuple[Window, ...]
     kind: str                           # of the house, or "package.module:Class"
     fields: dict[str, Any]
+
+
+class DerivedSpec(msgspec.Struct, frozen=True):
+    """Signals that `function` works out after the run from those named in `of` ("node.signal")."""
+
+    function: str                       # "package.module:function"
+    of: tuple[str, ...]
+    signals: dict[str, str]             # name -> unit
+    parameters: dict[str, Any]
+
+
+class GuaranteeSpec(msgspec.Struct, frozen=True):
+    """What `MONITORS[kind](**fields)` watches on each of `subjects`, over the whole run."""
+
+    kind: str
+    on: str
+    subjects: tuple[tuple[str, ...], ...]       # links, senders, signals or events, as the kind has it
+    expected: Literal["holds", "violated"]
+    fields: dict[str, Any]
+    unit: str                                   # of its worst value and its margin: "s", or "" for plain numbers
 
 
 class Scenario(msgspec.Struct, frozen=True):
@@ -67,7 +103,10 @@ class Scenario(msgspec.Struct, frozen=True):
     agents: dict[str, AgentSpec]
     media: dict[str, MediumSpec]
     impairments: tuple[ImpairmentSpec, ...]
-    expect: dict[str, Bound]
+    gateways: dict[str, GatewaySpec]
+    derived: dict[str, DerivedSpec]
+    expect: dict[str, Bound]            # with what the guarantees imply
+    guarantees: dict[str, GuaranteeSpec] = {}
 
     @property
     def folder(self) -> Path:

@@ -1,4 +1,4 @@
-"""`[media]`, `[[impairments]]` and `[expect]`: what carries frames, what goes wrong on the way, what has to hold."""
+"""`[media]` and `[[impairments]]`: what carries frames, and what goes wrong on the way."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 
 from experiments.scenario.fill import construct, fill
 from experiments.scenario.impairment_kind import import_impairment
-from experiments.scenario.model import AgentSpec, Bound, ImpairmentSpec, Link, MediumSpec, Window
+from experiments.scenario.model import AgentSpec, GatewaySpec, ImpairmentSpec, Link, MediumSpec, Window, positions
 from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.refusals import refuse
 from experiments.scenario.sections import Reading
-from experiments.scenario.shape import Shape, shape_of
+from experiments.scenario.shape import shape_of
 from experiments.scenario.units import spellings
 
 
@@ -30,12 +30,15 @@ class Network:
         self.folder = reading.folder
         self.vocabulary = reading.vocabulary
 
-    def media(self, tables: Mapping[str, Any], agents: Mapping[str, AgentSpec]) -> dict[str, MediumSpec]:
+    def media(self, tables: Mapping[str, Any], agents: Mapping[str, AgentSpec],
+              gateways: Mapping[str, GatewaySpec]) -> dict[str, MediumSpec]:
         media: dict[str, MediumSpec] = {}
         for name, table in tables.items():
             place = ("media", name)
             self.reading.check_name(place, name)
-            nodes = tuple(agent.name for agent in agents.values() if name in agent.media)
+            nodes = (*(agent.name for agent in agents.values() if name in agent.media),
+                     *(gateway.name for gateway in gateways.values() if gateway.medium == name))
+            at_m = positions(nodes, agents)
             cls = self._kind(table, place, self.vocabulary.media)
             if cls is None:
                 media[name] = MediumSpec(name, "", None, nodes)
@@ -44,7 +47,7 @@ class Network:
             settings = construct(cls.Settings, rest, place, self.problems, self.folder, besides=["kind"])
             if settings is not None and nodes:
                 try:
-                    self.vocabulary.try_medium(cls, name, settings, {node: agents[node].at_m for node in nodes})
+                    self.vocabulary.try_medium(cls, name, settings, at_m)
                 except ValueError as error:
                     refuse(error, rest, place, self.problems)
             media[name] = MediumSpec(name, table["kind"], settings, nodes)
@@ -113,24 +116,6 @@ class Network:
             else:
                 windows.append((window[0], window[1]))
         return tuple(windows)
-
-    def expect(self, tables: Mapping[str, Any], agents: Mapping[str, AgentSpec],
-                media: Mapping[str, MediumSpec]) -> dict[str, Bound]:
-        bounds: dict[str, Bound] = {}
-        shape = Shape({"min": float, "max": float}, frozenset())
-        for key, table in tables.items():
-            place = ("expect", key)
-            filled = fill(shape, table, place, self.problems, self.folder)
-            bound = bounds[key] = Bound(**filled.values)
-            if not filled.complete:
-                continue
-            if bound.min is None and bound.max is None:
-                self.problems.add(place, "expects nothing; give min, max or both", table)
-            elif bound.min is not None and bound.max is not None and bound.min > bound.max:
-                self.problems.add(place, "expected min <= max", table)
-        for line in self.vocabulary.unknown_figures(bounds, list(agents), list(media)):
-            self.problems.say(line)
-        return bounds
 
     def _kind(self, table: Any, place: Place, kinds: Mapping[str, type]) -> Any:
         if not isinstance(table, dict):

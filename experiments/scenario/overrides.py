@@ -1,7 +1,7 @@
 """`--set path.to.key=value`: one value of the file replaced before it is validated. The value is TOML.
 
-A path may add a key that the file leaves at its default, but no new agent, medium, impairment, expectation or knowledge
-of the team: there a name that is not in the file is a slip of the pen.
+A path may add a key that the file leaves at its default, and any key to `[team]`, which is free in form; but no new
+agent, medium, impairment, guarantee or expectation: there a name that is not in the file is a slip of the pen.
 """
 
 from __future__ import annotations
@@ -83,4 +83,4 @@ def _apply(document: dict[str, Any], override: str, top_level: Sequence[str]) ->
 
 def _is_a_name(parent: Place) -> bool:
     """Whether the keys of this table are names of the author's choosing, not of the file format."""
-    return bool(parent) and (parent[0] == "team" or parent in (("agents",), ("media",), ("expect",)))
+    return parent in (("agents",), ("media",), ("guarantees",), ("expect",))

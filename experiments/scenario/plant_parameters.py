@@ -1,4 +1,4 @@
-"""Which start values a plant gets: from a table of the team's knowledge, then the agent's own, checked by the FMU.
+"""Which start values a plant gets: those of a preset, then from a table of the team's knowledge, then the agent's own.
 
 A key is a variable or, as a nested list, a matrix of them: `A = [[-3, 1], [2, -1]]` is A[1,1], A[1,2], A[2,1], A[2,2].
 """
@@ -6,10 +6,11 @@ A key is a variable or, as a nested list, a matrix of them: `A = [[-3, 1], [2, -
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from experiments.scenario.problems import near
+from fmus.bounds import outside
 from fmus.errors import PlantError
 from fmus.parameters import expand_parameters
 
@@ -17,6 +18,8 @@ from fmus.parameters import expand_parameters
 class StartValue(NamedTuple):
     fmi_type: str = "Float64"
     elements: int = 1                   # of an array
+    min: float | None = None
+    max: float | None = None
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,14 @@ class PlantNames:
     fmu: str
     parameters: Mapping[str, StartValue]
     others: Mapping[str, StartValue]    # inputs, initial values
+    presets: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    def over_preset(self, preset: str | None, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of a preset, `given` over them variable by variable; both are free of complaints."""
+        if preset is None:
+            return dict(given)
+        said = set(expand_parameters(given))
+        return {**{key: value for key, value in self.presets[preset].items() if key not in said}, **given}
 
     def taken_from(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """The entries of a table that are parameters of this plant."""
@@ -72,7 +83,10 @@ def _misfit(wanted: StartValue, value: Any) -> str:
     values = _flat(value)
     if len(values) != wanted.elements or (wanted.elements == 1 and isinstance(value, list)):
         return f"expected {words}" if wanted.elements == 1 else f"expected {wanted.elements} values"
-    return "" if all(map(fits, values)) else f"expected {words}"
+    if not all(map(fits, values)):
+        return f"expected {words}"
+    wrong = (outside(each, wanted.min, wanted.max) for each in values if not isinstance(each, str))
+    return next(filter(None, wrong), "")
 
 
 def _flat(value: Any) -> list[Any]:

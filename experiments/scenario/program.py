@@ -1,13 +1,16 @@
-"""Robot programs by import path, `package.module:Class`, and whether a scenario's parameters fit them."""
+"""Robot programs by import path, and whether a scenario's parameters fit them.
+
+`package.module:Class` is a board's program, `package.module:function` ordinary blocking code.
+"""
 
 from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import Any, get_type_hints
+from typing import Any, Final, get_type_hints
 
 import msgspec
 
@@ -16,16 +19,22 @@ from experiments.scenario.fill import fill
 from experiments.scenario.problems import Place, Problems, near
 from experiments.scenario.shape import Shape
 
+NO_PROGRAM: Final = {
+    inspect.iscoroutinefunction: "is a coroutine, and asyncio does not run in virtual time; write blocking code",
+    inspect.isgeneratorfunction: "is a generator, which nobody would iterate; write blocking code, or a class whose "
+                                 "method `run` yields",
+}
 
-def import_program(program: str, folder: Path) -> type:
-    """The class. A module that is not installed is looked for in `folder`, that of the scenario.
+
+def import_program(program: str, folder: Path) -> Callable[..., Any]:
+    """The class or function. A module that is not installed is looked for in `folder`, that of the scenario.
 
     ValueError says what is wrong with the path; what the module's own code raises comes through.
     """
     module_name, colon, class_name = program.partition(":")
     parts = module_name.split(".")
     if not colon or not class_name.isidentifier() or not all(part.isidentifier() for part in parts):
-        raise ValueError("expected 'package.module:Class'")
+        raise ValueError("expected 'package.module:Class' or 'package.module:function'")
     try:
         module = module_for(module_name, folder)
     except ModuleNotFoundError as error:
@@ -33,16 +42,20 @@ def import_program(program: str, folder: Path) -> type:
             raise ValueError(f"{module_name} needs the module {error.name!r}, which is not installed") from error
         raise ValueError(f"there is no module {error.name!r}; {_near_module(error.name, folder)}") from error
     found = getattr(module, class_name, None)
-    if not isinstance(found, type):
-        classes = [name for name, value in vars(module).items() if isinstance(value, type)]
-        what = "is no class" if found is not None else f"is not in {module_name}"
-        raise ValueError(f"{class_name} {what}; {near(class_name, classes)}")
-    return found
+    if not callable(found):
+        programs = [name for name, value in vars(module).items() if callable(value)]
+        what = "is no class or function" if found is not None else f"is not in {module_name}"
+        raise ValueError(f"{class_name} {what}; {near(class_name, programs)}")
+    for is_one, why_not in NO_PROGRAM.items():
+        if is_one(found):
+            raise ValueError(f"{class_name} {why_not}")
+    program_found: Callable[..., Any] = found
+    return program_found
 
 
 def check_program(program: str, parameters: dict[str, Any], place: Place, problems: Problems,
-                  folder: Path) -> tuple[type | None, dict[str, Any]]:
-    """The program's class and its keyword arguments with times in ns; problems at `place`, that of the agent."""
+                  folder: Path) -> tuple[Callable[..., Any] | None, dict[str, Any]]:
+    """The program and its keyword arguments with times in ns; problems at `place`, that of the agent."""
     try:
         cls = import_program(program, folder)
     except ValueError as error:
@@ -61,22 +74,28 @@ def check_program(program: str, parameters: dict[str, Any], place: Place, proble
     return cls, msgspec.to_builtins(filled.values, enc_hook=str)
 
 
-def _keywords(cls: type) -> tuple[Shape | None, str]:
-    """What the class takes after the board (None: any keyword) and what is wrong with it as a program."""
+def _keywords(cls: Callable[..., Any]) -> tuple[Shape | None, str]:
+    """What the class takes after the board, or the function at all (None: any keyword); what is wrong with it."""
     try:
         signature = inspect.signature(cls)
     except ValueError:
-        return None, f"{cls.__name__} does not say what it takes; write the program as a Python class"
+        return None, f"{cls.__name__} does not say what it takes; write the program in Python"
+    if not isinstance(cls, type):
+        return _parameters(cls, list(signature.parameters.values()))
     positional = [item for item in signature.parameters.values()
                   if item.kind in (item.POSITIONAL_ONLY, item.POSITIONAL_OR_KEYWORD)]
     if not positional and not any(item.kind is item.VAR_POSITIONAL for item in signature.parameters.values()):
         return None, f"takes no board: {cls.__name__}{signature} has no positional argument"
-    named = [item for item in signature.parameters.values()
-             if item not in positional[:1] and item.kind in (item.POSITIONAL_OR_KEYWORD, item.KEYWORD_ONLY)]
-    if any(item.kind is item.VAR_KEYWORD for item in signature.parameters.values()):
+    return _parameters(inspect.getattr_static(cls, "__init__"),
+                       [item for item in signature.parameters.values() if item not in positional[:1]])
+
+
+def _parameters(function: Any, given: list[inspect.Parameter]) -> tuple[Shape | None, str]:
+    named = [item for item in given if item.kind in (item.POSITIONAL_OR_KEYWORD, item.KEYWORD_ONLY)]
+    if any(item.kind is item.VAR_KEYWORD for item in given):
         return None, ""
     try:
-        hints = get_type_hints(inspect.getattr_static(cls, "__init__"), include_extras=True)
+        hints = get_type_hints(function, include_extras=True)
     except (NameError, TypeError):
         hints = {}
     return Shape({item.name: hints.get(item.name, Any) for item in named},

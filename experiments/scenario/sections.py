@@ -9,7 +9,8 @@ from typing import Any, Final
 from experiments.scenario.problems import Place, Problems
 from experiments.scenario.vocabulary import Vocabulary
 
-SECTIONS: Final = ("team", "agents", "agents_defaults", "media", "impairments", "expect")
+SECTIONS: Final = ("team", "agents", "agents_defaults", "media", "gateways", "impairments", "derived", "guarantees",
+                   "expect")
 NAME_RULE: Final = "a name has letters, digits, - and _, and starts with a letter"
 
 

@@ -43,7 +43,7 @@ class StubRunner:
         self.error: BaseException | None = None
         self.calls: list[tuple[object, str, Path]] = []
 
-    def run(self, scenario, *, host, out, progress):
+    def run(self, scenario, *, host, out, progress, real_time=False):
         self.calls.append((scenario, host, out))
         out.mkdir(parents=True)
         (out / "scenario.json").write_text("{}")
@@ -170,6 +170,16 @@ def test_bad_arguments_exit_with_2(arguments, stub, here):
     assert stub.calls == []
 
 
+@pytest.mark.parametrize("out", ["talk.toml/run", "talk.toml/a/b"])
+def test_a_folder_below_a_file_is_refused_by_the_name_that_was_given(out, stub, here):
+    result = marconet("run", "talk.toml", "--out", out)
+
+    assert result.exit_code == 2
+    assert result.stderr.splitlines() == [f"--out {out}: talk.toml is a file: expected a folder of a run or a path "
+                                          "where one can be made; name another"]
+    assert stub.calls == []
+
+
 @pytest.mark.parametrize("error", [NodeFailure("r1", "exited with code 9", last_report="12 ns"),
                                    InstantLoop(5, ["r1", "r2"], 100)])
 def test_a_failed_node_exits_with_3_and_says_where_the_records_are(error, stub, here):
@@ -210,7 +220,7 @@ def test_traceback_shows_where_an_error_came_from(stub, here):
 def test_a_second_run_into_a_folder_leaves_no_conclusions_of_the_first(stub, here):
     folder = here / "runs" / "one"
     folder.mkdir(parents=True)
-    for name in ("scenario.json", "summary.json", "report.html"):
+    for name in ("scenario.json", "guarantees.json", "summary.json", "report.html"):
         (folder / name).write_text("old")
     stub.error = NodeFailure("r1", "exited")
 

@@ -50,6 +50,44 @@ def test_load_start_order_and_host_change_nothing(tmp_path: Path) -> None:
     assert hash_of(tmp_path, "inline", 99, 0.4, seed=8) not in hashes
 
 
+SETS = """
+class Namer:
+    def __init__(self, board):
+        self.board = board
+
+    def run(self):
+        yield self.board.until(1_000_000)
+        for word in {"one", "two", "three", "four", "five", "six", "seven", "eight"}:
+            self.board.node.ports["radio"].send(word.encode())
+"""
+NAMERS = """# Robots that go through a set.
+# Question: does its order change?
+seed = 1
+length_s = 0.01
+[agents.r1]
+program = "namer:Namer"
+[agents.r2]
+program = "namer:Namer"
+[media.radio]
+kind = "broadcast_radio"
+preset = "crazyflie_p2p"
+mac = "aloha"
+[expect]
+frames_offered = { min = 1 }
+"""
+
+
+def test_a_program_that_goes_through_a_set_of_names_says_the_same_in_every_run(tmp_path: Path) -> None:
+    """Python shuffles sets of text anew in every process unless it is told not to: one chance in 40 320 to miss it."""
+    (tmp_path / "namer.py").write_text(SETS)
+    (tmp_path / "namers.toml").write_text(NAMERS)
+
+    hashes = {run(load(tmp_path / "namers.toml"), host="process", out=tmp_path / f"{k}", report=False
+                  ).summary.ledger_hash for k in range(3)}
+
+    assert len(hashes) == 1
+
+
 @pytest.mark.slow
 def test_thirty_runs_give_one_hash(tmp_path: Path) -> None:
     hashes = {hash_of(tmp_path, "inline", order, 1.0) for order in range(10)}

@@ -26,6 +26,7 @@ NODES = {"r1": ("y", "u"), "r2": ("y", "u"), "base": ("gap",)}
 class Between:
     min: float | None = None
     max: float | None = None
+    during_ns: tuple[int, int] | None = None
 
 
 def table(node: str, **signals: Sequence[float]) -> SignalTable:
@@ -92,6 +93,28 @@ def test_a_bound_on_several_nodes_has_to_hold_at_each_of_them(bound: Between, va
 
     assert (verdict.value, verdict.holds) == (value, holds)
     assert (verdict.key, verdict.min, verdict.max) == ("r*.y.last", bound.min, bound.max)
+
+
+@pytest.mark.parametrize(("key", "during_ms", "value"), [
+    ("r1.y.rms", (0, 20), math.sqrt(25 / 2)), ("r1.y.last", (10, 20), -4), ("r1.y.first", (5, 100), -4),
+])
+def test_a_part_of_the_run_is_judged_alone(key: str, during_ms: tuple[int, int], value: float) -> None:
+    window = Between(max=100.0, during_ns=(during_ms[0] * MS, during_ms[1] * MS))
+
+    assert measure(key, signals_run(), window) == pytest.approx(value)
+
+
+def test_frames_count_in_the_part_in_which_they_were_handed_out(tmp_path: Path) -> None:
+    data = ledger_run(tmp_path)                 # radio: handed out at 0, 10, 20, 50 ms; can: at 0
+
+    assert measure("radio.frames_offered", data, Between(max=9.0, during_ns=(10 * MS, 50 * MS))) == 2
+    assert measure("delivery_ratio", data, Between(max=1.0, during_ns=(0, 20 * MS))) == pytest.approx(2 / 3)
+
+
+def test_a_part_without_samples_has_no_value() -> None:
+    verdict, = evaluate({"r1.y.rms": Between(max=9.0, during_ns=(40 * MS, 50 * MS))}, signals_run())
+
+    assert (verdict.value, verdict.holds) == (None, False)
 
 
 def test_a_value_that_is_not_a_number_never_holds() -> None:

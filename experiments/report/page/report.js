@@ -9,6 +9,7 @@ const FATE_COLOURS = {
   "malformed": "#a05a2c", "unfinished": "#b9c2cb", "receiver gone": "#5c6672",
 };
 const SWITCH_COLOUR = "#d03ac0";
+const VIOLATED_COLOUR = "#d55e00";
 const CONFIG = {responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]};
 const MOST_LINES = 120;
 
@@ -41,9 +42,10 @@ function layout(x, y, more) {
 
 function drawSignal() {
   const entry = DATA.signals[byId("signal").value];
-  const traces = entry.curves.map((curve) => ({
-    type: "scatter", mode: "lines", name: curve.node, x: curve.t_s, y: curve.values, line: line(curve.node),
-    hovertemplate: `${curve.node}: %{y:.5g} at %{x:.6g} s<extra></extra>`,
+  const traces = entry.curves.map((curve, k) => ({
+    type: "scatter", mode: "lines", name: curve.label, x: curve.t_s, y: curve.values,
+    line: DATA.nodes.includes(curve.label) ? line(curve.label) : stroke(k),
+    hovertemplate: `${curve.label}: %{y:.5g} at %{x:.6g} s<extra></extra>`,
   }));
   const shapes = [];
   if (byId("marks").checked) {
@@ -57,19 +59,35 @@ function drawSignal() {
                                              line: {color: SWITCH_COLOUR, width: 0.7, dash: "dot"}}));
       }
     }
-    const adopted = DATA.switching.adopted;
-    if (adopted.length) {
-      traces.push({type: "scatter", mode: "markers", name: "topology adopted by a node", x: adopted.map((a) => a.t_s),
-                   y: adopted.map(() => 0.985), yaxis: "y2",
-                   marker: {symbol: "triangle-down", size: 8, color: css("--soft")},
-                   text: adopted.map((a) => `${a.node} adopts ${a.detail}`),
-                   hovertemplate: "%{text} at %{x:.9g} s<extra></extra>"});
-    }
+    traces.push(...marks());
+    DATA.violated.forEach((v) => shapes.push({type: "rect", x0: v.from_s, x1: v.until_s, y0: 0, y1: 1, yref: "paper",
+                                              layer: "below", line: {width: 0}, fillcolor: VIOLATED_COLOUR, opacity: 0.12}));
   }
   byId("signal-note").textContent = entry.shown < entry.samples
     ? `${entry.shown} of ${entry.samples} samples drawn: the extremes of each stretch` : "";
   Plotly.react("plot-signal", traces, layout("time [s]", named(entry.name, entry.unit), {
     shapes, hovermode: "closest", showlegend: true, xaxis: {range: [0, DATA.length_s || 1]}, yaxis2: {overlaying: "y", range: [0, 1], visible: false, fixedrange: true},
+  }), CONFIG);
+}
+
+// What nodes did that marks an instant, as triangles at the upper edge (axis y2 runs from 0 to 1).
+function marks() {
+  return DATA.switching.marks.map(({label, events}, k) => ({
+    type: "scatter", mode: "markers", name: label, x: events.map((e) => e.t_s), y: events.map(() => 0.985 - 0.03 * k), yaxis: "y2",
+    marker: {symbol: "triangle-down", size: 8, color: label === "guarantee violated" ? VIOLATED_COLOUR : css("--soft")}, text: events.map((e) => e.text),
+    hovertemplate: "%{text} at %{x:.9g} s<extra></extra>"}));
+}
+
+function drawIntervals() {
+  const gap = DATA.gaps[byId("interval").value];
+  const traces = [{type: "scatter", mode: "markers", name: `${gap.sender} on ${gap.medium}`, x: gap.t_s, y: gap.gaps_ms,
+                   marker: {size: 4, color: line(gap.sender).color},
+                   hovertemplate: "%{y:.6g} ms since the one before, at %{x:.9g} s<extra></extra>"}, ...marks()];
+  byId("interval-note").textContent = gap.t_s.length < gap.transmissions - 1
+    ? `${gap.t_s.length} of ${gap.transmissions - 1} intervals drawn: the extremes of each stretch` : "";
+  Plotly.react("plot-intervals", traces, layout("time of the transmission [s]", "since the one before [ms]", {
+    hovermode: "closest", showlegend: true, height: 340, xaxis: {range: [0, DATA.length_s || 1]}, yaxis: {rangemode: "tozero"},
+    yaxis2: {overlaying: "y", range: [0, 1], visible: false, fixedrange: true},
   }), CONFIG);
 }
 
@@ -191,7 +209,7 @@ function drawGaps() {
   const traces = media.map((medium, k) => {
     const own = DATA.gaps.filter((gap) => gap.medium === medium);
     return {
-      type: "heatmap", x: own[0].edges_ms, y: own.map(label), ygap: 4,
+      type: "heatmap", x: own[0].edges_ms, y: own.map((gap) => DATA.gaps.indexOf(gap)), ygap: 4,
       z: own.map((gap) => gap.counts.map((count) => count ? Math.log10(count) : null)),
       text: own.map((gap) => gap.counts.map((count, i) =>
         `${label(gap)}: ${count} between ${gap.edges_ms[i].toPrecision(6)} and ${gap.edges_ms[i + 1].toPrecision(6)} ms`)),
@@ -202,7 +220,8 @@ function drawGaps() {
   });
   Plotly.react("plot-gaps", traces, layout("time from one start of transmission to the next [ms]", "", {
     hovermode: "closest", height: Math.max(240, 110 + 30 * DATA.gaps.length),
-    yaxis: {type: "category", autorange: "reversed", showgrid: false}, margin: {l: 60, r: 16, t: 30, b: 46},
+    yaxis: {tickvals: DATA.gaps.map((_, k) => k), ticktext: DATA.gaps.map(label), showgrid: false, zeroline: false,
+            range: [DATA.gaps.length - 0.5, -0.5]}, margin: {l: 60, r: 16, t: 30, b: 46},
     modebar: {...layout("", "").modebar, orientation: "h"},
   }), CONFIG);
 }
@@ -215,6 +234,10 @@ function drawing(id, draw) {
 if (byId("signal")) {
   DATA.signals.forEach((entry, k) => byId("signal").add(new Option(named(entry.name, entry.unit), k)));
   byId("signal").onchange = byId("marks").onchange = drawSignal;
+}
+if (byId("interval")) {
+  DATA.gaps.forEach((gap, k) => byId("interval").add(new Option(`${gap.sender} on ${gap.medium}`, k)));
+  byId("interval").onchange = drawIntervals;
 }
 if (byId("slot-from")) {
   const step = (sign) => () => {
@@ -238,5 +261,6 @@ drawing("plot-slots", drawSlots);
 drawing("plot-fates", drawFates);
 drawing("plot-ages", drawAges);
 drawing("plot-gaps", drawGaps);
+drawing("plot-intervals", drawIntervals);
 drawers.forEach((draw) => draw());
 dark.addEventListener("change", () => drawers.forEach((draw) => draw()));

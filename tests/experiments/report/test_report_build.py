@@ -86,9 +86,26 @@ def test_outputs_come_first_and_switching_instants_are_marked(page: Page) -> Non
     signals, switching = page.data["signals"], page.data["switching"]
 
     assert [entry["name"] for entry in signals] == ["y", "error", "u"]
-    assert [curve["node"] for curve in signals[0]["curves"]] == ["r1", "r2", "r3", "r4", "r5"]
+    assert [curve["label"] for curve in signals[0]["curves"]] == ["r1", "r2", "r3", "r4", "r5"]
     assert switching["media"]["radio"] == pytest.approx([0.5 * k for k in range(1, 26)])
-    assert len(switching["adopted"]) == 25 * 5
+    adopted, = switching["marks"]
+    assert adopted["label"] == "topology adopted by a node"
+    assert len(adopted["events"]) == 25 * 5
+
+
+def test_each_interval_stands_at_the_instant_that_ends_it(tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path / "ledger.parquet")
+    for number, start_ms in enumerate([1, 4, 9]):
+        start = start_ms * 1_000_000
+        ledger.expect(1, "radio")
+        ledger.close(Frame("radio", "r1", number, start, b"x", on_air_ns=start, end_ns=start + 1), "r2", Fate.LOST)
+    ledger.finish()
+
+    gap, = Page(write_report(tmp_path)).data["gaps"]
+
+    assert gap["t_s"] == pytest.approx([0.004, 0.009])
+    assert gap["gaps_ms"] == pytest.approx([3.0, 5.0])
+    assert gap["transmissions"] == 3
 
 
 def test_the_fates_on_the_page_add_up_to_the_ledger(page: Page, whole_run: Path) -> None:
@@ -178,7 +195,7 @@ def test_one_node_that_hears_nobody_has_a_page(tmp_path: Path) -> None:
     page = Page(write_report(tmp_path))
 
     assert "The expectation holds" in page.text
-    assert page.data["signals"][1]["curves"] == [{"node": "alone", "t_s": [0.0], "values": [None]}]
+    assert page.data["signals"][1]["curves"] == [{"label": "alone", "t_s": [0.0], "values": [None]}]
 
 
 def test_names_cannot_break_out_of_the_page(tmp_path: Path) -> None:
@@ -218,6 +235,24 @@ def test_a_browser_draws_every_plot(whole_run: Path, tmp_path: Path) -> None:
          f"--user-data-dir={tmp_path}", "--virtual-time-budget=8000", "--dump-dom", report.as_uri()],
         capture_output=True, text=True, timeout=120, check=True).stdout
 
-    assert len(re.findall(r'class="[^"]*js-plotly-plot', drawn)) == 5
-    assert drawn.count('class="cartesianlayer"') == 5
+    assert len(re.findall(r'class="[^"]*js-plotly-plot', drawn)) == 6
+    assert drawn.count('class="cartesianlayer"') == 6
     assert "79 frames in this window" in drawn
+
+
+def test_derived_signals_are_drawn_together_and_first(whole_run: Path, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    shutil.copytree(whole_run, run)
+    scenario = json.loads((run / "scenario.json").read_text())
+    scenario["path"] = str(run / "own.toml")
+    scenario["derived"] = {"gap": {"function": "math_of_the_test:both", "of": ["r1.y", "r2.y"], "parameters": {},
+                                   "signals": {"difference": "m", "sum": "m"}}}
+    (run / "scenario.json").write_text(json.dumps(scenario))
+    (run / "math_of_the_test.py").write_text("def both(a, b):\n    return a - b, a + b\n")
+
+    page = Page(write_report(run))
+
+    first = page.data["signals"][0]
+    assert (first["name"], first["unit"]) == ("gap: difference, sum", "m")
+    assert [curve["label"] for curve in first["curves"]] == ["difference", "sum"]
+    assert "gap" not in page.data["nodes"]

@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from experiments.metric_keys import STATISTICS
+from experiments.metric_keys import STATISTICS, guarantee_figures
+from experiments.monitors.table import MONITORS
 from experiments.scenario import load
 from experiments.scenario.agents import AgentTable, PlantTable
+from experiments.scenario.guarantees import GuaranteeHeader
 from experiments.scenario.loader import Header
 from experiments.scenario.network import ImpairmentHeader
 from experiments.scenario.sections import SECTIONS
@@ -32,9 +34,11 @@ def page() -> str:
 def example(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.delitem(sys.modules, "my_robots", raising=False)
-    blocks = dict(re.findall(r"```(toml|python)\n(.*?)```", page, re.DOTALL))
-    (tmp_path / "my_robots.py").write_text(blocks["python"])
-    (tmp_path / "door.toml").write_text(blocks["toml"])
+    scenario, robots = (re.search(rf"```{language}\n(.*?)```", page, re.DOTALL) for language in ("toml", "python"))
+    assert scenario is not None
+    assert robots is not None
+    (tmp_path / "my_robots.py").write_text(robots[1])
+    (tmp_path / "door.toml").write_text(scenario[1])
     return tmp_path / "door.toml"
 
 
@@ -50,18 +54,19 @@ def test_the_example_runs_and_its_expectations_hold(example):
 
     result = run(load(example), host="inline", out=example.parent / "run")
 
-    assert [verdict.by_how_much() for verdict in result.summary.verdicts] == ["", "", ""]
+    assert [verdict.by_how_much() for verdict in result.summary.verdicts] == ["", "", "", ""]
 
 
 @pytest.mark.parametrize("cls", [Header, AgentTable, PlantTable, ImpairmentHeader, ClockSettings,
-                                 *IMPAIRMENTS.values()], ids=lambda cls: cls.__name__)
+                                 GuaranteeHeader, *IMPAIRMENTS.values(), *MONITORS.values()],
+                         ids=lambda cls: cls.__name__)
 def test_every_key_is_documented(cls, page):
     for name in shape_of(cls).hints:
         assert f"`{re.sub('_ns$', '_s', name)}`" in page
 
 
 def test_every_section_kind_and_statistic_is_documented(page):
-    for word in [*MEDIA, *IMPAIRMENTS, *STATISTICS]:
+    for word in [*MEDIA, *IMPAIRMENTS, *STATISTICS, *MONITORS, *guarantee_figures("s"), *guarantee_figures("")]:
         assert f"`{word}`" in page
     for section in SECTIONS:
         assert re.search(rf"`\[+{section}[.\]]", page)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from experiments.scenario import ScenarioError, load
+from experiments.scenario.gateways import ADDRESS_RULE
 
 EACH = [
     # header
@@ -28,6 +29,29 @@ EACH = [
     ("length_s = 2.5", "length_s = 2.5\nnode_timeout_s = 0", ["node_timeout_s=0: expected > 0"]),
     ("length_s = 2.5", "length_s = 2.5\nsample_period_s = 2020-01-01",
      ["sample_period_s=2020-01-01: dates and times of day mean nothing to a scenario; put text in quotes"]),
+    # gateways
+    ("[media.quiet]",
+     '[gateways.g]\nmedium = "radoi"\nlisten = "10.0.0.1:80"\npeer = "127.0.0.1:99999"\n[media.quiet]',
+     ['gateways.g.medium="radoi": no such medium; did you mean "radio"?',
+      f'gateways.g.listen="10.0.0.1:80": {ADDRESS_RULE}', f'gateways.g.peer="127.0.0.1:99999": {ADDRESS_RULE}']),
+    ("[media.quiet]", '[gateways.r1]\nmedium = "radio"\n[media.quiet]',
+     ["gateways.r1: is the name of an agent already; take another one"]),
+    # derived signals
+    ("[expect]", '[derived.r1]\nfunction = "own_functions:f"\nof = ["r1.y"]\nsignals = { e = "1" }\n[expect]',
+     ["derived.r1: is the name of an agent already; take another one",
+      "derived.r1.function=\"own_functions:f\": there is no module 'own_functions'"]),
+    ("[expect]", '[derived.e]\nfunction = "math:hypot"\nof = ["r9.y", "r1"]\nsignals = { e = "1" }\n[expect]',
+     ['derived.e.of[0]="r9.y": there is no agent or earlier derived signal \'r9\'; did you mean "r2"?',
+      'derived.e.of[1]="r1": expected "node.signal"']),
+    ("[expect]", '[derived.e]\nfunction = "math:hypo"\nof = []\nsignals = {}\n[expect]',
+     ["derived.e.function=\"math:hypo\": there is no function 'hypo' in math",
+      'derived.e.of=[]: expected at least one signal, "node.signal"',
+      'derived.e.signals={}: expected at least one, { name = "unit" }']),
+    ("{ max = 1e-3 }", "{ max = 1e-3, during_s = [2.0, 1.0] }",
+     ['expect."*.y.last_abs"={ max = 0.001, during_s = [2.0, 1.0] }: during: expected 0 <= start < end']),
+    ("{ max = 1e-3 }", "{ max = 1e-3 }\nmax_successive_losses = { max = 3, during_s = [0, 1] }",
+     ["expect.max_successive_losses={ max = 3, during_s = [0, 1] }: during: only signals, numbers of frames and the "
+      "delivery ratio can be judged over a part of the run"]),
     # agents
     ('"robots_of_the_tests:Talker"', '"robots_of_the_test:Talker"',
      ['agents_defaults.program="robots_of_the_test:Talker": there is no module \'robots_of_the_test\'; '
@@ -39,8 +63,10 @@ EACH = [
      ['agents_defaults.program="robots_of_the_tests:Boardless": takes no board: Boardless() has no positional '
       "argument"]),
     ('"robots_of_the_tests:Talker"', '"robots_of_the_tests.Talker"',
-     ["agents_defaults.program=\"robots_of_the_tests.Talker\": expected 'package.module:Class'"]),
-    ('"robots_of_the_tests:Talker"', '""', ["agents_defaults.program=\"\": expected 'package.module:Class'"]),
+     ["agents_defaults.program=\"robots_of_the_tests.Talker\": expected 'package.module:Class' or "
+      "'package.module:function'"]),
+    ('"robots_of_the_tests:Talker"', '""', ["agents_defaults.program=\"\": expected 'package.module:Class' or "
+      "'package.module:function'"]),
     ('program = "robots_of_the_tests:Talker"', "", ["agents.r1.program: is missing", "agents.r2.program: is missing"]),
     ("parameters = { slot_ms = 1.1 }", "parameters = { slit_ms = 1.1 }",
      ['agents.r1.parameters.slit_ms=1.1: unknown key; did you mean "slot_ms"?']),
@@ -122,14 +148,15 @@ EACH = [
      ["impairments[0].on=\"radio: r1 -> r3\": 'radio: r1 -> r3': 'r3' names no node on medium 'radio': nearest: 'r2'"]),
     # expectations
     ("frames_lost = { min = 1 }", "frames_lots = { min = 1 }",
-     ["expect.frames_lots: expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic> or "
-      "count.<node>.<counter>; nearest: frames_lost"]),
+     ["expect.frames_lots: expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic>, "
+      "count.<node>.<counter> or guarantee.<name>.<figure>; nearest: frames_lost"]),
     ("frames_lost = { min = 1 }", "frames_lost = {}",
      ["expect.frames_lost={}: expects nothing; give min, max or both"]),
     ("frames_lost = { min = 1 }", "frames_lost = { min = 3, max = 1 }",
      ["expect.frames_lost={ min = 3, max = 1 }: expected min <= max"]),
     ("frames_lost = { min = 1 }", "frames_lost = { least = 1 }",
-     ["expect.frames_lost.least=1: unknown key; there are min, max"]),
+     ["expect.frames_lost.least=1: unknown key; there are min, max, during_s, during_ms, "
+      "during_us, during_ns"]),
     ("frames_lost = { min = 1 }", "frames_lost = 1", ["expect.frames_lost=1: expected a table"]),
 ]
 

@@ -1,0 +1,72 @@
+"""The guarantees of a running scenario: keeps what they need, and judges them when the run has ended or was broken off.
+
+    samples -> recorder, and kept here if a guarantee is about signals
+    ledger closed -> monitors -> guarantees.json, one event for each violation -> signals closed
+
+A run without guarantees costs nothing: samples go straight to the recorder.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+
+from experiments.derived import derive
+from experiments.monitors import Named
+from experiments.monitors.judge import events, judge
+from experiments.monitors.outcome import Standing
+from experiments.monitors.records import Records
+from experiments.monitors.sample_tee import SampleTee
+from experiments.monitors.table import MONITORS
+from experiments.scenario.model import Scenario
+from experiments.scenario.problems import ScenarioError, near
+from netem.records.ledger_table import read_ledger
+from netem.records.signal_table import SignalTable
+from netem.records.signals import SignalRecorder
+
+Declared = Mapping[str, Sequence[tuple[str, str]]]
+
+
+class GuaranteeWatch:
+    def __init__(self, scenario: Scenario, recorder: SignalRecorder) -> None:
+        self._scenario = scenario
+        self._recorder = recorder
+        self._declared: Declared = {}
+        needs = {MONITORS[guarantee.kind].ON for guarantee in scenario.guarantees.values()}
+        self._tee = SampleTee(recorder.append) if Named.SIGNALS in needs else None
+        self.sample: Callable[[str, int, Sequence[float]], None] = self._tee.append if self._tee else recorder.append
+        self.standings: list[Standing] = []
+
+    def admit(self, declared: Declared) -> None:
+        """The nodes with their (signal, unit) pairs; ScenarioError for a guarantee about a signal that nobody has."""
+        self._declared = declared
+        unknown = []
+        for name, guarantee in self._scenario.guarantees.items():
+            agents = [subject for subject in guarantee.subjects if subject[0] not in self._scenario.derived]
+            if MONITORS[guarantee.kind].ON is not Named.SIGNALS or len(agents) < len(guarantee.subjects):
+                continue
+            known = dict.fromkeys(signal for node, _ in agents for signal, _ in declared.get(node, ()))
+            if not any(signal in (known_name for known_name, _ in declared.get(node, ())) for node, signal in agents):
+                unknown.append(f"{Path(self._scenario.path).name}: guarantees.{name}.on={guarantee.on!r}: "
+                               f"no such signal; {near(agents[0][1], known)}")
+        if unknown:
+            raise ScenarioError(unknown)
+
+    def judge(self, folder: Path, reached_ns: int) -> None:
+        """Over [0, reached_ns): write what became of them, and tell each violation as an event."""
+        if not self._scenario.guarantees:
+            return
+        records = Records(reached_ns, read_ledger(folder / "ledger.parquet"), self._signals(), self._recorder.events)
+        outcomes = judge(self._scenario.guarantees, records)
+        for event in events(outcomes):
+            self._recorder.event(event.time_ns, event.node, event.kind, event.detail, event.level)
+        (folder / "guarantees.json").write_bytes(msgspec.json.encode(outcomes))
+        self.standings = [outcome.standing for outcome in outcomes]
+
+    def _signals(self) -> dict[str, SignalTable]:
+        if self._tee is None:
+            return {}
+        derived = {name: msgspec.to_builtins(spec) for name, spec in self._scenario.derived.items()}
+        return derive(derived, self._tee.tables(self._declared), self._scenario.folder, [])

@@ -1,0 +1,42 @@
+"""Guarantees that a scenario states, checked over the whole run: at every instant, not only at the end.
+
+A member of this kind is a frozen dataclass whose fields are its keys in `[guarantees.NAME]`, with one verb, `watch`: it
+goes through the records of a run and finds every stretch of time over which what is guaranteed does not hold. What it
+watches is named by `on`, in one of the ways of `Named`.
+
+Monitors read the ledger, the samples and the events after the run: instants are exact to the nanosecond there, the
+same on every host, and the emulator is not slowed down. What they find goes back into the records as events.
+
+Definitions of all kinds, with what they do not see: docs/guarantees.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+from typing import ClassVar, Protocol
+
+from experiments.monitors.outcome import Finding
+from experiments.monitors.records import Records
+
+Subject = tuple[str, ...]
+
+
+class Named(Enum):
+    """What `on` names, as the scenario writes it, and what a subject then is."""
+
+    LINKS = "medium: sender -> receiver"        # (medium, sender, receiver)
+    SENDERS = "medium: node"                    # (medium, node)
+    SIGNALS = "node.signal"                     # (node, signal)
+    EVENTS = "node.kind of event"               # (node, kind)
+
+
+class Monitor(Protocol):
+    ON: ClassVar[Named]
+    UNIT: ClassVar[str]                 # suffix of worst and margin: "s", or "" for numbers of frames and for signals
+
+    def requires(self) -> str:
+        """What is guaranteed, in words, with the bound."""
+
+    def watch(self, subjects: Sequence[Subject], records: Records) -> Finding:
+        """Every violation on these subjects, and how near or far the bound was."""

@@ -1,0 +1,92 @@
+"""The age of information on a directed link stays below a bound.
+
+At time t it is t minus the instant at which the newest frame delivered by t was handed out. It grows between
+deliveries, so the bound is crossed between frames, at the instant at which the newest one is just that old.
+Pieces of the sawtooth: see `experiments.link_metrics`.
+
+    violated:  from newest + bound, until a frame arrives that is younger than the bound
+
+Source: Kaul, Yates, Gruteser 2012 (real-time status: how often should one update?).
+At the start every receiver holds information of age 0; a link on which nothing ever arrives has age t.
+Not modelled: frames of several kinds on one link, each of which is news here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import polars as pl
+
+from experiments.link_metrics import LINK, NS_PER_S, age_steps
+from experiments.monitors import Named, Subject
+from experiments.monitors.frames_in_words import frames_in_words
+from experiments.monitors.link_frames import Ints, LinkFrames, link_frames, new_group, numbered
+from experiments.monitors.outcome import Finding, Violation, seconds
+from experiments.monitors.records import Records
+from experiments.monitors.stretches import joined
+
+
+@dataclass(frozen=True)
+class AgeOfInformation:
+    ON: ClassVar = Named.LINKS
+    UNIT: ClassVar = "s"
+
+    below_ns: int                   # > 0; an age that reaches it violates
+
+    def __post_init__(self) -> None:
+        if self.below_ns <= 0:
+            raise ValueError(f"below_ns={self.below_ns}: expected more than 0")
+
+    def requires(self) -> str:
+        return f"age of information below {seconds(self.below_ns)}"
+
+    def watch(self, subjects: Sequence[Subject], records: Records) -> Finding:
+        link, from_ns, to_ns, newest_ns = _pieces(subjects, records)
+        if not link.size:
+            return Finding(judged=False)
+        oldest_ns = int((to_ns - newest_ns).max())
+        worst, margin = oldest_ns / NS_PER_S, (self.below_ns - oldest_ns) / NS_PER_S
+        start_ns = np.maximum(from_ns, newest_ns + self.below_ns)
+        late = np.flatnonzero(start_ns < to_ns)
+        if not late.size:
+            return Finding((), worst, margin)
+        begin = joined(link[late], start_ns[late], to_ns[late])
+        oldest_s = np.maximum.reduceat((to_ns - newest_ns)[late], begin) / NS_PER_S
+        first, until_ns = late[begin], to_ns[late[np.r_[begin[1:], late.size] - 1]]
+        nothing_yet = new_group(link)[first]
+        link, newest_ns, at_ns = link[first], newest_ns[first], start_ns[first]
+        frames = link_frames(records.ledger, subjects)
+        since, end = _handed_out(frames, link, newest_ns, at_ns)
+        since = np.where(nothing_yet, np.searchsorted(frames.link, link), since)
+        columns = (link, newest_ns, at_ns, until_ns, oldest_s, since, end, nothing_yet)
+        violations = []
+        for of, newest, at, until, oldest, k, m, none in zip(*(column.tolist() for column in columns), strict=True):
+            medium, sender, receiver = subjects[of]
+            news = "the start" if none else f"the frame handed out at {seconds(newest)}"
+            told = frames_in_words(frames, k, m, at) or "none was handed out"
+            violations.append(Violation(f"{medium}: {sender} -> {receiver}", receiver, at, until, oldest,
+                                        f"no news since {news}: {told}"))
+        return Finding(violations, worst, margin)
+
+
+def _pieces(subjects: Sequence[Subject], records: Records) -> tuple[Ints, Ints, Ints, Ints]:
+    """The sawtooth of every subject: link, from_ns, to_ns and newest_ns of each piece, sorted by link and time."""
+    steps = numbered(age_steps(records.ledger, records.length_ns), LINK, subjects, "from_ns", "to_ns", "newest_ns")
+    steps = steps.rename({"subject": "link"}).select("link", "from_ns", "to_ns", "newest_ns")
+    silent = sorted(set(range(len(subjects))) - set(steps["link"].to_list()))
+    whole_run = {"from_ns": 0, "to_ns": records.length_ns, "newest_ns": 0}
+    steps = pl.concat([steps, pl.DataFrame({"link": silent, **whole_run}, schema=steps.schema)])
+    steps = steps.sort("link", "from_ns", "newest_ns")
+    link, from_ns, to_ns, newest_ns = (steps[name].to_numpy() for name in steps.columns)
+    return link, from_ns, to_ns, newest_ns
+
+
+def _handed_out(frames: LinkFrames, link: Ints, after_ns: Ints, until_ns: Ints) -> tuple[Ints, Ints]:
+    """Rows [first, end) of the frames that were handed out on `link` within (after, until]."""
+    span = int(max(frames.offered_ns.max(initial=0), until_ns.max())) + 1
+    instants = frames.link * span + frames.offered_ns
+    first, end = (np.searchsorted(instants, link * span + time_ns, side="right") for time_ns in (after_ns, until_ns))
+    return first, end

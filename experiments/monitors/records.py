@@ -1,0 +1,21 @@
+"""What monitors look at: everything that a run recorded up to `length_ns`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import polars as pl
+
+from netem.records.events import Event
+from netem.records.signal_table import SignalTable
+
+
+@dataclass(frozen=True)
+class Records:
+    """`signals` by node, those worked out after the run included."""
+
+    length_ns: int
+    ledger: pl.DataFrame
+    signals: Mapping[str, SignalTable] = field(default_factory=dict)
+    events: Sequence[Event] = ()

@@ -1,0 +1,42 @@
+"""A number that a program reports stays within bounds, such as a small-gain product below one: no instant is missed.
+
+The program tells it by `node.event(kind, detail)`, where the detail begins with the number, whenever it changes.
+Source of the use: dissertation, (4.37) and Remark 15: the loop is stable while gamma gamma_e(tau) < 1.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import nan
+from typing import ClassVar, Final
+
+import numpy as np
+
+from experiments.monitors import Named, Subject
+from experiments.monitors.outcome import Finding
+from experiments.monitors.records import Records
+from experiments.monitors.value_bounds import Reports, ValueBounds
+
+NUMBER: Final = re.compile(r"\s*([-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|inf))(?![\w.])")
+
+
+@dataclass(frozen=True)
+class Reported(ValueBounds):
+    ON: ClassVar = Named.EVENTS
+
+    def watch(self, subjects: Sequence[Subject], records: Records) -> Finding:
+        told: dict[Subject, list[tuple[int, float]]] = {subject: [] for subject in subjects}
+        for event in sorted(records.events, key=lambda event: event.time_ns):
+            if (event.node, event.kind) in told:
+                told[event.node, event.kind].append((event.time_ns, number_in(event.detail)))
+        return self.judge((Reports(node, kind, np.array([time_ns for time_ns, _ in reports], dtype=np.int64),
+                                   np.array([value for _, value in reports], dtype=np.float64))
+                           for (node, kind), reports in told.items()), records.length_ns)
+
+
+def number_in(detail: str) -> float:
+    """The number that a text begins with; nan if it begins with none."""
+    found = NUMBER.match(detail)
+    return float(found[1]) if found else nan

@@ -1,0 +1,30 @@
+"""The directed links that a medium has at some time of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from random import Random
+from typing import Any
+
+from experiments.scenario.vocabulary import Position
+from netem.agenda import Agenda
+from netem.links import Links
+from netem.records.ledger import Ledger
+
+
+def medium_links(cls: Any, name: str, settings: Any, nodes: Mapping[str, Position | None],
+                 length_ns: int) -> list[tuple[str, str]]:
+    """(sender, receiver) for every link of its topology over [0, length_ns); of a medium without one, all pairs."""
+    ledger = Ledger()
+    links = Links(ledger, lambda *_: False, {})
+    medium = cls(name, settings, nodes, Agenda(), ledger, links, lambda place: Random(place))
+    everyone = [(sender, receiver) for sender in nodes for receiver in nodes if sender != receiver]
+    topology = getattr(medium, "topology", None)
+    if topology is None:
+        return everyone
+    found: set[tuple[str, str]] = set()
+    for at_ns in [0, *topology.changes_ns(length_ns)]:
+        found.update(topology.graph_at(at_ns))
+        if len(found) == len(everyone):
+            break
+    return [link for link in everyone if link in found]

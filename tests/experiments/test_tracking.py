@@ -1,0 +1,188 @@
+"""Chapter 4 end to end: radio, CAN, drive and trigger together, against the loop without any network."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+
+from agents.tracking.closed_loop import Noise
+from agents.tracking.closed_loop import run as run_pure
+from agents.tracking.error_system import TrackingErrorSystem
+from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, START
+from agents.triggering.policies.table import build_policy
+from experiments.run_data import RunData, load_run
+from experiments.runner import HostName, run
+from experiments.scenario import ScenarioError, load
+from experiments.scenario.library import find
+
+SECOND = 10**9
+
+
+def emulated(name: str, out: Path, *, host: HostName = "inline", duration_s: float | None = None,
+             overrides: Sequence[str] = ()) -> RunData:
+    scenario = load(find(name), duration_s=duration_s, overrides=overrides)
+    return load_run(run(scenario, host=host, out=out, report=False).folder)
+
+
+def events(data: RunData, kind: str) -> list[tuple[float, str]]:
+    return [(event.time_ns / SECOND, event.detail) for event in data.events if event.kind == kind]
+
+
+@pytest.fixture(scope="module")
+def individual(tmp_path_factory: pytest.TempPathFactory) -> RunData:
+    return emulated("tracking_individual", tmp_path_factory.mktemp("individual"))
+
+
+@pytest.fixture(scope="module")
+def unified(tmp_path_factory: pytest.TempPathFactory) -> RunData:
+    return emulated("tracking_unified", tmp_path_factory.mktemp("unified"))
+
+
+def transmissions(policy: str) -> list[int]:
+    """Of the pure loop, for a few seeds of the noise."""
+    return [len(run_pure(build_policy(policy, TrackingErrorSystem(), GAINS), REFERENCE, START, LENGTH_NS,
+                         noise=Noise(Random(seed), Random(seed + 100))).transmissions) for seed in range(3)]
+
+
+def test_bus_and_radio_cost_less_than_a_tenth_more_looks_than_the_pure_loop(individual, unified):
+    """The issue's figure. A look is asked for early by its own duration of 0.86 ms, 2 to 8 % of an interval."""
+    looks = {}
+    for policy, data in (("individual_gains", individual), ("unified_gain", unified)):
+        looks[policy] = data.counters["companion"]["measurements"]
+        pure = transmissions(policy)
+        assert max(pure) - min(pure) <= 0.02 * min(pure)
+        assert min(pure) <= looks[policy] <= 1.10 * min(pure)
+
+    assert 2.6 <= looks["unified_gain"] / looks["individual_gains"] <= 2.75
+
+
+def test_each_measurement_is_one_answer_of_the_reference(individual):
+    """452 looks and 2 announcements, none lost."""
+    counters = individual.counters["companion"]
+    sent = individual.ledger.filter(individual.ledger["sender"] == "reference").height
+
+    assert counters["measurements"] == counters["looks"] + 2 == sent
+
+
+def test_intervals_change_where_the_reference_changes_its_inputs(individual):
+    """Figure 4.5(c): 17 to 18 ms with gain 53, 43 ms with gain 22, 17 ms with gain 56; tau is at most kappa / gamma."""
+    table = individual.signals["companion"]
+    tau, t = table.column("tau"), table.time_ns / SECOND
+
+    for from_s, until_s, gain in ((0.1, 2.26, 53.0), (2.3, 9.25, 22.0), (9.3, 12.0, 56.0)):
+        during = tau[(t >= from_s) & (t < until_s)]
+        assert during.max() <= 0.999 / gain
+        assert during.min() > 0.9 * 0.999 / gain
+    assert [instant for instant, _ in events(individual, "switched inputs")] == [2.26, 9.25]
+
+
+def test_the_robot_tracks(individual):
+    error = individual.signals["error"]
+    late = error.time_ns >= 10 * SECOND
+
+    assert error.column("norm")[0] == pytest.approx(np.hypot(np.hypot(3.0, 3.0), np.pi / 2))
+    assert np.sqrt(np.mean(error.column("norm")[late] ** 2)) < 0.1         # NUMBERS: below 0.1
+
+
+def test_dead_reckoning_is_where_the_robot_is(individual):
+    """The held measurement is off by the noise, 0.15 in each component, and by what the robots drive within tau."""
+    e = individual.signals["held"].column("e")
+    settled = individual.signals["held"].time_ns > 3 * SECOND
+    most = np.sqrt(3) * 0.15 + 0.044 * (2.0 + 2.0)      # both drive at up to 2 m/s for up to 44 ms, in any direction
+
+    assert e[settled].max() < most
+    assert e[settled].mean() > 0.05                     # there is noise
+
+
+def test_broken_loss_bound_is_named_with_its_time_and_holds_again(tmp_path):
+    data = emulated("tracking_lossy", tmp_path)
+
+    violated = events(data, "assumption violated")
+    assert {detail.partition(":")[0] for _, detail in violated} == {
+        "age of information", "small-gain product", "successive losses"}
+    assert all(6.0 < instant < 6.4 for instant, _ in violated)
+    (again_s, _), = events(data, "assumptions hold again")
+    assert 6.3 < again_s < 6.4
+    assert data.counters["companion"]["looks without an answer"] > 100          # every third one, and the outage
+
+
+def test_a_flooded_bus_stops_the_drive_and_breaks_the_trigger_s_assumption(tmp_path):
+    data = emulated("tracking_busload", tmp_path)
+
+    first_s, text = events(data, "assumption violated")[0]
+    assert 6.0 < first_s < 6.0 + 0.0454 + 0.0081         # tau <= kappa / 22, and what the way to the wheels may take
+    assert text.startswith("age of information: ")
+    stale = [instant for instant, _ in events(data, "setpoint stale")]
+    assert len(stale) == 1
+    assert 6.15 < stale[0] < 6.21                        # 0.2 s after the last setpoint, some 43 ms old at the most
+    assert events(data, "assumptions hold again")[0][0] > 7.0
+
+
+@pytest.mark.parametrize("name", ["tracking_individual", "tracking_lossy"])
+def test_both_hosts_leave_the_same_ledger(tmp_path, name):
+    hashes = {emulated(name, tmp_path / host, host=host, duration_s=1.0).ledger_metadata["hash"]
+              for host in ("inline", "process")}
+
+    assert len(hashes) == 1
+
+
+FUZZER = '''
+class Fuzzer:
+    """Says random bytes on both media, CAN frames with the drive's identifiers among them."""
+
+    def __init__(self, board):
+        self.board = board
+
+    def run(self):
+        rng, ports = self.board.rng, self.board.node.ports
+        for k in range(1, 400):
+            yield from self.board.wait_until(k * 2_500_000)
+            ports["radio"].send(rng.randbytes(rng.choice([0, 3, 43, 60, rng.randrange(60)])))
+            data = rng.randbytes(rng.choice([0, 16, 72, rng.randrange(90)]))
+            if len(data) == 16:
+                ids = [0x110, 0x190, 0x1A0, 0x710]
+                data = rng.choice(ids).to_bytes(4, "little") + bytes([rng.randrange(9), 0, 0, 0]) + data[8:]
+            ports["can"].send(data)
+'''
+
+
+def test_random_bytes_on_radio_and_bus_are_counted_and_crash_nobody(tmp_path):
+    (tmp_path / "fuzz.py").write_text(FUZZER)
+    text = find("tracking_individual").read_text()
+    (tmp_path / "fuzzed.toml").write_text(text.replace(
+        "[agents.drive.plant]", '[agents.fuzzer]\nprogram = "fuzz:Fuzzer"\n[agents.drive.plant]'))
+
+    scenario = load(tmp_path / "fuzzed.toml", duration_s=1.1)
+    data = load_run(run(scenario, host="inline", out=tmp_path / "run", report=False).folder)
+
+    assert data.counters["companion"]["unreadable frames"] > 50
+    assert data.counters["reference"]["unreadable frames"] > 50
+    assert data.counters["drive"]["setpoints refused"] > 5
+    assert data.length_ns == 1_100_000_000
+
+
+@pytest.mark.parametrize(("override", "complaint"), [
+    ('agents.companion.parameters.policy="event"', "expected one of individual_gains, unified_gain, periodic"),
+    ("team.gains={planned=[[1.0,1.0,1e9]],unified=1e9}", "makes the horizon"),
+    ("team.gains={planned=[[1.0,1.0,120.0]],unified=96.0}", "expected the largest gain of all inputs"),
+    ("team.robot={track_m=0.5,counts_per_turn=16384}", "team.robot: is missing wheel_radius_m"),
+])
+def test_what_cannot_work_is_refused_before_the_start(override, complaint):
+    with pytest.raises(ScenarioError) as error:
+        load(find("tracking_individual"), overrides=[override])
+
+    assert complaint in str(error.value)
+
+
+def test_order_of_starting_the_processes_changes_nothing(tmp_path):
+    scenario = load(find("tracking_individual"), duration_s=0.5)
+    hashes = Counter(run(scenario, out=tmp_path / f"{k}", report=False,
+                         shuffle_start=random.Random(k).randrange(100)).summary.ledger_hash for k in range(2))
+
+    assert len(hashes) == 1
