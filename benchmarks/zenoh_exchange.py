@@ -2,7 +2,7 @@
 
 The same sessions, keys and processes as a run, but a node answers every message with the same bytes: no decoding, no
 program, no medium. Prints the time per window for 1, 2 and all nodes granted at once; it is the floor under a run with
-processes, to be read beside `benchmarks.output_sync` of the same minute.
+processes, to be read beside `benchmarks.scenario_speed` of the same minute.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Speed, start-up and memory of the main job: `python -m benchmarks.output_sync [--repeats 3] [--robots 5 16]`.
+"""Speed, start-up and memory of the main jobs: `python -m benchmarks.scenario_speed [NAME ...] [--repeats 3]`.
 
 Every figure is the median over whole runs with all records on. Real-time factor: robot time / wall time from the first
 grant to the last report. Start: from the call of the runner to the first grant, and so to the first frame. Whole: with
@@ -23,8 +23,9 @@ from experiments.run_result import Progress
 from experiments.runner import HostName, run
 from experiments.scenario import find, load
 
-SCENARIOS = {5: "output_sync", 16: "output_sync_16"}
-GOAL = {(5, "process"): 5.0, (16, "process"): 2.0, (5, "inline"): 20.0}
+SCENARIOS = ("output_sync", "output_sync_16", "tracking_individual")
+GOAL = {("output_sync", "process"): 5.0, ("output_sync", "inline"): 20.0, ("output_sync_16", "process"): 2.0,
+        ("tracking_individual", "process"): 5.0}
 
 
 def private_mb_of_children() -> list[float]:
@@ -46,31 +47,31 @@ def memory_probe(found: list[float]) -> Callable[[Progress], None]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenarios", nargs="*", default=SCENARIOS)
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--robots", type=int, nargs="+", default=[5, 16], choices=sorted(SCENARIOS))
     parser.add_argument("--duration", type=float, default=None, help="seconds of robot time instead of the scenario's")
     options = parser.parse_args()
-    table = Table("robots", "host", "real-time factor", "goal", "start [s]", "whole [s]", "memory [MB]", "ledger hash",
+    table = Table("scenario", "host", "x real time", "goal", "start s", "whole s", "MB", "hash",
                   title=f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores, medians of {options.repeats}")
     hosts: tuple[HostName, ...] = ("process", "inline")
-    for robots in options.robots:
+    for name in options.scenarios:
         for host in hosts:
             factors, starts, wholes, hashes, memory = [], [], [], set(), []
             for _ in range(options.repeats):
                 found: list[float] = []
                 with tempfile.TemporaryDirectory() as folder:
                     began_s = time.perf_counter()
-                    scenario = load(find(SCENARIOS[robots]), duration_s=options.duration)
+                    scenario = load(find(name), duration_s=options.duration)
                     measurable = host == "process" and Path("/proc/self/smaps_rollup").exists()
                     probe = memory_probe(found) if measurable else None
                     summary = run(scenario, host=host, out=Path(folder), progress=probe).summary
                     wholes.append(time.perf_counter() - began_s)
                 factors.append(summary.real_time_factor)
                 starts.append(summary.start_up_s)
-                hashes.add(summary.ledger_hash[:12])
+                hashes.add(summary.ledger_hash[:6])
                 memory.append(max(found, default=0.0))
-            goal = GOAL.get((robots, host))
-            table.add_row(str(robots), host, f"{statistics.median(factors):.2f}", f"{goal or ''}",
+            goal = GOAL.get((name, host))
+            table.add_row(name, host, f"{statistics.median(factors):.2f}", f"{goal or ''}",
                           f"{statistics.median(starts):.2f}", f"{statistics.median(wholes):.2f}",
                           f"{statistics.median(memory):.0f}" if host == "process" else "", ", ".join(sorted(hashes)))
     Console().print(table)
