@@ -14,9 +14,10 @@ from collections.abc import Iterable
 from math import hypot
 from pathlib import Path
 
-from agents.tracking.closed_loop import MS, Noise, Run, run
+from agents.tracking.closed_loop import MS, Run, run
 from agents.tracking.error_bound import Bound
 from agents.tracking.error_system import TrackingErrorSystem
+from agents.tracking.noise import Noise
 from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, START
 from agents.triggering.policies.table import POLICIES, build_policy
 from netem.random_streams import stream

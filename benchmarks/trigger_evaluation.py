@@ -16,10 +16,11 @@ from collections.abc import Sequence
 from random import Random
 from time import thread_time_ns
 
-from agents.tracking.closed_loop import Noise, run
+from agents.tracking.closed_loop import run
 from agents.tracking.controller import Inputs, State
 from agents.tracking.error_bound import Bound
 from agents.tracking.error_system import TrackingErrorSystem
+from agents.tracking.noise import Noise
 from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, START
 from agents.triggering.error_gain import largest_horizon
 from agents.triggering.policies.input_output import IndividualGains, UnifiedGain

@@ -232,17 +232,13 @@ class SyncRobot:
         return source, self._plans.boot()
 
     def _first_schedule(self, plan: RoundPlan) -> SlottedBroadcast:
-        offset_ns = self._control_offset_ns(plan) if self._team.topology == "discovered" else None
+        offset_ns = self._control_offset_ns(plan)
         return SlottedBroadcast(len(plan.parts), plan.slot_ns, 0, round(self._team.guard_s * 1e9),
                                 0 if offset_ns is None else len(self._team.names), offset_ns)
 
     def _control_offset_ns(self, plan: RoundPlan) -> int | None:
-        """The control sub-slot lies in the second half of what the two frames leave free."""
-        if self._team.topology == "told":
-            return None
-        layout = self._team.layout
-        free_ns = plan.slot_ns - layout.data_airtime_ns - layout.control_airtime_ns
-        return layout.data_airtime_ns + 2 * free_ns // 3
+        """Where a slot's control sub-slot starts; None without discovery."""
+        return self._team.layout.control_offset_ns(plan.slot_ns) if self._team.topology == "discovered" else None
 
     def _follow(self, plan: RoundPlan, schedule: SlottedBroadcast) -> None:
         self._law.listen_to(neighbours(plan.laplacian)[self._number], self._heard)

@@ -1,14 +1,10 @@
 """The tracking loop without any network: R1, R2, controller and a triggering policy, with ideal or scripted links.
 
 R1 drives the held command, R2 the inputs of the reference less e_omega(t). A measurement is the true tracking error
-plus nu, taken when the policy or a change of the reference's inputs asks for it; its command acts at once. `noise` is
-as section 4.6 prints it: nu uniform in [-0.15, 0.15]^3, e_omega continuous in [-0.3, 0.3]^2, here linear between
-independent uniform values `knot_ns` apart (the dissertation says no more than "continuous").
+plus nu, taken when the policy or a change of the reference's inputs asks for it; its command acts at once.
 
-Accuracy. Nothing is integrated in x: R1 moves on exact arcs, R2's heading is an exact parabola, and its way is
-Gauss-Legendre quadrature with three points over steps h of at most 50 ms within which the inputs are linear. Its
-remainder is h^7 f^(6) / 2016000, f = v cos theta. With |v|, |omega| <= 3.3 and |e_omega'| <= 6 per s, |f^(6)| < 3e5: a
-step of 50 ms errs by less than 1.2e-10 m, 12 s of them by less than 3e-8 m.
+Accuracy. Nothing is integrated in x: R1 moves on exact arcs, R2 by quadrature over steps of at most 50 ms within which
+its inputs are linear (`arcs.py`): 12 s err by less than 3e-8 m.
 
 Not modelled: delay, wheels, anything between the robots: emulated runs have them, and are compared with this one.
 """
@@ -16,53 +12,19 @@ Not modelled: delay, wheels, anything between the robots: emulated runs have the
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from math import cos, hypot, sin, sqrt
+from dataclasses import dataclass
+from math import hypot, sqrt
 from random import Random
 from typing import NamedTuple
 
+from agents.tracking.arcs import arc, ramp
 from agents.tracking.controller import Command, Inputs, Pose, State, TrackingController, tracking_error
+from agents.tracking.noise import Noise
 from agents.tracking.reference_inputs import ReferenceInputs
 from agents.triggering.policies import Decision, Policy
 
 MS = 1_000_000
 LONGEST_STEP_NS = 50 * MS
-NODE, WEIGHTS = sqrt(0.6), (5 / 18, 8 / 18, 5 / 18)         # Gauss-Legendre on [-1, 1], weights for [0, 1]
-
-
-@dataclass
-class Noise:
-    """Both disturbances of section 4.6; zero amplitudes switch one off."""
-
-    measuring: Random                   # draws nu
-    driving: Random                     # draws e_omega
-    measured: float = 0.15              # [m, m, rad]
-    inputs: float = 0.3                 # [m/s, rad/s]
-    knot_ns: int = 100 * MS
-    _knots: list[Inputs] = field(default_factory=list, init=False)
-
-    def __post_init__(self) -> None:
-        if not (self.measured >= 0 and self.inputs >= 0):
-            raise ValueError(f"measured={self.measured}, inputs={self.inputs}: expected amplitudes of 0 or more")
-        if self.knot_ns < 1:
-            raise ValueError(f"knot_ns={self.knot_ns}: expected 1 or more between values of e_omega")
-
-    def measure(self, x: State) -> State:
-        a = self.measured
-        nu1, nu2, nu3 = (a * (2 * self.measuring.random() - 1) for _ in range(3))
-        return x[0] + nu1, x[1] + nu2, x[2] + nu3
-
-    def next_knot_ns(self, t_ns: int) -> int:
-        return (t_ns // self.knot_ns + 1) * self.knot_ns
-
-    def input_error(self, t_ns: int) -> Inputs:
-        k, into_ns = divmod(t_ns, self.knot_ns)
-        while len(self._knots) < k + 2:
-            v, omega = (self.inputs * (2 * self.driving.random() - 1) for _ in range(2))
-            self._knots.append(Inputs(v, omega))
-        share = into_ns / self.knot_ns
-        (v0, omega0), (v1, omega1) = self._knots[k], self._knots[k + 1]
-        return Inputs(v0 + share * (v1 - v0), omega0 + share * (omega1 - omega0))
 
 
 class Transmission(NamedTuple):
@@ -186,25 +148,3 @@ class _Loop:
             self.own = arc(self.own, self.command, h_s)
             self.other = ramp(self.other, Inputs(v - before.v_mps, omega - before.omega_rad_s),
                               Inputs(v - after.v_mps, omega - after.omega_rad_s), h_s)
-
-
-def arc(pose: Pose, command: Command, h_s: float) -> Pose:
-    """Where a unicycle is after h_s of constant velocities, exactly."""
-    v, omega = command
-    half = omega * h_s / 2
-    chord = v * h_s * (sin(half) / half if half else 1.0)
-    middle = pose.theta_rad + half
-    return Pose(pose.x_m + chord * cos(middle), pose.y_m + chord * sin(middle), pose.theta_rad + 2 * half)
-
-
-def ramp(pose: Pose, before: Inputs, after: Inputs, h_s: float) -> Pose:
-    """Where a unicycle is after h_s of velocities that change linearly; see the accuracy above."""
-    x_m, y_m, theta = pose
-    (v0, omega0), (v1, omega1) = before, after
-    for node, weight in zip((-NODE, 0.0, NODE), WEIGHTS, strict=True):
-        s = (1 + node) / 2
-        v = (v0 + s * (v1 - v0)) * weight * h_s
-        heading = theta + s * h_s * (omega0 + s * (omega1 - omega0) / 2)
-        x_m += v * cos(heading)
-        y_m += v * sin(heading)
-    return Pose(x_m, y_m, theta + h_s * (omega0 + omega1) / 2)

@@ -13,11 +13,10 @@ Not modelled: slip. It is in no encoder.
 
 from __future__ import annotations
 
-from math import cos, isfinite, sin
+from math import isfinite
 
-from agents.tracking.controller import Pose
-
-STRAIGHT_RAD = 1e-8             # below, sinc is 1 to 1e-17
+from agents.tracking.arcs import arc
+from agents.tracking.controller import Command, Pose
 
 
 class DeadReckoning:
@@ -56,10 +55,6 @@ class DeadReckoning:
         return self._after(self._speeds[0] * since_ns, self._speeds[1] * since_ns)
 
     def _after(self, left_rad: float, right_rad: float) -> Pose:
-        x_m, y_m, theta_rad = self._pose
         way_m = self._radius_m * (left_rad + right_rad) / 2
         turn_rad = self._radius_m * (right_rad - left_rad) / self._track_m
-        half_rad = turn_rad / 2
-        chord_m = way_m * (sin(half_rad) / half_rad if abs(half_rad) > STRAIGHT_RAD else 1.0)
-        middle_rad = theta_rad + half_rad
-        return Pose(x_m + chord_m * cos(middle_rad), y_m + chord_m * sin(middle_rad), theta_rad + turn_rad)
+        return arc(self._pose, Command(way_m, turn_rad), 1.0)

@@ -13,9 +13,9 @@ from typing import Any
 
 from simpy.events import Event
 
-from agents.tracking.closed_loop import Noise
 from agents.tracking.controller import Inputs, Pose
 from agents.tracking.look_frames import UNASKED, ReferenceState, pack_answer, unpack_request
+from agents.tracking.noise import Noise
 from firmware_sim.board import Board
 from netem.agenda import NEVER_NS
 

@@ -20,12 +20,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import pi, remainder
 from typing import Any, Protocol
 
-from agents.tracking.closed_loop import Noise
 from agents.tracking.controller import Inputs, Pose, State, TrackingController, tracking_error
 from agents.tracking.dead_reckoning import DeadReckoning
 from agents.tracking.drive_link import DriveLink
 from agents.tracking.error_system import TrackingErrorSystem
 from agents.tracking.look_frames import UNASKED, ReferenceState, pack_request, unpack_answer
+from agents.tracking.noise import Noise
 from agents.tracking.section_4_6 import GAINS
 from agents.triggering.assumptions import Assumption, violations
 from agents.triggering.error_gain import horizon_s

@@ -11,9 +11,9 @@ from random import Random
 import numpy as np
 import pytest
 
-from agents.tracking.closed_loop import Noise
 from agents.tracking.closed_loop import run as run_pure
 from agents.tracking.error_system import TrackingErrorSystem
+from agents.tracking.noise import Noise
 from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, START
 from agents.triggering.policies.table import build_policy
 from experiments.run_data import RunData, load_run

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from agents.tracking.closed_loop import MS, Noise, arc, ramp, run
+from agents.tracking.arcs import arc, ramp
+from agents.tracking.closed_loop import MS, run
 from agents.tracking.controller import Command, Inputs, Pose, TrackingController
 from agents.tracking.error_dynamics import state_rate
 from agents.tracking.error_system import TrackingErrorSystem
+from agents.tracking.noise import Noise
 from agents.tracking.reference_inputs import Piece, ReferenceInputs
 from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, START
 from agents.triggering.assumptions import Assumption, violations

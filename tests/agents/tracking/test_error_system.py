@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.tracking.closed_loop import Noise, run
+from agents.tracking.closed_loop import run
 from agents.tracking.controller import Inputs, TrackingController
 from agents.tracking.error_bound import Bound, ErrorBound
 from agents.tracking.error_system import TrackingErrorSystem
+from agents.tracking.noise import Noise
 from agents.tracking.reachable_set import extents_until
 from agents.tracking.section_4_6 import GAINS, REFERENCE, START
 from agents.triggering.error_gain import KAPPA, error_gain

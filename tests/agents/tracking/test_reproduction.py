@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from agents.tracking.closed_loop import Noise, run
+from agents.tracking.closed_loop import run
 from agents.tracking.controller import Inputs, TrackingController
 from agents.tracking.error_bound import Bound, ErrorBound
 from agents.tracking.error_dynamics import error_rate, y_tilde
 from agents.tracking.error_system import TrackingErrorSystem
+from agents.tracking.noise import Noise
 from agents.tracking.nominal_system import NominalTracking
 from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, SMALLEST_GAIN_PER_S, START
 from agents.triggering.error_gain import KAPPA, horizon_s, longest_horizon_s
