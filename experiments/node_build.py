@@ -20,6 +20,7 @@ from firmware_sim.board import Board
 from firmware_sim.local_clock import ClockSettings, LocalClock
 from fmus.description import PlantDescription
 from fmus.plant import Plant
+from netem.media.sensing.sight import Body, pack_body
 from netem.node import Node
 from netem.random_streams import stream
 
@@ -27,6 +28,14 @@ from netem.random_streams import stream
 class PlantSpecification(msgspec.Struct, frozen=True):
     description: PlantDescription
     start: dict[str, float | bool | str]
+
+
+class Shown(msgspec.Struct, frozen=True):
+    """A medium that sees this node's plant at every exposure."""
+
+    medium: str
+    period_ns: int
+    outputs: tuple[str, ...]            # x, y, heading or x, y, z, heading
 
 
 class NodeSpecification(msgspec.Struct, frozen=True):
@@ -44,6 +53,7 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     folder: str                     # where the scenario's own programs may lie
     blocking: bool = False
     own_frames: tuple[str, ...] = ()    # the media that tell it when its own frames got through
+    shown: tuple[Shown, ...] = ()       # where it is seen
 
 
 def build_node(specification: NodeSpecification, at_end: ExitStack | None = None) -> Node:
@@ -59,6 +69,17 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     if hasattr(program, "run"):
         node.start(program.run())
     return node
+
+
+def _show(node: Node, plant: Plant, shown: Shown) -> None:
+    group = plant.output_group(list(shown.outputs))
+
+    def pose(true_ns: int) -> bytes:
+        plant.advance_to(true_ns)
+        values = group.read()
+        return pack_body(Body(*values) if len(values) == 4 else Body(values[0], values[1], 0.0, values[2]))
+
+    node.show(shown.medium, shown.period_ns, pose)
 
 
 def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None) -> Node:
@@ -79,4 +100,6 @@ def _board(specification: NodeSpecification, node: Node) -> Board:
     plant = None
     if specification.plant is not None:
         plant = Plant(specification.plant.description, specification.name, specification.plant.start)
+        for shown in specification.shown:
+            _show(node, plant, shown)
     return Board(node, clock, plant, specification.team, stream(specification.seed, f"agents.{specification.name}"))

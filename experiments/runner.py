@@ -26,7 +26,7 @@ import msgspec
 from experiments.blocking_programs import is_blocking, refuse_blocking
 from experiments.guarantee_watch import GuaranteeWatch
 from experiments.metrics import evaluate
-from experiments.node_build import NodeSpecification, PlantSpecification, build_node
+from experiments.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.own_modules import class_for
 from experiments.report.build import write_report
 from experiments.run_data import load_run
@@ -45,6 +45,7 @@ from netem.lockstep.hosts import Host, InlineHost
 from netem.media import Medium
 from netem.media.can.bus import CanBus
 from netem.media.observation import MediumObserver, ObservedMedium
+from netem.media.sensing.settings import SensingSettings
 from netem.media.table import MEDIA
 from netem.random_streams import stream
 from netem.real_time.pace import Pace
@@ -217,7 +218,7 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     folder = str(scenario.folder)
     return {name: NodeSpecification(name, agent.program, agent.parameters, _kinds(scenario, agent), agent.clock,
                                     _plant(agent), team, scenario.sample_period_ns, scenario.seed, folder,
-                                    agent.program in blocking, _own_frames(scenario, agent))
+                                    agent.program in blocking, _own_frames(scenario, agent), _shown(scenario, agent))
             for name, agent in scenario.agents.items()}
 
 
@@ -228,6 +229,12 @@ def _kinds(scenario: Scenario, agent: AgentSpec) -> dict[str, str]:
 def _own_frames(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
     return tuple(medium for medium in agent.media
                  if agent.name in getattr(scenario.media[medium].settings, "own_frames_to", ()))
+
+
+def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
+    return tuple(Shown(medium, settings.exposure_period_ns, settings.bodies[agent.name])
+                 for medium in agent.media if isinstance(settings := scenario.media[medium].settings, SensingSettings)
+                 and agent.name in settings.bodies)
 
 
 def _plant(agent: AgentSpec) -> PlantSpecification | None:

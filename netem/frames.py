@@ -21,6 +21,8 @@ class Fate(Enum):
     COLLIDED = "collided"                       # overlapped at the receiver
     DEAF = "deaf"                               # the receiver itself was transmitting
     TOO_WEAK = "too weak"                       # below the receiver's sensitivity
+    OUT_OF_VIEW = "out of view"                 # not where the observer's camera looks
+    OCCLUDED = "occluded"                       # behind an obstacle
     LOST = "lost"                               # dropped by an impairment
     CORRUPTED = "corrupted"                     # bits flipped, found by the link's checksum
     QUEUE_FULL = "queue full"                   # a rate limit's queue overflowed

@@ -105,6 +105,8 @@ class Node:
         self._reads: list[tuple[tuple[str, ...], Callable[[int], Sequence[float]]]] = []
         self._sample_period_ns = sample_period_ns
         self._next_sample_ns = 0 if sample_period_ns else NEVER_NS
+        self._shows: list[tuple[int, int, Callable[[int], bytes]]] = []     # (port, period_ns, read)
+        self._next_show_ns = NEVER_NS
 
     # --- what a program uses
 
@@ -157,6 +159,14 @@ class Node:
     def signal(self, name: str, unit: str, read: Callable[[int], float]) -> None:
         self.signals([(name, unit)], lambda time_ns: (read(time_ns),))
 
+    def show(self, port: str, period_ns: int, read: Callable[[int], bytes]) -> None:
+        """Hand `read(time_ns)` out at 0, period, 2 period, ... of true time, whatever the program promises: light does
+        not ask it. A program in one of these instants has not acted yet."""
+        if period_ns < 1:
+            raise ValueError(f"period_ns={period_ns}: expected at least 1")
+        self._shows.append((self.ports[port].index, period_ns, read))
+        self._next_show_ns = 0
+
     def count(self, name: str, by: int = 1) -> None:
         self._counters[name] += by
 
@@ -168,8 +178,8 @@ class Node:
 
     def hello(self) -> Hello:
         quiet = [port.index for port in self._port_list if not port.answers]
-        return Hello(self.name, max(self.env.next_ns(), self._unless_heard_ns), self._firm_ns, list(self.ports),
-                     self._signals, quiet)
+        return Hello(self.name, min(max(self.env.next_ns(), self._unless_heard_ns), self._next_show_ns),
+                     min(self._firm_ns, self._next_show_ns), list(self.ports), self._signals, quiet)
 
     def advance(self, grant: Grant) -> Report:
         """Run every event that the grant allows, and say what came of it."""
@@ -179,6 +189,8 @@ class Node:
                 self._run_before(arrival_ns)
             if self._next_sample_ns < arrival_ns:
                 self._sample_before(arrival_ns)
+            if self._next_show_ns <= arrival_ns:
+                self._show_before(arrival_ns + 1)
             self.env.move_to(arrival_ns)
             to = self._port_list[port]
             if to.answers:
@@ -187,12 +199,18 @@ class Node:
         self._run_before(horizon_ns + 1 if grant.instant else horizon_ns)
         if self._next_sample_ns < horizon_ns:
             self._sample_before(horizon_ns)
+        firm_ns = self._firm_ns
+        if self._next_show_ns != NEVER_NS:
+            self._show_before(horizon_ns + 1 if grant.instant else horizon_ns)
+            firm_ns = min(firm_ns, self._next_show_ns)
         soft_ns = self.env.next_ns()
         if type(soft_ns) is not int:
             raise TypeError(f"{self.name}: its next event is at {soft_ns!r} ns: {WHOLE_NANOSECONDS}")
         if soft_ns < self._unless_heard_ns:
             soft_ns = self._unless_heard_ns
-        report = Report(grant.window, soft_ns, self._firm_ns, self._offers, self._samples, self._events,
+        if soft_ns > self._next_show_ns:
+            soft_ns = self._next_show_ns
+        report = Report(grant.window, soft_ns, firm_ns, self._offers, self._samples, self._events,
                         dict(self._counters) if grant.last else {}, "")
         self._offers, self._samples, self._events = [], [], []
         return report
@@ -204,6 +222,8 @@ class Node:
         while (time_ns := next_ns()) < limit_ns:
             if self._next_sample_ns < time_ns:
                 self._sample_before(time_ns)
+            if self._next_show_ns <= time_ns:
+                self._show_before(time_ns + 1)
             if time_ns != instant_ns:
                 instant_ns, events = time_ns, 0
             events += 1
@@ -223,3 +243,10 @@ class Node:
             if values:
                 self._samples.append((self._next_sample_ns, values))
             self._next_sample_ns += self._sample_period_ns
+
+    def _show_before(self, time_ns: int) -> None:
+        while (now_ns := self._next_show_ns) < time_ns:
+            for port, period_ns, read in self._shows:
+                if now_ns % period_ns == 0:
+                    self._offers.append((now_ns, port, read(now_ns)))
+            self._next_show_ns = min(now_ns - now_ns % period_ns + period_ns for _, period_ns, _ in self._shows)

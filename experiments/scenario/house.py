@@ -56,7 +56,8 @@ def plant_names(fmu: str, folder: Path) -> PlantNames:
         for scalar in model.scalars():
             if not scalar.computed:
                 values[scalar.kind == "parameter"][scalar.name] = StartValue(min=scalar.min, max=scalar.max)
-        return PlantNames(fmu, values[True], values[False], _presets(model_folder(fmu)))
+        return PlantNames(fmu, values[True], values[False], _presets(model_folder(fmu)),
+                          tuple(scalar.name for scalar in model.scalars() if scalar.kind == "output"))
     path = (folder / fmu).absolute()
     if not path.exists():
         there = [str(other.relative_to(folder)) for other in sorted(path.parent.glob("*.fmu"))]
@@ -64,14 +65,16 @@ def plant_names(fmu: str, folder: Path) -> PlantNames:
     try:
         archive = build_model(path) if path.is_dir() else path
         presets = _presets(path) if path.is_dir() else {}
-        settable = [variable for variable in describe(archive).variables.values() if variable.settable_at_start]
+        description = describe(archive)
     except PlantError as error:
         raise ValueError(str(error)) from error
     known: dict[bool, dict[str, StartValue]] = {True: {}, False: {}}
-    for item in settable:
+    for item in description.variables.values():
+        if not item.settable_at_start:
+            continue
         known[item.causality in ("parameter", "structuralParameter")][item.name] = StartValue(
             item.type, item.elements, item.min, item.max)
-    return PlantNames(str(archive), known[True], known[False], presets)
+    return PlantNames(str(archive), known[True], known[False], presets, tuple(description.names("output")))
 
 
 def _presets(folder: Path) -> dict[str, dict[str, Any]]:

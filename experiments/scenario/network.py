@@ -15,6 +15,7 @@ from experiments.scenario.refusals import refuse
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
 from experiments.scenario.units import spellings
+from netem.media.sensing.settings import SensingSettings
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,21 @@ class Network:
                 except ValueError as error:
                     refuse(error, rest, place, self.problems)
             media[name] = MediumSpec(name, table["kind"], settings, nodes)
+            if isinstance(settings, SensingSettings):
+                self._check_bodies(settings, agents, (*place, "bodies"))
         return media
+
+    def _check_bodies(self, settings: SensingSettings, agents: Mapping[str, AgentSpec], place: Place) -> None:
+        for name, outputs in settings.bodies.items():
+            plant = agents[name].plant if name in agents else None
+            if name in agents and plant is None:
+                self.problems.add((*place, name), "a body needs a plant, whose outputs say where it is")
+            if plant is not None:
+                known = self.vocabulary.plant_names(plant.fmu, self.folder).outputs
+                for output in outputs:
+                    if output not in known:
+                        self.problems.add((*place, name), f"no such output; {near(output, dict.fromkeys(known))}",
+                                          output)
 
     def impairments(self, media: Mapping[str, MediumSpec]) -> tuple[ImpairmentSpec, ...]:
         tables = self.reading.document.get("impairments", [])

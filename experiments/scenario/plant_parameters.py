@@ -30,6 +30,7 @@ class PlantNames:
     parameters: Mapping[str, StartValue]
     others: Mapping[str, StartValue]    # inputs, initial values
     presets: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    outputs: tuple[str, ...] = ()
 
     def over_preset(self, preset: str | None, given: Mapping[str, Any]) -> dict[str, Any]:
         """The values of a preset, `given` over them variable by variable; both are free of complaints."""

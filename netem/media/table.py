@@ -6,8 +6,10 @@ from typing import Final
 
 from netem.media.broadcast_radio import BroadcastRadio
 from netem.media.can.bus import CanBus
+from netem.media.sensing.sensing import Sensing
 
 MEDIA: Final = {
     "broadcast_radio": BroadcastRadio,
     "can": CanBus,
+    "sensing": Sensing,
 }

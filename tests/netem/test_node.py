@@ -86,3 +86,31 @@ def test_buffers_are_frames_and_numpy_numbers_are_samples(conduct: Conduct) -> N
     assert heard == [b"x", b"y"]
     assert samples == [("a", 0, [2.5]), ("a", 1_000, [2.5])]
     assert all(type(value) is float for _, _, values in samples for value in values)
+
+
+@pytest.mark.parametrize("silent_until_ns", [0, 1_150, 1 << 62])
+def test_what_is_shown_goes_out_at_its_instants_whatever_the_program_promises(conduct: Conduct,
+                                                                             silent_until_ns: int) -> None:
+    shown: list[int] = []
+    heard: list[tuple[int, bytes]] = []
+
+    def body() -> Node:
+        def show(period_ns: int) -> Callable[[int], bytes]:
+            return lambda time_ns: shown.append(time_ns) or f"{period_ns} at {time_ns}".encode()     # type: ignore[func-returns-value]
+
+        node = node_that(lambda node: node.silent_until(silent_until_ns), wait=0)()
+        for period_ns in (300, 500):
+            node.show("wire", period_ns, show(period_ns))
+        return node
+
+    def observer() -> Node:
+        node = Node("b", ["wire"])
+        node.ports["wire"].on_receive = lambda data: heard.append((node.now_ns, data))
+        return node
+
+    conduct({"a": body, "b": observer}, latency_ns=10, end_ns=1_501)
+
+    instants = sorted((k * period_ns, period_ns) for period_ns in (300, 500) for k in range(1_501 // period_ns + 1)
+                      if k * period_ns < 1_491)
+    assert heard == [(time_ns + 10, f"{period_ns} at {time_ns}".encode()) for time_ns, period_ns in instants]
+    assert shown == sorted([*range(0, 1_501, 300), *range(0, 1_501, 500)])

@@ -5,6 +5,7 @@ const HUES = ["#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", 
 const DASHES = ["solid", "dash", "dot", "dashdot"];
 const FATE_COLOURS = {
   "delivered": "#009e73", "delivered corrupt": "#f0e442", "collided": "#d55e00", "deaf": "#cc79a7", "too weak": "#8c8c8c",
+  "out of view": "#9aa5b1", "occluded": "#4d4d4d", "bus off": "#3b3b98",
   "lost": "#e69f00", "corrupted": "#b8860b", "queue full": "#0072b2", "sender busy": "#56b4e9", "channel busy": "#7b68c8",
   "malformed": "#a05a2c", "unfinished": "#b9c2cb", "receiver gone": "#5c6672",
 };

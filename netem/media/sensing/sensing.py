@@ -1,0 +1,145 @@
+"""Sensing: exposures at 0, period, 2 period, ...; who asked until then learns what its camera saw, a latency later.
+
+    body ---pose at exposure F---> medium <---look, at or before F--- observer
+                                     |---detection with noise, at F + latency---> observer
+
+An observer's camera is on the body that `cameras` names, by default on itself if it is a body too; without either it
+hangs at the origin. A body is not seen by the camera that it carries. With `every_exposure_to` nobody needs to ask:
+that is motion capture.
+
+Invariants:
+- the ledger expects one copy for each pair of a body and a looking observer at an exposure; requests are no frames;
+- all poses and requests of an exposure F are there when it is evaluated, at F + 1 ns, and its news arrive no earlier
+  than F + latency >= F + 2 ns;
+- noise comes from a stream for each pair (body, observer), so a further observer changes no other's draw.
+
+Not modelled: false detections, bodies taken for one another, motion during an exposure. Lost exposures and blackouts
+are impairments on the link from body to observer.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from random import Random
+
+from netem.agenda import TIMER, Agenda
+from netem.frames import Frame
+from netem.impairments.correlated_uniforms import SMALLEST, normal_quantile
+from netem.links import Links
+from netem.media.observation import MediumObserver
+from netem.media.sensing.settings import SensingSettings
+from netem.media.sensing.sight import LOOK, Body, Detection, pack_detection, pack_nothing, unpack_body
+from netem.records.ledger import Ledger
+
+ORIGIN = Body(0.0, 0.0, 0.0, 0.0)
+
+
+class Sensing:
+    Settings = SensingSettings
+
+    def __init__(self, name: str, settings: SensingSettings, nodes: Iterable[str], agenda: Agenda, ledger: Ledger,
+                 links: Links, rng_for: Callable[[str], Random]) -> None:
+        settings.check_nodes(tuple(nodes))
+        self.name = name
+        self.signals: Sequence[tuple[str, str]] = ()
+        self._settings = settings
+        self._view = settings.view
+        self._agenda, self._ledger, self._links, self._rng_for = agenda, ledger, links, rng_for
+        self._rngs: dict[tuple[str, str], Random] = {}
+        self._bodies: dict[int, dict[str, Body]] = {}           # by exposure
+        self._looking: dict[int, set[str]] = {}                 # by exposure, who asked
+        self._waiting: list[int] = []                           # exposures that are still to be evaluated, in order
+        self._numbers: Counter[str] = Counter()
+        self._counters: dict[str, Counter[str]] = {}
+
+    def observe(self, observer: MediumObserver) -> None:
+        """There are no events: a body out of view is a fate in the ledger."""
+
+    def counters(self) -> Mapping[str, Mapping[str, int]]:
+        return self._counters
+
+    def offer(self, sender: str, data: bytes, now_ns: int) -> None:
+        exposure_ns = self._next_exposure_ns(now_ns)
+        if data == LOOK:
+            self._looking.setdefault(exposure_ns, set()).add(sender)
+            self._wait_for(exposure_ns)
+            return
+        body = unpack_body(data)
+        if body is None:
+            self._count(sender, "unreadable frames")
+        elif now_ns != exposure_ns:
+            self._count(sender, "poses between exposures")
+        else:
+            self._bodies.setdefault(exposure_ns, {})[sender] = body
+            self._wait_for(exposure_ns)
+
+    def lookahead_ns(self, t0_ns: int) -> int:
+        """As in `Medium`: the news of the exposure that waits, or of the next one."""
+        exposure_ns = self._waiting[0] if self._waiting else self._next_exposure_ns(t0_ns)
+        return max(t0_ns, min(exposure_ns, self._next_exposure_ns(t0_ns)) + self._settings.latency_ns)
+
+    def finish(self, end_ns: int) -> None:
+        """Exposures that were not evaluated have no copies yet."""
+        self._waiting.clear()
+
+    def _next_exposure_ns(self, now_ns: int) -> int:
+        return -(-now_ns // self._settings.exposure_period_ns) * self._settings.exposure_period_ns
+
+    def _wait_for(self, exposure_ns: int) -> None:
+        if exposure_ns not in self._waiting:
+            self._waiting.append(exposure_ns)
+            self._agenda.at(exposure_ns + 1, TIMER, self.name, partial(self._expose, exposure_ns))
+
+    def _expose(self, exposure_ns: int) -> None:
+        self._waiting.remove(exposure_ns)
+        bodies = self._bodies.pop(exposure_ns, {})
+        looking = self._looking.pop(exposure_ns, set()).union(self._settings.every_exposure_to)
+        numbers = {}
+        for name in sorted(bodies):
+            numbers[name] = self._numbers[name]
+            self._numbers[name] += 1
+        for observer in sorted(looking):
+            self._look(observer, exposure_ns, bodies, numbers)
+
+    def _look(self, observer: str, exposure_ns: int, bodies: Mapping[str, Body], numbers: Mapping[str, int]) -> None:
+        carrier = self._settings.cameras.get(observer, observer)
+        camera = bodies.get(carrier)
+        if camera is None:
+            if observer in self._settings.cameras:
+                self._count(observer, "exposures without the camera's pose")
+                self._tell_nothing(observer, exposure_ns)
+                return
+            camera = ORIGIN
+        in_view = False
+        arrival_ns = exposure_ns + self._settings.latency_ns
+        for name in sorted(bodies):
+            if name in (observer, carrier):
+                continue
+            frame = Frame(self.name, name, numbers[name], exposure_ns,
+                          self._detection(observer, name, exposure_ns, bodies[name]), b"", exposure_ns, exposure_ns)
+            self._ledger.expect(1, self.name)
+            fate = self._view.fate(camera, bodies[name])
+            if fate is None:
+                in_view = True
+                self._links.receive(frame, observer, arrival_ns, checksum=True)
+            else:
+                self._ledger.close(frame, observer, fate)
+        if not in_view:
+            self._tell_nothing(observer, exposure_ns)
+
+    def _detection(self, observer: str, name: str, exposure_ns: int, body: Body) -> bytes:
+        pair = (name, observer)
+        if pair not in self._rngs:
+            self._rngs[pair] = self._rng_for(f"media.{self.name}.noise.{name} -> {observer}")
+        rng, sigma_m = self._rngs[pair], self._settings.noise_m
+        x_m, y_m, z_m = (
+            value + sigma_m * normal_quantile(rng.random() or SMALLEST) if sigma_m else value for value in body[:3])
+        return pack_detection(Detection(exposure_ns, x_m, y_m, z_m, name))
+
+    def _tell_nothing(self, observer: str, exposure_ns: int) -> None:
+        self._links.tell(observer, self.name, exposure_ns + self._settings.latency_ns, pack_nothing(exposure_ns))
+
+    def _count(self, node: str, what: str) -> None:
+        self._counters.setdefault(node, Counter())[what] += 1

@@ -1,0 +1,53 @@
+"""The keys of `[media.<name>]` for a sensing medium."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import inf, isfinite
+from typing import ClassVar
+
+from netem.media.sensing.field_of_view import FieldOfView, Obstacle
+from netem.topology import REFUSE_UNKNOWN_KEYS
+
+
+@dataclass(frozen=True)
+class SensingSettings:
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
+    exposure_period_ns: int                                 # exposures at 0, period, 2 period, ...
+    latency_ns: int                                         # from an exposure until the observer knows
+    noise_m: float = 0.0                                    # standard deviation of x, y and z each
+    range_m: float | None = None                            # None: sees all
+    half_angle_deg: float = 180.0                           # to both sides of the camera's heading
+    bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)    # who is seen -> outputs of its plant
+    cameras: dict[str, str] = field(default_factory=dict)   # observer -> body that carries its camera
+    every_exposure_to: tuple[str, ...] = ()                 # observers that need not ask: motion capture
+    obstacles: tuple[Obstacle, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.exposure_period_ns < 1:
+            raise ValueError(f"exposure_period_ns={self.exposure_period_ns}: expected at least 1")
+        if self.latency_ns < 2:
+            raise ValueError(f"latency_ns={self.latency_ns}: expected at least 2, nobody knows at the instant itself")
+        if not (isfinite(self.noise_m) and self.noise_m >= 0):
+            raise ValueError(f"noise_m={self.noise_m}: expected 0 or more")
+        for name, outputs in self.bodies.items():
+            if len(outputs) not in (3, 4):
+                raise ValueError(f"bodies: {name}={list(outputs)}: expected the plant's outputs for x, y, heading, or "
+                                 f"for x, y, z, heading")
+        _ = self.view
+
+    @property
+    def view(self) -> FieldOfView:
+        return FieldOfView(inf if self.range_m is None else self.range_m, self.half_angle_deg, self.obstacles)
+
+    def check_nodes(self, nodes: Sequence[str]) -> None:
+        """Raise ValueError, one line a mistake, for names that are not those of `nodes` and for missing cameras."""
+        there = f"no such node on this medium; there are {', '.join(nodes)}"
+        lines = [f"bodies: {name}: {there}" for name in self.bodies if name not in nodes]
+        lines += [f"cameras: {name}: {there}" for pair in self.cameras.items() for name in pair if name not in nodes]
+        lines += [f"every_exposure_to={name}: {there}" for name in self.every_exposure_to if name not in nodes]
+        lines += [f"cameras: {observer}: {body} is not one of the bodies: {', '.join(self.bodies) or 'there are none'}"
+                  for observer, body in self.cameras.items() if body in nodes and body not in self.bodies]
+        if lines:
+            raise ValueError("\n".join(lines))

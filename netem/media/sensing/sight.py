@@ -1,0 +1,70 @@
+"""What passes over a sensing medium, all little endian.
+
+    body -> medium        'B'  x, y, z [m], heading [rad]       each a double; at every exposure
+    observer -> medium    'L'                                   look at the next exposure
+    medium -> observer    'D'  exposure [ns], x, y, z [m], name of the body in UTF-8
+    medium -> observer    'N'  exposure [ns]                    looked, and nothing was in view
+"""
+
+from __future__ import annotations
+
+from math import isfinite
+from struct import Struct
+from typing import Final, NamedTuple
+
+LOOK: Final = b"L"
+_BODY, _DETECTION, _NOTHING = Struct("<c4d"), Struct("<cq3d"), Struct("<cq")
+
+
+class Body(NamedTuple):
+    """Where something is, and where it points: heading counts from the x axis towards the y axis."""
+
+    x_m: float
+    y_m: float
+    z_m: float
+    heading_rad: float
+
+
+class Detection(NamedTuple):
+    exposed_ns: int
+    x_m: float
+    y_m: float
+    z_m: float
+    name: str
+
+
+class NothingSeen(NamedTuple):
+    exposed_ns: int
+
+
+def pack_body(body: Body) -> bytes:
+    return _BODY.pack(b"B", *body)
+
+
+def unpack_body(data: bytes) -> Body | None:
+    """None: not a body, or not at a finite place."""
+    if len(data) != _BODY.size or data[:1] != b"B":
+        return None
+    body = Body(*_BODY.unpack(data)[1:])
+    return body if all(map(isfinite, body)) else None
+
+
+def pack_detection(detection: Detection) -> bytes:
+    return _DETECTION.pack(b"D", *detection[:4]) + detection.name.encode()
+
+
+def pack_nothing(exposed_ns: int) -> bytes:
+    return _NOTHING.pack(b"N", exposed_ns)
+
+
+def unpack_sight(data: bytes) -> Detection | NothingSeen | None:
+    """What an observer received; None: unreadable."""
+    if data[:1] == b"N" and len(data) == _NOTHING.size:
+        return NothingSeen(_NOTHING.unpack(data)[1])
+    if data[:1] != b"D" or len(data) < _DETECTION.size:
+        return None
+    _, exposed_ns, x_m, y_m, z_m = _DETECTION.unpack_from(data)
+    try:
+        return Detection(exposed_ns, x_m, y_m, z_m, data[_DETECTION.size:].decode())
+    except UnicodeDecodeError:
+        return None
