@@ -83,6 +83,14 @@ def test_the_sufficient_test_never_says_less_than_the_exact_one(sets: list[tuple
         assert bound is None or (exact is not None and bound >= exact)
 
 
+def test_jitter_lets_two_instances_come_close_and_delays_ones_own() -> None:
+    """By hand. b and a are queued at 0, that a late by its jitter of 4, so the next a comes at 2, the one after at 8:
+    the bus carries a, a, b, until 10. The worst for a: b has just begun as it is queued, 4 late: 4 + 4 + 3."""
+    messages = [PeriodicMessage("a", 3, 6, jitter_ns=4), PeriodicMessage("b", 4, 20)]
+
+    assert [response_time_ns(messages, index, 1) for index in range(2)] == [11, 10]
+
+
 def test_more_than_the_bus_carries_has_no_bound() -> None:
     messages = [PeriodicMessage("a", 6, 10), PeriodicMessage("b", 5, 10), PeriodicMessage("c", 1, 100)]
 
