@@ -191,7 +191,8 @@ class _Run:
     def _observe_media(self) -> None:
         for name, medium in self.media.items():
             if isinstance(medium, ObservedMedium):
-                self.signals.declare(name, medium.signals)
+                if medium.signals:
+                    self.signals.declare(name, medium.signals)
                 medium.observe(MediumObserver(self._event_on_medium, self.signals.append))
 
     def _event_on_medium(self, time_ns: int, node: str, kind: str, detail: str) -> None:

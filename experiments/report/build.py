@@ -21,6 +21,7 @@ from markupsafe import Markup
 from experiments.metrics import UnknownKeys, evaluate
 from experiments.monitors.judge import VIOLATED
 from experiments.report import series
+from experiments.report.plane import plane
 from experiments.run_data import RunData, load_run
 from experiments.run_result import Verdict
 from netem.records.events import Event, Level
@@ -52,6 +53,7 @@ def render(data: RunData, folder: str) -> str:
     drawn = {"signals": series.signals(data), "switching": series.switching(data),
              "violated": series.violated(data), "spoken": series.spoken(data),
              "fates": series.fates(data), "ages": series.ages(data), "gaps": series.gaps(data), "nodes": data.nodes,
+             "plane": plane(data),
              "length_s": data.length_ns * 1e-9}
     listed = [event for event in data.events if event.kind != VIOLATED or not data.guarantees]
     environment = Environment(loader=PackageLoader("experiments.report", "page"), autoescape=True,

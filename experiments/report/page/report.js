@@ -227,6 +227,76 @@ function drawGaps() {
   }), CONFIG);
 }
 
+// The plane at one instant: where everybody is, the way that led there, fields of view and the looks until then.
+function drawPlane() {
+  const p = DATA.plane, k = Number(byId("plane-at").value), now = p.instants_s[k];
+  const turned = (body) => body.heading && body.heading[k] !== null ? body.heading[k] : 0;
+  const traces = [];
+  p.views.forEach((view) => {
+    const body = p.bodies.find((one) => one.label === view.carrier);
+    if (!body || body.x[k] === null) return;
+    const half = view.half_angle_deg * Math.PI / 180, whole = view.half_angle_deg >= 180;
+    const angles = [...Array(61).keys()].map((j) => turned(body) - half + 2 * half * j / 60);
+    const xs = angles.map((a) => body.x[k] + view.range_m * Math.cos(a)), ys = angles.map((a) => body.y[k] + view.range_m * Math.sin(a));
+    if (!whole) { xs.unshift(body.x[k]); ys.unshift(body.y[k]); }
+    traces.push({type: "scatter", mode: "lines", fill: "toself", x: xs, y: ys, hoverinfo: "skip", opacity: 0.5, showlegend: false,
+                 line: {...line(body.label), width: 1}});
+  });
+  const way = (body, style) => traces.push({
+    type: "scatter", mode: "lines", name: body.label, legendgroup: body.label, x: body.x.slice(0, k + 1), y: body.y.slice(0, k + 1),
+    line: style, hoverinfo: "skip"});
+  p.bodies.forEach((body) => {
+    way(body, line(body.label));
+    traces.push({type: "scatter", mode: "markers", legendgroup: body.label, showlegend: false, x: [body.x[k]], y: [body.y[k]],
+                 marker: {color: line(body.label).color, size: 14, symbol: body.heading ? "arrow" : "circle",
+                          angle: 90 - turned(body) * 180 / Math.PI, line: {width: 1, color: css("--ink")}},
+                 hovertemplate: `${body.label}: %{x:.4g} m, %{y:.4g} m<extra></extra>`});
+  });
+  p.believed.forEach((body, j) => way(body, {color: HUES[(j + 3) % HUES.length], width: 1.4, dash: "dot"}));
+  for (const seen of [true, false]) {
+    const until = p.looks.filter((look) => look.seen === seen && look.t_s <= now && look.x !== null);
+    if (!until.length) continue;
+    traces.push({type: "scatter", mode: "markers", name: seen ? "looks" : "looks that saw nothing", x: until.map((look) => look.x),
+                 y: until.map((look) => look.y), text: until.map((look) => `${look.observer} looks at ${look.body}, ${look.t_s.toFixed(3)} s: ${look.fate}`),
+                 marker: {size: seen ? 9 : 6, color: seen ? css("--ink") : VIOLATED_COLOUR, symbol: seen ? "circle-open" : "x"}, hovertemplate: "%{text}<extra></extra>"});
+  }
+  byId("plane-time").textContent = `${now.toFixed(2)} s`;
+  byId("plane-note").textContent = p.looks.length < p.looks_total ? `${p.looks.length} of ${p.looks_total} looks drawn: the first ones` : "";
+  const shapes = p.obstacles.map((o) => ({type: "circle", x0: o.x - o.radius_m, x1: o.x + o.radius_m, y0: o.y - o.radius_m,
+                                          y1: o.y + o.radius_m, fillcolor: css("--soft"), opacity: 0.5, line: {width: 0}}));
+  const [xs, ys] = planeRanges();
+  Plotly.react("plot-plane", traces, layout("x [m]", "y [m]", {
+    shapes, hovermode: "closest", showlegend: true, height: 560, xaxis: {range: xs, constrain: "domain"},
+    yaxis: {range: ys, scaleanchor: "x", constrain: "domain"}, uirevision: "plane"}), CONFIG);
+}
+
+// The same for all instants, so that nothing jumps.
+function planeRanges() {
+  const p = DATA.plane, all = [...p.bodies, ...p.believed], reach = Math.max(0, ...p.views.map((view) => view.range_m));
+  return ["path_x", "path_y"].map((axis) => {
+    const values = all.flatMap((body) => body[axis]).filter((value) => value !== null);
+    const low = Math.min(...values), high = Math.max(...values), room = reach + 0.06 * (high - low) + 0.05;
+    return [low - room, high + room];
+  });
+}
+
+let playing = null;
+function playPlane() {
+  const slider = byId("plane-at"), last = Number(slider.max), instants = DATA.plane.instants_s;
+  const stop = () => { cancelAnimationFrame(playing); playing = null; byId("plane-play").textContent = "▶ play"; };
+  if (playing !== null) { stop(); return; }
+  if (Number(slider.value) >= last) { slider.value = 0; drawPlane(); }
+  const from_s = instants[Number(slider.value)], started = performance.now();
+  byId("plane-play").textContent = "❚❚ pause";
+  const step = (wall) => {
+    const now_s = from_s + Number(byId("plane-speed").value) * (wall - started) / 1000;
+    const k = Math.min(last, Math.max(0, firstFrom(instants, now_s)));
+    if (k !== Number(slider.value)) { slider.value = k; drawPlane(); }
+    if (k >= last) stop(); else playing = requestAnimationFrame(step);
+  };
+  playing = requestAnimationFrame(step);
+}
+
 const drawers = [];
 function drawing(id, draw) {
   if (byId(id)) drawers.push(draw);
@@ -257,7 +327,12 @@ if (byId("slot-from")) {
     drawSlots();
   };
 }
+if (byId("plane-at")) {
+  byId("plane-at").oninput = drawPlane;
+  byId("plane-play").onclick = playPlane;
+}
 drawing("plot-signal", drawSignal);
+drawing("plot-plane", drawPlane);
 drawing("plot-slots", drawSlots);
 drawing("plot-fates", drawFates);
 drawing("plot-ages", drawAges);

@@ -1,0 +1,108 @@
+"""The plane seen from above: who is where, what is believed, who looks and what was seen, at instants for an animation.
+
+A body is a node, or a [derived.NAME], with signals `x` and `y` in metres; `theta`, `psi`, `yaw` or `heading` in rad
+says where it points. Any other pair, `estimate_x` and `estimate_y` or `x_hat` and `y_hat`, is what its node believes.
+Looks are the copies of sensing media, each at its exposure and where its body then was.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from experiments.report.thinning import keep
+from experiments.run_data import RunData
+from netem.frames import Fate
+from netem.records.signal_table import SignalTable
+
+Json = dict[str, Any]
+HEADINGS = ("theta", "psi", "yaw", "heading")
+X = re.compile(r"(?:(?P<before>\w+)_)?x(?:_(?P<after>\w+))?")
+MOST_INSTANTS = 240
+MOST_LOOKS = 5_000
+DIGITS = 6          # micrometres
+
+
+def plane(data: RunData) -> Json | None:
+    """Paths at common instants, fields of view, obstacles and looks; None if nobody has a place."""
+    tracks = [(node, name, table, columns) for node, table in sorted(data.signals.items()) if table.time_ns.size
+              for name, columns in _places(table)]
+    bodies = [track for track in tracks if not track[1]]
+    if not bodies:
+        return None
+    last_ns = max(data.length_ns, *(int(table.time_ns[-1]) for _, _, table, _ in tracks))
+    instants_ns = np.unique(np.linspace(0, last_ns, MOST_INSTANTS).astype(np.int64))
+    sensing = {name: medium["settings"] for name, medium in (data.scenario.get("media") or {}).items()
+               if medium.get("kind") == "sensing"}
+    return {"instants_s": (instants_ns / 1e9).tolist(),
+            "bodies": [_track(node, table, columns, instants_ns) for node, _, table, columns in bodies],
+            "believed": [_track(f"{node}: {name}", table, columns, instants_ns) for node, name, table, columns in tracks
+                         if name],
+            "views": [view for settings in sensing.values() for view in _views(settings)],
+            "obstacles": [{"x": obstacle["at_m"][0], "y": obstacle["at_m"][1], "radius_m": obstacle["radius_m"]}
+                          for settings in sensing.values() for obstacle in settings.get("obstacles") or []],
+            **_looks(data, list(sensing))}
+
+
+def _places(table: SignalTable) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """("" or what is believed, columns of x, y and perhaps heading)."""
+    for name, unit in zip(table.names, table.units, strict=True):
+        found = X.fullmatch(name)
+        if found is None or unit != "m":
+            continue
+        before, after = found["before"], found["after"]
+        other = "_".join(part for part in (before, "y", after) if part)
+        if other not in table.names:
+            continue
+        what = " ".join(part for part in (before, after) if part)
+        heading = next((one for one in HEADINGS if one in table.names), None) if not what else None
+        yield what, (name, other) if heading is None else (name, other, heading)
+
+
+def _track(label: str, table: SignalTable, columns: tuple[str, ...], instants_ns: npt.NDArray[np.int64]) -> Json:
+    """Each instant has the last sample until then; none before the first one."""
+    at = np.searchsorted(table.time_ns, instants_ns, side="right") - 1
+    values = [_plain(np.where(at >= 0, table.column(name)[np.maximum(at, 0)], np.nan)) for name in columns]
+    xs, ys = table.column(columns[0]), table.column(columns[1])
+    kept = np.union1d(keep(xs), keep(ys))
+    return {"label": label, "x": values[0], "y": values[1], "heading": values[2] if len(values) > 2 else None,
+            "path_x": _plain(xs[kept]), "path_y": _plain(ys[kept])}
+
+
+def _plain(values: npt.NDArray[np.float64]) -> list[float | None]:
+    return [round(value, DIGITS) if np.isfinite(value) else None for value in values.tolist()]
+
+
+def _views(settings: Mapping[str, Any]) -> Iterator[Json]:
+    if settings.get("range_m") is None:
+        return
+    carriers = settings.get("cameras") or {}
+    for observer, carrier in carriers.items():
+        yield {"observer": observer, "carrier": carrier, "range_m": settings["range_m"],
+               "half_angle_deg": settings.get("half_angle_deg", 180.0)}
+
+
+def _looks(data: RunData, media: list[str]) -> Json:
+    copies = data.ledger.filter(pl.col("medium").cast(pl.String).is_in(media)).sort("offered_ns") if media else None
+    if copies is None or copies.is_empty():
+        return {"looks": [], "looks_total": 0}
+    shown = copies.head(MOST_LOOKS)
+    places: dict[str, Json] = {}
+    looks = []
+    times = shown["offered_ns"].to_numpy()
+    for row, (sender, receiver, fate) in enumerate(zip(*(
+            shown[column].cast(pl.String).to_list() for column in ("sender", "receiver", "fate")), strict=True)):
+        table = data.signals.get(sender)
+        if table is None or not {"x", "y"} <= set(table.names):
+            continue
+        if sender not in places:
+            places[sender] = _track(sender, table, ("x", "y"), times)
+        looks.append({"t_s": int(times[row]) / 1e9, "observer": receiver, "body": sender, "fate": fate,
+                      "seen": fate in (Fate.DELIVERED.value, Fate.DELIVERED_CORRUPT.value),
+                      "x": places[sender]["x"][row], "y": places[sender]["y"][row]})
+    return {"looks": looks, "looks_total": copies.height}

@@ -1,0 +1,75 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from experiments.report.plane import MOST_INSTANTS, plane
+from experiments.run_data import RunData, load_run
+from netem.frames import Fate, Frame
+from netem.records.ledger import Ledger
+from netem.records.signals import SignalRecorder
+
+MS = 1_000_000
+SETTINGS = {"range_m": 2.0, "half_angle_deg": 60.0, "cameras": {"companion": "drive"},
+            "obstacles": [{"at_m": [1.0, 2.0], "radius_m": 0.5}]}
+
+
+def a_run(folder: Path, signals: dict[str, list[tuple[str, str]]]) -> RunData:
+    """Two bodies for a second; who sees body `evader` is asked at 0.3 s and 0.6 s, and sees it the first time."""
+    folder.mkdir()
+    ledger, recorder = Ledger(folder / "ledger.parquet", metadata={}), SignalRecorder(folder / "signals.mcap")
+    for node, names in signals.items():
+        recorder.declare(node, names)
+        for k in range(101):
+            recorder.append(node, k * 10 * MS, [k * 0.01 + column for column in range(len(names))])
+    for number, fate in ((0, Fate.DELIVERED), (1, Fate.OUT_OF_VIEW)):
+        at_ns = (number + 1) * 300 * MS
+        ledger.expect(1, "view")
+        ledger.close(Frame("view", "evader", number, at_ns, b"", b"", at_ns, at_ns), "companion", fate,
+                     delivered_ns=at_ns + MS if fate is Fate.DELIVERED else -1)
+    ledger.finish()
+    scenario = {"name": "plane", "length_ns": 1_000 * MS, "media": {"view": {"kind": "sensing", "settings": SETTINGS}}}
+    recorder.finish({}, json.dumps(scenario).encode())
+    (folder / "scenario.json").write_text(json.dumps(scenario))
+    return load_run(folder)
+
+
+POSE = [("x", "m"), ("y", "m"), ("theta", "rad")]
+
+
+@pytest.fixture
+def drawn(tmp_path):
+    return plane(a_run(tmp_path / "run", {
+        "evader": POSE, "drive": POSE,
+        "companion": [("estimate_x", "m"), ("estimate_y", "m"), ("x_of_nothing", "m"), ("x", "1"), ("y", "1")]}))
+
+
+def test_bodies_are_at_each_instant_where_their_last_sample_was(drawn):
+    assert [body["label"] for body in drawn["bodies"]] == ["drive", "evader"]
+    assert len(drawn["instants_s"]) == MOST_INSTANTS
+    assert (drawn["instants_s"][0], drawn["instants_s"][-1]) == (0.0, 1.0)
+    for body in drawn["bodies"]:
+        for t_s, x_m, y_m, heading_rad in zip(drawn["instants_s"], body["x"], body["y"], body["heading"], strict=True):
+            sampled = int(round(t_s * 1e9) // (10 * MS)) * 0.01
+            assert (x_m, y_m, heading_rad) == pytest.approx((sampled, sampled + 1, sampled + 2), abs=1e-6)
+
+
+def test_what_is_believed_is_apart_and_numbers_without_metres_or_partner_are_no_places(drawn):
+    assert [body["label"] for body in drawn["believed"]] == ["companion: estimate"]
+    assert drawn["believed"][0]["heading"] is None
+
+
+def test_looks_are_where_the_body_was_at_the_exposure(drawn):
+    assert [(look["observer"], look["body"], look["t_s"], look["seen"], look["fate"], look["x"])
+            for look in drawn["looks"]] == [("companion", "evader", 0.3, True, "delivered", 0.3),
+                                            ("companion", "evader", 0.6, False, "out of view", 0.6)]
+    assert drawn["looks_total"] == 2
+
+
+def test_fields_of_view_ride_on_what_carries_the_camera(drawn):
+    assert drawn["views"] == [{"observer": "companion", "carrier": "drive", "range_m": 2.0, "half_angle_deg": 60.0}]
+    assert drawn["obstacles"] == [{"x": 1.0, "y": 2.0, "radius_m": 0.5}]
+
+
+def test_without_bodies_there_is_no_plane(tmp_path):
+    assert plane(a_run(tmp_path / "run", {"r1": [("y", "m"), ("z", "m")]})) is None
