@@ -1,0 +1,58 @@
+"""One filter on one path with n detections, many times: the cells of Tables 3.1 to 3.4.
+
+    detections at instants floor(i N / n), i = 0 .. n - 1, with noise of variance R in x and y
+    error of a run = sqrt(mean over all N instants of the squared distance); at an instant with a detection, after it
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import sqrt
+
+import numpy as np
+
+from agents.estimation import Estimator, Inputs
+from agents.estimation.particle_filter import ParticleFilter
+from agents.estimation.paths import INSTANTS, STEP_NS, Floats, Path
+from agents.estimation.unscented_kalman import UnscentedKalman
+
+MEASURED_M2 = 0.01                  # R
+POSITION_M2, HEADING_RAD2 = 0.01, 0.7 ** 2      # of what the filters start with
+Build = Callable[[tuple[float, float, float], Inputs, np.random.Generator], Estimator]
+
+
+def unscented(start: tuple[float, float, float], inputs: Inputs, rng: np.random.Generator) -> Estimator:
+    """Starts at a draw around the truth."""
+    x, y, theta = start
+    dx, dy = sqrt(POSITION_M2) * rng.standard_normal(2)
+    return UnscentedKalman((x + dx, y + dy, theta + sqrt(HEADING_RAD2) * rng.standard_normal()),
+                           (POSITION_M2, POSITION_M2, HEADING_RAD2), 0, inputs)
+
+
+def particles(start: tuple[float, float, float], inputs: Inputs, rng: np.random.Generator) -> Estimator:
+    """Its particles start as draws around the truth."""
+    return ParticleFilter(start, (POSITION_M2, POSITION_M2, HEADING_RAD2), rng, 0, inputs)
+
+
+FILTERS: dict[str, Build] = {"UKF": unscented, "PF": particles}
+
+
+def errors_m(build: Build, path: Path, detections: int, runs: int, seed: int = 0) -> Floats:
+    """The error of each run, shape (runs,) [m]; run k depends on seed and k only."""
+    if not 1 <= detections <= INSTANTS:
+        raise ValueError(f"detections={detections}: expected 1 to {INSTANTS}")
+    return np.array([_error_m(build, path, detections, np.random.default_rng((seed, run))) for run in range(runs)])
+
+
+def _error_m(build: Build, path: Path, detections: int, rng: np.random.Generator) -> float:
+    seen = {k * INSTANTS // detections for k in range(detections)}
+    noise = sqrt(MEASURED_M2) * rng.standard_normal((INSTANTS, 2))
+    inputs = [Inputs(v, omega) for v, omega in zip(path.v.tolist(), path.omega.tolist(), strict=True)]
+    estimator = build((float(path.x[0]), float(path.y[0]), float(path.theta[0])), inputs[0], rng)
+    total = 0.0
+    for k, (x, y) in enumerate(zip(path.x.tolist(), path.y.tolist(), strict=True)):
+        if k in seen:
+            estimator.correct(k * STEP_NS, x + noise[k, 0], y + noise[k, 1], inputs[k])
+        there = estimator.expect(k * STEP_NS)
+        total += (there[0] - x) ** 2 + (there[1] - y) ** 2
+    return sqrt(total / INSTANTS)
