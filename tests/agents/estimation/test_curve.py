@@ -54,6 +54,16 @@ def test_points_on_a_circle_give_that_circle(radius_m, turn_rad):
     assert found.line_rss_m2 > 100 * found.circle_rss_m2
 
 
+@pytest.mark.parametrize("n", [4, 6, 12, 17])
+def test_points_all_around_a_circle_give_it_with_the_mean_as_its_centre(n):
+    points = [(3 + 2 * cos(2 * pi * k / n), 4 + 2 * sin(2 * pi * k / n)) for k in range(n)]
+
+    circle = fit(points).circle
+
+    assert abs(circle.k_per_m) == pytest.approx(0.5, rel=1e-9)
+    assert hypot(circle.x_m - 3, circle.y_m - 4) == pytest.approx(2, rel=1e-9)
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.3, pi / 2, 2.5, -1.0])
 def test_points_on_a_line_give_a_line_of_no_curvature(angle):
     points = [(1 + k * 0.1 * cos(angle), -2 + k * 0.1 * sin(angle)) for k in range(9)]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from agents.estimation.monte_carlo import FILTERS, errors_m
-from agents.estimation.paths import INSTANTS, circular, zig_zag
+from agents.estimation.paths import INSTANTS, STEP_NS, circular, zig_zag
 
 
 def test_the_circle_is_one_turn_in_55_s():
@@ -37,6 +37,28 @@ def test_cells_are_what_the_dissertations_tables_allow(path, detections, name, e
     found = errors_m(FILTERS[name], path(), detections, 12)
 
     assert abs(found.mean() - expected) <= tolerance + 4 * found.std(ddof=1) / 12 ** 0.5
+
+
+def test_detections_are_at_the_floors_of_equal_parts_and_an_instant_is_judged_after_its_detection():
+    class Perfect:
+        def __init__(self) -> None:
+            self.seen: list[int] = []
+            self.at = 0.0, 0.0
+
+        def correct(self, t_ns, x_m, y_m, inputs):
+            self.seen.append(t_ns // STEP_NS)
+            return True
+
+        def expect(self, t_ns):
+            k = t_ns // STEP_NS
+            return (path.x[k] + 1.0, path.y[k]) if self.seen[-1] < k else (path.x[k], path.y[k])
+
+    path, perfect = circular(), Perfect()
+
+    errors = errors_m(lambda start, inputs, rng: perfect, path, 17, 1)
+
+    assert perfect.seen == [786 * k // 17 for k in range(17)]
+    assert errors == pytest.approx([((786 - 17) / 786) ** 0.5], rel=1e-12)
 
 
 def test_a_run_depends_on_its_seed_and_number_only():

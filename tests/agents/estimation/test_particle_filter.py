@@ -40,6 +40,15 @@ def test_particles_move_as_unicycles_and_spread_by_the_noise_of_each_step():
     assert abs(particles.particles[2].mean() - (0.5 + 0.3 * 0.7)) < 5 * spread[2] / sqrt(n)
 
 
+def test_a_part_of_a_step_brings_its_part_of_the_variance():
+    n = 100_000
+    particles = ParticleFilter((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), np.random.default_rng(6), particles=n, process_m2=0.04)
+
+    particles.expect(STEP_NS // 4)
+
+    assert particles.particles.std(axis=1) == pytest.approx([0.1] * 3, rel=5 / sqrt(2 * n))
+
+
 def test_without_noise_every_particle_drives_the_same_euler_steps():
     particles = ParticleFilter((0.0, 0.0, 0.2), (0.0, 0.0, 0.0), np.random.default_rng(7), 0, Inputs(0.5, 1.0),
                                particles=3, process_m2=0.0)
