@@ -1,4 +1,7 @@
-"""The process of one node: `python -m experiments.node_process`, started by the process host."""
+"""The process that nodes are forked from: `python -m experiments.node_process [MODULE ...]`, started by the process host.
+
+The modules named, programs of marconet's own, are imported once, before there are nodes.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,14 @@ import sys
 import threading
 from contextlib import ExitStack
 from functools import partial
+from importlib import import_module
 
 import msgspec
 
 from experiments.node_build import NodeSpecification, build_node
 from netem.node import Node
 from netem.transport.errand import Errand
+from netem.transport.fork_server import serve
 from netem.transport.node_link import take_part
 
 
@@ -20,9 +25,15 @@ def build(at_end: ExitStack, errand: Errand) -> Node:
     return build_node(msgspec.json.decode(errand.specification, type=NodeSpecification), at_end)
 
 
-def main() -> int:
+def life() -> int:
     with ExitStack() as at_end:
         return take_part(partial(build, at_end))
+
+
+def main() -> int:
+    for module in sys.argv[1:]:
+        import_module(module)
+    return serve(life)
 
 
 if __name__ == "__main__":

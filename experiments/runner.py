@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from netem.records.can_log import CanLog
 
 HostName = Literal["process", "inline"]
+OWN_PROGRAMS = ("agents.", "firmware_sim.")         # whose import does nothing but define
 PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
 
@@ -254,7 +255,9 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)
     # -P: modules come from where they are installed or from the scenario's folder, not from the current one
-    return ProcessHost([sys.executable, "-P", "-m", "experiments.node_process"],
+    programs = sorted({specification.program.partition(":")[0] for specification in specifications.values()})
+    return ProcessHost([sys.executable, "-P", "-m", "experiments.node_process",
+                        *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
                        logs=folder / "logs", timeout_s=timeout_s)
 

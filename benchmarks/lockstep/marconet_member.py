@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Generator
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -15,6 +16,7 @@ from simpy.events import Event
 from benchmarks.lockstep.ring import Member, Task
 from netem.node import Node
 from netem.transport.errand import Errand
+from netem.transport.fork_server import serve
 from netem.transport.node_link import take_part
 
 MEDIUM = "ring"
@@ -52,4 +54,4 @@ def build(errand: Errand) -> Node:
 
 
 if __name__ == "__main__":
-    sys.exit(take_part(build))
+    sys.exit(serve(partial(take_part, build)))

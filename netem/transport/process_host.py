@@ -1,7 +1,7 @@
 """Each node its own OS process, reached through Zenoh over the loopback.
 
-A node's process gets its specification as one line on its standard input and ends when that pipe closes, so no node
-outlives the emulator, however it ends. A watchdog thread wakes the waiting conductor when a process has ended or the
+Nodes are forked from one process (`fork_server`). A node gets its specification as one line on its standard input and
+ends when that pipe closes, so no node outlives the emulator, however it ends. A watchdog thread wakes the waiting conductor when a process has ended or the
 time-out has passed, and the node is named.
 
 Invariants:
@@ -12,7 +12,6 @@ Invariants:
 from __future__ import annotations
 
 import os
-import subprocess
 import threading
 import time
 from collections import Counter
@@ -20,7 +19,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import BinaryIO, Final, TypeVar
 from uuid import uuid4
 
 import msgspec
@@ -29,6 +28,7 @@ from netem.lockstep.errors import NodeFailure
 from netem.lockstep.messages import Grant, Hello, Report
 from netem.transport import keys
 from netem.transport.errand import Errand
+from netem.transport.node_processes import NodeProcesses
 from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Session
 
 WATCH_EVERY_S: Final = 0.05
@@ -38,11 +38,13 @@ GRACE_S: Final = 0.5                # for the last words of a process that has e
 ENVIRONMENT: Final = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1",
                       "PYTHONHASHSEED": "0"}
 LOG_TAIL_BYTES: Final = 4_000
+FORK_SERVER_LOG: Final = "fork_server.log"      # no name of a node has a full stop
+END_WITHIN_S: Final = 5.0
 Message = TypeVar("Message", Hello, Report)
 
 
 class ProcessHost:
-    """`command` starts one node's process; `specifications` maps each node's name to its bytes."""
+    """`command` starts the process that nodes are forked from; `specifications` maps each node's name to its bytes."""
 
     def __init__(self, command: Sequence[str], specifications: Mapping[str, bytes], *, logs: Path,
                  timeout_s: float) -> None:
@@ -52,7 +54,8 @@ class ProcessHost:
         self._timeout_s = timeout_s
         self._run = uuid4().hex[:12]
         self._session: Session | None = None
-        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._processes: NodeProcesses | None = None
+        self._inputs: dict[str, BinaryIO] = {}
         self._tellers: dict[str, threading.Thread] = {}
         self._senders: dict[str, Sender] = {}
         self._encode = msgspec.msgpack.Encoder().encode
@@ -69,11 +72,12 @@ class ProcessHost:
         self._session = Session(run)
         self._reports: Receiver = self._session.receiver(keys.report(run))
         self._alarm = self._session.sender(keys.report(run, "-"))
+        self._processes = NodeProcesses(self._command, self._logs / FORK_SERVER_LOG, os.environ | ENVIRONMENT)
         for name, specification in self._specifications.items():
             self._spawn(name, Errand(self._session.endpoint, run, name, self._timeout_s, specification))
             self._senders[name] = self._session.sender(keys.grant(run, name))
         threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
-        hellos = self._collect(set(self._processes), msgspec.msgpack.Decoder(Hello).decode, "to say that it is ready")
+        hellos = self._collect(set(self._inputs), msgspec.msgpack.Decoder(Hello).decode, "to say that it is ready")
         for name, sender in self._senders.items():
             if hellos[name].error:
                 raise NodeFailure(name, "could not start", detail=hellos[name].error)
@@ -102,35 +106,33 @@ class ProcessHost:
 
     def stop(self) -> None:
         self._over.set()
-        for name, process in self._processes.items():
-            teller = self._tellers.get(name)
-            if teller is not None and teller.is_alive():
-                process.kill()                  # it never read its errand; closing the pipe would wait for that
-                teller.join()
-            if process.stdin is not None:
-                with suppress(OSError):
-                    process.stdin.close()       # the node's process ends when this pipe does
-        deadline_s = time.monotonic() + 5.0
-        for process in self._processes.values():
-            try:
-                process.wait(timeout=max(0.0, deadline_s - time.monotonic()))
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+        for name, standard_input in self._inputs.items():
+            teller = self._tellers[name]
+            if teller.is_alive():               # it never read its errand; closing the pipe would wait for that
+                self._alive.kill(name)
+                continue
+            with suppress(OSError):
+                standard_input.close()          # the node's process ends when this pipe does
+        if self._processes is not None:
+            self._processes.close(END_WITHIN_S)
+        for name, teller in self._tellers.items():
+            teller.join()
+            with suppress(OSError):
+                self._inputs[name].close()
         if self._session is not None:
             self._session.close()
             self._session = None
 
+    @property
+    def _alive(self) -> NodeProcesses:
+        assert self._processes is not None, "the host was not started"
+        return self._processes
+
     def _spawn(self, name: str, errand: Errand) -> None:
-        with (self._logs / f"{name}.log").open("wb") as log:
-            # Its own process group: Ctrl-C reaches the emulator only, which ends its nodes. Not its own session: Linux
-            # would schedule each node in a group of its own (autogroup), and a grant would take twice as long.
-            process = subprocess.Popen(self._command, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT,
-                                       process_group=0, env=os.environ | ENVIRONMENT)
-        self._processes[name] = process
+        self._inputs[name] = standard_input = self._alive.start(name, self._logs / f"{name}.log")
         # From a thread: a process that does not read would hold up the start, and nobody would say which it is.
         self._tellers[name] = teller = threading.Thread(
-            target=_tell, args=(process, msgspec.json.encode(errand) + b"\n"), daemon=True)
+            target=_tell, args=(standard_input, msgspec.json.encode(errand) + b"\n"), daemon=True)
         teller.start()
 
     def _collect(self, awaited: set[str], decode: Callable[[bytes], Message], what: str,
@@ -177,19 +179,19 @@ class ProcessHost:
                               detail=self._log_of(name))
 
     def _has_ended(self, name: str) -> bool:
-        return self._processes[name].poll() is not None
+        return self._alive.exit_code(name) is not None
 
     def _gone(self, name: str) -> NodeFailure:
-        code = self._processes[name].wait(timeout=5.0)
+        code = self._alive.exit_code(name) or 0
         how = f"was ended by signal {-code}" if code < 0 else f"exited with code {code}"
         return NodeFailure(name, f"its process {how}", detail=self._log_of(name))
 
     def _log_of(self, name: str) -> str:
-        return (self._logs / f"{name}.log").read_bytes()[-LOG_TAIL_BYTES:].decode(errors="replace")
+        logs = (self._logs / f"{name}.log").read_bytes() or (self._logs / FORK_SERVER_LOG).read_bytes()
+        return logs[-LOG_TAIL_BYTES:].decode(errors="replace")
 
 
-def _tell(process: subprocess.Popen[bytes], errand: bytes) -> None:
-    assert process.stdin is not None
+def _tell(standard_input: BinaryIO, errand: bytes) -> None:
     with suppress(OSError, ValueError):         # it ended, or the host was stopped: the watchdog names it
-        process.stdin.write(errand)
-        process.stdin.flush()
+        standard_input.write(errand)
+        standard_input.flush()

@@ -6,6 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Generator
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -14,6 +15,7 @@ from netem.lockstep.messages import Hello, Report
 from netem.node import Node
 from netem.transport import keys
 from netem.transport.errand import Errand
+from netem.transport.fork_server import serve
 from netem.transport.node_link import take_part
 from netem.transport.zenoh_session import Session
 
@@ -72,4 +74,4 @@ def build_as_told(errand: Errand) -> Node:
 
 
 if __name__ == "__main__":
-    sys.exit(take_part(build_as_told))
+    sys.exit(serve(partial(take_part, build_as_told)))

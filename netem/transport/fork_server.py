@@ -1,0 +1,125 @@
+"""The process that nodes are forked from: it has imported what a node needs, and is none itself.
+
+    emulator --Start(node), with its standard input and log--> fork server --fork--> node: `life()`
+             <------------- Started(node), Ended(node) ------      <--------ends-------
+
+Forked nodes have one layout of memory and share the pages of what was imported. Processes that take turns on a core then
+use the same branch predictions and cache lines, and a node starts in milliseconds (docs/decisions/0009).
+
+Invariants:
+- this process has one thread and no Zenoh session, so a node inherits nothing but memory;
+- it ends when the emulator's end of its socket has closed and its last node has ended; nodes end by pipes of their own.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import selectors
+import signal
+import socket
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Final
+
+import msgspec
+
+LONGEST_MESSAGE: Final = 4096
+
+
+class Start(msgspec.Struct, tag="start"):
+    """Fork this node. Two file descriptors come with it: its standard input, and its log."""
+
+    node: str
+
+
+class Kill(msgspec.Struct, tag="kill"):
+    node: str
+
+
+class Started(msgspec.Struct, tag="started"):
+    node: str
+    pid: int
+
+
+class Ended(msgspec.Struct, tag="ended"):
+    node: str
+    exit_code: int              # -N: by signal N
+
+
+def serve(life: Callable[[], int]) -> int:
+    """Fork nodes as the emulator at the standard input asks; returns an exit code, in a node that of its `life`."""
+    server = _ForkServer()
+    gc.collect()
+    gc.freeze()
+    while server.has_work():
+        for key, _ in server.selector.select():
+            if key.data:
+                server.bury(key.data)
+            elif server.obey():
+                return life()           # this process is a node now
+    return 0
+
+
+class _ForkServer:
+    def __init__(self) -> None:
+        self.selector = selectors.DefaultSelector()
+        self._emulator: socket.socket | None = socket.socket(fileno=os.dup(sys.stdin.fileno()))
+        self._nodes: dict[str, tuple[int, int]] = {}            # (pid, pidfd)
+        self._decode = msgspec.msgpack.Decoder(Start | Kill).decode
+        self.selector.register(self._emulator, selectors.EVENT_READ, "")
+
+    def has_work(self) -> bool:
+        return self._emulator is not None or bool(self._nodes)
+
+    def obey(self) -> bool:
+        """Do what the emulator asks; True in the process of a new node."""
+        assert self._emulator is not None
+        message, fds, _, _ = socket.recv_fds(self._emulator, LONGEST_MESSAGE, 2)
+        if not message:
+            self.selector.unregister(self._emulator)
+            self._emulator.close()
+            self._emulator = None
+            return False
+        order = self._decode(message)
+        if isinstance(order, Kill):
+            if order.node in self._nodes:
+                os.kill(self._nodes[order.node][0], signal.SIGKILL)
+            return False
+        pid = os.fork()
+        if pid == 0:
+            self._become(order.node, *fds)
+            return True
+        for fd in fds:
+            os.close(fd)
+        pidfd = os.pidfd_open(pid)
+        self._nodes[order.node] = pid, pidfd
+        self.selector.register(pidfd, selectors.EVENT_READ, order.node)
+        self._tell(Started(order.node, pid))
+        return False
+
+    def bury(self, node: str) -> None:
+        pid, pidfd = self._nodes.pop(node)
+        self.selector.unregister(pidfd)
+        os.close(pidfd)
+        _, status = os.waitpid(pid, 0)
+        self._tell(Ended(node, os.waitstatus_to_exitcode(status)))
+
+    def _become(self, node: str, standard_input: int, log: int) -> None:
+        """Be a node: its own standard files, a name for `ps`, and a group, so that Ctrl-C reaches the emulator only."""
+        os.setpgid(0, 0)
+        for target, fd in ((0, standard_input), (1, log), (2, log)):
+            os.dup2(fd, target)
+        self.selector.close()
+        assert self._emulator is not None
+        self._emulator.close()
+        for fd in (standard_input, log, *(pidfd for _, pidfd in self._nodes.values())):
+            os.close(fd)
+        with suppress(OSError), open("/proc/self/comm", "w") as title:
+            title.write(node[:15])
+
+    def _tell(self, news: Started | Ended) -> None:
+        if self._emulator is not None:
+            with suppress(OSError):             # it has gone, as the next message will say
+                self._emulator.send(msgspec.msgpack.encode(news))

@@ -1,0 +1,109 @@
+"""The emulator's end of the fork server: start nodes, learn which have ended and how, end what is left.
+
+Invariants:
+- what the fork server says is read by whoever asks, under one lock; no thread of its own;
+- when the fork server itself has ended, every node that it had not buried counts as ended with its exit code.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import BinaryIO, Final
+
+import msgspec
+
+from netem.transport.fork_server import LONGEST_MESSAGE, Ended, Kill, Start, Started
+
+NOT_FORKED_S: Final = 1.0
+
+
+class NodeProcesses:
+    """`command` starts the fork server; what it prints itself goes to `log`."""
+
+    def __init__(self, command: Sequence[str], log: Path, environment: Mapping[str, str]) -> None:
+        self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        # Its own process group: Ctrl-C reaches the emulator only, which ends its nodes. Not its own session: Linux
+        # would schedule it in a group of its own (autogroup), and a grant would take twice as long.
+        with theirs, log.open("wb") as file:
+            self._server = subprocess.Popen(command, stdin=theirs, stdout=file, stderr=subprocess.STDOUT,
+                                            process_group=0, env=environment)
+        self._decode = msgspec.msgpack.Decoder(Started | Ended).decode
+        self._lock = threading.Lock()
+        self._names: set[str] = set()
+        self._exit_codes: dict[str, int] = {}
+        self.pids: dict[str, int] = {}
+
+    def start(self, node: str, log: Path) -> BinaryIO:
+        """Start `node`, its output going to `log`; returns its standard input, which it ends with."""
+        reading, writing = os.pipe()
+        self._names.add(node)
+        try:
+            with log.open("wb") as file, suppress(OSError):     # a fork server that is gone: `exit_code` says so
+                socket.send_fds(self._socket, [msgspec.msgpack.encode(Start(node))], [reading, file.fileno()])
+        finally:
+            os.close(reading)
+        return open(writing, "wb")
+
+    def exit_code(self, node: str) -> int | None:
+        """How `node` ended, -N for signal N; None while it runs."""
+        self._listen()
+        return self._exit_codes.get(node)
+
+    def kill(self, node: str) -> None:
+        with suppress(OSError):
+            self._socket.send(msgspec.msgpack.encode(Kill(node)))
+
+    def close(self, timeout_s: float) -> None:
+        """Wait for nodes that are ending; kill what has not ended in time, the fork server at last."""
+        self._await_ends(timeout_s)
+        for node in self._running():
+            self.kill(node)
+        self._await_ends(timeout_s)
+        self._socket.close()
+        try:
+            self._server.wait(0.0 if self._running() else timeout_s)
+        except subprocess.TimeoutExpired:
+            self._server.kill()
+            self._server.wait()
+
+    def _running(self) -> set[str]:
+        self._listen()
+        return self._names - self._exit_codes.keys()
+
+    def _await_ends(self, timeout_s: float) -> None:
+        """Wait for every node that was forked, and a moment for the fork server to fork those that were not."""
+        began_s = time.monotonic()
+        while running := self._running():
+            patience_s = timeout_s if running <= self.pids.keys() else min(timeout_s, NOT_FORKED_S)
+            if (left_s := began_s + patience_s - time.monotonic()) <= 0:
+                return
+            self._listen(left_s)
+
+    def _listen(self, wait_s: float = 0.0) -> None:
+        """Take in what the fork server has said, waiting at most `wait_s` for the first word."""
+        with self._lock:
+            while True:
+                try:
+                    self._socket.settimeout(wait_s)
+                    message = self._socket.recv(LONGEST_MESSAGE)
+                except (BlockingIOError, TimeoutError):
+                    return
+                except OSError:
+                    message = b""
+                if not message:
+                    if (code := self._server.poll()) is not None:
+                        self._exit_codes |= dict.fromkeys(self._names - self._exit_codes.keys(), code)
+                    return
+                wait_s = 0.0
+                news = self._decode(message)
+                if isinstance(news, Started):
+                    self.pids[news.node] = news.pid
+                else:
+                    self._exit_codes[news.node] = news.exit_code
