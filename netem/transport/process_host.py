@@ -29,6 +29,7 @@ from netem.lockstep.messages import Grant, Hello, Report
 from netem.transport import keys
 from netem.transport.errand import Errand
 from netem.transport.node_processes import NodeProcesses
+from netem.transport.placement import Placement
 from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Session
 
 WATCH_EVERY_S: Final = 0.05
@@ -64,6 +65,7 @@ class ProcessHost:
         self._deadline_s = float("inf")
         self._ended_s: dict[str, float] = {}
         self._over = threading.Event()
+        self._placement = Placement(lambda: (os.getpid(), *self._alive.pids.values()))
         self.garbage: Counter[str] = Counter()
 
     def start(self) -> dict[str, Hello]:
@@ -102,6 +104,7 @@ class ProcessHost:
             if report.error:
                 last_line = report.error.strip().rpartition("\n")[2]
                 raise NodeFailure(name, f"its program failed: {last_line}", detail=report.error)
+        self._placement.exchanged(len(grants))
         return [(name, reports[name]) for name, _ in grants]
 
     def stop(self) -> None:

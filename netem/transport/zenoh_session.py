@@ -23,7 +23,8 @@ os.environ.setdefault("ZENOH_RUNTIME", "(rx: (handover: app), tx: (handover: app
 
 import zenoh
 
-MAX_PART_BYTES: Final = 32_000
+BATCH_BYTES: Final = 4_096         # Zenoh clears a buffer of this size for every message that comes in
+MAX_PART_BYTES: Final = 3_500
 TOKEN_BYTES: Final = 4
 
 
@@ -40,6 +41,8 @@ def _config(*, listen: str | None, connect: str | None) -> zenoh.Config:
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "adminspace/enabled": listen is not None,
+        "transport/link/tx/batch_size": BATCH_BYTES,
+        "transport/shared_memory/enabled": False,
         "transport/unicast/qos/enabled": False,
         "transport/unicast/lowlatency": True,
     }

@@ -1,0 +1,91 @@
+"""On which cores emulator and nodes run: all on one, or wherever the system puts them. Tried out while the run goes on.
+
+    settle --> one core, all cores, one core, ... TRIAL_WINDOWS each --> the faster one for HELD_WINDOWS --> again
+
+Where one node at a time has something to do, each hand-over to another core waits for that core to wake up, and finds
+its caches cold: one core for everybody is faster. Where many nodes work in parallel, or one works long, all cores are.
+Which it is depends on scenario, machine and what else runs there, so it is measured. It decides speed alone: what a
+node hands out does not depend on where it runs.
+
+Not modelled: some nodes here and others there; groups of cores that share a cache.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import time
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+SETTLE_WINDOWS: Final = 50
+TRIAL_WINDOWS: Final = 120
+TRIALS: Final = 6               # alternating
+HELD_WINDOWS: Final = 6_000
+WORTH_IT: Final = 0.97          # one core has to take less than this share of the time, or it is not worth its risk
+
+
+class Placement:
+    """Told after every exchange. `processes` gives the ids of those to be placed, this one included."""
+
+    def __init__(self, processes: Callable[[], Iterable[int]], clock: Callable[[], float] = time.perf_counter,
+                 place: Callable[[int, set[int]], None] | None = None, cores: set[int] | None = None) -> None:
+        self._processes = processes
+        self._clock = clock
+        self._place = place or place_threads
+        self._cores = _own_cores() if cores is None else cores
+        self._left = SETTLE_WINDOWS if len(self._cores) > 1 else 0
+        self._laps: list[float] = []        # seconds per grant of the trials so far, one core first
+        self._grants = 0
+        self._began_s = 0.0
+        self.on_one_core = False
+
+    def exchanged(self, grants: int) -> None:
+        """A window with so many grants is over."""
+        self._grants += grants
+        self._left -= 1
+        if self._left == 0:
+            self._next()
+
+    def _next(self) -> None:
+        now_s = self._clock()
+        if self._began_s:
+            self._laps.append((now_s - self._began_s) / max(1, self._grants))
+        if len(self._laps) == TRIALS:
+            one, many = statistics.median(self._laps[::2]), statistics.median(self._laps[1::2])
+            self._laps.clear()
+            self._began_s = 0.0
+            self._left = HELD_WINDOWS
+            self._move(one < WORTH_IT * many)
+            return
+        self._move(len(self._laps) % 2 == 0)
+        self._left, self._grants = TRIAL_WINDOWS, 0
+        self._began_s = self._clock()
+
+    def _move(self, to_one: bool) -> None:
+        if to_one == self.on_one_core:
+            return
+        self.on_one_core = to_one
+        cores = {_current_core(self._cores)} if to_one else self._cores
+        for process in self._processes():
+            self._place(process, cores)
+
+
+def place_threads(process: int, cores: set[int]) -> None:
+    """Let every thread of `process` run on `cores`; threads that it starts later inherit that."""
+    with suppress(OSError):                 # it has ended
+        for thread in Path(f"/proc/{process}/task").iterdir():
+            with suppress(OSError):
+                os.sched_setaffinity(int(thread.name), cores)
+
+
+def _own_cores() -> set[int]:
+    return os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
+
+
+def _current_core(cores: set[int]) -> int:
+    """Where this thread runs now: field 39 of its `stat`."""
+    core = int(Path("/proc/thread-self/stat").read_text().rpartition(")")[2].split()[36])
+    return core if core in cores else min(cores)
