@@ -34,10 +34,11 @@ class Links:
         """A receiver decoded `frame`; it reaches the node at `arrival_ns` (>= now) unless the link impairs it.
 
         `copy` > 0: it did so `copy` times before, since the medium repeats what a receiver already has."""
-        pipeline = self._pipelines.get((frame.medium, frame.sender, receiver))
+        medium = frame.medium
+        pipeline = self._pipelines.get((medium, frame.sender, receiver))
         if pipeline is not None:
             self._impair(pipeline, frame, receiver, arrival_ns, checksum, copy)
-        elif arrival_ns < self._end_ns and self._deliver(receiver, frame.medium, arrival_ns, frame.data):
+        elif arrival_ns < self._end_ns and self._deliver(receiver, medium, arrival_ns, frame.data):
             self._ledger.close(frame, receiver, Fate.DELIVERED, copy=copy, delivered_ns=arrival_ns)
         else:
             self._hand_over(frame, receiver, arrival_ns, frame.data, copy, Fate.DELIVERED)

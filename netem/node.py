@@ -63,10 +63,13 @@ class NodeEnvironment(simpy.Environment):
 
     _now: int
 
+    def __init__(self) -> None:
+        super().__init__(initial_time=0)
+        self.queue: list[tuple[int, Any, int, Event]] = self._queue     # type: ignore[assignment]  # a heap by time
+
     def next_ns(self) -> int:
         """Time of the next event, `NEVER_NS` if there is none."""
-        queue = self._queue
-        return queue[0][0] if queue else NEVER_NS           # type: ignore[return-value]
+        return self.queue[0][0] if self.queue else NEVER_NS
 
     def time_ns(self) -> int:
         return self._now
@@ -92,7 +95,7 @@ class Node:
         if sample_period_ns < 0:
             raise ValueError(f"sample_period_ns={sample_period_ns}: expected 0 (no samples) or more")
         self.name = name
-        self.env = NodeEnvironment(initial_time=0)
+        self.env = NodeEnvironment()
         self.ports = {port: Port(self, index, port) for index, port in enumerate(ports)}
         self._port_list = list(self.ports.values())
         self._firm_ns = 0
@@ -184,26 +187,30 @@ class Node:
     def advance(self, grant: Grant) -> Report:
         """Run every event that the grant allows, and say what came of it."""
         horizon_ns = grant.horizon_ns
+        env, ports = self.env, self._port_list
+        queue = env.queue
         for arrival_ns, port, data in grant.deliveries:
-            if self.env.next_ns() < arrival_ns:
+            if queue and queue[0][0] < arrival_ns:
                 self._run_before(arrival_ns)
             if self._next_sample_ns < arrival_ns:
                 self._sample_before(arrival_ns)
             if self._next_show_ns <= arrival_ns:
                 self._show_before(arrival_ns + 1)
-            self.env.move_to(arrival_ns)
-            to = self._port_list[port]
+            env.move_to(arrival_ns)
+            to = ports[port]
             if to.answers:
                 self._unless_heard_ns = 0
             to.arrive(data)
-        self._run_before(horizon_ns + 1 if grant.instant else horizon_ns)
+        limit_ns = horizon_ns + 1 if grant.instant else horizon_ns
+        if queue and queue[0][0] < limit_ns:
+            self._run_before(limit_ns)
         if self._next_sample_ns < horizon_ns:
             self._sample_before(horizon_ns)
         firm_ns = self._firm_ns
         if self._next_show_ns != NEVER_NS:
-            self._show_before(horizon_ns + 1 if grant.instant else horizon_ns)
+            self._show_before(limit_ns)
             firm_ns = min(firm_ns, self._next_show_ns)
-        soft_ns = self.env.next_ns()
+        soft_ns = queue[0][0] if queue else NEVER_NS
         if type(soft_ns) is not int:
             raise TypeError(f"{self.name}: its next event is at {soft_ns!r} ns: {WHOLE_NANOSECONDS}")
         if soft_ns < self._unless_heard_ns:
@@ -217,9 +224,9 @@ class Node:
 
     def _run_before(self, limit_ns: int) -> None:
         """Run the node's own events before `limit_ns`, and take the samples that lie before the last of them."""
-        next_ns, step = self.env.next_ns, self.env.step
+        queue, step = self.env.queue, self.env.step
         instant_ns, events = -1, 0
-        while (time_ns := next_ns()) < limit_ns:
+        while queue and (time_ns := queue[0][0]) < limit_ns:
             if self._next_sample_ns < time_ns:
                 self._sample_before(time_ns)
             if self._next_show_ns <= time_ns:

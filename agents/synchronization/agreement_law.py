@@ -37,24 +37,20 @@ class AgreementLaw:
 
     def control(self) -> list[float]:
         """u_i without disturbance; zero as long as the robot has not broadcast itself."""
-        own = self.held.get(self.number)
+        held, offsets = self.held, self._offsets
+        own = held.get(self.number)
         if own is None:
             return [0.0] * len(self._gain)
-        if len(own) == 1:
-            return self._scalar_control(own[0])
+        if len(own) == 1:                       # the case that has to be fast
+            value, error = own[0], 0.0
+            for j in self.neighbours:
+                if j in held:
+                    error += value - held[j][0] - offsets[j][0]
+            return [-row[0] * error for row in self._gain]
         errors = [0.0] * len(own)
         for j in self.neighbours:
-            other = self.held.get(j)
-            if other is not None:
-                offset = self._offsets[j]
+            if j in held:
+                other, offset = held[j], offsets[j]
                 for k, value in enumerate(own):
                     errors[k] += value - other[k] - offset[k]
         return [-sum(map(mul, row, errors)) for row in self._gain]
-
-    def _scalar_control(self, value: float) -> list[float]:
-        """The same for one output, the case that has to be fast."""
-        held, offsets, error = self.held, self._offsets, 0.0
-        for j in self.neighbours:
-            if j in held:
-                error += value - held[j][0] - offsets[j][0]
-        return [-row[0] * error for row in self._gain]

@@ -55,6 +55,7 @@ class SyncRobot:
         self._write_inputs = board.plant.input_group([f"u[{k + 1}]" for k in range(agent.inputs)]).write
         self._outputs = board.plant.output_group([f"y[{k + 1}]" for k in range(agent.outputs)])
         self._law = AgreementLaw(self._number, agent.K, team.biases)
+        self._spoken: tuple[float, ...] = ()    # broadcast last, held by all from when they have received it
         self._omega = 0.0
         self._disturbance = _pieces(disturbance)
         self._slot = 0                          # in which it speaks next
@@ -109,10 +110,11 @@ class SyncRobot:
         self._heard.clear()
         outputs = self._measure(node.now_ns)
         self._port.send(self._codec.pack(self._number, slot, outputs))
+        self._spoken = outputs
         if self._own_delay_ns:
-            node.call_in(self._own_delay_ns, lambda _: self._hold_own(outputs))
+            node.call_in(self._own_delay_ns, self._hold_own)
         else:
-            self._hold_own(outputs)
+            self._hold_own()
         if self._source.out_of_step():
             self._fall_back("somebody's control frame came in a slot that is not its own")
         if self._sync is not None:
@@ -205,15 +207,17 @@ class SyncRobot:
         self._advance_plant(true_ns)
         return self._outputs.read()
 
-    def _hold_own(self, outputs: tuple[float, ...]) -> None:
-        self._law.held[self._number] = outputs
+    def _hold_own(self, _: object = None) -> None:
+        self._law.held[self._number] = self._spoken
         self._apply()
 
     def _apply(self) -> None:
         self._advance_plant(self._true_ns())
         control = self._law.control()
-        self._control = [u + self._omega for u in control] if self._omega else control
-        self._write_inputs(self._control)
+        if self._omega:
+            control = [u + self._omega for u in control]
+        self._control = control
+        self._write_inputs(control)
 
     def _sample(self, true_ns: int) -> list[float]:
         return [*self._measure(true_ns), *self._control]

@@ -30,6 +30,7 @@ class SyncFrameCodec:
             raise ValueError(f"{robots} robots: a sync frame names 1 to {MAX_ROBOTS}")
         self._robots = robots
         self._values = struct.Struct(f"<BBI{outputs}d")
+        self._size, self._unpack = self._values.size, self._values.unpack
 
     @property
     def size_bytes(self) -> int:
@@ -39,10 +40,9 @@ class SyncFrameCodec:
         return self._values.pack(MAGIC, sender, slot & 0xFFFFFFFF, *outputs)
 
     def unpack(self, data: bytes) -> SyncFrame | None:
-        if len(data) != self._values.size:
+        if len(data) != self._size:
             return None
-        values = self._values.unpack(data)
-        sender, outputs = values[1], values[3:]
-        if values[0] != MAGIC or sender >= self._robots or not isfinite(sum(map(abs, outputs))):
+        magic, sender, slot, *outputs = self._unpack(data)
+        if magic != MAGIC or sender >= self._robots or not all(map(isfinite, outputs)):
             return None
-        return SyncFrame(sender, values[2], outputs)
+        return SyncFrame(sender, slot, tuple(outputs))

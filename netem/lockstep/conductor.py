@@ -67,12 +67,17 @@ class Seat:
         if self.first_ns >= limit_ns:
             return []
         inbox = self.inbox
-        inbox.sort(key=_arrival)
+        if len(inbox) > 1:
+            inbox.sort(key=_arrival)
+        if inbox[-1][0] < limit_ns:
+            self.inbox = []
+            self.first_ns = self.pending_ns = NEVER_NS
+            return inbox
         cut = len(inbox)
         while inbox[cut - 1][0] >= limit_ns:
             cut -= 1
         due, self.inbox = inbox[:cut], inbox[cut:]
-        self.first_ns = self.inbox[0][0] if self.inbox else NEVER_NS
+        self.first_ns = self.inbox[0][0]
         quiet = self.quiet
         self.pending_ns = next((arrival_ns for arrival_ns, port, _ in self.inbox if port not in quiet), NEVER_NS
                                ) if quiet else self.first_ns
@@ -154,8 +159,10 @@ class Conductor:
             self._next_out_ns = next_out_ns
             if self.pace is not None and self._wait(self.pace, min(next_out_ns, agenda.next_ns())):
                 continue
-            while (event_ns := agenda.next_ns()) < self._next_out_ns:
-                agenda.run_before(event_ns + 1)
+            if (event_ns := agenda.next_ns()) < next_out_ns:
+                while event_ns < self._next_out_ns:
+                    agenda.run_before(event_ns + 1)
+                    event_ns = agenda.next_ns()
             t0_ns = self._next_out_ns
             if t0_ns >= end_ns:
                 break
@@ -197,17 +204,20 @@ class Conductor:
     def _window(self, seats: list[Seat], horizon_ns: int, instant: bool) -> None:
         limit_ns = horizon_ns + 1 if instant else horizon_ns
         self.windows += 1
-        grants = [(seat.name, Grant(self.windows, horizon_ns, instant, False, seat.take(limit_ns)))
+        grants = [(seat.name, Grant(self.windows, horizon_ns, instant, False,
+                                    seat.take(limit_ns) if seat.first_ns < limit_ns else []))
                   for seat in seats if seat.earliest_ns < limit_ns]
         self.grants += len(grants)
         for name, report in self._exchange(grants):
             seat = self.seats[name]
-            if instant and report.offers:
-                self._talkers.add(name)
-            for sequence, (time_ns, port, data) in enumerate(report.offers):
-                if not seat.earliest_ns <= time_ns < limit_ns or not 0 <= port < len(seat.media):
-                    raise self._broken_promise(seat, sequence, report, limit_ns)
-                self.agenda.at(time_ns, OFFER, name, partial(self.media[seat.media[port]].offer, name, data, time_ns))
+            if report.offers:
+                if instant:
+                    self._talkers.add(name)
+                for sequence, (time_ns, port, data) in enumerate(report.offers):
+                    if not seat.earliest_ns <= time_ns < limit_ns or not 0 <= port < len(seat.media):
+                        raise self._broken_promise(seat, sequence, report, limit_ns)
+                    offer = self.media[seat.media[port]].offer
+                    self.agenda.at(time_ns, OFFER, name, partial(offer, name, data, time_ns))
             self._keep(seat, report, horizon_ns)
 
     def _exchange(self, grants: list[tuple[str, Grant]]) -> list[tuple[str, Report]]:

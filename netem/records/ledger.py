@@ -13,8 +13,9 @@ Given a path the rows go to Parquet chunk by chunk and memory stays bounded; wit
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -52,10 +53,10 @@ class Ledger:
                  chunk_rows: int = CHUNK_ROWS) -> None:
         if chunk_rows < 1:
             raise ValueError(f"chunk_rows={chunk_rows}: a chunk holds at least 1 row")
-        self.expected = 0
         self._expected_of: Counter[str] = Counter()
         self._rows: list[Row] = []
-        self._written: Counter[tuple[str, str]] = Counter()
+        self._ended: Counter[tuple[str, str]] = Counter()       # (medium, fate) of the rows counted so far,
+        self._counted = 0                                       # which are those written and so many of `_rows`
         self._hash = LedgerHash(COLUMNS)
         self._file = _open(path, metadata or {}) if path else None
         self._flush_at = chunk_rows if path else 1 << 62
@@ -63,7 +64,6 @@ class Ledger:
 
     def expect(self, copies: int, medium: str = "") -> None:
         """Announce copies; with every medium named, a difference is blamed on its medium."""
-        self.expected += copies
         self._expected_of[medium] += copies
 
     def close(self, frame: Frame, receiver: str, fate: Fate, *, copy: int = 0, delivered_ns: int = -1,
@@ -74,6 +74,11 @@ class Ledger:
                      frame.end_ns, delivered_ns, len(frame.data), frame.digest, fate._value_, cause))
         if len(rows) >= self._flush_at:
             self._flush()
+
+    @property
+    def expected(self) -> int:
+        """Copies announced so far."""
+        return self._expected_of.total()
 
     @property
     def closed(self) -> Counter[Fate]:
@@ -130,13 +135,16 @@ class Ledger:
     def _flush(self) -> None:
         if self._file is None or not self._rows:
             return
-        rows, self._rows = self._rows, []
-        self._written.update(_medium_and_fate(rows))
+        self._counts()
+        rows, self._rows, self._counted = self._rows, [], 0
         self._hash.add(rows)
         self._file.write(rows)
 
     def _counts(self) -> Counter[tuple[str, str]]:
-        return self._written + Counter(_medium_and_fate(self._rows))
+        """How the copies closed so far ended; what was counted before is not looked at again."""
+        self._ended.update((row[0], row[11]) for row in islice(self._rows, self._counted, None))
+        self._counted = len(self._rows)
+        return self._ended
 
     def _by_fate(self) -> Counter[str]:
         total: Counter[str] = Counter()
@@ -149,10 +157,6 @@ def _open(path: Path, metadata: Mapping[str, str]) -> ParquetLedger:
     from netem.records.ledger_file import ParquetLedger  # late: a ledger without a file needs no pyarrow
 
     return ParquetLedger(path, metadata)
-
-
-def _medium_and_fate(rows: Sequence[Row]) -> Iterator[tuple[str, str]]:
-    return ((row[0], row[11]) for row in rows)
 
 
 _ORDER = {fate.value: rank for rank, fate in enumerate(Fate)}
