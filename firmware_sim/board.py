@@ -72,10 +72,11 @@ class Board:
 
     def sleep_until(self, local_ns: int) -> Timeout:
         """`silent_until` and `until` in one: what a program does that knows when it acts next."""
-        env = self.node.env
         true_ns = self.clock.true_at(local_ns)
         self._promise(true_ns)
-        return env.timeout(max(0, true_ns - env.time_ns()))
+        node = self.node
+        delay_ns = true_ns - node.now_ns
+        return Timeout(node.env, delay_ns if delay_ns > 0 else 0)
 
     def _promise(self, true_ns: int) -> None:
         if self._steps_ahead:

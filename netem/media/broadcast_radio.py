@@ -45,6 +45,7 @@ class BroadcastRadio:
         self.radio = radio
         self.agenda = agenda
         self.topology = settings.topology.over(Site(tuple(nodes), at_m, radio.tx_power_dbm, radio.sensitivity_dbm))
+        self._reach_at = self.topology.reach_at
         self._ledger = ledger
         self._links = links
         self._latency_ns = radio.receive_latency_ns
@@ -67,7 +68,7 @@ class BroadcastRadio:
         number = self._numbers.get(sender, 0)
         self._numbers[sender] = number + 1
         frame = Frame(self.name, sender, number, now_ns, data)
-        self._ledger.expect(len(self.topology.reach_at(sender, now_ns).receivers), self.name)
+        self._ledger.expect(len(self._reach_at(sender, now_ns).receivers), self.name)
         if self._max_bytes is not None and len(data) > self._max_bytes:
             self.drop(frame, Fate.MALFORMED, f"longer than {self._max_bytes} bytes")
         else:
@@ -78,11 +79,10 @@ class BroadcastRadio:
         first_ns = t0_ns + self._shortest_ns
         if self._min_wait_ns and not self._mac.waiting():
             first_ns += self._min_wait_ns
-        for flight in self._on_air.values():
-            arrival_ns = flight.end_ns + self._latency_ns
-            if arrival_ns < first_ns:
-                first_ns = arrival_ns
-        return max(first_ns, t0_ns)
+        if self._on_air:
+            first_end_ns = min([flight.end_ns for flight in self._on_air.values()])
+            return max(min(first_ns, first_end_ns + self._latency_ns), t0_ns)
+        return first_ns
 
     def finish(self, end_ns: int) -> None:
         for flight in self._on_air.values():
@@ -103,7 +103,7 @@ class BroadcastRadio:
     def start(self, frame: Frame, now_ns: int) -> None:
         sender = frame.sender
         assert sender not in self._on_air, f"{self.name}: {sender} starts a frame at {now_ns} ns during another"
-        reach = self.topology.reach_at(sender, now_ns)
+        reach = self._reach_at(sender, now_ns)
         if now_ns != frame.offered_ns:
             self._ledger.expect(len(reach.receivers) - len(self._offered_to(frame)), self.name)
         size = len(frame.data)
@@ -113,7 +113,7 @@ class BroadcastRadio:
         end_ns = now_ns + airtime_ns
         frame.on_air_ns = now_ns
         frame.end_ns = end_ns
-        flight = OnAir(frame, reach, now_ns, end_ns)
+        flight = OnAir(sender, frame, reach, now_ns, end_ns)
         if end_ns == now_ns:
             self._receive(flight)
             self._mac.sent(sender, now_ns)
@@ -132,7 +132,7 @@ class BroadcastRadio:
             self._ledger.close(frame, receiver, fate, cause=cause)
 
     def _offered_to(self, frame: Frame) -> tuple[str, ...]:
-        return self.topology.reach_at(frame.sender, frame.offered_ns).receivers
+        return self._reach_at(frame.sender, frame.offered_ns).receivers
 
     def _end(self, flight: OnAir) -> None:
         sender = flight.sender

@@ -8,22 +8,21 @@ from __future__ import annotations
 
 from typing import Protocol
 
+import msgspec
+
 from netem.frames import Fate, Frame
 from netem.topology import Reach
 
 
-class OnAir:
-    """One transmission, on [start_ns, end_ns). `rivals` are those that overlapped it so far."""
+class OnAir(msgspec.Struct, eq=False):
+    """One transmission of `sender`, on [start_ns, end_ns). `rivals` are those that overlapped it so far."""
 
-    __slots__ = ("end_ns", "frame", "reach", "rivals", "sender", "start_ns")
-
-    def __init__(self, frame: Frame, reach: Reach, start_ns: int, end_ns: int) -> None:
-        self.frame = frame
-        self.sender = frame.sender
-        self.reach = reach
-        self.start_ns = start_ns
-        self.end_ns = end_ns
-        self.rivals: list[OnAir] = []
+    sender: str
+    frame: Frame
+    reach: Reach
+    start_ns: int
+    end_ns: int
+    rivals: list[OnAir] = []
 
 
 class Decoding(Protocol):
