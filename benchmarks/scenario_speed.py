@@ -28,11 +28,14 @@ GOAL = {("output_sync", "process"): 5.0, ("output_sync", "inline"): 20.0, ("outp
         ("tracking_individual", "process"): 5.0}
 
 
-def private_mb_of_children() -> list[float]:
-    """Private memory of every child process of this one, in MB (10^6 bytes)."""
-    children = Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()
+def children(process: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+
+
+def private_mb_of_nodes() -> list[float]:
+    """Private memory of every node's process, in MB (10^6 bytes): they are forked from a child of this process."""
     sizes = []
-    for child in children:
+    for child in (node for server in children(os.getpid()) for node in children(server)):
         rollup = Path(f"/proc/{child}/smaps_rollup").read_text().splitlines()
         sizes.append(sum(int(line.split()[1]) for line in rollup if line.startswith("Private_")) * 1024 / 1e6)
     return sizes
@@ -41,7 +44,7 @@ def private_mb_of_children() -> list[float]:
 def memory_probe(found: list[float]) -> Callable[[Progress], None]:
     def look(progress: Progress) -> None:
         if not found and progress.now_ns > progress.end_ns // 2:
-            found.extend(private_mb_of_children())
+            found.extend(private_mb_of_nodes())
     return look
 
 

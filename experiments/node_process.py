@@ -1,6 +1,6 @@
-"""The process that nodes are forked from: `python -m experiments.node_process [MODULE ...]`, started by the process host.
+"""The process that nodes are forked from: `python -m experiments.node_process [MODULE ...]`.
 
-The modules named, programs of marconet's own, are imported once, before there are nodes.
+The process host starts it. The modules named, programs of marconet's own, are imported once, before there are nodes.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
     emulator --Start(node), with its standard input and log--> fork server --fork--> node: `life()`
              <------------- Started(node), Ended(node) ------      <--------ends-------
 
-Forked nodes have one layout of memory and share the pages of what was imported. Processes that take turns on a core then
-use the same branch predictions and cache lines, and a node starts in milliseconds (docs/decisions/0009).
+Forked nodes have one layout of memory and share the pages of what was imported. Processes that take turns on a core
+then use the same branch predictions and cache lines, and a node starts in milliseconds (docs/decisions/0009).
 
 Invariants:
 - this process has one thread and no Zenoh session, so a node inherits nothing but memory;

@@ -32,13 +32,13 @@ class NodeProcesses:
         # Its own process group: Ctrl-C reaches the emulator only, which ends its nodes. Not its own session: Linux
         # would schedule it in a group of its own (autogroup), and a grant would take twice as long.
         with theirs, log.open("wb") as file:
-            self._server = subprocess.Popen(command, stdin=theirs, stdout=file, stderr=subprocess.STDOUT,
+            self._server = subprocess.Popen(command, stdin=theirs.fileno(), stdout=file, stderr=subprocess.STDOUT,
                                             process_group=0, env=environment)
         self._decode = msgspec.msgpack.Decoder(Started | Ended).decode
         self._lock = threading.Lock()
         self._names: set[str] = set()
         self._exit_codes: dict[str, int] = {}
-        self.pids: dict[str, int] = {}
+        self._pids: dict[str, int] = {}
 
     def start(self, node: str, log: Path) -> BinaryIO:
         """Start `node`, its output going to `log`; returns its standard input, which it ends with."""
@@ -50,6 +50,11 @@ class NodeProcesses:
         finally:
             os.close(reading)
         return open(writing, "wb")
+
+    def pids(self) -> dict[str, int]:
+        """Process ids of the nodes that were forked so far."""
+        self._listen()
+        return dict(self._pids)
 
     def exit_code(self, node: str) -> int | None:
         """How `node` ended, -N for signal N; None while it runs."""
@@ -81,7 +86,7 @@ class NodeProcesses:
         """Wait for every node that was forked, and a moment for the fork server to fork those that were not."""
         began_s = time.monotonic()
         while running := self._running():
-            patience_s = timeout_s if running <= self.pids.keys() else min(timeout_s, NOT_FORKED_S)
+            patience_s = timeout_s if running <= self._pids.keys() else min(timeout_s, NOT_FORKED_S)
             if (left_s := began_s + patience_s - time.monotonic()) <= 0:
                 return
             self._listen(left_s)
@@ -104,6 +109,6 @@ class NodeProcesses:
                 wait_s = 0.0
                 news = self._decode(message)
                 if isinstance(news, Started):
-                    self.pids[news.node] = news.pid
+                    self._pids[news.node] = news.pid
                 else:
                     self._exit_codes[news.node] = news.exit_code

@@ -49,6 +49,11 @@ class Placement:
         if self._left == 0:
             self._next()
 
+    def end(self) -> None:
+        """The nodes are gone: back to all cores."""
+        self._left = 0
+        self._move(to_one=False)
+
     def _next(self) -> None:
         now_s = self._clock()
         if self._began_s:

@@ -1,8 +1,8 @@
 """Each node its own OS process, reached through Zenoh over the loopback.
 
 Nodes are forked from one process (`fork_server`). A node gets its specification as one line on its standard input and
-ends when that pipe closes, so no node outlives the emulator, however it ends. A watchdog thread wakes the waiting conductor when a process has ended or the
-time-out has passed, and the node is named.
+ends when that pipe closes, so no node outlives the emulator, however it ends. A watchdog thread wakes the waiting
+conductor when a process has ended or the time-out has passed, and the node is named.
 
 Invariants:
 - time starts only when every node has said hello and hears its grants;
@@ -65,7 +65,7 @@ class ProcessHost:
         self._deadline_s = float("inf")
         self._ended_s: dict[str, float] = {}
         self._over = threading.Event()
-        self._placement = Placement(lambda: (os.getpid(), *self._alive.pids.values()))
+        self._placement = Placement(lambda: (os.getpid(), *self._alive.pids().values()))
         self.garbage: Counter[str] = Counter()
 
     def start(self) -> dict[str, Hello]:
@@ -118,6 +118,7 @@ class ProcessHost:
                 standard_input.close()          # the node's process ends when this pipe does
         if self._processes is not None:
             self._processes.close(END_WITHIN_S)
+            self._placement.end()
         for name, teller in self._tellers.items():
             teller.join()
             with suppress(OSError):

@@ -16,8 +16,16 @@ from netem.records.ledger_table import read_metadata
 COMMAND = [sys.executable, "-c", "from experiments.command_line import main; main()", "run", "output_sync"]
 
 
-def children(pid: int) -> list[str]:
-    return Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+def children(pid: int | str) -> list[str]:
+    try:
+        return Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    except FileNotFoundError:
+        return []
+
+
+def nodes_of(pid: int) -> list[str]:
+    """The processes of the robots: children of the fork server, which is a child of the emulator."""
+    return [node for server in children(pid) for node in children(server)]
 
 
 def alive(pid: str) -> bool:
@@ -37,7 +45,7 @@ def wait_for(condition: Callable[[], bool], seconds: float = 30.0) -> None:
 
 def under_way(out: Path, pid: int) -> bool:
     """All robots are there and one has said hello: its log is open and its first thread pool of Zenoh runs."""
-    nodes = children(pid)
+    nodes = nodes_of(pid)
     return len(nodes) == 5 and all(len(list(Path(f"/proc/{node}/task").iterdir())) > 2 for node in nodes)
 
 
@@ -50,7 +58,7 @@ def test_it_closes_its_records_and_leaves_no_process(tmp_path: Path, number: sig
     with subprocess.Popen([*COMMAND, "--out", str(out)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                           process_group=0) as running:
         wait_for(lambda: under_way(out, running.pid) if begun else len(children(running.pid)) > 0)
-        nodes = children(running.pid)
+        nodes = children(running.pid) + nodes_of(running.pid)
         running.send_signal(number)
         _, told = running.communicate(timeout=30)
 

@@ -18,7 +18,7 @@ from netem.lockstep.conductor import Conductor
 from netem.lockstep.errors import NodeFailure
 from netem.transport import keys
 from netem.transport.process_host import ProcessHost
-from netem.transport.zenoh_session import Sender, Session
+from netem.transport.zenoh_session import MAX_PART_BYTES, Sender, Session
 
 NODE = Path(__file__).with_name("misbehaving_node.py")
 END_NS = 50_000_000
@@ -31,9 +31,8 @@ def host_of(behaviours: Mapping[str, str], logs: Path, timeout_s: float = 20.0) 
 
 
 def children() -> list[str]:
-    """Command lines of the processes of this test's kind that are alive and not waited for."""
-    listing = subprocess.run(["ps", "-o", "stat=,args=", "--ppid", str(os.getpid())], capture_output=True, text=True,
-                             check=True).stdout
+    """Command lines of the processes of this test's kind that are alive or not waited for, fork servers and nodes."""
+    listing = subprocess.run(["ps", "-e", "-o", "stat=,args="], capture_output=True, text=True, check=True).stdout
     return [line for line in listing.splitlines() if str(NODE) in line]
 
 
@@ -132,7 +131,7 @@ def test_random_bytes_on_the_control_keys_are_counted_and_change_nothing(conduct
             outs += [Sender(emulator._session, keys.grant(run, "a"), b"none"), emulator.sender(keys.grant(run, "a"))]
             for out in outs:
                 out.await_subscriber(5.0)
-                for size in (0, 1, 3, 64, 5_000, 20_000):
+                for size in (0, 1, 3, 64, 1_000, MAX_PART_BYTES):
                     out.send(os.urandom(size))
         return hellos
 
@@ -157,7 +156,7 @@ from netem.transport.process_host import ProcessHost
 host = ProcessHost([sys.executable, {str(NODE)!r}], {{n: msgspec.json.encode("well") for n in "ab"}},
                    logs=Path({str(tmp_path)!r}), timeout_s=20)
 host.start()
-print(*(process.pid for process in host._processes.values()), flush=True)
+print(*host._processes.pids().values(), flush=True)
 time.sleep(60)
 """)
     emulator = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
