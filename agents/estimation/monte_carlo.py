@@ -1,6 +1,7 @@
 """One filter on one path with n detections, many times: the cells of Tables 3.1 to 3.4.
 
-    detections at instants floor(i N / n), i = 0 .. n - 1, with noise of variance R in x and y
+    detections at instants floor(i N / n), i = 0 .. n - 1, with noise of variance R in x and y; the circle filter, which
+    is not told where it starts, has two more, at instants 1 and 2, that the tables do not count
     error of a run = sqrt(mean over all N instants of the squared distance); at an instant with a detection, after it
 """
 
@@ -12,6 +13,7 @@ from math import sqrt
 import numpy as np
 
 from agents.estimation import Estimator, Inputs
+from agents.estimation.circle_filter import CircleFilter
 from agents.estimation.particle_filter import ParticleFilter
 from agents.estimation.paths import INSTANTS, STEP_NS, Floats, Path
 from agents.estimation.unscented_kalman import UnscentedKalman
@@ -34,18 +36,30 @@ def particles(start: tuple[float, float, float], inputs: Inputs, rng: np.random.
     return ParticleFilter(start, (POSITION_M2, POSITION_M2, HEADING_RAD2), rng, 0, inputs)
 
 
+def circle(window: int, motion: str = "mean") -> Build:
+    """Gamma 17 for the circular path, 3 for the zig-zag."""
+    return lambda start, inputs, rng: CircleFilter(window, rho_m=0.1, v_max_mps=0.7, sigma_m=sqrt(MEASURED_M2),
+                                                   motion=motion)
+
+
 FILTERS: dict[str, Build] = {"UKF": unscented, "PF": particles}
 
 
-def errors_m(build: Build, path: Path, detections: int, runs: int, seed: int = 0) -> Floats:
-    """The error of each run, shape (runs,) [m]; run k depends on seed and k only."""
+def errors_m(build: Build, path: Path, detections: int, runs: int, seed: int = 0, *, first: int = 1,
+             progress: Callable[[], None] = lambda: None) -> Floats:
+    """The error of each run, shape (runs,) [m]; run k depends on seed and k only. `first`: detections at the start,
+    one T_s apart, that count as one. `progress` is called after each run."""
     if not 1 <= detections <= INSTANTS:
         raise ValueError(f"detections={detections}: expected 1 to {INSTANTS}")
-    return np.array([_error_m(build, path, detections, np.random.default_rng((seed, run))) for run in range(runs)])
+    seen = {k * INSTANTS // detections for k in range(detections)} | set(range(first))
+    found = []
+    for run in range(runs):
+        found.append(_error_m(build, path, seen, np.random.default_rng((seed, run))))
+        progress()
+    return np.array(found)
 
 
-def _error_m(build: Build, path: Path, detections: int, rng: np.random.Generator) -> float:
-    seen = {k * INSTANTS // detections for k in range(detections)}
+def _error_m(build: Build, path: Path, seen: set[int], rng: np.random.Generator) -> float:
     noise = sqrt(MEASURED_M2) * rng.standard_normal((INSTANTS, 2))
     inputs = [Inputs(v, omega) for v, omega in zip(path.v.tolist(), path.omega.tolist(), strict=True)]
     estimator = build((float(path.x[0]), float(path.y[0]), float(path.theta[0])), inputs[0], rng)

@@ -30,6 +30,7 @@ class ParticleFilter:
         self._rng = rng
         self._state = np.array(mean)[:, None] + np.sqrt(variances)[:, None] * rng.standard_normal((3, particles))
         self._t_ns = t_ns
+        self._then, self._then_ns = self._state, t_ns       # as they were at the newest detection
         self._inputs = inputs
         self._step_ns = step_ns
         self._sigma = sqrt(process_m2)
@@ -52,9 +53,11 @@ class ParticleFilter:
         x, y = self._state[:2].mean(axis=1)
         return float(x), float(y)
 
-    def correct(self, t_ns: int, x_m: float, y_m: float, inputs: Inputs) -> bool:
-        if not self._order.accepts(t_ns, x_m, y_m) or t_ns < self._t_ns:
+    def correct(self, t_ns: int, x_m: float, y_m: float, inputs: Inputs | None = None) -> bool:
+        if not self._order.accepts(t_ns, x_m, y_m) or t_ns < self._then_ns:
             return False
+        if t_ns < self._t_ns:                   # it was asked for a later time meanwhile
+            self._state, self._t_ns = self._then, self._then_ns
         self._advance(t_ns)
         state = self._state
         dx, dy = state[0] - x_m, state[1] - y_m
@@ -64,8 +67,10 @@ class ParticleFilter:
         self._corrected = float(state[0] @ weights / cumulated[-1]), float(state[1] @ weights / cumulated[-1])
         at = np.searchsorted(cumulated, (self._places + self._rng.random() / self._places.size) * cumulated[-1])
         self._state = state[:, np.minimum(at, at.size - 1)]
+        self._then, self._then_ns = self._state, t_ns
         self._order.last_ns = t_ns
-        self._inputs = inputs
+        if inputs is not None:
+            self._inputs = inputs
         return True
 
     def _advance(self, t_ns: int) -> None:
