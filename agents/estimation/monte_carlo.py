@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,37 +37,50 @@ def particles(start: tuple[float, float, float], inputs: Inputs, rng: np.random.
     return ParticleFilter(start, (POSITION_M2, POSITION_M2, HEADING_RAD2), rng, 0, inputs)
 
 
-def circle(window: int, motion: str = "mean") -> Build:
+def circle(window: int, motion: str = "mean", rho_m: float = 0.1) -> Build:
     """Gamma 17 for the circular path, 3 for the zig-zag."""
-    return lambda start, inputs, rng: CircleFilter(window, rho_m=0.1, v_max_mps=0.7, sigma_m=sqrt(MEASURED_M2),
+    return lambda start, inputs, rng: CircleFilter(window, rho_m=rho_m, v_max_mps=0.7, sigma_m=sqrt(MEASURED_M2),
                                                    motion=motion)
 
 
 FILTERS: dict[str, Build] = {"UKF": unscented, "PF": particles}
 
 
+class Followed(NamedTuple):
+    """One filter on one path, at every instant."""
+
+    expected: Floats            # shape (786, 2) [m]
+    detections: Floats          # shape (n, 3): t [s], x, y [m]
+    errors_m: Floats            # shape (786,)
+
+    @property
+    def error_m(self) -> float:
+        return float(np.sqrt(np.mean(self.errors_m ** 2)))
+
+
 def errors_m(build: Build, path: Path, detections: int, runs: int, seed: int = 0, *, first: int = 1,
              progress: Callable[[], None] = lambda: None) -> Floats:
-    """The error of each run, shape (runs,) [m]; run k depends on seed and k only. `first`: detections at the start,
-    one T_s apart, that count as one. `progress` is called after each run."""
-    if not 1 <= detections <= INSTANTS:
-        raise ValueError(f"detections={detections}: expected 1 to {INSTANTS}")
-    seen = {k * INSTANTS // detections for k in range(detections)} | set(range(first))
+    """The error of each run, shape (runs,) [m]; run k depends on seed and k only. `progress` is called after each."""
     found = []
     for run in range(runs):
-        found.append(_error_m(build, path, seen, np.random.default_rng((seed, run))))
+        found.append(follow(build, path, detections, np.random.default_rng((seed, run)), first=first).error_m)
         progress()
     return np.array(found)
 
 
-def _error_m(build: Build, path: Path, seen: set[int], rng: np.random.Generator) -> float:
+def follow(build: Build, path: Path, detections: int, rng: np.random.Generator, *, first: int = 1) -> Followed:
+    """`first`: detections at the start, one T_s apart, that count as one."""
+    if not 1 <= detections <= INSTANTS:
+        raise ValueError(f"detections={detections}: expected 1 to {INSTANTS}")
+    seen = {k * INSTANTS // detections for k in range(detections)} | set(range(first))
     noise = sqrt(MEASURED_M2) * rng.standard_normal((INSTANTS, 2))
     inputs = [Inputs(v, omega) for v, omega in zip(path.v.tolist(), path.omega.tolist(), strict=True)]
     estimator = build((float(path.x[0]), float(path.y[0]), float(path.theta[0])), inputs[0], rng)
-    total = 0.0
+    expected, told = [], []
     for k, (x, y) in enumerate(zip(path.x.tolist(), path.y.tolist(), strict=True)):
         if k in seen:
-            estimator.correct(k * STEP_NS, x + noise[k, 0], y + noise[k, 1], inputs[k])
-        there = estimator.expect(k * STEP_NS)
-        total += (there[0] - x) ** 2 + (there[1] - y) ** 2
-    return sqrt(total / INSTANTS)
+            told.append((k * STEP_NS * 1e-9, x + noise[k, 0], y + noise[k, 1]))
+            estimator.correct(k * STEP_NS, *told[-1][1:], inputs[k])
+        expected.append(estimator.expect(k * STEP_NS))
+    places = np.array(expected)
+    return Followed(places, np.array(told), np.hypot(places[:, 0] - path.x, places[:, 1] - path.y))

@@ -66,7 +66,7 @@ class ParticleFilter:
         cumulated = np.cumsum(weights)
         self._corrected = float(state[0] @ weights / cumulated[-1]), float(state[1] @ weights / cumulated[-1])
         at = np.searchsorted(cumulated, (self._places + self._rng.random() / self._places.size) * cumulated[-1])
-        self._state = state[:, np.minimum(at, at.size - 1)]
+        self._state = state.take(np.minimum(at, at.size - 1), axis=1)
         self._then, self._then_ns = self._state, t_ns
         self._order.last_ns = t_ns
         if inputs is not None:

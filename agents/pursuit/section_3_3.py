@@ -23,19 +23,20 @@ TABLE_ZETA_M, SURE_ZETA_M, PRINTED_ZETA_M = 0.45, 0.55, 3 * STEP_NS * 1e-9 * V_M
 EVADERS = (*PATHS, "runner")            # circle, zig-zag, and the one that runs for the boundary
 
 
-def pursuer(evader: str, zeta_m: float, *, sure: bool, line_gate: bool = False, latency_steps: int = 0) -> Pursuer:
-    estimator = CircleFilter(17 if evader == "circle" else 3, rho_m=RHO_M, v_max_mps=V_MAX_MPS, sigma_m=SIGMA_M,
-                             line_gate=line_gate)
+def pursuer(evader: str, zeta_m: float, *, sure: bool, rho_m: float = RHO_M, latency_steps: int = 0) -> Pursuer:
+    """Without the line gate, as the tables have it."""
+    estimator = CircleFilter(17 if evader == "circle" else 3, rho_m=rho_m, v_max_mps=V_MAX_MPS, sigma_m=SIGMA_M,
+                             line_gate=False)
     return adaptive_pursuer(estimator, Zones(RADIUS_M, RADIUS_M / 2, zeta_m), PursuitLaw(), v_max_mps=V_MAX_MPS,
-                            sigma_m=SIGMA_M, step_ns=STEP_NS, rho_m=RHO_M, latency_ns=latency_steps * STEP_NS,
+                            sigma_m=SIGMA_M, step_ns=STEP_NS, rho_m=rho_m, latency_ns=latency_steps * STEP_NS,
                             sure=sure)
 
 
-def run(evader: str, zeta_m: float, seed: int, *, sure: bool, latency_steps: int = 0, traced: bool = False,
-        line_gate: bool = False) -> Chase:
+def run(evader: str, zeta_m: float, seed: int, *, sure: bool, rho_m: float = RHO_M, latency_steps: int = 0,
+        traced: bool = False) -> Chase:
     """One chase; it depends on its arguments only."""
     rng = np.random.default_rng((0, seed))
     target: Evader = Runner((0.0, 0.0), V_MAX_MPS, rng) if evader == "runner" else OnPath(PATHS[evader]())
-    return chase(pursuer(evader, zeta_m, sure=sure, latency_steps=latency_steps, line_gate=line_gate), target.place,
-                 target, rng, instants=INSTANTS, step_ns=STEP_NS, sigma_m=SIGMA_M, latency_steps=latency_steps,
-                 traced=traced)
+    hunter = pursuer(evader, zeta_m, sure=sure, rho_m=rho_m, latency_steps=latency_steps)
+    return chase(hunter, target.place, target, rng, instants=INSTANTS, step_ns=STEP_NS, sigma_m=SIGMA_M,
+                 latency_steps=latency_steps, traced=traced)
