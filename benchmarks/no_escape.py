@@ -2,9 +2,9 @@
 
     python -m benchmarks.no_escape [--runs 1000]
 
-Evaders: the circular path, the zig-zag, one that runs for the boundary. Escape areas: the narrowest that is sure (0.55 m,
-also with answers 3 steps late: 0.70 m), that of Tables 3.2 and 3.4 (0.45 m), the printed 3 T_s v_max (0.147 m). Exits
-with 1 if one escapes where it may not, or Tables 3.2 and 3.4 take more looks than NUMBERS gives.
+Evaders: the circular path, the zig-zag, one that runs for the boundary. Escape areas: one that is sure (0.55 m, and
+with answers 3 steps late 0.70 m), that of Tables 3.2 and 3.4 (0.45 m), the printed 3 T_s v_max (0.147 m). Exits with 1
+if one escapes where it may not, or if Tables 3.2 and 3.4 take more looks than they may.
 """
 
 from __future__ import annotations

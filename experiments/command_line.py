@@ -165,6 +165,10 @@ def _table(number: str, runs: int | None, figures: Path | None) -> bool:
     from experiments.tables.chapter_3 import TABLES
     from experiments.text_views import print_measured, print_path
 
+    if figures is not None:
+        if figures.is_dir():
+            raise IsADirectoryError(f"--figures {figures}: is a folder: expected a page, as figures.html")
+        figures.parent.mkdir(parents=True, exist_ok=True)
     console, found = _console(), TABLES[number]
     runs = runs or found.runs
     with counting_view(console, f"table {number}", found.steps(runs)) as progress:

@@ -37,10 +37,10 @@ def particles(start: tuple[float, float, float], inputs: Inputs, rng: np.random.
     return ParticleFilter(start, (POSITION_M2, POSITION_M2, HEADING_RAD2), rng, 0, inputs)
 
 
-def circle(window: int, motion: str = "mean", rho_m: float = 0.1) -> Build:
+def circle(window: int, *, motion: str = "mean", rho_m: float = 0.1, line_gate: bool = True) -> Build:
     """Gamma 17 for the circular path, 3 for the zig-zag."""
     return lambda start, inputs, rng: CircleFilter(window, rho_m=rho_m, v_max_mps=0.7, sigma_m=sqrt(MEASURED_M2),
-                                                   motion=motion)
+                                                   line_gate=line_gate, motion=motion)
 
 
 FILTERS: dict[str, Build] = {"UKF": unscented, "PF": particles}

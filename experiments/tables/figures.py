@@ -38,7 +38,6 @@ class Drawn(NamedTuple):
 
 
 def write_figures(path: Path, progress: Callable[[], None]) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(render(figures(progress)), encoding="utf-8")
     return path
 
