@@ -1,11 +1,12 @@
-"""Targets for the chase: one on a given path, and one that runs for the boundary of the field of view.
+"""Targets for the chase: on a given path, running for the boundary of the field of view, wandering.
 
 A member has one verb, `moved(dt_s, pursuer)`: its place dt later, knowing where its pursuer is.
 """
 
 from __future__ import annotations
 
-from math import cos, hypot, sin
+from collections.abc import Sequence
+from math import atan2, cos, hypot, pi, remainder, sin
 from typing import Protocol
 
 import numpy as np
@@ -59,4 +60,33 @@ class Runner:
         self.place = self.place[0] + way * self._last[0], self.place[1] + way * self._last[1]
         if self._area:
             self.place = self._area.nearest(self.place)
+        return self.place
+
+
+class Wanderer:
+    """A unicycle that drives to one waypoint after the other (section 3.3.2) and stays at the last one.
+
+    It turns at once, at omega_max, and slows down where the waypoint is aside: v = v_max cos(bearing), 0 at least.
+    """
+
+    NEAR_M = 0.1
+
+    def __init__(self, place: Place, waypoints: Sequence[Place], v_max_mps: float = 0.7,
+                 omega_max_radps: float = 1.5) -> None:
+        self.place = place
+        self._left = list(waypoints)
+        self._v_max_mps = v_max_mps
+        self._omega_max_radps = omega_max_radps
+        self._heading_rad = 0.0
+
+    def moved(self, dt_s: float, pursuer: Place) -> Place:
+        while self._left and hypot(self._left[0][0] - self.place[0], self._left[0][1] - self.place[1]) < self.NEAR_M:
+            del self._left[0]
+        if self._left:
+            x, y = self.place
+            bearing = remainder(atan2(self._left[0][1] - y, self._left[0][0] - x) - self._heading_rad, 2 * pi)
+            turn = self._omega_max_radps * dt_s
+            self._heading_rad += max(-turn, min(turn, bearing))
+            way = self._v_max_mps * max(0.0, cos(bearing)) * dt_s
+            self.place = x + way * cos(self._heading_rad), y + way * sin(self._heading_rad)
         return self.place
