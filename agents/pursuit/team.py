@@ -52,9 +52,12 @@ class Outcome:
     merged: int = 0                         # detections made from several sensors' readings
 
 
-def make_pursuer(sensor: Sensor, *, v_max_mps: float, step_ns: int, window: int, rho_m: float) -> Pursuer:
-    estimator = CircleFilter(window, rho_m=rho_m, v_max_mps=v_max_mps, sigma_m=sensor.sigma_m)
-    return adaptive_pursuer(estimator, sensor.zones, sensor.law, v_max_mps=v_max_mps, sigma_m=sensor.sigma_m,
+def make_pursuer(sensor: Sensor, *, v_max_mps: float, sigma_m: float, step_ns: int, window: int,
+                 rho_m: float) -> Pursuer:
+    """`sigma_m`: of the worst sensor of the team. Its readings are passed on too, and escape areas have to allow for
+    them: with each sensor's own sigma 3 of 600 targets escaped."""
+    estimator = CircleFilter(window, rho_m=rho_m, v_max_mps=v_max_mps, sigma_m=sigma_m)
+    return adaptive_pursuer(estimator, sensor.zones, sensor.law, v_max_mps=v_max_mps, sigma_m=sigma_m,
                             step_ns=step_ns, rho_m=rho_m)
 
 
