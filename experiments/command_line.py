@@ -90,6 +90,25 @@ def report(run_dir: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Fold
         print_path(_console(), "report", write_report(run_dir))
 
 
+@app.command(epilog="Example: marconet table 3.1 --runs 20 --figures figures.html")
+def table(number: Annotated[Literal["3.1", "3.2", "3.3", "3.4", "3.5"], typer.Argument(help="The table's number.")],
+          runs: Annotated[int | None, typer.Option(
+              "--runs", min=2, help="Monte Carlo runs of each cell, default 100, or rounds of timing, default 20. "
+              "With few runs a cell may be missed by chance.")] = None,
+          figures: Annotated[Path | None, typer.Option(
+              "--figures", metavar="OUT.html", help="Also draw figures 3.5, 3.6 and 3.8, as a page that opens "
+              "offline.")] = None,
+          traceback: Traceback = False) -> None:
+    """Compute a table of the dissertation again, printed beside ours.
+
+    Exits with 0 if every cell is what it has to be, 1 if one is not.
+    """
+    with errors_as_text(traceback):
+        met = _table(number, runs, figures)
+    if not met:
+        raise typer.Exit(ExitCode.EXPECTATION_BROKEN)
+
+
 @fmu.command("list", epilog="Example: marconet fmu list")
 def list_plants(traceback: Traceback = False) -> None:
     """Name the plants that come with marconet."""
@@ -139,6 +158,34 @@ def _load(source: str, seed: int | None, duration_s: float | None, overrides: li
     from experiments.scenario import find, load
 
     return load(find(source), seed=seed, duration_s=duration_s, overrides=overrides or [])
+
+
+def _table(number: str, runs: int | None, figures: Path | None) -> bool:
+    from experiments.live_view import counting_view
+    from experiments.tables.chapter_3 import TABLES
+    from experiments.text_views import print_measured, print_path
+
+    if figures is not None:
+        if figures.is_dir():
+            raise IsADirectoryError(f"--figures {figures}: is a folder: expected a page, as figures.html")
+        figures.parent.mkdir(parents=True, exist_ok=True)
+    console, found = _console(), TABLES[number]
+    runs = runs or found.runs
+    with counting_view(console, f"table {number}", found.steps(runs)) as progress:
+        values = list(found.measure(runs, progress))
+    console.print(f"{found.title} ({runs} runs)", soft_wrap=True)
+    print_measured(console, values)
+    if figures is not None:
+        from experiments.tables.figures import DRAWN_RUNS, write_figures
+
+        with counting_view(console, "figures", DRAWN_RUNS) as progress:
+            written = write_figures(figures, progress)
+        print_path(console, "figures", written)
+    for value in values:
+        if value.met is False:
+            typer.echo(f"table {number}, {value.row.what}: {value.row.quantity} {value.ours:.4f} {value.row.unit} is "
+                       f"not what it has to be", err=True)
+    return all(value.met is not False for value in values)
 
 
 def _run_folder(scenario: Scenario, out: Path | None) -> Path:

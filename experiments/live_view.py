@@ -39,6 +39,38 @@ def live_view(console: Console, what: str, length_s: float,
                             LINE_EVERY_S, now_s)
 
 
+@contextmanager
+def counting_view(console: Console, what: str, total: int,
+                  now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[], None]]:
+    """Gives the function to call after each of `total` pieces of work."""
+    done = 0
+
+    def count(show: Callable[[], None], every_s: float) -> Callable[[], None]:
+        due_s = now_s() + every_s
+
+        def tell() -> None:
+            nonlocal done, due_s
+            done += 1
+            if now_s() >= due_s:
+                show()
+                due_s = now_s() + every_s
+
+        return tell
+
+    if console.is_terminal:
+        with _bar(console) as bar:
+            task = bar.add_task(what, total=total, figures="")
+            bar.refresh()
+
+            def draw() -> None:
+                bar.update(task, completed=done, figures=f"{done} of {total} runs")
+                bar.refresh()
+
+            yield count(draw, BAR_EVERY_S)
+    else:
+        yield count(lambda: console.print(f"{what}: {done} of {total} runs", soft_wrap=True), LINE_EVERY_S)
+
+
 def figures(progress: Progress) -> str:
     """Robot time, real-time factor and frames by fate in one line."""
     time_s = f"{progress.now_ns * 1e-9:.2f} of {progress.end_ns * 1e-9:.2f} s"

@@ -15,6 +15,7 @@ from experiments.run_result import Summary
 
 if TYPE_CHECKING:
     from experiments.scenario import Scenario
+    from experiments.tables import Measured
     from fmus.description import PlantDescription
     from fmus.presets import Preset
 
@@ -98,9 +99,35 @@ def print_presets(console: Console, presets: Mapping[str, Preset]) -> None:
             for name, preset in presets.items()])
 
 
+def print_measured(console: Console, values: Iterable[Measured]) -> None:
+    rows = []
+    for value in values:
+        row, error = value.row, value.standard_error
+        ours = "not installed" if value.ours is None else f"{value.ours:.4f}"
+        rows.append((row.what, f"{row.quantity} [{row.unit}]", _four(row.printed), ours,
+                     "" if error is None else f"+- {error:.4f}", _range(row.low, row.high),
+                     _short(row.printed_variance), _short(value.variance),
+                     {True: "met", False: "MISSED", None: ""}[value.met]))
+    print_table(console, ["", "", "printed", "ours", "s.e.", "to meet", "variance printed", "ours", ""], rows)
+
+
 def print_path(console: Console, what: str, path: Path) -> None:
     """On one line, however narrow the terminal is, so that it can be clicked or copied."""
     console.print(Text(f"{what}: {path}"), soft_wrap=True)
+
+
+def _four(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4f}"
+
+
+def _short(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2g}"
+
+
+def _range(low: float | None, high: float | None) -> str:
+    if low is None:
+        return "-" if high is None else f"at most {high:g}"
+    return f"at least {low:g}" if high is None else f"{low:.4g} to {high:.4g}"
 
 
 def _quantity(value: float | None, unit: str) -> str:

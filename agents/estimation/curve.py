@@ -64,3 +64,7 @@ class Curve(NamedTuple):
         turn = self.k_per_m * s_m
         c, s = cos(turn), sin(turn)
         return Curve(*self.at(s_m), c * self.tx - s * self.ty, c * self.ty + s * self.tx, self.k_per_m)
+
+    def reversed(self) -> Curve:
+        """The same curve, the other way along."""
+        return Curve(self.x_m, self.y_m, -self.tx, -self.ty, -self.k_per_m)

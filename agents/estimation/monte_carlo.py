@@ -1,6 +1,7 @@
 """One filter on one path with n detections, many times: the cells of Tables 3.1 to 3.4.
 
-    detections at instants floor(i N / n), i = 0 .. n - 1, with noise of variance R in x and y
+    detections at instants floor(i N / n), i = 0 .. n - 1, with noise of variance R in x and y; the circle filter, which
+    is not told where it starts, has two more, at instants 1 and 2, that the tables do not count
     error of a run = sqrt(mean over all N instants of the squared distance); at an instant with a detection, after it
 """
 
@@ -8,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from agents.estimation import Estimator, Inputs
+from agents.estimation.circle_filter import CircleFilter
 from agents.estimation.particle_filter import ParticleFilter
 from agents.estimation.paths import INSTANTS, STEP_NS, Floats, Path
 from agents.estimation.unscented_kalman import UnscentedKalman
@@ -34,25 +37,50 @@ def particles(start: tuple[float, float, float], inputs: Inputs, rng: np.random.
     return ParticleFilter(start, (POSITION_M2, POSITION_M2, HEADING_RAD2), rng, 0, inputs)
 
 
+def circle(window: int, *, motion: str = "mean", rho_m: float = 0.1, line_gate: bool = True) -> Build:
+    """Gamma 17 for the circular path, 3 for the zig-zag."""
+    return lambda start, inputs, rng: CircleFilter(window, rho_m=rho_m, v_max_mps=0.7, sigma_m=sqrt(MEASURED_M2),
+                                                   line_gate=line_gate, motion=motion)
+
+
 FILTERS: dict[str, Build] = {"UKF": unscented, "PF": particles}
 
 
-def errors_m(build: Build, path: Path, detections: int, runs: int, seed: int = 0) -> Floats:
-    """The error of each run, shape (runs,) [m]; run k depends on seed and k only."""
+class Followed(NamedTuple):
+    """One filter on one path, at every instant."""
+
+    expected: Floats            # shape (786, 2) [m]
+    detections: Floats          # shape (n, 3): t [s], x, y [m]
+    errors_m: Floats            # shape (786,)
+
+    @property
+    def error_m(self) -> float:
+        return float(np.sqrt(np.mean(self.errors_m ** 2)))
+
+
+def errors_m(build: Build, path: Path, detections: int, runs: int, seed: int = 0, *, first: int = 1,
+             progress: Callable[[], None] = lambda: None) -> Floats:
+    """The error of each run, shape (runs,) [m]; run k depends on seed and k only. `progress` is called after each."""
+    found = []
+    for run in range(runs):
+        found.append(follow(build, path, detections, np.random.default_rng((seed, run)), first=first).error_m)
+        progress()
+    return np.array(found)
+
+
+def follow(build: Build, path: Path, detections: int, rng: np.random.Generator, *, first: int = 1) -> Followed:
+    """`first`: detections at the start, one T_s apart, that count as one."""
     if not 1 <= detections <= INSTANTS:
         raise ValueError(f"detections={detections}: expected 1 to {INSTANTS}")
-    return np.array([_error_m(build, path, detections, np.random.default_rng((seed, run))) for run in range(runs)])
-
-
-def _error_m(build: Build, path: Path, detections: int, rng: np.random.Generator) -> float:
-    seen = {k * INSTANTS // detections for k in range(detections)}
+    seen = {k * INSTANTS // detections for k in range(detections)} | set(range(first))
     noise = sqrt(MEASURED_M2) * rng.standard_normal((INSTANTS, 2))
     inputs = [Inputs(v, omega) for v, omega in zip(path.v.tolist(), path.omega.tolist(), strict=True)]
     estimator = build((float(path.x[0]), float(path.y[0]), float(path.theta[0])), inputs[0], rng)
-    total = 0.0
+    expected, told = [], []
     for k, (x, y) in enumerate(zip(path.x.tolist(), path.y.tolist(), strict=True)):
         if k in seen:
-            estimator.correct(k * STEP_NS, x + noise[k, 0], y + noise[k, 1], inputs[k])
-        there = estimator.expect(k * STEP_NS)
-        total += (there[0] - x) ** 2 + (there[1] - y) ** 2
-    return sqrt(total / INSTANTS)
+            told.append((k * STEP_NS * 1e-9, x + noise[k, 0], y + noise[k, 1]))
+            estimator.correct(k * STEP_NS, *told[-1][1:], inputs[k])
+        expected.append(estimator.expect(k * STEP_NS))
+    places = np.array(expected)
+    return Followed(places, np.array(told), np.hypot(places[:, 0] - path.x, places[:, 1] - path.y))

@@ -30,6 +30,7 @@ class ParticleFilter:
         self._rng = rng
         self._state = np.array(mean)[:, None] + np.sqrt(variances)[:, None] * rng.standard_normal((3, particles))
         self._t_ns = t_ns
+        self._then, self._then_ns = self._state, t_ns       # as they were at the newest detection
         self._inputs = inputs
         self._step_ns = step_ns
         self._sigma = sqrt(process_m2)
@@ -52,31 +53,38 @@ class ParticleFilter:
         x, y = self._state[:2].mean(axis=1)
         return float(x), float(y)
 
-    def correct(self, t_ns: int, x_m: float, y_m: float, inputs: Inputs) -> bool:
-        if not self._order.accepts(t_ns, x_m, y_m) or t_ns < self._t_ns:
+    def correct(self, t_ns: int, x_m: float, y_m: float, inputs: Inputs | None = None) -> bool:
+        if not self._order.accepts(t_ns, x_m, y_m) or t_ns < self._then_ns:
             return False
+        if t_ns < self._t_ns:                   # it was asked for a later time meanwhile
+            self._state, self._t_ns = self._then, self._then_ns
         self._advance(t_ns)
         state = self._state
         dx, dy = state[0] - x_m, state[1] - y_m
-        exponents = self._precision * (dx * dx + dy * dy)
-        weights = np.exp(exponents - exponents.max())
+        dx *= dx
+        dy *= dy
+        dx += dy
+        weights = np.exp((dx - dx.min()) * self._precision)
         cumulated = np.cumsum(weights)
         self._corrected = float(state[0] @ weights / cumulated[-1]), float(state[1] @ weights / cumulated[-1])
         at = np.searchsorted(cumulated, (self._places + self._rng.random() / self._places.size) * cumulated[-1])
-        self._state = state[:, np.minimum(at, at.size - 1)]
+        self._state = state.take(at, axis=1, mode="clip")
+        self._then, self._then_ns = self._state, t_ns
         self._order.last_ns = t_ns
-        self._inputs = inputs
+        if inputs is not None:
+            self._inputs = inputs
         return True
 
     def _advance(self, t_ns: int) -> None:
         while self._t_ns < t_ns:
             dt_ns = min(self._step_ns, t_ns - self._t_ns)
-            x, y, theta = self._state
+            theta = self._state[2]
             way = dt_ns * 1e-9 * self._inputs.v_mps
-            noise = self._rng.standard_normal(self._state.shape)
-            noise *= self._sigma * sqrt(dt_ns / self._step_ns)
-            noise[0] += x + way * np.cos(theta)
-            noise[1] += y + way * np.sin(theta)
-            noise[2] += theta + dt_ns * 1e-9 * self._inputs.omega_radps
-            self._state = noise
+            moved = self._rng.standard_normal(self._state.shape)
+            moved *= self._sigma * sqrt(dt_ns / self._step_ns)
+            moved += self._state
+            moved[0] += way * np.cos(theta)
+            moved[1] += way * np.sin(theta)
+            moved[2] += dt_ns * 1e-9 * self._inputs.omega_radps
+            self._state = moved
             self._t_ns += dt_ns

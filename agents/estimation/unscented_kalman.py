@@ -52,7 +52,7 @@ class UnscentedKalman:
         x, y, _ = self._mean_of(self._propagated((t_ns - self._t_ns) * 1e-9))
         return x, y
 
-    def correct(self, t_ns: int, x_m: float, y_m: float, inputs: Inputs) -> bool:
+    def correct(self, t_ns: int, x_m: float, y_m: float, inputs: Inputs | None = None) -> bool:
         if not self._order.accepts(t_ns, x_m, y_m) or t_ns < self._t_ns:
             return False
         points = self._propagated((t_ns - self._t_ns) * 1e-9)
@@ -82,7 +82,8 @@ class UnscentedKalman:
         self.covariance = ((xx - kxx * xx - kxy * xy, pxy, pxh), (pxy, yy - kyx * xy - kyy * yy, pyh),
                            (pxh, pyh, hh - khx * xh - khy * yh))
         self._t_ns = self._order.last_ns = t_ns
-        self._inputs = inputs
+        if inputs is not None:
+            self._inputs = inputs
         return True
 
     def _mean_of(self, points: list[tuple[float, float, float]]) -> tuple[float, float, float]:

@@ -32,7 +32,8 @@ loss_ratio = 0.1
 [expect]
 frames_lost = { min = 50 }
 """
-COMMANDS = [[], ["list"], ["check"], ["run"], ["report"], ["fmu"], ["fmu", "list"], ["fmu", "info"], ["fmu", "build"]]
+COMMANDS = [[], ["list"], ["check"], ["run"], ["report"], ["table"], ["fmu"], ["fmu", "list"], ["fmu", "info"],
+            ["fmu", "build"]]
 
 
 class StubRunner:
@@ -160,7 +161,9 @@ def test_bad_input_exits_with_2_and_all_problems_and_no_traceback(stub, here):
 @pytest.mark.parametrize("arguments", [
     "run nothing.toml", "run nothing", "run", "run talk.toml --host cloud", "run talk.toml --duration -1",
     "run talk.toml --duration x", "run talk.toml --set a", "run talk.toml --out talk.toml", "run talk.toml --out .",
-    "report nowhere", "fmu info nothing.fmu", "fmu build nothing", "fmu build --fmi 1.0", "walk"])
+    "report nowhere", "table 3.6", "table", "table 3.1 --runs 1", "table 3.2 --figures .",
+    "table 3.2 --figures talk.toml/page.html", "fmu info nothing.fmu", "fmu build nothing", "fmu build --fmi 1.0",
+    "walk"])
 def test_bad_arguments_exit_with_2(arguments, stub, here):
     result = marconet(*arguments.split())
 

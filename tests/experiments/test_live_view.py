@@ -6,7 +6,7 @@ import io
 
 from rich.console import Console
 
-from experiments.live_view import BAR_EVERY_S, LINE_EVERY_S, by_fate, figures, live_view
+from experiments.live_view import BAR_EVERY_S, LINE_EVERY_S, by_fate, counting_view, figures, live_view
 from experiments.run_result import Progress
 
 LENGTH_S = 10.0
@@ -63,3 +63,23 @@ def test_figures_say_robot_time_pace_and_fates():
 def test_before_the_first_frame_there_is_nothing_to_divide_by():
     assert figures(progress(0.0, 0.0)) == "0.00 of 10.00 s  0.0 x real time  no frames yet"
     assert by_fate({"lost": 0}) == "no frames yet"
+
+
+def counted(terminal: bool, every_s: float, runs: int) -> str:
+    clock, file = Clock(), io.StringIO()
+    console = Console(file=file, force_terminal=terminal, width=100, color_system=None)
+    with counting_view(console, "table", runs, clock) as tell:
+        for run in range(1, runs + 1):
+            clock.now_s = 100.0 + 10 * every_s * run / runs
+            tell()
+    return file.getvalue()
+
+
+def test_counted_work_is_told_of_now_and_then():
+    lines = counted(False, LINE_EVERY_S, 1000).splitlines()
+
+    assert lines == [f"table: {done} of 1000 runs" for done in range(100, 1001, 100)]
+
+
+def test_counted_work_is_a_bar_on_a_terminal():
+    assert "500 of 1000 runs" in counted(True, BAR_EVERY_S, 1000)

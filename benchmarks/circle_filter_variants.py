@@ -1,0 +1,58 @@
+"""The circle filter's choices on the cells of Tables 3.1 and 3.3: RMSE [m], and the share of corrections kept by rho.
+
+    python -m benchmarks.circle_filter_variants [--runs 100]
+
+The printed filter always takes a circle and a `line` of speeds; the tables have the line gate and the `mean` speed.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from agents.estimation import Estimator, Inputs
+from agents.estimation.circle_filter import CircleFilter
+from agents.estimation.monte_carlo import Build, circle, errors_m
+from agents.estimation.motions import MOTIONS
+from agents.estimation.paths import PATHS
+from agents.pursuit.sampling import FIRST_LOOKS
+
+CELLS = [("circle", 786), ("circle", 100), ("circle", 31), ("circle", 22), ("circle", 17),
+         ("zig-zag", 786), ("zig-zag", 100), ("zig-zag", 25), ("zig-zag", 20)]
+GAMMA = {"circle": 17, "zig-zag": 3}
+VARIANTS: dict[str, Callable[[int], Build]] = {
+    "as printed": lambda window: circle(window, motion="line", line_gate=False),
+    "no gate": lambda window: circle(window, line_gate=False),
+    **{name: partial(circle, motion=name) for name in MOTIONS},
+    "rho = 0.3 m": lambda window: circle(window, rho_m=0.3),
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=100)
+    runs = parser.parse_args().runs
+    print("path     detections  " + "  ".join(f"{name:>15s}" for name in VARIANTS))
+    for path, detections in CELLS:
+        shown = []
+        for variant in VARIANTS.values():
+            built: list[CircleFilter] = []
+
+            def build(start: tuple[float, float, float], inputs: Inputs, rng: np.random.Generator,
+                      make: Build = variant(GAMMA[path]), built: list[CircleFilter] = built) -> Estimator:
+                made = make(start, inputs, rng)
+                assert isinstance(made, CircleFilter)
+                built.append(made)
+                return made
+
+            error = errors_m(build, PATHS[path](), detections, runs, first=FIRST_LOOKS).mean()
+            kept = sum(one.kept for one in built) / sum(one.kept + one.refitted for one in built)
+            shown.append(f"{error:8.4f} {kept:5.0%} ")
+        print(f"{path:8s} {detections:10d}  " + "  ".join(shown), flush=True)
+
+
+if __name__ == "__main__":
+    main()

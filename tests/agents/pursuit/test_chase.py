@@ -1,0 +1,146 @@
+"""No escape, looked at as the truth: a sample of every kind of run here, all 3 000 of them marked slow."""
+
+from math import hypot
+
+import numpy as np
+import pytest
+
+from agents.estimation.paths import INSTANTS, circular
+from agents.pursuit.chase import chase
+from agents.pursuit.evaders import OnPath, Runner
+from agents.pursuit.law import Area, PursuitLaw
+from agents.pursuit.pursuer import adaptive_pursuer
+from agents.pursuit.section_3_3 import (
+    EVADERS,
+    PRINTED_ZETA_M,
+    SIGMA_M,
+    SURE_ZETA_M,
+    TABLE_ZETA_M,
+    V_MAX_MPS,
+    pursuer,
+    run,
+)
+
+STEP_NS = 70_000_000
+
+
+@pytest.mark.parametrize("evader", EVADERS)
+def test_no_target_escapes_where_the_theorem_holds(evader):
+    runs = [run(evader, SURE_ZETA_M, seed, sure=True) for seed in range(15)]
+
+    assert [seed for seed, found in enumerate(runs) if found.escaped_ns is not None] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("evader", EVADERS)
+def test_no_target_escapes_in_a_thousand_runs_where_the_theorem_holds(evader):
+    escaped = [seed for seed in range(1000) if run(evader, SURE_ZETA_M, seed, sure=True).escaped_ns is not None]
+
+    assert escaped == []
+
+
+@pytest.mark.parametrize("evader", EVADERS)
+def test_no_target_escapes_when_answers_come_late_and_the_escape_area_is_wide_enough(evader):
+    runs = [run(evader, SURE_ZETA_M + 3 * 0.049, seed, sure=True, latency_steps=3) for seed in range(5)]
+
+    assert [seed for seed, found in enumerate(runs) if found.escaped_ns is not None] == []
+
+
+def test_with_the_printed_escape_area_a_target_that_runs_for_the_boundary_escapes_every_time():
+    runs = [run("runner", PRINTED_ZETA_M, seed, sure=False) for seed in range(15)]
+
+    assert all(found.escaped_ns is not None for found in runs)
+
+
+@pytest.mark.parametrize(("evader", "looks", "tolerance"), [("circle", 22.6, 0.6), ("zig-zag", 29.2, 1.0)])
+def test_it_takes_no_more_looks_than_tables_3_2_and_3_4_allow(evader, looks, tolerance):
+    found = np.array([run(evader, TABLE_ZETA_M, seed, sure=False).looks for seed in range(20)])
+
+    assert found.mean() <= looks + tolerance + 4 * found.std(ddof=1) / 20 ** 0.5
+
+
+def test_walls_do_not_help_the_target():
+    """Both are held by the same area; the target ends in a corner of it."""
+    area = Area((-3.0, 3.0), (-3.0, 3.0))
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        hunter = pursuer("runner", SURE_ZETA_M, sure=True)
+        hunter.law = PursuitLaw(area=area)
+
+        found = chase(hunter, (0.0, 0.0), Runner((0.5, 0.5), V_MAX_MPS, rng, area), rng, instants=300, step_ns=STEP_NS,
+                      sigma_m=SIGMA_M, traced=True)
+
+        assert found.escaped_ns is None
+        assert all(abs(x) <= 3 and abs(y) <= 3 for step in found.trace for x, y in (step.target, step.own))
+
+
+def test_asked_rarely_it_looks_and_drives_as_when_asked_at_every_instant():
+    """A program that steps one T_s before the look that it was told, and when an answer comes, and at no other time."""
+    rng, path = np.random.default_rng((0, 3)), circular()
+    noise = SIGMA_M * rng.standard_normal((INSTANTS, 2))
+    expected = run("circle", SURE_ZETA_M, 3, sure=True, traced=True)
+    hunter, own, looks, steps = pursuer("circle", SURE_ZETA_M, sure=True), (0.0, 0.0), [], 0
+    decision = hunter.step(-1, own)
+
+    for k in range(INSTANTS):
+        now_ns = k * STEP_NS
+        if decision.look_ns == now_ns:
+            hunter.asked(now_ns)
+            looks.append(k)
+            hunter.detected(now_ns, now_ns, (path.x[k] + noise[k, 0], path.y[k] + noise[k, 1]), own)
+        if decision.look_ns in (now_ns, now_ns + STEP_NS):
+            decision = hunter.step(now_ns, own)
+            steps += 1
+        if decision.goal:
+            own = hunter.law.moved(own, decision.goal, 0.07)
+
+    assert looks == [k for k, step in enumerate(expected.trace) if step.seen is not None]
+    assert steps < INSTANTS / 5
+
+
+def test_the_least_distance_is_the_truths_and_signed():
+    """Nobody moves and nobody can see: the target drives on along x, the radius is 2.3 m."""
+
+    class Away(Runner):
+        def moved(self, dt_s, hunter):
+            self.place = self.place[0] + 0.7 * dt_s, 0.0
+            return self.place
+
+    hunter = pursuer("runner", SURE_ZETA_M, sure=True)
+    hunter.law = PursuitLaw(u_max_mps=1e-9)
+    rng = np.random.default_rng(1)
+
+    found = chase(hunter, (0.0, 0.0), Away((0.0, 0.0), 0.7, rng), rng, instants=101, step_ns=STEP_NS, sigma_m=0.0)
+
+    assert found.least_m == pytest.approx(2.3 - 0.7 * 7.0, abs=1e-6)
+    assert found.escaped_ns == pytest.approx(2.3 / 0.7 * 1e9, abs=STEP_NS / 5)
+
+
+def test_an_evader_on_a_path_is_where_the_path_is_at_every_instant():
+    path = circular()
+    evader = OnPath(path)
+
+    for k in range(1, INSTANTS):
+        for _ in range(5):
+            evader.moved(0.07 / 5, (0.0, 0.0))
+
+        assert hypot(evader.place[0] - path.x[k], evader.place[1] - path.y[k]) < 1e-7
+
+
+def test_a_run_depends_on_its_seed_only():
+    assert run("runner", SURE_ZETA_M, 4, sure=True) == run("runner", SURE_ZETA_M, 4, sure=True)
+
+
+def test_other_filters_serve_as_well():
+    """Section 3.2: the design allows for any filter; the unscented one here, told no inputs."""
+    from agents.estimation import Inputs
+    from agents.estimation.unscented_kalman import UnscentedKalman
+
+    hunter = pursuer("runner", SURE_ZETA_M, sure=True)
+    other = adaptive_pursuer(UnscentedKalman((0.0, 0.0, 0.0), (0.1, 0.1, 0.1), 0, Inputs(0.0, 0.0)), hunter.zones,
+                             hunter.law, v_max_mps=V_MAX_MPS, sigma_m=SIGMA_M, step_ns=STEP_NS, rho_m=0.2)
+    rng = np.random.default_rng(6)
+
+    found = chase(other, (0.0, 0.0), OnPath(circular()), rng, instants=INSTANTS, step_ns=STEP_NS, sigma_m=SIGMA_M)
+
+    assert found.escaped_ns is None
