@@ -151,7 +151,6 @@ ACTIONS: Final[Mapping[int, Callable[[Commands, Request], Result]]] = {
 }
 ASKED: Final[Mapping[int, str]] = {
     Command.GET_HOME_POSITION: "HOME_POSITION",
-    Command.REQUEST_PROTOCOL_VERSION: "PROTOCOL_VERSION",
     Command.REQUEST_AUTOPILOT_CAPABILITIES: "AUTOPILOT_VERSION",
 }
 

@@ -162,10 +162,6 @@ def autopilot_version(of: Telemetry, state: VehicleState, now_ns: int) -> Messag
     return message("AUTOPILOT_VERSION", capabilities=CAPABILITIES, flight_sw_version=VERSION, uid=1)
 
 
-def protocol_version(of: Telemetry, state: VehicleState, now_ns: int) -> Message:
-    return message("PROTOCOL_VERSION", version=200, min_version=200, max_version=200)
-
-
 Builder = Callable[[Telemetry, VehicleState, int], "Message | None"]
 BUILDERS: Final[Mapping[str, Builder]] = {
     "HEARTBEAT": heartbeat,
@@ -181,7 +177,6 @@ BUILDERS: Final[Mapping[str, Builder]] = {
     "AUTOPILOT_VERSION": autopilot_version,
     "HOME_POSITION": home_position,
     "EXTENDED_SYS_STATE": extended_sys_state,
-    "PROTOCOL_VERSION": protocol_version,
 }
 NAME_OF: Final = {layout_of(name).id: name for name in BUILDERS}
 
