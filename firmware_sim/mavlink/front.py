@@ -49,9 +49,8 @@ class MavlinkFront:
         self.texts = StatusTexts()
         self._budget = Budget(settings.budget_bytes_per_s)
         self._now_ns = 0
-        vehicle.on_notice = self._notice
         commands = Commands(vehicle, self.telemetry, self.streams, settings.period_ns, self.event)
-        self._parameters = ParameterService(vehicle.parameters, self._notice, self.event)
+        self._parameters = ParameterService(vehicle.parameters, self.notice, self.event)
         self._missions = Missions(vehicle, self.telemetry, event=self.event)
         self._list_first = False
         self._services: dict[str, Callable[[Received, int], list[Message]]] = {
@@ -127,15 +126,16 @@ class MavlinkFront:
                                 else position_target(sent, self.vehicle.state()))
         if isinstance(target, str):
             self.counts["setpoints refused"] += 1
-            self._notice(Severity.WARNING, target)
+            self.notice(Severity.WARNING, target)
             return []
         self.counts["setpoints taken"] += 1
         for what in self.vehicle.target(target, now_ns):
             self.counts["setpoints clipped or refused"] += 1
-            self._notice(Severity.WARNING, what)
+            self.notice(Severity.WARNING, what)
         return []
 
-    def _notice(self, severity: Severity, text: str) -> None:
+    def notice(self, severity: Severity, text: str) -> None:
+        """Tell the ground; whoever builds the vehicle connects its `on_notice` with it."""
         if self.texts.say(severity, text, self._now_ns):
             self.event("notice", f"{severity.name.lower()}: {text}")
 
