@@ -11,7 +11,7 @@
  *     else                  stands    ---lift exceeds the weight, instant in closed form--->  flies
  *
  * Sources: Michael, Mellinger, Lindsey, Kumar 2010, The GRASP multiple micro-UAV testbed (equations, rotor order by
- * axes); drag linear in speed as of rotors near hover: Faessler, Franchi, Scaramuzza 2018, eq. 3.
+ * axes); drag linear in speed as of rotors near hover: Faessler, Franchi, Scaramuzza 2018.
  * Not modelled: rotor inertia and its gyroscopic moment, ground effect, flapping, bouncing, toppling, a battery. */
 #include "variables.h"
 
