@@ -6,7 +6,8 @@
 The tilt is bounded, and f keeps pointing up. The integral takes up what the firmware does not know: wind, a wrong mass.
 NED throughout.
 
-Source: Michael et al. 2010, The GRASP multiple micro-UAV testbed (PD with feedforward on trajectories, PID at hover); projection of the thrust on the body's axis as in Mellinger, Kumar 2011.
+Source: Michael et al. 2010, The GRASP multiple micro-UAV testbed (PD with feedforward on trajectories, PID at
+hover); projection of the thrust on the body's axis as in Mellinger, Kumar 2011.
 """
 
 from __future__ import annotations
