@@ -103,7 +103,7 @@ class PositionTarget:
 
 @dataclass(frozen=True, slots=True)
 class AttitudeTarget:
-    """Attitude, or with `rates_radps` body rates instead of it; `thrust` from 0 (motors idle) to 1 (full)."""
+    """Attitude, `rates_radps` fed forward; or without a quaternion body rates alone. `thrust` from 0 to 1 (full)."""
 
     quaternion_wxyz: Quaternion | None
     rates_radps: Vector | None
