@@ -60,7 +60,8 @@ def attitude_target(message: Message) -> AttitudeTarget | str:
         norm = hypot(w, x, y, z)
         if not (isfinite(norm) and norm > 0.5):
             return "target refused: not an attitude"
-        return AttitudeTarget((w / norm, x / norm, y / norm, z / norm), None, message["thrust"])
+        forward = None if mask & RATES or not all(map(isfinite, rates)) else rates
+        return AttitudeTarget((w / norm, x / norm, y / norm, z / norm), forward, message["thrust"])
     if mask & RATES:
         return "target refused: neither attitude nor all rates"
     if not all(map(isfinite, rates)):

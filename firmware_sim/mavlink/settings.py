@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 from types import MappingProxyType
-from typing import Final
+from typing import ClassVar, Final
 
 from firmware_sim.mavlink.geodesy import Origin
 from firmware_sim.mavlink.signing import KEY_BYTES, Signing
 from firmware_sim.mavlink.telemetry import BUILDERS
+from netem.topology import REFUSE_UNKNOWN_KEYS
 
 SECOND_NS: Final = 1_000_000_000
 STREAMS_HZ: Final[Mapping[str, float]] = MappingProxyType({
@@ -21,6 +22,8 @@ STREAMS_HZ: Final[Mapping[str, float]] = MappingProxyType({
 
 @dataclass(frozen=True)
 class MavlinkSettings:
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
+    port: str = ""                          # that the link is on; "": the one called telemetry, or the only other one
     period_ns: int = 5_000_000              # how often the link is served
     offset_ns: int = 0
     execution_ns: int = 200_000             # from a release until its bytes are handed out
@@ -60,6 +63,15 @@ class MavlinkSettings:
         if not (isfinite(self.clock_began_s) and 0 <= self.clock_began_s < 2.8e9):
             raise ValueError(f"clock_began_s={self.clock_began_s}: expected 0 or more")
         _ = self.origin, self.signing()
+
+    def port_of(self, ports: Collection[str], taken: str) -> str:
+        """The link's port among those of its node, of which another task has `taken` one; ValueError if not clear."""
+        free = [port for port in ports if port != taken]
+        name = self.port or (free[0] if len(free) == 1 else "telemetry")
+        if name not in free:
+            raise ValueError(f"mavlink.port={name!r}: no such free port; there are {', '.join(free) or 'none'}; "
+                             "name the serial line or radio that the ground is on")
+        return name
 
     @property
     def origin(self) -> Origin:
