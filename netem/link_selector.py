@@ -1,9 +1,9 @@
 """Which directed links a scenario means: `medium: sender -> receiver`, or `<->` for both directions.
 
 Each of the three names may be a shell pattern (`*`, `?`, `[abc]`, case matters): `radio: * -> rover_[12]`. A name that
-exists is taken literally. A link leads from one node to another one on the same medium, and to the node itself only where
-the medium shows it to itself, as motion capture does.
-Where the medium is a pattern, media without such nodes are passed over.
+exists is taken literally. A link leads from one node to another one on the same medium, and to the node itself only
+where the medium shows it to itself, as motion capture does. Where the medium is a pattern, media without such nodes are
+passed over.
 
 Not modelled: exceptions ("all but"), selection by anything else than names.
 """

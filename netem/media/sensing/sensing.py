@@ -4,9 +4,9 @@
                                      |---detection with noise, at F + latency---> observer
 
 An observer's camera is on the body that `cameras` names, by default on itself if it is a body too; without either it
-hangs at the origin. A body is not seen by the camera that it carries. With `fixed_cameras` an observer's camera hangs at
-the origin whatever the observer is, and shows it itself too; with `every_exposure_to` nobody needs to ask. Both together
-are motion capture.
+hangs at the origin. A body is not seen by the camera that it carries. With `fixed_cameras` an observer's camera hangs
+at the origin whatever the observer is, and shows it itself too; with `every_exposure_to` nobody needs to ask. Both
+together are motion capture.
 
 Invariants:
 - the ledger expects one copy for each pair of a body and a looking observer at an exposure; requests are no frames;

@@ -48,8 +48,8 @@ class SensingSettings:
         lines = [f"bodies: {name}: {there}" for name in self.bodies if name not in nodes]
         lines += [f"cameras: {name}: {there}" for pair in self.cameras.items() for name in pair if name not in nodes]
         lines += [f"fixed_cameras={name}: {there}" for name in self.fixed_cameras if name not in nodes]
-        lines += [f"fixed_cameras={name}: cameras says that its camera rides on {self.cameras[name]}; name it in one of "
-                  "them" for name in self.fixed_cameras if name in self.cameras]
+        lines += [f"fixed_cameras={name}: by cameras its camera rides on {self.cameras[name]}; name it in one of them"
+                  for name in self.fixed_cameras if name in self.cameras]
         lines += [f"every_exposure_to={name}: {there}" for name in self.every_exposure_to if name not in nodes]
         lines += [f"cameras: {observer}: {body} is not one of the bodies: {', '.join(self.bodies) or 'there are none'}"
                   for observer, body in self.cameras.items() if body in nodes and body not in self.bodies]
