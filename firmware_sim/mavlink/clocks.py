@@ -17,8 +17,7 @@ def answer(received: Received, now_ns: int) -> list[Message]:
     if asked.name == "TIMESYNC":
         if asked["tc1"]:
             return []                   # an answer
-        return [message("TIMESYNC", tc1=now_ns, ts1=asked["ts1"], target_system=received.system,
-                        target_component=received.component)]
+        return [message("TIMESYNC", tc1=now_ns, ts1=asked["ts1"])]
     if asked["target_system"] or asked["target_component"]:
         return []
     return [message("PING", time_usec=asked["time_usec"], seq=asked["seq"], target_system=received.system,

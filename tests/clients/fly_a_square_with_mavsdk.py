@@ -54,7 +54,8 @@ async def fly(url, height_m, side_m):
         await first(telemetry.subscribe_armed(), lambda armed: armed)
         tell("armed")
         await action.takeoff()
-        await first(telemetry.subscribe_position_velocity_ned(), lambda found: abs(place(found)[2] + height_m) < REACHED_M)
+        await first(telemetry.subscribe_position_velocity_ned(),
+                    lambda found: abs(place(found)[2] + height_m) < REACHED_M)
         tell("in the air", mode=str(await telemetry.flight_mode()))
         await offboard.set_position_ned(PositionNedYaw(0.0, 0.0, -height_m, 0.0))
         await offboard.start()

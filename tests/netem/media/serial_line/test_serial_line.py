@@ -81,7 +81,8 @@ def test_a_chunk_arrives_with_its_last_byte():
 
     bench.run()
 
-    assert bench.heard == [(4 * US + 7, "modem", b"0123"), (8 * US + 7, "modem", b"4567"), (10 * US + 7, "modem", b"89")]
+    assert bench.heard == [(4 * US + 7, "modem", b"0123"), (8 * US + 7, "modem", b"4567"),
+                           (10 * US + 7, "modem", b"89")]
     assert [(row["on_air_ns"], row["end_ns"]) for row in bench.rows()] == [
         (0, 4 * US), (4 * US, 8 * US), (8 * US, 10 * US)]
 
