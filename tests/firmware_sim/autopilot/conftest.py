@@ -30,9 +30,10 @@ class FlightBench:
     """Goes on in steps of an exposure; `captured`, `heard` and `commanded` say what happens meanwhile."""
 
     def __init__(self, plant: Mapping[str, Any] | None = None, clock: ClockSettings = ClockSettings(),
-                 clock_steps: tuple[tuple[int, int], ...] = (), noise_m: float = 0.001, **settings: Any) -> None:
+                 clock_steps: tuple[tuple[int, int], ...] = (), noise_m: float = 0.001,
+                 sample_period_ns: int = 0, **settings: Any) -> None:
         settings["parameters"] = {"MOCAP_DELAY": LATENCY_NS / 1e9} | settings.get("parameters", {})
-        self.node = Node("uav", ["mocap"])
+        self.node = Node("uav", ["mocap"], sample_period_ns)
         start = PRESETS["hummingbird"].parameters | dict(plant or {})
         self.plant = Plant(describe(build_model("quadrotor")), "uav", start)
         self.board = Board(self.node, LocalClock(clock, lambda: self.node.now_ns), self.plant, {}, Random("7/uav"),
@@ -45,6 +46,7 @@ class FlightBench:
         self.notices: list[str] = []
         self.autopilot.listeners.append(lambda _severity, text: self.notices.append(text))
         self.counters: dict[str, int] = {}
+        self.samples: list[tuple[int, list[float]]] = []
         self.now_ns = 0
         self._rng, self._noise_m = Random("7/noise"), noise_m
         self._position = self.plant.output_group(["x", "y", "z"])
@@ -65,6 +67,7 @@ class FlightBench:
             report = self.node.advance(Grant(0, self.now_ns, False, True, sorted(self._deliveries)))
             self._deliveries = []
             self.counters = report.counters
+            self.samples += report.samples
             watch()
         return self
 
