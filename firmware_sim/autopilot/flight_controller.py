@@ -131,7 +131,7 @@ class FlightController:
 
     def set_mode(self, mode: Mode) -> Result:
         if mode is Mode.TAKEOFF:
-            return self.take_off(self.parameters.get("TKO_ALT"))
+            return self.take_off(self.parameters.get("MIS_TAKEOFF_ALT"))
         if mode is Mode.LAND:
             return self.land()
         if mode is Mode.MISSION:
@@ -348,7 +348,7 @@ class FlightController:
         return mode is not Mode.STABILIZE
 
     def _way_home(self) -> PositionTarget:
-        least = self._home[2] - self.parameters.get("RTL_ALT")
+        least = self._home[2] - self.parameters.get("RTL_RETURN_ALT")
         return PositionTarget((self._home[0], self._home[1], min(least, self.loops.estimate.position[2])))
 
     def _arrived(self, position: Vector) -> bool:

@@ -152,8 +152,10 @@ Notice = Callable[[Severity, str], None]
 
 
 class Vehicle(Protocol):
-    parameters: Parameters
     on_notice: Notice               # called with texts for people, of at most 50 characters: STATUSTEXT
+
+    @property
+    def parameters(self) -> Parameters: ...
 
     @property
     def mission(self) -> Sequence[MissionItem]: ...
