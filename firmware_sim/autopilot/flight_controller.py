@@ -47,6 +47,7 @@ from firmware_sim.autopilot.vehicle import (
 
 ARMING_TILT = 0.3           # [rad]
 OFF_GROUND_M = 0.1          # higher than this it flies
+STANDS_BELOW_M = 0.25       # of the ground where it was armed, for the ground is flat
 LIFTS_OFF = 0.3             # of its weight: more thrust of an attitude target than this is meant to fly
 AT_REST_MPS = 0.3
 STAY = PositionTarget()
@@ -272,10 +273,14 @@ class FlightController:
     def _see_where_it_is(self, now_ns: int) -> None:
         """Ends of phases: off the ground, arrived, landed."""
         loops = self.loops
-        if self._detector.stands(now_ns, loops.thrust_n, loops.hover_n, loops.force, loops.rates):
-            self._on_the_ground(now_ns)
-            return
         descends = self._mode is Mode.LAND
+        low = loops.height_m < STANDS_BELOW_M or not self.position_valid
+        if low and (descends or self._landed is not Landed.TAKING_OFF):
+            if self._detector.stands(now_ns, loops.thrust_n, loops.hover_n, loops.force, loops.rates):
+                self._on_the_ground(now_ns)
+                return
+        else:
+            self._detector.restart()
         flies = self._landed is not Landed.TAKING_OFF or loops.height_m > OFF_GROUND_M
         if flies and self._mode is not Mode.TAKEOFF:
             self._landed = Landed.LANDING if descends else Landed.IN_AIR

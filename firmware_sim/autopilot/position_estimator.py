@@ -63,10 +63,10 @@ class PositionEstimator:
         if gap_ns > LONGEST_NS or not past:
             self.exposed_ns = exposed_ns
             vx, vy, vz = self.velocity = (0.0, 0.0, 0.0) if gap_ns > 10 * LONGEST_NS else self.velocity
-            age_s = (now_ns - exposed_ns) / 1e9
+            age_s = max(0, self.now_ns - exposed_ns) / 1e9
             self.position = measured[0] + vx * age_s, measured[1] + vy * age_s, measured[2] + vz * age_s
             past.clear()
-            past.append((self.now_ns, self.position, self.velocity))
+            past.append((exposed_ns, measured, self.velocity))
             return True
         if exposed_ns < past[0][0]:
             return False
