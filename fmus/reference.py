@@ -4,7 +4,7 @@
 
 linear_system: exact discretization by scipy.linalg.expm. wheel_motor: its linear differential equation the same way.
 rigid_body: scipy.integrate.solve_ivp, DOP853 with tolerances of 1e-12, on quaternion kinematics written anew.
-unicycle, virtual_reference: the same solver on their differential equations, restarted where inputs change.
+unicycle, virtual_reference, quadrotor: the same solver on their differential equations, restarted where inputs change.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,15 +109,19 @@ def _rotation(q: Vector) -> Vector:
                      [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
 
 
+def _spin(omega: Vector) -> Vector:
+    """dq/dt = _spin(omega) q / 2."""
+    x, y, z = omega
+    return np.array([[0, -x, -y, -z], [x, 0, z, -y], [y, -z, 0, x], [z, y, -x, 0]])
+
+
 def _rigid_body(m: float, inertia: Vector, g: float
                 ) -> Callable[[Sequence[int], Sequence[tuple[float, ...]]], list[Vector]]:
     def slope(_t: float, state: Vector, u: tuple[float, ...]) -> Vector:
         velocity, q, omega = state[3:6], state[6:10], state[10:]
         force = _rotation(q) @ np.array([0, 0, u[0]]) - np.array([0, 0, m * g])
-        spin = np.array([[0, -omega[0], -omega[1], -omega[2]], [omega[0], 0, omega[2], -omega[1]],
-                         [omega[1], -omega[2], 0, omega[0]], [omega[2], omega[1], -omega[0], 0]])
         turning = (np.array(u[1:]) - np.cross(omega, inertia * omega)) / inertia
-        return np.concatenate([velocity, force / m, 0.5 * spin @ q, turning])
+        return np.concatenate([velocity, force / m, 0.5 * _spin(omega) @ q, turning])
 
     def solve(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
         state = np.array([0.0] * 6 + [1.0] + [0.0] * 6)
@@ -181,6 +186,46 @@ def _unicycle(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -
     return rows
 
 
+# of the quadrotor's reference; every parameter does something, all moments of inertia differ
+AIRFRAME: dict[str, Nested] = {
+    "mass": 0.6, "J": [2.3e-3, 2.9e-3, 4.4e-3], "arm": 0.17, "k_thrust": 5.6e-6, "k_moment": 1.4e-7,
+    "tau_motor": 0.05, "motor_min": 120.0, "motor_max": 800.0, "drag": [0.15, 0.2, 0.3], "g": 9.81}
+FLIGHT: dict[str, Any] = {
+    "z": 50.0, "v": [1.0, -2.0, 0.5], "q": [0.9, 0.3, -0.1, 0.3], "omega": [1.0, -0.5, 2.0],
+    "motor": [300.0, 400.0, 500.0, 450.0]}
+
+
+def quadrotor_at(p: Mapping[str, Any], state: Vector, u: Sequence[float], wind: Sequence[float], length_s: float
+                 ) -> Vector:
+    """(position, velocity, q, omega, motor) after `length_s` in the air."""
+    inertia, drag = np.array(p["J"]), np.array(p["drag"])
+    goals = np.array([np.clip(each, p["motor_min"], p["motor_max"]) if each > 0 else 0.0 for each in u])
+    arms = p["arm"] * np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
+    spins = np.array([1, -1, 1, -1])        # sign of the moment on the body
+
+    def slope(_t: float, state: Vector) -> Vector:
+        velocity, q, omega, motor = state[3:6], state[6:10], state[10:13], state[13:]
+        thrusts = p["k_thrust"] * motor**2
+        R = _rotation(q)
+        force = R @ (np.array([0, 0, thrusts.sum()]) - drag * (R.T @ (velocity - np.array(wind))))
+        torque = sum(np.cross(arm, [0, 0, thrust]) for arm, thrust in zip(arms, thrusts, strict=True))
+        torque = torque + np.array([0, 0, p["k_moment"] * (spins * motor**2).sum()])
+        return np.concatenate([
+            velocity, force / p["mass"] - np.array([0, 0, p["g"]]), 0.5 * _spin(omega) @ q,
+            (torque - np.cross(omega, inertia * omega)) / inertia, (goals - motor) / p["tau_motor"]])
+
+    return np.asarray(solve_ivp(slope, (0, length_s), state, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1])
+
+
+def _quadrotor(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
+    q = np.array(FLIGHT["q"]) / np.linalg.norm(FLIGHT["q"])
+    rows = [np.array([0.0, 0.0, FLIGHT["z"], *FLIGHT["v"], *q, *FLIGHT["omega"], *FLIGHT["motor"]])]
+    for k in range(1, len(instants_ns)):
+        rows.append(quadrotor_at(AIRFRAME, rows[-1], inputs[k - 1][:4], inputs[k - 1][4:],
+                                 (instants_ns[k] - instants_ns[k - 1]) / 1e9))
+    return rows
+
+
 PIECES = ((0, 1.0, 1.0), (2_260_000_000, 0.6, 0.15), (9_250_000_000, 2.0, 2.0))     # Tolic 2012, section 4.6
 
 
@@ -207,7 +252,8 @@ def cases() -> dict[str, Case]:
     a, b, c, d = (np.array(each) for each in (A, B, C, D))
     R, k, J = 1.2, 0.05, 2e-4
     vector = {name: tuple(f"{name}[{i + 1}]" for i in range(size))
-              for name, size in (("torque", 3), ("p", 3), ("v", 3), ("q", 4), ("omega", 3))}
+              for name, size in (("torque", 3), ("p", 3), ("v", 3), ("q", 4), ("omega", 3), ("u", 4),
+                                    ("wind", 3), ("motor", 4))}
     fine = tuple(range(0, 501 * ms, 20 * ms))
     return {
         "linear_system": Case(
@@ -227,6 +273,12 @@ def cases() -> dict[str, Case]:
             ("x", "y", "theta", "wheel_left", "wheel_right", "angle_left", "angle_right"),
             tuple(range(0, 3001 * ms, 150 * ms)),
             tuple((float(8 * np.sin(0.7 * i)), float(6 * np.cos(0.3 * i))) for i in range(21)), _unicycle),
+        "quadrotor": Case(
+            AIRFRAME | FLIGHT | {"q": [each / float(np.linalg.norm(FLIGHT["q"])) for each in FLIGHT["q"]]},
+            (*vector["u"], *vector["wind"]),
+            ("x", "y", "z", *vector["v"], *vector["q"], *vector["omega"], *vector["motor"]), fine,
+            tuple((*(float(500 + 40 * np.sin(i + 2 * k)) for k in range(4)), float(np.sin(i)), 0.5, float(np.cos(i)))
+                  for i in range(len(fine))), _quadrotor),
         "virtual_reference": Case(
             {"x": 1.0, "y": -2.0, "theta": 0.5, "from_s": [at / 1e9 for at, _, _ in PIECES],
              "v_mps": [v for _, v, _ in PIECES], "omega_radps": [omega for _, _, omega in PIECES]},

@@ -23,6 +23,7 @@ ADAPTERS = {
     "fmpy": {"fmus/describe_fmu.py"},
     "can": {"firmware_sim/can_interface/bus.py", "netem/records/can_log.py"},     # to programs, and into log files
     "cantools": {"firmware_sim/drive_controller/dbc_file.py"},
+    "pymavlink": {"firmware_sim/mavlink/dialect.py"},
 }
 HEAVY = ("pydantic", "pyarrow", "polars", "plotly", "typer", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap")
 FILES = [str(path.relative_to(ROOT)) for package in BELOW for path in sorted((ROOT / package).rglob("*.py"))]

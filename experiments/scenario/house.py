@@ -33,8 +33,9 @@ def house_vocabulary() -> Vocabulary:
                       over_a_window, MONITORS, medium_links, subjects_of)
 
 
-def select_links(on: str, nodes_on: Mapping[str, Sequence[str]]) -> list[LinkName]:
-    return link_selector.parse(on).resolve(nodes_on)
+def select_links(on: str, nodes_on: Mapping[str, Sequence[str]], to_themselves: Mapping[str, Sequence[str]],
+                 ) -> list[LinkName]:
+    return link_selector.parse(on).resolve(nodes_on, to_themselves)
 
 
 def try_medium(cls: Any, name: str, settings: Any, nodes: Mapping[str, Position | None]) -> None:

@@ -113,7 +113,10 @@ class Network:
         if on is None:
             return ()
         try:
-            return tuple(self.vocabulary.select_links(on, {name: medium.nodes for name, medium in media.items()}))
+            return tuple(self.vocabulary.select_links(
+                on, {name: medium.nodes for name, medium in media.items()},
+                {name: medium.settings.fixed_cameras for name, medium in media.items()
+                 if isinstance(medium.settings, SensingSettings)}))
         except ValueError as error:
             self.problems.add((*place, "on"), str(error), on)
             return ()

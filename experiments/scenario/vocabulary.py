@@ -20,7 +20,8 @@ Position = Sequence[float]
 class Vocabulary:
     """Each function says by a ValueError what is wrong with what it is given, one mistake a line.
 
-    - `select_links(on, {medium: nodes})`: the directed links that a selector names;
+    - `select_links(on, {medium: nodes}, {medium: nodes that it shows to themselves})`: the directed links that a
+      selector names;
     - `try_medium(class, name, settings, {node: where it stands})`: whether the medium fits its nodes;
     - `try_windows(impairment, windows_ns)`: whether the impairment can act in these windows only;
     - `plant_names(fmu, folder)`: the plant and what can be set in it before the first step;
@@ -33,7 +34,7 @@ class Vocabulary:
 
     media: Mapping[str, type]
     impairments: Mapping[str, type]
-    select_links: Callable[[str, Mapping[str, Sequence[str]]], Sequence[Link]]
+    select_links: Callable[[str, Mapping[str, Sequence[str]], Mapping[str, Sequence[str]]], Sequence[Link]]
     try_medium: Callable[[Any, str, Any, Mapping[str, Position | None]], None]
     try_windows: Callable[[Any, Sequence[Window]], None]
     plant_names: Callable[[str, Path], PlantNames]

@@ -25,6 +25,15 @@ def test_a_text_means_these_links(text, links):
     assert parse(text).resolve(NODES) == [("radio", *link) for link in links]
 
 
+@pytest.mark.parametrize(("text", "links"), [
+    ("radio: leader -> leader", [("leader", "leader")]),
+    ("radio: * -> leader", [("leader", "leader"), ("rover_1", "leader"), ("rover_2", "leader")]),
+    ("radio: rover_1 -> *", [("rover_1", "leader"), ("rover_1", "rover_2")]),
+])
+def test_a_node_that_a_medium_shows_to_itself_has_a_link_to_itself(text, links):
+    assert parse(text).resolve(NODES, {"radio": ["leader"]}) == [("radio", *link) for link in links]
+
+
 def test_all_links_of_all_media():
     links = parse("*: * <-> *").resolve(NODES)
 

@@ -4,8 +4,9 @@
                                      |---detection with noise, at F + latency---> observer
 
 An observer's camera is on the body that `cameras` names, by default on itself if it is a body too; without either it
-hangs at the origin. A body is not seen by the camera that it carries. With `every_exposure_to` nobody needs to ask:
-that is motion capture.
+hangs at the origin. A body is not seen by the camera that it carries. With `fixed_cameras` an observer's camera hangs
+at the origin whatever the observer is, and shows it itself too; with `every_exposure_to` nobody needs to ask. Both
+together are motion capture.
 
 Invariants:
 - the ledger expects one copy for each pair of a body and a looking observer at an exposure; requests are no frames;
@@ -104,8 +105,9 @@ class Sensing:
             self._look(observer, exposure_ns, bodies, numbers)
 
     def _look(self, observer: str, exposure_ns: int, bodies: Mapping[str, Body], numbers: Mapping[str, int]) -> None:
+        fixed = observer in self._settings.fixed_cameras
         carrier = self._settings.cameras.get(observer, observer)
-        camera = bodies.get(carrier)
+        camera = ORIGIN if fixed else bodies.get(carrier)
         if camera is None:
             if observer in self._settings.cameras:
                 self._count(observer, "exposures without the camera's pose")
@@ -115,7 +117,7 @@ class Sensing:
         in_view = False
         arrival_ns = exposure_ns + self._settings.latency_ns
         for name in sorted(bodies):
-            if name in (observer, carrier):
+            if not fixed and name in (observer, carrier):
                 continue
             frame = Frame(self.name, name, numbers[name], exposure_ns,
                           self._detection(observer, name, exposure_ns, bodies[name]), b"", exposure_ns, exposure_ns)

@@ -21,6 +21,7 @@ class SensingSettings:
     half_angle_deg: float = 180.0                           # to both sides of the camera's heading
     bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)    # who is seen -> outputs of its plant
     cameras: dict[str, str] = field(default_factory=dict)   # observer -> body that carries its camera
+    fixed_cameras: tuple[str, ...] = ()                     # observers whose cameras hang in the room: see them too
     every_exposure_to: tuple[str, ...] = ()                 # observers that need not ask: motion capture
     obstacles: tuple[Obstacle, ...] = ()
 
@@ -46,6 +47,9 @@ class SensingSettings:
         there = f"no such node on this medium; there are {', '.join(nodes)}"
         lines = [f"bodies: {name}: {there}" for name in self.bodies if name not in nodes]
         lines += [f"cameras: {name}: {there}" for pair in self.cameras.items() for name in pair if name not in nodes]
+        lines += [f"fixed_cameras={name}: {there}" for name in self.fixed_cameras if name not in nodes]
+        lines += [f"fixed_cameras={name}: by cameras its camera rides on {self.cameras[name]}; name it in one of them"
+                  for name in self.fixed_cameras if name in self.cameras]
         lines += [f"every_exposure_to={name}: {there}" for name in self.every_exposure_to if name not in nodes]
         lines += [f"cameras: {observer}: {body} is not one of the bodies: {', '.join(self.bodies) or 'there are none'}"
                   for observer, body in self.cameras.items() if body in nodes and body not in self.bodies]

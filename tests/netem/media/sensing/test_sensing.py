@@ -78,6 +78,17 @@ def test_out_of_view_and_occluded_are_fates_and_the_observer_learns_that_it_saw_
     assert [type(news) for _, _, news in bench.news] == [Detection, NothingSeen, NothingSeen]
 
 
+def test_motion_capture_shows_a_vehicle_where_it_is_itself():
+    bench = Bench(("evader", "uav"), fixed_cameras=("uav",), every_exposure_to=("uav",))
+    bench.offer(0, "evader", pack_body(Body(4.0, 3.0, 0.0, 0.0)))
+    bench.offer(0, "uav", pack_body(Body(1.0, 2.0, 3.0, 0.5)))
+
+    bench.run()
+
+    assert bench.news == [(LATENCY_NS, "uav", Detection(0, 4.0, 3.0, 0.0, "evader")),
+                          (LATENCY_NS, "uav", Detection(0, 1.0, 2.0, 3.0, "uav"))]
+
+
 def test_a_camera_on_another_body_looks_from_there_and_does_not_see_what_carries_it():
     bench = Bench(("companion", "drive", "evader"), range_m=1.0, cameras={"companion": "drive"},
                   bodies={"drive": ("x", "y", "theta"), "evader": ("x", "y", "theta")})
@@ -150,6 +161,8 @@ def test_bytes_that_are_no_pose_and_poses_between_exposures_are_counted():
     ({"bodies": {"evader": ("x", "y")}}, "bodies"),
     ({"cameras": {"pursuer": "nobody"}}, "no such node"),
     ({"every_exposure_to": ("nobody",)}, "no such node"),
+    ({"fixed_cameras": ("nobody",)}, "no such node"),
+    ({"fixed_cameras": ("pursuer",), "cameras": {"pursuer": "evader"}}, "rides on evader"),
     ({"bodies": {"evader": ("x", "y", "t")}, "cameras": {"evader": "pursuer"}}, "not one of the bodies"),
 ])
 def test_settings_that_make_no_sense_are_refused(wrong, says):

@@ -1,0 +1,151 @@
+"""The board of a quadrotor: its attitude loop on its own clock, motion capture in, motor speeds out.
+
+    release  --execution--> motor commands        release + period
+    |  gyro, attitude, accelerometer              everything on the local clock
+
+Gyro, attitude and accelerometer are read from the plant at each release; position comes from motion capture alone, a
+frame at a time, late. This program hands out nothing: who speaks for the vehicle on a link takes `controller`, which is
+the `Vehicle` of the contract, and promises silence on its own schedule. Without one the board is silent for ever.
+
+Plant: `quadrotor`, inputs u[1..4]; its frames are turned into MAVLink's here.
+Not modelled: noise and bias of the inertial sensors (the attitude is that of a perfect filter), a barometer, a battery.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator, Mapping
+from typing import Any, Final, Protocol
+
+from simpy.events import Event
+
+from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
+from firmware_sim.autopilot.exposure_clock import ExposureClock
+from firmware_sim.autopilot.flight_controller import FlightController
+from firmware_sim.autopilot.frames import frd_of, ned_of, ned_quaternion, roll_pitch_yaw
+from firmware_sim.autopilot.mixer import OFF
+from firmware_sim.autopilot.vehicle import Landed, Mode, Severity
+from firmware_sim.board import Board
+from firmware_sim.schedules.periodic import Periodic
+from netem.agenda import NEVER_NS
+from netem.media.sensing.sight import NothingSeen, unpack_sight
+
+SENSORS: Final = (*(f"q[{i}]" for i in range(1, 5)), *(f"omega[{i}]" for i in range(1, 4)),
+                  *(f"force[{i}]" for i in range(1, 4)))
+SENSOR_UNITS: Final = (*("1",) * 4, *("rad/s",) * 3, *("m/s2",) * 3)
+TRUTH: Final = (("x", "m"), ("y", "m"), ("z", "m"), ("v[1]", "m/s"), ("v[2]", "m/s"), ("v[3]", "m/s"), ("roll", "rad"),
+                ("pitch", "rad"), ("heading", "rad"), ("thrust", "N"))
+BELIEF: Final = (("est_north", "m"), ("est_east", "m"), ("est_down", "m"), ("ref_north", "m"), ("ref_east", "m"),
+                 ("ref_down", "m"), ("ref_roll", "rad"), ("ref_pitch", "rad"), ("ref_yaw", "rad"), ("armed", "1"),
+                 ("mode", "1"), ("landed", "1"))
+MODES: Final = {mode: float(number) for number, mode in enumerate(Mode)}
+LANDED: Final = {landed: float(number) for number, landed in enumerate(Landed)}
+DEFAULT: Final = AutopilotSettings()
+NO_PLANT: Final = 'an autopilot needs a plant, as plant = { fmu = "quadrotor", preset = "hummingbird" }'
+
+
+class AgentLike(Protocol):
+    program: str
+    parameters: Mapping[str, Any]
+    media: tuple[str, ...]
+    plant: Any
+
+
+class ScenarioLike(Protocol):
+    agents: Mapping[str, AgentLike]
+
+
+class Autopilot:
+    def __init__(self, board: Board, *, period_ns: int = DEFAULT.period_ns, offset_ns: int = DEFAULT.offset_ns,
+                 execution_ns: int = DEFAULT.execution_ns, navigation_every: int = DEFAULT.navigation_every,
+                 mocap: str = DEFAULT.mocap, body: str = DEFAULT.body, airframe: Mapping[str, Any] = DEFAULT.airframe,
+                 parameters: Mapping[str, float] = DEFAULT.parameters) -> None:
+        """What they mean: `AutopilotSettings`."""
+        self._settings = settings = AutopilotSettings(period_ns, offset_ns, execution_ns, navigation_every, mocap, body,
+                                                      airframe, parameters)
+        if board.plant is None:
+            raise ValueError(f"{board.node.name}: {NO_PLANT}")
+        self._board, self._plant = board, board.plant
+        self._body = body or board.node.name
+        port = board.node.ports[settings.port_of(board.node.ports)]
+        port.on_receive, port.answers = self._captured, False
+        self.controller = FlightController(settings.built_airframe, period_ns, navigation_every, parameters)
+        self.listeners: list[Callable[[Severity, str], None]] = [self._note]     # each gets every notice
+        self.controller.on_notice = self._notice
+        self._stamps = ExposureClock()
+        self._motors = self._plant.input_group([f"u[{i}]" for i in range(1, 5)], ["rad/s"] * 4)
+        self._sensors = self._plant.output_group(SENSORS, SENSOR_UNITS)
+        self._truth = self._plant.output_group([name for name, _ in TRUTH], [unit for _, unit in TRUTH])
+        board.node.signals([*TRUTH, *BELIEF], self._sample)
+
+    # --- the program
+
+    def run(self, silent: bool = True) -> Generator[Event, Any, None]:
+        """The loop; with `silent` it also promises that this board never hands out anything."""
+        board, plant, settings = self._board, self._plant, self._settings
+        schedule = Periodic(settings.period_ns, settings.offset_ns)
+        if silent:
+            board.node.silent_until(NEVER_NS)
+        node, env, execution_ns, tick = board.node, board.node.env, settings.execution_ns, self.controller.tick
+        release_ns = schedule.next_after(board.now_ns - 1)
+        written = OFF
+        while True:
+            yield from board.wait_until(release_ns)
+            plant.advance_to(env.time_ns())
+            w, x, y, z, ox, oy, oz, fx, fy, fz = self._sensors.read()
+            motors = tick(board.now_ns, ned_quaternion(w, x, y, z), frd_of(ox, oy, oz), frd_of(fx, fy, fz))
+            if motors != written:
+                yield from board.wait_until(release_ns + execution_ns)
+                plant.advance_to(env.time_ns())
+                self._motors.write(motors)
+                written = motors
+            before_ns, release_ns = release_ns, schedule.next_after(max(board.now_ns, release_ns))
+            if missed := (release_ns - before_ns) // settings.period_ns - 1:
+                node.count("releases missed", missed)
+
+    # --- what it hears
+
+    def _captured(self, data: bytes) -> None:
+        node, now_ns = self._board.node, self._board.now_ns
+        sight = unpack_sight(data)
+        if sight is None:
+            node.count("unreadable frames")
+            return
+        if isinstance(sight, NothingSeen) or sight.name != self._body:
+            return
+        delay_ns = round(self.controller.parameters.get("MOCAP_DELAY") * 1e9)
+        exposed_ns = self._stamps.exposed_ns(sight.exposed_ns, now_ns, delay_ns)
+        if exposed_ns is None:
+            node.count("motion capture out of order")
+        elif self.controller.captured(exposed_ns, ned_of(sight.x_m, sight.y_m, sight.z_m), now_ns):
+            node.count("motion capture taken")
+        else:
+            node.count("motion capture refused")
+
+    # --- for the record
+
+    def _notice(self, severity: Severity, text: str) -> None:
+        for listener in self.listeners:
+            listener(severity, text)
+
+    def _note(self, severity: Severity, text: str) -> None:
+        self._board.node.event(f"autopilot {severity.name.lower()}", text)
+
+    def _sample(self, time_ns: int) -> list[float]:
+        self._plant.advance_to(time_ns)
+        state, loops = self.controller.state(), self.controller.loops
+        north, east = loops.horizontal.position
+        return [*self._truth.read(), *state.position_ned_m, north, east, loops.vertical.position[0],
+                *roll_pitch_yaw(loops.target), state.armed, MODES[state.mode], LANDED[state.landed]]
+
+    @staticmethod
+    def check(scenario: ScenarioLike) -> Iterator[str]:
+        """What no autopilot could start with."""
+        for name, agent in scenario.agents.items():
+            if agent.program != f"{Autopilot.__module__}:{Autopilot.__name__}":
+                continue
+            try:
+                AutopilotSettings(**agent.parameters).port_of(agent.media)
+            except ValueError as error:
+                yield f"agents.{name}.parameters: {error}"
+            if agent.plant is None:
+                yield f"agents.{name}: {NO_PLANT}"

@@ -1,0 +1,53 @@
+"""The keys of an autopilot in a scenario, and what is wrong with them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+from firmware_sim.autopilot.airframe import Airframe
+from firmware_sim.autopilot.parameters import ParameterTable
+from netem.topology import REFUSE_UNKNOWN_KEYS
+
+
+@dataclass(frozen=True)
+class AutopilotSettings:
+    """Times are on the local clock."""
+
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
+    period_ns: int = 1_000_000                  # of the attitude loop
+    offset_ns: int = 0                          # of its first release
+    execution_ns: int = 200_000                 # from a release to its motor commands
+    navigation_every: int = 10                  # releases
+    mocap: str = "mocap"                        # port at which motion capture is heard
+    body: str = ""                              # whom it follows there; "": itself
+    airframe: Mapping[str, Any] = field(default_factory=dict)           # what `Airframe` gets other than its defaults
+    parameters: Mapping[str, float] = field(default_factory=dict)       # start values of `parameters.py`
+
+    def __post_init__(self) -> None:
+        if self.period_ns < 1:
+            raise ValueError(f"period_ns={self.period_ns}: expected at least 1")
+        if not 0 <= self.offset_ns < self.period_ns:
+            raise ValueError(f"offset_ns={self.offset_ns}: expected 0 <= offset < period ({self.period_ns} ns)")
+        if not 0 <= self.execution_ns < self.period_ns:
+            raise ValueError(f"execution_ns={self.execution_ns}: expected 0 <= execution < period "
+                             f"({self.period_ns} ns), or the loop never keeps up; lengthen the period")
+        if self.navigation_every < 1:
+            raise ValueError(f"navigation_every={self.navigation_every}: expected at least 1")
+        try:
+            _ = self.built_airframe
+        except TypeError as error:
+            raise ValueError(f"airframe: {error}") from None
+        ParameterTable(self.parameters, lambda: None)
+
+    @property
+    def built_airframe(self) -> Airframe:
+        return Airframe(**self.airframe)
+
+    def port_of(self, ports: Collection[str]) -> str:
+        """The port of motion capture; ValueError if it is not there."""
+        if self.mocap not in ports:
+            raise ValueError(f"mocap={self.mocap!r}: no such port; there are {', '.join(ports) or 'none'}; name the "
+                             "sensing medium that tells the vehicle where it is")
+        return self.mocap

@@ -1,0 +1,30 @@
+"""When, on the board's clock, a frame was exposed that carries a stamp of another clock.
+
+    offset = least of (arrival - stamp), let slip by `SLIP` since the last frame     exposed = stamp + offset - delay
+
+The least delayed frame tells the clocks' difference plus the known `delay`; frames that were held up on their way do
+not disturb it. The slip lets it follow clocks that drift apart by less than it.
+Source: the minimum filter of NTP's clock filter (Mills 1991), with a slip instead of a window.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+SLIP_PPM = 200
+
+
+@dataclass
+class ExposureClock:
+    _offset_ns: int | None = field(default=None, init=False)
+    _stamp_ns: int = field(default=0, init=False)
+
+    def exposed_ns(self, stamp_ns: int, arrival_ns: int, delay_ns: int) -> int | None:
+        """Local time of the exposure; None: not newer than the last frame."""
+        offset_ns = arrival_ns - stamp_ns
+        if self._offset_ns is not None:
+            if stamp_ns <= self._stamp_ns:
+                return None
+            offset_ns = min(offset_ns, self._offset_ns + (stamp_ns - self._stamp_ns) * SLIP_PPM // 1_000_000)
+        self._offset_ns, self._stamp_ns = offset_ns, stamp_ns
+        return stamp_ns + offset_ns - delay_ns

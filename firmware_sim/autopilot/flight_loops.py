@@ -1,0 +1,180 @@
+"""The loops of a flight in their order: estimate, ramps, position, attitude, mixer. Where to fly is said elsewhere.
+
+    every period            attitude and rates  -->  torques  -->  motor speeds
+    every navigation        acceleration  -->  estimate  -->  ramps  -->  position control  -->  attitude and thrust
+
+Without a trustworthy position `descend` keeps it level and sinks by dead reckoning, with ever less lift where it ought
+to be on the ground already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+from math import tan
+
+from firmware_sim.autopilot.airframe import GRAVITY, Airframe
+from firmware_sim.autopilot.attitude_control import AttitudeControl
+from firmware_sim.autopilot.frames import down_axis, to_world, wrapped, yaw_of
+from firmware_sim.autopilot.mixer import Mixer, Motors
+from firmware_sim.autopilot.position_control import PositionControl
+from firmware_sim.autopilot.position_estimator import PositionEstimator
+from firmware_sim.autopilot.ramp import Ramp
+from firmware_sim.autopilot.vehicle import AttitudeTarget, Parameters, PositionTarget, Quaternion, Vector
+
+LAG_S = 0.02            # of a motor, with the mixer's help
+LEASH_M = 1.0           # the reference's, to where the vehicle is believed to be
+NEAR_GROUND_M = 0.05    # a lower target means the ground itself
+LIFT_LEAST = 0.5        # of hovering, at the end of a blind descent
+LIFT_FALLS = 0.2        # of hovering per second, once the ground ought to be there
+NO_RATES: Vector = (0.0, 0.0, 0.0)
+LEVEL: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+class Drive(Enum):
+    """What the motors do."""
+
+    OFF = "off"
+    IDLE = "idle"
+    ATTITUDE = "attitude"
+    RATES = "rates"
+
+
+class FlightLoops:
+    def __init__(self, airframe: Airframe, period_s: float, navigation_s: float) -> None:
+        self.airframe = airframe
+        self.estimate = PositionEstimator()
+        self.horizontal, self.vertical = Ramp(2), Ramp(1)
+        self.yaw_ref = 0.0
+        self.ground_down = 0.0                  # where the ground is, as far as known
+        self.drive = Drive.OFF
+        self.quaternion, self.rates, self.force = LEVEL, NO_RATES, NO_RATES
+        self.thrust_n = 0.0
+        self.target, self.rates_target = LEVEL, NO_RATES
+        self._dt = navigation_s
+        self._weight_n = airframe.mass_kg * GRAVITY
+        self._attitude, self._position = AttitudeControl(airframe), PositionControl(airframe.mass_kg)
+        self._mixer = Mixer(airframe, period_s, LAG_S)
+        self._get: Callable[[str], float] = lambda _name: 0.0
+        self._below_s = 0.0
+
+    def tune(self, parameters: Parameters) -> None:
+        """Take over changed parameters."""
+        self._get = get = parameters.get
+        attitude, position = self._attitude, self._position
+        attitude.k_angle, attitude.k_rate = get("ATT_KP"), get("ATT_KD")
+        attitude.k_yaw, attitude.k_yaw_rate = get("YAW_KP"), get("YAW_KD")
+        position.kp, position.kd, position.ki = get("POS_KP"), get("POS_KD"), get("POS_KI")
+        position.kp_z, position.kd_z, position.ki_z = get("ALT_KP"), get("ALT_KD"), get("ALT_KI")
+        position.tan_tilt = tan(get("TILT_MAX"))
+        self.estimate.bandwidth = get("EST_BW")
+
+    # --- every period
+
+    def motors(self) -> Motors:
+        """Commands for what was sensed last."""
+        drive = self.drive
+        if drive is Drive.ATTITUDE:
+            x, y, z = self._attitude.torque(self.quaternion, self.rates, self.target, self.rates_target)
+            return self._mixer.mix(self.thrust_n, x, y, z)
+        if drive is Drive.OFF:
+            return self._mixer.off()
+        if drive is Drive.IDLE:
+            return self._mixer.idle()
+        x, y, z = self._attitude.rate_torque(self.rates, self.rates_target)
+        return self._mixer.mix(self.thrust_n, x, y, z)
+
+    # --- every navigation: `predict`, then one of the others
+
+    def predict(self, now_ns: int) -> None:
+        x, y, z = to_world(self.quaternion, self.force)
+        self.estimate.predict(now_ns, (x, y, z + GRAVITY), self._dt)
+
+    @property
+    def hover_n(self) -> float:
+        """The thrust that keeps it in the air, as far as the integral has found it out."""
+        return self._weight_n - self.airframe.mass_kg * self._position.lift_spared
+
+    @property
+    def height_m(self) -> float:
+        return self.ground_down - self.estimate.position[2]
+
+    def stop(self) -> None:
+        self.drive, self.thrust_n = Drive.OFF, 0.0
+
+    def idle(self) -> None:
+        """Motors turn, nothing flies."""
+        self.drive, self.thrust_n = Drive.IDLE, 0.0
+
+    def begin(self, fresh: bool) -> None:
+        """Let the ramps start from where it is; `fresh` also forgets what the integral has learned."""
+        (north, east, down), (vn, ve, vd) = self.estimate.position, self.estimate.velocity
+        self.horizontal.restart((north, east), (vn, ve))
+        self.vertical.restart((down,), (vd,))
+        self.yaw_ref = yaw_of(self.quaternion)
+        self._below_s = 0.0
+        if fresh:
+            self._position.restart()
+
+    def follow(self, goal: PositionTarget) -> None:
+        """One step along the ramps towards `goal`."""
+        get, dt, flat, upright = self._get, self._dt, self.horizontal, self.vertical
+        north, east, down = goal.position_ned_m
+        vn, ve, vd = goal.velocity_ned_mps
+        if down is not None and down > self.ground_down - NEAR_GROUND_M:
+            down, vd = None, get("LAND_SPEED")
+        flat.step((north, east), (vn, ve), get("VEL_MAX"), get("ACC_MAX"), dt)
+        upright.step((down,), (vd,), get("CLIMB_MAX"), get("ACC_Z_MAX"), dt)
+        p, v = self.estimate.position, self.estimate.velocity
+        flat.leash(p[:2], LEASH_M)
+        upright.leash(p[2:], LEASH_M)
+        yaw_rate = self._turn(goal)
+        rx, ry, (rz,) = *flat.position, upright.position
+        wx, wy, (wz,) = *flat.velocity, upright.velocity
+        ax, ay, (az,) = *flat.acceleration, upright.acceleration
+        self.target, self.thrust_n = self._position.step(
+            (rx - p[0], ry - p[1], rz - p[2]), (wx - v[0], wy - v[1], wz - v[2]), (ax, ay, az), self.yaw_ref,
+            self.quaternion, None if self._mixer.saturated else dt)
+        self.rates_target = _body_yaw(self.quaternion, yaw_rate)
+        self.drive = Drive.ATTITUDE
+
+    def aim(self, target: AttitudeTarget) -> None:
+        """Fly an attitude or body rates."""
+        self.thrust_n = target.thrust * self.airframe.full_thrust_n
+        self.rates_target = target.rates_radps or NO_RATES
+        if target.quaternion_wxyz is None:
+            self.drive = Drive.RATES
+        else:
+            self.drive, self.target = Drive.ATTITUDE, target.quaternion_wxyz
+
+    def descend(self) -> None:
+        """Sink level, without a position to go by."""
+        speed, dt = self._get("LAND_SPEED"), self._dt
+        self._position.forget_drift()
+        sink = speed - self.estimate.velocity[2]
+        self.target, thrust_n = self._position.step((0.0, 0.0, 0.0), (0.0, 0.0, sink), (0.0, 0.0, 0.0), self.yaw_ref,
+                                                    self.quaternion, None)
+        if self.height_m < -LEASH_M * speed:
+            self._below_s += dt
+        most = self.hover_n * max(LIFT_LEAST, 1 - LIFT_FALLS * self._below_s) if self._below_s else thrust_n
+        self.thrust_n = min(thrust_n, most)
+        self.rates_target = NO_RATES
+        self.drive = Drive.ATTITUDE
+
+    def _turn(self, goal: PositionTarget) -> float:
+        """Ramp the heading; the rate at which its reference turns."""
+        most = self._get("YAW_RATE_MAX")
+        rate = goal.yaw_rate_radps or 0.0
+        if goal.yaw_rad is not None:
+            rate += wrapped(goal.yaw_rad - self.yaw_ref) / self._dt
+        rate = max(-most, min(most, rate))
+        self.yaw_ref = wrapped(self.yaw_ref + rate * self._dt)
+        return rate
+
+
+def _body_yaw(q: Quaternion, rate: float) -> Vector:
+    """A turn about the world's z axis as body rates."""
+    if not rate:
+        return NO_RATES
+    w, x, y, z = q
+    return rate * 2 * (x * z - w * y), rate * 2 * (y * z + w * x), rate * down_axis(q)[2]

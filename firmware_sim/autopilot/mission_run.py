@@ -1,0 +1,85 @@
+"""A mission and how far it is: which item is flown, where it leads, when it is reached.
+
+    TAKEOFF    straight up to its height          WAYPOINT    there, then `hold_s`
+    LAND       above its place, then down         RETURN      handed over to the mode of that name
+
+An item is reached when the vehicle is within its radius; the index after the last item means that all are done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import dist, isfinite
+
+from firmware_sim.autopilot.vehicle import ItemKind, MissionItem, Parameters, PositionTarget, Vector
+
+LONGEST = 200       # items
+
+
+def complaint(items: Sequence[MissionItem], parameters: Parameters) -> str:
+    """Why these items make no mission, "" if they do."""
+    fence, height = parameters.get("FENCE_XY"), parameters.get("FENCE_ALT")
+    if len(items) > LONGEST:
+        return f"{len(items)} items: at most {LONGEST}"
+    for index, item in enumerate(items):
+        north, east, down = item.position_ned_m
+        if not all(map(isfinite, (north, east, down, item.hold_s, item.acceptance_m, item.yaw_rad or 0.0))):
+            return f"item {index}: not a finite number"
+        if max(abs(north), abs(east)) > fence or not -height <= down <= 0:
+            return f"item {index}: outside the fence"
+        if item.hold_s < 0 or item.acceptance_m < 0:
+            return f"item {index}: negative hold or radius"
+    return ""
+
+
+@dataclass
+class MissionRun:
+    items: Sequence[MissionItem] = ()
+    index: int = 0
+    _reached_ns: int | None = field(default=None, init=False)
+    _above: bool = field(default=False, init=False)         # a LAND item's place is reached
+    _from: Vector = field(default=(0.0, 0.0, 0.0), init=False)
+
+    @property
+    def item(self) -> MissionItem | None:
+        """The one that is flown; None: all are done."""
+        return self.items[self.index] if self.index < len(self.items) else None
+
+    def start(self, index: int, position: Vector) -> None:
+        self.index, self._from = index, position
+        self._reached_ns, self._above = None, False
+
+    def goal(self, land_speed: float) -> PositionTarget:
+        """Where the current item, no RETURN, leads."""
+        item = self.items[self.index]
+        north, east, down = item.position_ned_m
+        if item.kind is ItemKind.TAKEOFF:
+            return PositionTarget((self._from[0], self._from[1], down), yaw_rad=item.yaw_rad)
+        if item.kind is ItemKind.LAND:
+            if self._above:
+                return PositionTarget((north, east, None), (None, None, land_speed), item.yaw_rad)
+            return PositionTarget((north, east, None), yaw_rad=item.yaw_rad)
+        return PositionTarget((north, east, down), yaw_rad=item.yaw_rad)
+
+    def advance(self, now_ns: int, position: Vector, radius_m: float) -> bool:
+        """Look whether the item is done, and go to the next one then; a LAND ends on the ground, see `landed`."""
+        item = self.items[self.index]
+        goal = self.goal(0.0).position_ned_m
+        pairs = [(p, a) for p, a in zip(position, goal, strict=True) if a is not None]
+        way = dist(*zip(*pairs, strict=True))
+        if self._reached_ns is None:
+            if way > (item.acceptance_m or radius_m):
+                return False
+            self._reached_ns = now_ns
+        if item.kind is ItemKind.LAND:
+            self._above = True
+            return False
+        if now_ns - self._reached_ns < item.hold_s * 1e9:
+            return False
+        self.start(self.index + 1, position)
+        return True
+
+    def landed(self, position: Vector) -> None:
+        """It stands after a LAND item."""
+        self.start(self.index + 1, position)

@@ -1,0 +1,62 @@
+"""From a reference to a thrust vector: PID on the position, the ramp's acceleration fed forward.
+
+    a = a_ref + k_p (p_ref - p) + k_d (v_ref - v) + i         di/dt = k_i (p_ref - p), bounded
+    f = a - g                                                  specific force; the body's z axis points along -f
+
+The tilt is bounded, and f keeps pointing up. The integral takes up what the firmware does not know: wind, a wrong mass.
+NED throughout.
+
+Source: Michael et al. 2010, The GRASP multiple micro-UAV testbed (PD with feedforward on trajectories, PID at
+hover); projection of the thrust on the body's axis as in Mellinger, Kumar 2011.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from firmware_sim.autopilot.airframe import GRAVITY
+from firmware_sim.autopilot.frames import down_axis, tilted
+from firmware_sim.autopilot.vehicle import Quaternion, Vector
+
+LEAST_LIFT = 0.3            # of gravity, however hard it is told to sink
+INTEGRAL_MOST = 4.0         # [m/s2]
+
+
+class PositionControl:
+    def __init__(self, mass_kg: float) -> None:
+        self._mass_kg = mass_kg
+        self.kp = self.kd = self.ki = 0.0               # horizontal
+        self.kp_z = self.kd_z = self.ki_z = 0.0
+        self.tan_tilt = 0.0                             # of the largest tilt
+        self._integral = [0.0, 0.0, 0.0]
+
+    def restart(self) -> None:
+        self._integral = [0.0, 0.0, 0.0]
+
+    def forget_drift(self) -> None:
+        """Without a position nothing says what the horizontal integral is good for."""
+        self._integral[0] = self._integral[1] = 0.0
+
+    @property
+    def lift_spared(self) -> float:
+        """[m/s2] by which less lift is needed than the known mass says, as found by the integral."""
+        return self._integral[2]
+
+    def step(self, error: Vector, error_v: Vector, feed_forward: Vector, yaw_ref: float, q: Quaternion,
+             dt_s: float | None) -> tuple[Quaternion, float]:
+        """Attitude and thrust [N] for the errors, reference less actual; without `dt_s` the integral rests."""
+        integral = self._integral
+        if dt_s is not None:
+            for i, ki in ((0, self.ki), (1, self.ki), (2, self.ki_z)):
+                integral[i] = max(-INTEGRAL_MOST, min(INTEGRAL_MOST, integral[i] + ki * error[i] * dt_s))
+        fx = feed_forward[0] + self.kp * error[0] + self.kd * error_v[0] + integral[0]
+        fy = feed_forward[1] + self.kp * error[1] + self.kd * error_v[1] + integral[1]
+        fz = min(-LEAST_LIFT * GRAVITY,
+                 feed_forward[2] + self.kp_z * error[2] + self.kd_z * error_v[2] + integral[2] - GRAVITY)
+        aside, most = sqrt(fx * fx + fy * fy), -self.tan_tilt * fz
+        if aside > most:
+            fx, fy = fx * most / aside, fy * most / aside
+        size = sqrt(fx * fx + fy * fy + fz * fz)
+        target = tilted((-fx / size, -fy / size, -fz / size), yaw_ref)
+        dx, dy, dz = down_axis(q)
+        return target, max(0.0, -self._mass_kg * (fx * dx + fy * dy + fz * dz))

@@ -1,0 +1,75 @@
+"""One end of a MAVLink link: bytes in, messages for us out, and back, with a counter for each way to fail.
+
+What is not a frame of the dialect, not signed as it should be, our own echo, or for somebody else is counted and goes
+no further.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Final
+
+from firmware_sim.mavlink.dialect import Message, layout_of, pack, unpack
+from firmware_sim.mavlink.framing import Frame, FrameReader, build
+from firmware_sim.mavlink.sequence_gaps import SequenceGaps
+from firmware_sim.mavlink.signing import Signing, Verdict
+
+INCOMPLETE_NS: Final = 100_000_000      # silence after which the begin of a frame is given up
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    message: Message
+    system: int
+    component: int
+    signed: bool
+
+
+@dataclass
+class MavlinkLink:
+    system: int
+    component: int
+    signing: Signing | None = None
+    counts: Counter[str] = field(default_factory=Counter)
+    gaps: SequenceGaps = field(default_factory=SequenceGaps)
+
+    def __post_init__(self) -> None:
+        self._reader = FrameReader(self.counts)
+        self._sequence = 0
+        self._heard_ns = 0
+
+    def receive(self, data: bytes, now_ns: int) -> list[Received]:
+        """What of `data`, and of what came before it, is a message for us."""
+        frames = []
+        if self._reader.incomplete and now_ns - self._heard_ns >= INCOMPLETE_NS:
+            frames = self._reader.give_up()
+        if data:
+            self._heard_ns = now_ns
+            frames += self._reader.read(data)
+        return [received for frame in frames if (received := self._admit(frame, now_ns)) is not None]
+
+    def send(self, message: Message, now_ns: int) -> bytes:
+        signing = self.signing if self.signing is not None and self.signing.sign_outgoing else None
+        frame = build(layout_of(message.name), pack(message), self._sequence, self.system, self.component,
+                      signed=signing is not None)
+        self._sequence = (self._sequence + 1) % 256
+        self.counts["frames sent"] += 1
+        return frame if signing is None else frame + signing.sign(frame, now_ns)
+
+    def _admit(self, frame: Frame, now_ns: int) -> Received | None:
+        if (frame.system, frame.component) == (self.system, self.component):
+            self.counts["own frames heard"] += 1
+            return None
+        verdict = Verdict.TAKEN if self.signing is None else self.signing.judge(frame, now_ns)
+        if verdict is not Verdict.TAKEN:
+            self.counts[f"frames refused: {verdict.value}"] += 1
+            return None
+        self.counts["frames lost"] += self.gaps.heard(frame.system, frame.component, frame.sequence)
+        self.counts["frames taken"] += 1
+        message = unpack(frame.layout, frame.payload)
+        if (message.fields.get("target_system", 0) not in (0, self.system)
+                or message.fields.get("target_component", 0) not in (0, self.component)):
+            self.counts["frames for others"] += 1
+            return None
+        return Received(message, frame.system, frame.component, bool(frame.signature))

@@ -1,0 +1,45 @@
+"""How many frames of each source were lost on the way, from their sequence numbers (modulo 256).
+
+    number = expected            in order
+    up to 127 ahead              as many are missing
+    behind, or the same          late or repeated, unless the next one follows it: the source has started again
+
+A gap of 128 and more is taken for one of the rest of its 256: no counter of 8 bits tells more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Source:
+    last: int
+    received: int = 1
+    missing: int = 0
+    late: int = 0
+    stray: int = -1             # the last late number, which a restart is told by
+
+
+@dataclass
+class SequenceGaps:
+    sources: dict[tuple[int, int], Source] = field(default_factory=dict)
+
+    def heard(self, system: int, component: int, sequence: int) -> int:
+        """Take note of a frame; how many are missing before it."""
+        source = self.sources.get((system, component))
+        if source is None:
+            self.sources[system, component] = Source(sequence)
+            return 0
+        source.received += 1
+        ahead = (sequence - source.last - 1) % 256
+        if ahead < 128:
+            source.missing += ahead
+            source.last, source.stray = sequence, -1
+            return ahead
+        if sequence == (source.stray + 1) % 256 and source.stray >= 0:
+            source.last, source.stray = sequence, -1
+        else:
+            source.late += 1
+            source.stray = sequence
+        return 0

@@ -1,0 +1,74 @@
+"""Which messages go out by themselves, and when: an interval for each, and a budget for all.
+
+Times come from multiples of the interval since it was set, so they do not drift; what could not go in time is left
+out, never made up for. Where several are due the one that has waited longest goes first, so a budget that is too small
+for all slows them all down and starves none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+SECOND_NS: Final = 1_000_000_000
+
+
+@dataclass
+class Stream:
+    interval_ns: int
+    due_ns: int
+
+
+@dataclass
+class Streams:
+    defaults_ns: Mapping[str, int]          # message -> interval
+    _streams: dict[str, Stream] = field(default_factory=dict, init=False)
+
+    def __post_init__(self) -> None:
+        self._streams = {name: Stream(interval_ns, 0) for name, interval_ns in self.defaults_ns.items()}
+
+    def interval_ns(self, name: str) -> int:
+        """0: it does not go out by itself."""
+        stream = self._streams.get(name)
+        return 0 if stream is None else stream.interval_ns
+
+    def set_interval(self, name: str, interval_ns: int | None, now_ns: int) -> None:
+        """None: the default; 0: no more."""
+        if interval_ns is None:
+            interval_ns = self.defaults_ns.get(name, 0)
+        if interval_ns:
+            self._streams[name] = Stream(interval_ns, now_ns)
+        else:
+            self._streams.pop(name, None)
+
+    def due(self, now_ns: int) -> list[str]:
+        """What is due at `now_ns`, the longest waiting first."""
+        found = [(stream.due_ns, name) for name, stream in self._streams.items() if stream.due_ns <= now_ns]
+        return [name for _, name in sorted(found)]
+
+    def done(self, name: str, now_ns: int) -> None:
+        """It went out, or had nothing to say: next time, please."""
+        stream = self._streams[name]
+        stream.due_ns += ((now_ns - stream.due_ns) // stream.interval_ns + 1) * stream.interval_ns
+
+
+@dataclass
+class Budget:
+    """A token bucket: what has to go out goes and is charged, everything else waits until there is credit again."""
+
+    bytes_per_s: int                        # 0: no limit
+    burst_bytes: int = 300                  # most that is saved up
+    _credit: float = field(default=0.0, init=False)
+    _filled_ns: int = field(default=0, init=False)
+
+    def credit(self, now_ns: int) -> bool:
+        if not self.bytes_per_s:
+            return True
+        self._credit = min(float(self.burst_bytes),
+                           self._credit + (now_ns - self._filled_ns) * self.bytes_per_s / SECOND_NS)
+        self._filled_ns = now_ns
+        return self._credit > 0
+
+    def charge(self, size: int) -> None:
+        self._credit -= size

@@ -1,0 +1,65 @@
+"""The MAVLink front as a task of a board: serves its port every period on the local clock.
+
+    release: what came in since the last one is read, up to the receive buffer   --execution-->   frames are handed out
+
+It speaks at these instants only, whatever it hears, and promises so for its node: it is the only task of the board that
+hands anything out, and its port does not answer by itself.
+A write is one frame, which is one datagram behind a UDP gateway.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from typing import Any
+
+from simpy.events import Event
+
+from firmware_sim.autopilot.vehicle import Vehicle
+from firmware_sim.board import Board
+from firmware_sim.mavlink.front import MavlinkFront
+from firmware_sim.mavlink.settings import MavlinkSettings
+from firmware_sim.schedules.periodic import Periodic
+
+
+class MavlinkTask:
+    def __init__(self, board: Board, port: str, vehicle: Vehicle, settings: MavlinkSettings) -> None:
+        self._board = board
+        self._port = board.node.ports[port]
+        self._port.on_receive = self._hear
+        self._port.answers = False
+        self._schedule = Periodic(settings.period_ns, settings.offset_ns)
+        self._execution_ns = settings.execution_ns
+        self._room = settings.receive_buffer_bytes
+        self._heard = bytearray()
+        self._told: dict[str, int] = {}
+        self.front = MavlinkFront(vehicle, settings, board.node.event)
+
+    def run(self) -> Generator[Event, Any, None]:
+        board = self._board
+        release_ns = self._schedule.next_after(board.now_ns - 1)
+        while True:
+            board.silent_until(release_ns + self._execution_ns)
+            yield from board.wait_until(release_ns)
+            frames = self.front.step(bytes(self._heard), board.now_ns)
+            self._heard.clear()
+            self._count()
+            yield from board.wait_until(release_ns + self._execution_ns)
+            self._hand_out(frames)
+            release_ns = self._schedule.next_after(board.now_ns)
+
+    def _hand_out(self, frames: Sequence[bytes]) -> None:
+        for frame in frames:
+            self._port.send(frame)
+
+    def _hear(self, data: bytes) -> None:
+        room = self._room - len(self._heard)
+        if len(data) > room:
+            self.front.counts["bytes overrun"] += len(data) - room
+        self._heard += data[:room]
+
+    def _count(self) -> None:
+        """Hand over to the node's counters what has been counted since."""
+        for name, count in self.front.counts.items():
+            if more := count - self._told.get(name, 0):
+                self._board.node.count(f"mavlink {name}", more)
+                self._told[name] = count

@@ -1,0 +1,100 @@
+"""A point-to-point UART: full duplex, a transmit buffer at each end, bytes that take their time.
+
+    write --room in the buffer?--> buffer --> shift register, byte by byte --> line --> chunk --> node
+              no: QUEUE_FULL                  chunk: at the end of its last byte + receive latency
+
+What a program hands out at once is one write. It is taken as a whole or refused as a whole, as drivers of message
+protocols do that ask for room first. It arrives when its last byte is over, or in chunks of `chunk_bytes` as they come.
+A chunk is one frame of the ledger, `on_air_ns` the begin of its first byte, `end_ns` the end of its last.
+
+Invariants:
+- bytes of one direction never overtake each other or overlap, and the line is never idle while bytes wait;
+- every arrival is known, and handed to the links, when the write is taken.
+
+Bits above `data_bits` are not on the line: they arrive as 0. There is no checksum: a corrupted chunk is delivered
+corrupt. Not modelled: flow control, framing and parity errors (noise is an impairment), overrun of the receiver.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from random import Random
+
+from netem.agenda import Agenda
+from netem.frames import Fate, Frame
+from netem.links import Links
+from netem.media.observation import MediumObserver
+from netem.media.serial_line.settings import SerialLineSettings
+from netem.media.serial_line.transmitter import Transmitter
+from netem.records.ledger import Ledger
+
+
+class SerialLine:
+    Settings = SerialLineSettings
+
+    def __init__(self, name: str, settings: SerialLineSettings, nodes: Iterable[str], agenda: Agenda, ledger: Ledger,
+                 links: Links, rng_for: Callable[[str], Random]) -> None:
+        ends = tuple(nodes)
+        settings.check_nodes(ends)
+        self.name = name
+        self.signals: Sequence[tuple[str, str]] = ()
+        self._ledger, self._links = ledger, links
+        self._other = {ends[0]: ends[1], ends[1]: ends[0]}
+        self._transmitters = {end: Transmitter(settings.clock, settings.buffer_bytes) for end in ends}
+        self._byte_ns = settings.clock.end_ns(1)
+        self._chunk_bytes = settings.chunk_bytes
+        self._latency_ns = settings.receive_latency_ns
+        self._mask = (1 << settings.data_bits) - 1
+        self._numbers: Counter[str] = Counter()
+        self._counters: dict[str, Counter[str]] = {end: Counter() for end in ends}
+
+    def observe(self, observer: MediumObserver) -> None:
+        """There are no events: a full buffer is a fate in the ledger."""
+
+    def counters(self) -> Mapping[str, Mapping[str, int]]:
+        """Bytes by end of the line, under names that carry the line's."""
+        return {end: {f"{self.name} {what}": count for what, count in found.items()}
+                for end, found in self._counters.items() if found}
+
+    def offer(self, sender: str, data: bytes, now_ns: int) -> None:
+        if not data:
+            self._refuse(sender, data, now_ns, Fate.MALFORMED, "no bytes")
+            return
+        transmitter = self._transmitters[sender]
+        room = transmitter.room(now_ns)
+        if len(data) > room:
+            self._refuse(sender, data, now_ns, Fate.QUEUE_FULL, f"{room} bytes free")
+            return
+        if self._mask != 0xFF:
+            data = bytes(byte & self._mask for byte in data)
+        begin_ns = transmitter.take(len(data), now_ns)
+        self._counters[sender]["bytes sent"] += len(data)
+        size = self._chunk_bytes or len(data)
+        for start in range(0, len(data), size):
+            chunk = data[start:start + size]
+            end_ns = transmitter.end_ns(back=len(data) - start - len(chunk))
+            frame = self._frame(sender, chunk, now_ns)
+            frame.on_air_ns, frame.end_ns = begin_ns, end_ns
+            self._links.receive(frame, self._other[sender], end_ns + self._latency_ns, checksum=False)
+            begin_ns = end_ns
+
+    def lookahead_ns(self, t0_ns: int) -> int:
+        """As in `Medium`: one byte, behind those that are already on their way in the same direction."""
+        free_ns = min(transmitter.free_ns() for transmitter in self._transmitters.values())
+        if free_ns <= t0_ns:
+            return t0_ns + self._byte_ns + self._latency_ns
+        return free_ns + self._byte_ns - 1 + self._latency_ns       # -1: the byte's end is rounded with its stretch
+
+    def finish(self, end_ns: int) -> None:
+        """Nothing is open: what arrives after the end is closed by its link."""
+
+    def _refuse(self, sender: str, data: bytes, now_ns: int, fate: Fate, cause: str) -> None:
+        self._counters[sender]["bytes refused"] += len(data)
+        self._ledger.close(self._frame(sender, data, now_ns), self._other[sender], fate, cause=cause)
+
+    def _frame(self, sender: str, data: bytes, now_ns: int) -> Frame:
+        frame = Frame(self.name, sender, self._numbers[sender], now_ns, data)
+        self._numbers[sender] += 1
+        self._ledger.expect(1, self.name)
+        return frame
