@@ -201,8 +201,9 @@ class TrackingRobot:
         node, now_ns = self._board.node, self._board.now_ns
         if before is not None:
             self._check()
-            node.event("gain product", f"{before.gain_product(now_ns - self._actuation_ns):.6g}: "
-                                       f"{(now_ns - before.measured_ns) * 1e-9:.6g} s after its measurement")
+            until_ns = now_ns - self._actuation_ns
+            node.event("gain product", f"{before.gain_product(until_ns):.6g} after "
+                                       f"{max(until_ns - before.measured_ns, 0) * 1e-9:.6g} s")
         self._in_force = decision
         if now_ns <= decision.holds_until_ns + self._actuation_ns:
             self._watch.hold(IN_TIME)
