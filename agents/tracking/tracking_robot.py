@@ -17,38 +17,26 @@ Not modelled: computing time between an answer and the setpoint; a tracking erro
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import pi, remainder
-from typing import Any, Protocol
 
-from agents.tracking.assumption_watch import IN_TIME, MEASURABLE, AssumptionWatch
-from agents.tracking.controller import Inputs, Pose, State, TrackingController, tracking_error
+from agents.tracking.assumption_watch import IN_TIME, AssumptionWatch
+from agents.tracking.check import ScenarioLike, companion_problems
+from agents.tracking.controller import Pose, State, TrackingController, tracking_error
 from agents.tracking.dead_reckoning import DeadReckoning
 from agents.tracking.drive_link import DriveLink
-from agents.tracking.error_system import LIMITS, TrackingErrorSystem
+from agents.tracking.error_system import LIMITS
 from agents.tracking.look_frames import UNASKED, ReferenceState, pack_request, unpack_answer
 from agents.tracking.noise import Noise
-from agents.tracking.section_4_6 import GAINS
+from agents.tracking.team_policy import gains_of, make_policy
 from agents.triggering.assumptions import input_violations, radius_violations, violations
 from agents.triggering.error_gain import horizon_s
-from agents.triggering.gain_table import GainTable
-from agents.triggering.policies import Decision, Policy
-from agents.triggering.policies.table import PolicySettings, build_policy
+from agents.triggering.policies import Decision
+from agents.triggering.policies.table import PolicySettings
 from firmware_sim.board import Board
 from netem.agenda import NEVER_NS
 
 RETRY_NS = 20_000_000           # before the first measurement: no interval is certified yet
-ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
-
-
-class AgentLike(Protocol):
-    program: str
-    parameters: Mapping[str, Any]
-
-
-class ScenarioLike(Protocol):
-    team: Mapping[str, Any]
-    agents: Mapping[str, AgentLike]
 
 
 class TrackingRobot:
@@ -95,19 +83,7 @@ class TrackingRobot:
 
     @staticmethod
     def check(scenario: ScenarioLike) -> Iterator[str]:
-        """Gains that certify no horizon, and a policy that there is not."""
-        for name, agent in scenario.agents.items():
-            if agent.program != f"{TrackingRobot.__module__}:{TrackingRobot.__name__}":
-                continue
-            given = agent.parameters
-            settings = PolicySettings(max_successive_losses=given.get("max_successive_losses", 0),
-                                      radius=given.get("certified_radius", 10.0))
-            try:
-                make_policy(scenario.team, given.get("policy", "individual_gains"), settings)
-            except (ValueError, TypeError, KeyError) as error:
-                yield f"agents.{name}.parameters: {error}"
-            if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
-                yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"
+        yield from companion_problems(scenario, f"{TrackingRobot.__module__}:{TrackingRobot.__name__}")
 
     # --- looks
 
@@ -229,21 +205,3 @@ class TrackingRobot:
         timer = self._board.until(local_ns)
         assert timer.callbacks is not None
         timer.callbacks.append(lambda _: action())
-
-
-def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings) -> Policy[State, Inputs]:
-    """The policy with the team's gains, else those of section 4.6. ValueError if they do not fit."""
-    if name not in MEASURABLE:
-        raise ValueError(f"policy={name!r}: expected one of {', '.join(MEASURABLE)}; others need to see the "
-                         "reference all the time, which costs a transmission here")
-    return build_policy(name, TrackingErrorSystem(limits=LIMITS), gains_of(team), settings)
-
-
-def gains_of(team: Mapping[str, Any]) -> GainTable:
-    """Those of the team, else those of section 4.6."""
-    if "gains" not in team:
-        return GAINS
-    table = team["gains"]
-    return GainTable({(float(v), float(omega)): float(gain) for v, omega, gain in table["planned"]},
-                     float(table["unified"]))
-
