@@ -10,8 +10,11 @@ from pathlib import Path
 import can
 import pytest
 
+from agents.tracking.reference_robot import ReferenceRobot
+from agents.tracking.tracking_robot import TrackingRobot
 from experiments.runner import run
 from experiments.scenario import load
+from firmware_sim.babbling_idiot import BabblingIdiot
 from firmware_sim.drive_controller.drive_controller import DriveController
 from firmware_sim.drive_controller.drive_messages import DriveMessages, DriveState, Mode, Setpoint, WheelSpeeds
 from netem.media.can.frame import CanFrame
@@ -119,8 +122,11 @@ def test_every_key_of_a_can_bus_is_on_its_page(cls: type) -> None:
         assert f"`{name}`" in page, name
 
 
-def test_every_parameter_of_a_drive_is_on_its_page() -> None:
-    page = (DOCS / "models/drive_controller.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize(("page", "cls"), [
+    ("drive_controller", DriveController), ("tracking", TrackingRobot), ("tracking", ReferenceRobot),
+    ("tracking", BabblingIdiot)])
+def test_every_parameter_of_a_program_is_on_its_page(page: str, cls: type) -> None:
+    text = (DOCS / f"models/{page}.md").read_text(encoding="utf-8")
 
-    for name in list(inspect.signature(DriveController.__init__).parameters)[2:]:
-        assert f"`{re.sub('_ns$', '_s', name)}`" in page, name
+    for name in list(inspect.signature(cls).parameters)[1:]:
+        assert f"`{re.sub('_ns$', '_s', name)}`" in text, name
