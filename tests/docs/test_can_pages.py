@@ -8,6 +8,7 @@ from dataclasses import fields
 from pathlib import Path
 
 import can
+import polars
 import pytest
 
 from agents.tracking.reference_robot import ReferenceRobot
@@ -84,7 +85,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("pages")
     (folder / "companion_of_the_pages.py").write_text(COMPANION)
     (folder / "pages.toml").write_text(scenario_text())
-    result = run(load(folder / "pages.toml"), host="inline", out=folder / "runs" / "my_run")
+    scenario = load(folder / "pages.toml", overrides=['media.can.log=["candump","blf"]'])
+    result = run(scenario, host="inline", out=folder / "runs" / "my_run")
     assert [verdict.key for verdict in result.summary.verdicts if not verdict.holds] == []
     return folder
 
@@ -99,6 +101,18 @@ def test_the_fragments_of_the_pages_make_a_run_in_which_the_drive_turns_its_whee
     speeds = [message for message in read if isinstance(message, WheelSpeeds)]
     assert speeds[-1].state == DriveState.RUNNING
     assert 0.0 < speeds[-1].left_radps < 2.0            # a P3-AT's ramp of 2.7 rad/s2: 1.3 rad/s after 0.49 s
+
+
+def test_both_logs_of_a_run_hold_every_frame_that_got_through(folder: Path) -> None:
+    run_folder = folder / "runs" / "my_run"
+
+    candump, blf = ([(message.arbitration_id, bytes(message.data)) for message in reader] for reader in (
+        can.LogReader(run_folder / "can.log"), can.LogReader(run_folder / "can.blf")))
+
+    assert candump == blf
+    ledger = polars.read_parquet(run_folder / "ledger.parquet").filter(polars.col("medium") == "can")
+    assert ledger["fate"].unique().to_list() == ["delivered"]
+    assert len(candump) == ledger.height                # two nodes: each frame has one receiver
 
 
 def test_the_python_of_the_records_page_reads_that_run(folder: Path, monkeypatch: pytest.MonkeyPatch,
