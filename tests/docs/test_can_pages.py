@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
 from dataclasses import fields
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import pytest
 
 from agents.tracking.reference_robot import ReferenceRobot
 from agents.tracking.tracking_robot import TrackingRobot
+from experiments.run_data import load_run
 from experiments.runner import run
 from experiments.scenario import load
 from firmware_sim.babbling_idiot import BabblingIdiot
@@ -76,7 +78,7 @@ def scenario_text() -> str:
     derived, guarantees = blocks("scenario.md", "toml")[1:]
     guarantees = guarantees[:guarantees.index("expected =")].replace("robot", "companion").replace(
         "radio: companion", "can: companion").replace("at_least_ms = 17", "at_least_ms = 10")
-    return "\n".join([FRAME.replace("PLANT", plant), *blocks("models/can_bus.md", "toml"),
+    return "\n".join([FRAME.replace("PLANT", plant), blocks("models/can_bus.md", "toml")[0],
                       *blocks("models/drive_controller.md", "toml"), derived, guarantees])
 
 
@@ -125,6 +127,21 @@ def test_the_python_of_the_records_page_reads_that_run(folder: Path, monkeypatch
     printed = capsys.readouterr().out
     assert "delivered" in printed
     assert f"{490 * MS}" in printed                     # the last sample
+
+
+def test_the_pingers_of_the_can_page_go_bus_off_on_a_bad_cable_and_come_back(tmp_path: Path,
+                                                                              monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.delitem(sys.modules, "pinger", raising=False)
+    (tmp_path / "pinger.py").write_text(*blocks("models/can_bus.md", "python"))
+    (tmp_path / "cable.toml").write_text(blocks("models/can_bus.md", "toml")[1])
+
+    result = run(load(tmp_path / "cable.toml"), host="inline", out=tmp_path / "run")
+
+    assert [verdict.key for verdict in result.summary.verdicts if not verdict.holds] == []
+    counters = load_run(result.folder).counters
+    assert counters["a"]["can.bus_off"] > 1
+    assert counters["a"]["missed"] > 50
 
 
 @pytest.mark.parametrize("cls", [CanSettings, CanMessage], ids=lambda cls: cls.__name__)

@@ -144,11 +144,12 @@ def test_an_assumption_that_a_measurement_breaks_is_named_at_once_and_when_it_ho
 
 
 @pytest.mark.parametrize("name", ["tracking_individual", "tracking_lossy"])
-def test_both_hosts_leave_the_same_ledger(tmp_path, name):
-    hashes = {emulated(name, tmp_path / host, host=host, duration_s=1.0).ledger_metadata["hash"]
-              for host in ("inline", "process")}
+def test_both_hosts_leave_the_same_ledger_and_events(tmp_path, name):
+    inline, process = (emulated(name, tmp_path / host, host=host, duration_s=1.0, overrides=["expect={}"])
+                       for host in ("inline", "process"))
 
-    assert len(hashes) == 1
+    assert inline.ledger_metadata["hash"] == process.ledger_metadata["hash"]
+    assert inline.events == process.events
 
 
 FUZZER = '''
