@@ -19,7 +19,7 @@ from agents.tracking.error_bound import Bound
 from agents.tracking.error_system import TrackingErrorSystem
 from agents.tracking.noise import Noise
 from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, START
-from agents.triggering.policies.table import POLICIES, build_policy
+from agents.triggering.policies.table import POLICIES, PolicySettings, build_policy
 from netem.random_streams import stream
 
 WIDTH, PANEL, LEFT = 860, 350, (55, 495)
@@ -35,9 +35,10 @@ SECOND = 1000 * MS
 Point = tuple[int, float]
 
 
-def made(name: str, bound: Bound, seed: int) -> Run:
+def made(name: str, bound: Bound, seed: int, max_successive_losses: int = 0) -> Run:
     noise = Noise(stream(seed, "tracking/measuring"), stream(seed, "tracking/driving"))
-    policy = build_policy(name, TrackingErrorSystem(bound=bound), GAINS)
+    settings = PolicySettings(max_successive_losses=max_successive_losses)
+    policy = build_policy(name, TrackingErrorSystem(bound=bound), GAINS, settings)
     return run(policy, REFERENCE, START, LENGTH_NS, noise=noise, sample_ns=20 * MS)
 
 
@@ -85,12 +86,13 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("docs/models/tracking.svg"))
     arguments = parser.parse_args()
-    print(f"{'policy':<18} {'bound':<17} transmissions   intervals, ms    rms of x over 10-12 s")
-    for name in POLICIES:
+    print(f"{'policy':<25} {'bound':<17} transmissions   intervals, ms    rms of x over 10-12 s")
+    for name, losses in (*((name, 0) for name in POLICIES), ("individual_gains", 1), ("individual_gains", 2)):
         for bound in Bound:
-            one = made(name, bound, arguments.seed)
+            one = made(name, bound, arguments.seed, losses)
             intervals_ms = [ns / MS for ns in one.intervals_ns]
-            print(f"{name:<18} {bound.value:<17} {len(one.transmissions):>13}   {min(intervals_ms):5.2f} to "
+            words = f"{name}, N^D = {losses}" if losses else name
+            print(f"{words:<25} {bound.value:<17} {len(one.transmissions):>13}   {min(intervals_ms):5.2f} to "
                   f"{max(intervals_ms):5.2f}   {one.rms(10 * SECOND, 12 * SECOND):.3f}")
     drawn = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-family="sans-serif" '
              f'font-size="13"><rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>']

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import msgspec
 
 from experiments.blocking_programs import is_blocking, refuse_blocking
+from experiments.event_levels import level_of
 from experiments.guarantee_watch import GuaranteeWatch
 from experiments.metrics import evaluate
 from experiments.node_build import NodeSpecification, PlantSpecification, Shown, build_node
@@ -187,7 +188,7 @@ class _Run:
         return RunResult(self.folder, summary)
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
-        self.signals.event(time_ns, node, kind, detail)
+        self.signals.event(time_ns, node, kind, detail, level_of(kind))
 
     def _observe_media(self) -> None:
         for name, medium in self.media.items():
@@ -198,7 +199,7 @@ class _Run:
 
     def _event_on_medium(self, time_ns: int, node: str, kind: str, detail: str) -> None:
         if time_ns < self.scenario.length_ns:       # a medium may know ahead how a frame will end
-            self.signals.event(time_ns, node, kind, detail)
+            self.signals.event(time_ns, node, kind, detail, level_of(kind))
 
     def _progress(self, now_ns: int) -> None:
         if self.on_progress is not None:

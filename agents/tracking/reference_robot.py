@@ -8,11 +8,12 @@ Not modelled: computing time between a request and its answer.
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from typing import Any
 
 from simpy.events import Event
 
+from agents.tracking.check import ScenarioLike, reference_problems
 from agents.tracking.controller import Inputs, Pose
 from agents.tracking.look_frames import UNASKED, ReferenceState, pack_answer, unpack_request
 from agents.tracking.noise import Noise
@@ -42,6 +43,10 @@ class ReferenceRobot:
         board.node.start(self._announce())
         if disturbance:
             board.node.start(self._drift())
+
+    @staticmethod
+    def check(scenario: ScenarioLike) -> Iterator[str]:
+        yield from reference_problems(scenario, f"{ReferenceRobot.__module__}:{ReferenceRobot.__name__}")
 
     def _measure(self, true_ns: int) -> tuple[float, ...]:
         self._plant.advance_to(true_ns)

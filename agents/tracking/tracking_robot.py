@@ -9,47 +9,34 @@ exchange took, so that the command that follows from it is in force within tau_i
 (`Decision.attempt_ns`). The reference's own announcement of new inputs is a measurement like any other (section 4.6).
 
 What the trigger assumes is watched as on the robot: an assumption that fails is an event with its name, once until it
-holds again. A measurement is in force when the drive has confirmed the setpoint that was computed from it.
+holds again. A measurement is in force when the drive has confirmed the setpoint that was computed from it. Inputs of
+the reference outside of P are taken for the nearest ones within, and their assumption is violated.
 
 Not modelled: computing time between an answer and the setpoint; a tracking error of more than half a turn.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import pi, remainder
-from typing import Any, Protocol
 
-from agents.tracking.controller import Inputs, Pose, State, TrackingController, tracking_error
+from agents.tracking.assumption_watch import IN_TIME, AssumptionWatch
+from agents.tracking.check import ScenarioLike, companion_problems
+from agents.tracking.controller import Pose, State, TrackingController, tracking_error
 from agents.tracking.dead_reckoning import DeadReckoning
 from agents.tracking.drive_link import DriveLink
-from agents.tracking.error_system import TrackingErrorSystem
+from agents.tracking.error_system import LIMITS
 from agents.tracking.look_frames import UNASKED, ReferenceState, pack_request, unpack_answer
 from agents.tracking.noise import Noise
-from agents.tracking.section_4_6 import GAINS
-from agents.triggering.assumptions import Assumption, violations
+from agents.tracking.team_policy import gains_of, make_policy
+from agents.triggering.assumptions import input_violations, radius_violations, violations
 from agents.triggering.error_gain import horizon_s
-from agents.triggering.gain_table import GainTable
-from agents.triggering.policies import Decision, Policy
-from agents.triggering.policies.table import POLICIES, PolicySettings, build_policy
+from agents.triggering.policies import Decision
+from agents.triggering.policies.table import PolicySettings
 from firmware_sim.board import Board
 from netem.agenda import NEVER_NS
 
 RETRY_NS = 20_000_000           # before the first measurement: no interval is certified yet
-TRANSMITTING = tuple(name for name in POLICIES if name != "event_triggered")
-
-
-ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
-
-
-class AgentLike(Protocol):
-    program: str
-    parameters: Mapping[str, Any]
-
-
-class ScenarioLike(Protocol):
-    team: Mapping[str, Any]
-    agents: Mapping[str, AgentLike]
 
 
 class TrackingRobot:
@@ -69,6 +56,8 @@ class TrackingRobot:
         self._controller = TrackingController()
         settings = PolicySettings(max_successive_losses=max_successive_losses, radius=certified_radius)
         self._policy = make_policy(board.team, policy, settings)
+        self._gains, self._radius = gains_of(board.team), certified_radius
+        self._watch = AssumptionWatch(board.node, policy)
         self._noise = Noise(board.rng, board.rng, measurement_noise, 0.0)
         self._radio = board.node.ports["radio"]
         self._radio.on_receive = self._hear
@@ -88,26 +77,13 @@ class TrackingRobot:
         self._exchange_ns = 0                       # how long the last look took
         self._due_ns = 0
         self._repeat_ns = NEVER_NS                  # when the setpoint is repeated
-        self._broken: set[Assumption] = set()       # those that do not hold now
         board.node.signals([("held1", "m"), ("held2", "m"), ("held3", "rad"), ("tau", "s"), ("gain_product", "1")],
                            self._sample)
         self._schedule(board.now_ns)
 
     @staticmethod
     def check(scenario: ScenarioLike) -> Iterator[str]:
-        """Gains that certify no horizon, and a policy that there is not."""
-        for name, agent in scenario.agents.items():
-            if agent.program != f"{TrackingRobot.__module__}:{TrackingRobot.__name__}":
-                continue
-            given = agent.parameters
-            settings = PolicySettings(max_successive_losses=given.get("max_successive_losses", 0),
-                                      radius=given.get("certified_radius", 10.0))
-            try:
-                make_policy(scenario.team, given.get("policy", "individual_gains"), settings)
-            except (ValueError, TypeError, KeyError) as error:
-                yield f"agents.{name}.parameters: {error}"
-            if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
-                yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"
+        yield from companion_problems(scenario, f"{TrackingRobot.__module__}:{TrackingRobot.__name__}")
 
     # --- looks
 
@@ -164,6 +140,8 @@ class TrackingRobot:
             node.event("refused measurement", str(error))
             return
         self._latest = decision
+        self._watch.judge((*input_violations(measured_ns, state.inputs, LIMITS, self._gains),
+                           *radius_violations(measured_ns, self._x, self._radius, self._noise.measured)))
         self._command = self._controller.command(self._x, state.inputs)
         self._tell_drive(decision)
         node.count("measurements")
@@ -199,11 +177,12 @@ class TrackingRobot:
         node, now_ns = self._board.node, self._board.now_ns
         if before is not None:
             self._check()
-            node.event("gain product", f"{before.gain_product(now_ns - self._actuation_ns):.6g}")
+            until_ns = now_ns - self._actuation_ns
+            node.event("gain product", f"{before.gain_product(until_ns):.6g} after "
+                                       f"{max(until_ns - before.measured_ns, 0) * 1e-9:.6g} s")
         self._in_force = decision
-        if self._broken and now_ns <= decision.holds_until_ns + self._actuation_ns:
-            node.event("assumptions hold again", ", ".join(sorted(each.value for each in self._broken)))
-            self._broken.clear()
+        if now_ns <= decision.holds_until_ns + self._actuation_ns:
+            self._watch.hold(IN_TIME)
         unstable_ns = decision.measured_ns + int(horizon_s(decision.growth_per_s, decision.gain_per_s, 1.0) * 1e9)
         for end_ns in (decision.holds_until_ns, unstable_ns):
             self._at(end_ns + 1 + self._actuation_ns, lambda: self._check() if self._in_force is decision else None)
@@ -212,15 +191,8 @@ class TrackingRobot:
 
     def _check(self) -> None:
         """An event for each assumption of the trigger that has failed since the last look."""
-        if self._in_force is None:
-            return
-        for violation in violations(self._in_force, self._board.now_ns - self._actuation_ns, self._failed):
-            if violation.assumption not in self._broken:
-                self._broken.add(violation.assumption)
-                self._board.node.count("violated assumptions")
-                self._board.node.event("assumption violated", str(violation))
-                if violation.assumption is Assumption.SMALL_GAIN:
-                    self._board.node.event("gain product", f"{violation.value:.6g}")
+        if self._in_force is not None:
+            self._watch.fail(violations(self._in_force, self._board.now_ns - self._actuation_ns, self._failed))
 
     def _sample(self, true_ns: int) -> list[float]:
         decision = self._in_force
@@ -233,17 +205,3 @@ class TrackingRobot:
         timer = self._board.until(local_ns)
         assert timer.callbacks is not None
         timer.callbacks.append(lambda _: action())
-
-
-def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings) -> Policy[State, Inputs]:
-    """The policy with the team's gains, else those of section 4.6. ValueError if they do not fit."""
-    if name not in TRANSMITTING:
-        raise ValueError(f"policy={name!r}: expected one of {', '.join(TRANSMITTING)}; others need to see the "
-                         "reference all the time, which costs a transmission here")
-    gains = GAINS
-    if "gains" in team:
-        table = team["gains"]
-        gains = GainTable({(float(v), float(omega)): float(gain) for v, omega, gain in table["planned"]},
-                          float(table["unified"]))
-    return build_policy(name, TrackingErrorSystem(), gains, settings)
-

@@ -27,12 +27,13 @@ class Reported(ValueBounds):
     ON: ClassVar = Named.EVENTS
 
     def watch(self, subjects: Sequence[Subject], records: Records) -> Finding:
-        told: dict[Subject, list[tuple[int, float]]] = {subject: [] for subject in subjects}
+        told: dict[Subject, list[tuple[int, str]]] = {subject: [] for subject in subjects}
         for event in sorted(records.events, key=lambda event: event.time_ns):
             if (event.node, event.kind) in told:
-                told[event.node, event.kind].append((event.time_ns, number_in(event.detail)))
+                told[event.node, event.kind].append((event.time_ns, event.detail))
         return self.judge((Reports(node, kind, np.array([time_ns for time_ns, _ in reports], dtype=np.int64),
-                                   np.array([value for _, value in reports], dtype=np.float64))
+                                   np.array([number_in(detail) for _, detail in reports], dtype=np.float64),
+                                   [detail for _, detail in reports])
                            for (node, kind), reports in told.items()), records.length_ns)
 
 

@@ -9,7 +9,7 @@ Before the first report nothing is violated; without any report there is nothing
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf, nan
 from typing import ClassVar, NamedTuple
@@ -30,6 +30,7 @@ class Reports(NamedTuple):
     name: str
     time_ns: Ints
     values: Floats
+    said: Sequence[str] | None = None       # the texts that the values stand in, where there are any
 
 
 @dataclass(frozen=True)
@@ -52,14 +53,14 @@ class ValueBounds:
     def judge(self, reports: Iterable[Reports], length_ns: int) -> Finding:
         violations: list[Violation] = []
         nearest: list[tuple[float, float]] = []             # (what is left, value) of each subject
-        for node, name, time_ns, values in reports:
-            seen = time_ns < length_ns
-            if not seen.any():
+        for node, name, time_ns, values, said in reports:
+            seen = int(np.searchsorted(time_ns, length_ns))
+            if not seen:
                 continue
-            left = self._left(values[seen])
+            left = self._left(values[:seen])
             k = int(left.argmin())                          # the first nan, if there is one
             nearest.append((float(left[k]), float(values[k])))
-            violations += _violations(node, name, time_ns[seen], values[seen], left, length_ns)
+            violations += _violations(Reports(node, name, time_ns[:seen], values[:seen], said), left, length_ns)
         if not nearest:
             return Finding(judged=False)
         margin, worst = min(nearest, key=lambda pair: pair[0] if pair[0] == pair[0] else -inf)
@@ -75,8 +76,8 @@ class ValueBounds:
         return left
 
 
-def _violations(node: str, name: str, time_ns: Ints, values: Floats, left: Floats,
-                length_ns: int) -> Iterator[Violation]:
+def _violations(reports: Reports, left: Floats, length_ns: int) -> Iterator[Violation]:
+    node, name, time_ns, values, said = reports
     kept = left > 0                                         # nan is not
     starts = np.flatnonzero(new_group(kept.astype(np.int64)))
     ends = np.r_[starts[1:], time_ns.size]
@@ -85,4 +86,4 @@ def _violations(node: str, name: str, time_ns: Ints, values: Floats, left: Float
             until_ns = int(time_ns[end]) if end < time_ns.size else length_ns
             worst = float(values[start + int(left[start:end].argmin())])
             yield Violation(f"{node}.{name}", node, int(time_ns[start]), until_ns, finite(worst),
-                            f"it is {values[start]:.6g}")
+                            f"it is {values[start]:.6g}" if said is None else f"it is {said[int(start)].strip()}")

@@ -28,7 +28,8 @@ from netem.records.events import Event, Level
 
 PAGE = files("experiments.report") / "page"
 MOST_EVENTS = 300
-MOST_OF_A_KIND = 30         # so that a program that reports at every step hides nothing else
+MOST_OF_A_KIND = 30
+FEW_OF_A_KIND = 3           # of what a program tells at every step, so that it hides nothing else
 MOST_LINKS = 60
 MOST_VIOLATIONS = 60
 
@@ -73,12 +74,14 @@ def render(data: RunData, folder: str) -> str:
 
 
 def listed_events(events: Sequence[Event]) -> list[Event]:
-    """The first of each kind, in order."""
+    """The first of each kind, in order: of many that are no warnings a few are enough."""
+    told = Counter(event.kind for event in events)
     seen: Counter[str] = Counter()
     shown = []
     for event in events:
         seen[event.kind] += 1
-        if seen[event.kind] <= MOST_OF_A_KIND:
+        chatter = told[event.kind] > MOST_OF_A_KIND and event.level < Level.WARNING
+        if seen[event.kind] <= (FEW_OF_A_KIND if chatter else MOST_OF_A_KIND):
             shown.append(event)
     return shown[:MOST_EVENTS]
 

@@ -124,12 +124,32 @@ def test_a_flooded_bus_stops_the_drive_and_breaks_the_trigger_s_assumption(tmp_p
     assert events(data, "assumptions hold again")[0][0] > 7.0
 
 
-@pytest.mark.parametrize("name", ["tracking_individual", "tracking_lossy"])
-def test_both_hosts_leave_the_same_ledger(tmp_path, name):
-    hashes = {emulated(name, tmp_path / host, host=host, duration_s=1.0).ledger_metadata["hash"]
-              for host in ("inline", "process")}
+@pytest.mark.parametrize(("overrides", "told", "again_from_s", "again_by_s"), [
+    (["team.reference.v_mps=[4.0,0.6,2.0]"],                        # P is [-3, 3] x [-3, 3]
+     "inputs of the reference: (4.0, 1.0), expected magnitudes of at most (3.0, 3.0)", 2.26, 2.261),
+    (["team.reference.v_mps=[1.5,0.6,2.0]"],
+     "gain of the inputs: none is known for (1.5, 1.0); the unified gain 96 1/s is used", 2.26, 2.261),
+    (['agents.companion.parameters.policy="periodic"', "agents.companion.parameters.certified_radius=2.0"],
+     "tracking error: |x| = 4.", 0.3, 1.0)])                        # the start is 4.5 away, half of it is gone in 0.6 s
+def test_an_assumption_that_a_measurement_breaks_is_named_at_once_and_when_it_holds_again(
+        tmp_path, overrides, told, again_from_s, again_by_s):
+    data = emulated("tracking_individual", tmp_path, duration_s=2.5, overrides=["expect={}", *overrides])
 
-    assert len(hashes) == 1
+    first_s, text = events(data, "assumption violated")[0]
+    assert first_s < 0.002                                          # the first look
+    assert text.startswith(told)
+    again_s, name = events(data, "assumptions hold again")[-1]      # noise may take |x| over the bound and back
+    assert name == text.partition(":")[0]
+    assert again_from_s <= again_s < again_by_s
+
+
+@pytest.mark.parametrize("name", ["tracking_individual", "tracking_lossy"])
+def test_both_hosts_leave_the_same_ledger_and_events(tmp_path, name):
+    inline, process = (emulated(name, tmp_path / host, host=host, duration_s=1.0, overrides=["expect={}"])
+                       for host in ("inline", "process"))
+
+    assert inline.ledger_metadata["hash"] == process.ledger_metadata["hash"]
+    assert inline.events == process.events
 
 
 FUZZER = '''
@@ -172,6 +192,8 @@ def test_random_bytes_on_radio_and_bus_are_counted_and_crash_nobody(tmp_path):
     ("team.gains={planned=[[1.0,1.0,1e9]],unified=1e9}", "makes the horizon"),
     ("team.gains={planned=[[1.0,1.0,120.0]],unified=96.0}", "expected the largest gain of all inputs"),
     ("team.robot={track_m=0.5,counts_per_turn=16384}", "team.robot: is missing wheel_radius_m"),
+    ("team.reference={}", "team.reference.from_s: is missing: the instants at which reference changes its inputs"),
+    ("team.reference.from_s=[0.0,9.0,2.0]", "team.reference.from_s=[0.0, 9.0, 2.0]: expected a list of later"),
     ("media.can.bit_rate_bps=50000", "need 129.3% of it"),      # 135 bits each: 2.7 ms (2/5 + 1/17 + 1/50) per ms
 ])
 def test_what_cannot_work_is_refused_before_the_start(override, complaint):

@@ -99,7 +99,7 @@ def unpack(data: bytes) -> CanFrame:
         if dlc < 0:
             raise MalformedFrame(f"length {length}, which no DLC of CAN FD names")
     else:
-        raise MalformedFrame(f"{len(data)} bytes, expected {CLASSICAL_BYTES} or {FD_BYTES}")
+        raise MalformedFrame(f"{len(data)} bytes, expected {CLASSICAL_BYTES} or {FD_BYTES}, as pack makes them")
     extended, remote, error = (bool(can_id & flag) for flag in (EXTENDED_FLAG, REMOTE_FLAG, ERROR_FLAG))
     identifier = can_id & EXTENDED_MASK
     if identifier > STANDARD_MASK and not (extended or error):

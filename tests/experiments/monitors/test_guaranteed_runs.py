@@ -112,7 +112,7 @@ def test_each_violation_is_recorded_at_its_instant_with_its_cause(scenario: Path
     result, data = ran(scenario)
 
     assert told(data) == [
-        (25 * MS, "a", "told: a.gain product: it is 1.25; until 0.1 s (below 1)"),
+        (25 * MS, "a", "told: a.gain product: it is 1.25 at 25 ms; until 0.1 s (below 1)"),
         (30 * MS, "a", "sampled: a.gain: it is 1.5; until 0.1 s (below 1)"),
         (40 * MS + 80 * US, "b", f"losses: radio: a -> b: frames 3, 4 lost {LOSS}; until 0.0601 s "
                                  "(at most 1 successive losses)"),

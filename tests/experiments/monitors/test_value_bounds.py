@@ -37,7 +37,7 @@ def test_a_product_that_reaches_one_violates_from_its_report_to_the_next_below_o
     violation, = found.violations
     assert (violation.on, violation.node, violation.from_ns, violation.until_ns) == (
         "robot.gain product", "robot", 20, 47)
-    assert (violation.worst, violation.cause) == (1.25, "it is 1")
+    assert (violation.worst, violation.cause) == (1.25, "it is 1.0 at 0.3 m/s")
     assert (found.worst, found.margin) == (1.25, -0.25)
 
 

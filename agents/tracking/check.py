@@ -1,0 +1,82 @@
+"""What makes a tracking scenario impossible: said before a run, one line each, with what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from math import isfinite
+from typing import Any, Protocol
+
+from agents.tracking.team_policy import make_policy
+from agents.triggering.policies.table import PolicySettings
+
+ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
+
+
+class AgentLike(Protocol):
+    @property
+    def program(self) -> str: ...
+
+    @property
+    def parameters(self) -> Mapping[str, Any]: ...
+
+    @property
+    def plant(self) -> object | None: ...
+
+    @property
+    def media(self) -> Sequence[str]: ...
+
+
+class ScenarioLike(Protocol):
+    @property
+    def team(self) -> Mapping[str, Any]: ...
+
+    @property
+    def agents(self) -> Mapping[str, AgentLike]: ...
+
+
+def companion_problems(scenario: ScenarioLike, program: str) -> Iterator[str]:
+    """Gains that certify no horizon, a policy that there is not, wheels that nobody knows, ports that it lacks."""
+    for name, agent in _running(scenario, program):
+        given = agent.parameters
+        settings = PolicySettings(max_successive_losses=given.get("max_successive_losses", 0),
+                                  radius=given.get("certified_radius", 10.0))
+        try:
+            make_policy(scenario.team, given.get("policy", "individual_gains"), settings)
+        except (ValueError, TypeError, KeyError) as error:
+            yield f"agents.{name}.parameters: {error}"
+        if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
+            yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"
+        yield from _missing_ports(name, agent, ("radio", "can"))
+
+
+def reference_problems(scenario: ScenarioLike, program: str) -> Iterator[str]:
+    """No plant, no pieces, pieces whose instants are none, no radio."""
+    for name, agent in _running(scenario, program):
+        if agent.plant is None:
+            yield f"agents.{name}.plant: is missing; a reference robot drives one: {{ fmu = \"virtual_reference\" }}"
+        table = scenario.team.get("reference")
+        from_s = table.get("from_s") if isinstance(table, Mapping) else None
+        if from_s is None:
+            yield (f"team.reference.from_s: is missing: the instants at which {name} changes its inputs and says so; "
+                   "write from_s, v_mps and omega_radps there and parameters_from = \"team.reference\" in its plant")
+        elif not _later_and_later(from_s):
+            yield f"team.reference.from_s={from_s}: expected a list of later and later instants [s]"
+        yield from _missing_ports(name, agent, ("radio",))
+
+
+def _running(scenario: ScenarioLike, program: str) -> Iterator[tuple[str, AgentLike]]:
+    return ((name, agent) for name, agent in scenario.agents.items() if agent.program == program)
+
+
+def _missing_ports(name: str, agent: AgentLike, needed: Sequence[str]) -> Iterator[str]:
+    if lacking := [port for port in needed if port not in agent.media]:
+        yield (f"agents.{name}.media: lacks {', '.join(lacking)}; it has {', '.join(agent.media) or 'none'}, "
+               f"and its program speaks on media of these names")
+
+
+def _later_and_later(from_s: object) -> bool:
+    """Those below 0 are not in use."""
+    if not isinstance(from_s, list) or not all(isinstance(each, int | float) and isfinite(each) for each in from_s):
+        return False
+    return all(one < next_one for one, next_one in pairwise(each for each in from_s if each >= 0))

@@ -1,0 +1,32 @@
+"""The triggering policy that a scenario names, with the gains of its team."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from agents.tracking.assumption_watch import MEASURABLE
+from agents.tracking.controller import Inputs, State
+from agents.tracking.error_system import LIMITS, TrackingErrorSystem
+from agents.tracking.section_4_6 import GAINS
+from agents.triggering.gain_table import GainTable
+from agents.triggering.policies import Policy
+from agents.triggering.policies.table import PolicySettings, build_policy
+
+
+def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings) -> Policy[State, Inputs]:
+    """The policy with the team's gains, else those of section 4.6. ValueError if they do not fit."""
+    if name not in MEASURABLE:
+        raise ValueError(f"policy={name!r}: expected one of {', '.join(MEASURABLE)}; others need to see the "
+                         "reference all the time, which costs a transmission here")
+    return build_policy(name, TrackingErrorSystem(limits=LIMITS), gains_of(team), settings)
+
+
+def gains_of(team: Mapping[str, Any]) -> GainTable:
+    """Those of the team, else those of section 4.6."""
+    if "gains" not in team:
+        return GAINS
+    table = team["gains"]
+    return GainTable({(float(v), float(omega)): float(gain) for v, omega, gain in table["planned"]},
+                     float(table["unified"]))
+
