@@ -125,7 +125,7 @@ def test_a_file_cut_off_anywhere_reads_as_far_as_it_goes(tmp_path: Path) -> None
     whole = path.read_bytes()
     found = set()
 
-    for length in range(len(whole)):
+    for length in range(0, len(whole), 7):
         path.write_bytes(whole[:length])
         recording = read_recording(path)
         found.add(recording.signals["r1"].time_ns.size if "r1" in recording.signals else 0)
