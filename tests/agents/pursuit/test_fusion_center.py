@@ -114,6 +114,15 @@ def test_a_new_one_in_charge_is_told_all_that_is_kept_and_the_former_is_idle(cen
     assert passed_on(center, "s1") == []
 
 
+def test_of_a_target_that_nobody_follows_only_the_newest_detections_are_kept(center):
+    for k in range(1, 1000):
+        tell(center, "s1", k)
+
+    center.claim("s2", {"t1"})
+
+    assert [k for k, _ in passed_on(center, "s2")] == [997, 998, 999]
+
+
 def test_a_sensor_is_in_charge_of_one_target_only(center):
     center.claim("s1", {"t1"})
 
