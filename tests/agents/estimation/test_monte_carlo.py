@@ -1,4 +1,4 @@
-"""Cells of Tables 3.1 to 3.4, with few runs; all of them: benchmarks/estimation_tables.py."""
+"""Cells of Tables 3.1 to 3.4, with few runs; all of them: `marconet table`."""
 
 from math import pi
 

@@ -142,10 +142,27 @@ def test_the_least_distance_is_the_truths_and_signed():
     hunter.law = PursuitLaw(u_max_mps=1e-9)
     rng = np.random.default_rng(1)
 
-    found = chase(hunter, (0.0, 0.0), Away((0.0, 0.0), 0.7, rng), rng, instants=101, step_ns=STEP_NS, sigma_m=0.0)
+    found = chase(hunter, (0.0, 0.0), Away((0.0, 0.0), 0.7, rng), rng, instants=101, step_ns=STEP_NS, sigma_m=0.0,
+                  traced=True)
 
     assert found.least_m == pytest.approx(2.3 - 0.7 * 7.0, abs=1e-6)
     assert found.escaped_ns == pytest.approx(2.3 / 0.7 * 1e9, abs=STEP_NS / 5)
+    seen_ns = [step.t_ns for step in found.trace if step.seen is not None]
+    assert max(seen_ns) <= found.escaped_ns < 101 * STEP_NS
+
+
+def test_answers_come_as_late_as_they_are_said_to(monkeypatch):
+    told, detected = [], Pursuer.detected
+
+    def record(self, now_ns, seen_ns, *rest):
+        told.append(now_ns - seen_ns)
+        return detected(self, now_ns, seen_ns, *rest)
+
+    monkeypatch.setattr(Pursuer, "detected", record)
+
+    run("zig-zag", SURE_ZETA_M + 3 * 0.049, 1, sure=True, latency_steps=3)
+
+    assert set(told) == {3 * STEP_NS}
 
 
 def test_an_evader_on_a_path_is_where_the_path_is_at_every_instant():
