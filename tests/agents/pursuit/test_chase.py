@@ -165,6 +165,15 @@ def test_answers_come_as_late_as_they_are_said_to(monkeypatch):
     assert set(told) == {3 * STEP_NS}
 
 
+def test_a_runner_runs_straight_away_from_where_its_pursuer_is_and_walls_hold_it():
+    rng, area = np.random.default_rng(1), Area((-2.0, 2.0), (-2.0, 2.0))
+    runner = Runner((1.0, 1.0), 0.7, rng, area)
+
+    assert runner.moved(1.0, (0.0, 1.0)) == pytest.approx((1.7, 1.0))
+    assert runner.moved(1.0, (1.7, 5.0)) == pytest.approx((1.7, 0.3))
+    assert runner.moved(1.0, (0.7, 0.3)) == pytest.approx((2.0, 0.3))
+
+
 def test_an_evader_on_a_path_is_where_the_path_is_at_every_instant():
     path = circular()
     evader = OnPath(path)
