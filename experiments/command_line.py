@@ -93,8 +93,8 @@ def report(run_dir: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Fold
 @app.command(epilog="Example: marconet table 3.1 --runs 20 --figures figures.html")
 def table(number: Annotated[Literal["3.1", "3.2", "3.3", "3.4", "3.5"], typer.Argument(help="The table's number.")],
           runs: Annotated[int | None, typer.Option(
-              "--runs", min=2, help="Monte Carlo runs of each cell, default 100, or rounds of timing, default 20. "
-              "With few runs a cell may be missed by chance.")] = None,
+              "--runs", metavar="N", min=2, help="Monte Carlo runs of each cell, default 100, or rounds of timing, "
+              "default 20. With few runs a cell may be missed by chance.")] = None,
           figures: Annotated[Path | None, typer.Option(
               "--figures", metavar="OUT.html", help="Also draw figures 3.5, 3.6 and 3.8, as a page that opens "
               "offline.")] = None,
@@ -183,8 +183,9 @@ def _table(number: str, runs: int | None, figures: Path | None) -> bool:
         print_path(console, "figures", written)
     for value in values:
         if value.met is False:
-            typer.echo(f"table {number}, {value.row.what}: {value.row.quantity} {value.ours:.4f} {value.row.unit} is "
-                       f"not what it has to be", err=True)
+            row = value.row
+            typer.echo(f"table {number}, {row.what}: {row.quantity}={value.ours:.4f} {row.unit}: expected "
+                       f"{row.low or 0:.4g} to {row.high:.4g}", err=True)
     return all(value.met is not False for value in values)
 
 

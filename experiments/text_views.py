@@ -104,7 +104,8 @@ def print_measured(console: Console, values: Iterable[Measured]) -> None:
     for value in values:
         row, error = value.row, value.standard_error
         ours = "not installed" if value.ours is None else f"{value.ours:.4f}"
-        rows.append((row.what, f"{row.quantity} [{row.unit}]", _four(row.printed), ours,
+        quantity = row.quantity if row.unit == "1" else f"{row.quantity} [{row.unit}]"
+        rows.append((row.what, quantity, _four(row.printed), ours,
                      "" if error is None else f"+- {error:.4f}", _range(row.low, row.high),
                      _short(row.printed_variance), _short(value.variance),
                      {True: "met", False: "MISSED", None: ""}[value.met]))

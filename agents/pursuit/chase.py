@@ -1,7 +1,7 @@
 """One pursuer and one evader without any network, and the truth watched at every instant and in between.
 
     at instant k    answers that are due come in;  if a look is due and the target in view: y = place + noise, answered
-                    `latency_steps` later;  then decide;  error of the estimate
+                    `latency_steps` later, or lost;  then decide;  error of the estimate
     from k to k + 1 pursuer by its law, exactly; evader as it likes; distance to the boundary at every part of the step
 
 The looks that start the filter, one T_s apart, count as one together (section 3.3.1).
@@ -46,10 +46,14 @@ class Chase:
 
 
 def chase(pursuer: Pursuer, own: Place, evader: Evader, rng: np.random.Generator, *, instants: int, step_ns: int,
-          sigma_m: float, latency_steps: int = 0, traced: bool = False) -> Chase:
-    """`own`: where the pursuer starts. `rng` draws one pair of normal variables for each instant, looked at or not."""
-    if instants < 1 or latency_steps < 0:
-        raise ValueError(f"instants={instants}, latency_steps={latency_steps}: expected at least 1 and 0")
+          sigma_m: float, latency_steps: int = 0, lost_in_a_row: int = 0, traced: bool = False) -> Chase:
+    """`own`: where the pursuer starts. `rng` draws one pair of normal variables for each instant, looked at or not.
+
+    `lost_in_a_row`: after each answer so many are lost.
+    """
+    if instants < 1 or latency_steps < 0 or lost_in_a_row < 0:
+        raise ValueError(f"instants={instants}, latency_steps={latency_steps}, lost_in_a_row={lost_in_a_row}: expected "
+                         f"at least 1, 0 and 0")
     found = Chase()
     noise = (sigma_m * rng.standard_normal((instants, 2))).tolist()
     answers: list[tuple[int, Place]] = []           # seen at, place
@@ -61,11 +65,11 @@ def chase(pursuer: Pursuer, own: Place, evader: Evader, rng: np.random.Generator
         now_ns = k * step_ns
         seen = None
         if now_ns == look_ns:
-            found.looks += 1
             pursuer.asked(now_ns)
-            if pursuer.zones.distance_m(own, target) >= 0:
+            if pursuer.zones.distance_m(own, target) >= 0 and found.looks % (lost_in_a_row + 1) == 0:
                 seen = target[0] + noise[k][0], target[1] + noise[k][1]
                 answers.append((now_ns, seen))
+            found.looks += 1
         if answers and answers[0][0] + latency_steps * step_ns <= now_ns:
             pursuer.detected(now_ns, *answers.pop(0), own)
         decision = pursuer.step(now_ns, own)

@@ -1,13 +1,13 @@
 """What has to hold so that no target escapes (Theorem 1, with room for what it leaves out).
 
-    zeta   >= (2 T_s + latency) v_max + 4.5 sigma       a look due at k is taken at k + 1, told of `latency` later
-    K eta  >= v_max,  u_max > v_max                     where it has to follow it is not slower than the target
-    eta    <= R - zeta - 3 T_s v_max                    after a look it is not at once in doubt again
+    zeta  >= (2 T_s + latency + losses (T_s + latency)) v_max + 4.5 sigma
+    K eta >= v_max,  u_max > v_max                  where it has to follow it is not slower than the target
+    eta   <= R - zeta - 3 T_s v_max                 after a look it is not at once in doubt again
 
-Why: at the last instant without doubt, R - |y - q| - v_max (t - t_seen) > zeta. From there to the next news pass at
-most 2 T_s + latency, the pursuer does not recede from y, and y is off by no more than 4.5 sigma, so the target is
-inside when it is looked at. 4.5 sigma: a normal detection in the plane is farther off once in 25 000 looks, and then in
-any direction.
+Why: at the last instant without doubt, R - |y - q| - v_max (t - t_seen) > zeta. A look that is due at k is taken at
+k + 1 and told of `latency` later; one without an answer by then is taken again at the next instant. Until the news the
+pursuer does not recede from y, and y is off by no more than 4.5 sigma, so the target is inside when it is looked at.
+4.5 sigma: a normal detection in the plane is farther off once in 25 000 looks, and then in any direction.
 
 Differs from the dissertation: it has zeta >= 3 T_s v_max with "almost surely", without room for the noise; a target
 that runs for the boundary then escapes.
@@ -22,16 +22,19 @@ NOISE_SIGMAS = 4.5
 SPARE_STEPS = 3
 
 
-def least_escape_m(v_max_mps: float, sigma_m: float, step_ns: int, latency_ns: int = 0) -> float:
-    """The narrowest escape area that is sure."""
-    return (2 * step_ns + latency_ns) * 1e-9 * v_max_mps + NOISE_SIGMAS * sigma_m
+def least_escape_m(v_max_mps: float, sigma_m: float, step_ns: int, latency_ns: int = 0, losses: int = 0) -> float:
+    """The narrowest escape area that is sure, with at most so many answers lost in a row."""
+    if latency_ns < 0 or losses < 0:
+        raise ValueError(f"latency_ns={latency_ns}, losses={losses}: expected 0 or more")
+    unseen_ns = 2 * step_ns + latency_ns + losses * (step_ns + latency_ns)
+    return unseen_ns * 1e-9 * v_max_mps + NOISE_SIGMAS * sigma_m
 
 
 def problems(zones: Zones, law: PursuitLaw, v_max_mps: float, sigma_m: float, step_ns: int,
-             latency_ns: int = 0) -> list[str]:
+             latency_ns: int = 0, losses: int = 0) -> list[str]:
     """What is not as the theorem needs it, one a line; empty: no target escapes."""
     found = []
-    least_m = least_escape_m(v_max_mps, sigma_m, step_ns, latency_ns)
+    least_m = least_escape_m(v_max_mps, sigma_m, step_ns, latency_ns, losses)
     if zones.escape_m < least_m * (1 - 1e-12):
         found.append(f"escape_m={zones.escape_m}: a target of {v_max_mps} m/s, seen with sigma = {sigma_m} m, can get "
                      f"out between two looks; take {least_m:.4g} m or more")

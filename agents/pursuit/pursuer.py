@@ -71,9 +71,12 @@ class Pursuer:
 
 
 def adaptive_pursuer(estimator: Estimator, zones: Zones, law: PursuitLaw, *, v_max_mps: float, sigma_m: float,
-                     step_ns: int, rho_m: float, latency_ns: int = 0, sure: bool = True) -> Pursuer:
-    """A pursuer with the adaptive policy that no target escapes. ValueError if it may; `sure=False`: all the same."""
-    wrong = problems(zones, law, v_max_mps, sigma_m, step_ns, latency_ns)
+                     step_ns: int, rho_m: float, latency_ns: int = 0, losses: int = 0, sure: bool = True) -> Pursuer:
+    """A pursuer with the adaptive policy that no target escapes. ValueError if it may; `sure=False`: all the same.
+
+    `latency_ns`: from an exposure to its answer, at most; `losses`: answers lost in a row, at most.
+    """
+    wrong = problems(zones, law, v_max_mps, sigma_m, step_ns, latency_ns, losses)
     if sure and wrong:
         raise ValueError("\n".join(wrong))
     return Pursuer(estimator, Adaptive(step_ns, zones, v_max_mps, latency_ns), law, zones, rho_m)

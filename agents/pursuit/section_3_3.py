@@ -23,20 +23,21 @@ TABLE_ZETA_M, SURE_ZETA_M, PRINTED_ZETA_M = 0.45, 0.55, 3 * STEP_NS * 1e-9 * V_M
 EVADERS = (*PATHS, "runner")            # circle, zig-zag, and the one that runs for the boundary
 
 
-def pursuer(evader: str, zeta_m: float, *, sure: bool, rho_m: float = RHO_M, latency_steps: int = 0) -> Pursuer:
+def pursuer(evader: str, zeta_m: float, *, sure: bool, rho_m: float = RHO_M, latency_steps: int = 0,
+            losses: int = 0) -> Pursuer:
     """Without the line gate, as the tables have it."""
     estimator = CircleFilter(17 if evader == "circle" else 3, rho_m=rho_m, v_max_mps=V_MAX_MPS, sigma_m=SIGMA_M,
                              line_gate=False)
     return adaptive_pursuer(estimator, Zones(RADIUS_M, RADIUS_M / 2, zeta_m), PursuitLaw(), v_max_mps=V_MAX_MPS,
                             sigma_m=SIGMA_M, step_ns=STEP_NS, rho_m=rho_m, latency_ns=latency_steps * STEP_NS,
-                            sure=sure)
+                            losses=losses, sure=sure)
 
 
 def run(evader: str, zeta_m: float, seed: int, *, sure: bool, rho_m: float = RHO_M, latency_steps: int = 0,
-        traced: bool = False) -> Chase:
+        losses: int = 0, traced: bool = False) -> Chase:
     """One chase; it depends on its arguments only."""
     rng = np.random.default_rng((0, seed))
     target: Evader = Runner((0.0, 0.0), V_MAX_MPS, rng) if evader == "runner" else OnPath(PATHS[evader]())
-    hunter = pursuer(evader, zeta_m, sure=sure, rho_m=rho_m, latency_steps=latency_steps)
+    hunter = pursuer(evader, zeta_m, sure=sure, rho_m=rho_m, latency_steps=latency_steps, losses=losses)
     return chase(hunter, target.place, target, rng, instants=INSTANTS, step_ns=STEP_NS, sigma_m=SIGMA_M,
-                 latency_steps=latency_steps, traced=traced)
+                 latency_steps=latency_steps, lost_in_a_row=losses, traced=traced)

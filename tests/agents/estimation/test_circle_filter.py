@@ -73,6 +73,17 @@ def test_a_target_on_a_line_is_expected_on_it():
     assert found.expect(2 * SECOND) == pytest.approx((1 + 0.03 * 10, 2 - 0.04 * 10), abs=1e-9)
 
 
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_target_that_gains_speed_is_followed_by_the_line_of_its_speeds(direction):
+    """Way 0.1 t + 0.05 t^2: the mean speed of an interval is the speed at its middle, so the line is exact."""
+    def place(t_s):
+        return direction * (0.1 * t_s + 0.05 * t_s ** 2), 0.0
+
+    found = seen([(t, place(t)) for t in (0.0, 0.3, 1.0, 1.4, 2.0)], motion="line")
+
+    assert found.expect(3 * SECOND) == pytest.approx(place(3.0), abs=1e-9)
+
+
 def test_a_target_that_stands_still_is_expected_there():
     found = seen([(k * 0.2, (1.0, 2.0)) for k in range(5)])
 

@@ -1,11 +1,11 @@
-"""Cells of Tables 3.1 to 3.4, with few runs; all of them: benchmarks/estimation_tables.py."""
+"""Cells of Tables 3.1 to 3.4, with few runs; all of them: `marconet table`."""
 
 from math import pi
 
 import numpy as np
 import pytest
 
-from agents.estimation.monte_carlo import FILTERS, errors_m
+from agents.estimation.monte_carlo import FILTERS, circle, errors_m
 from agents.estimation.paths import INSTANTS, STEP_NS, circular, zig_zag
 
 
@@ -35,6 +35,17 @@ def test_the_zig_zag_goes_straight_then_back_while_it_turns():
     (zig_zag, 100, "UKF", 0.129, 0.01), (zig_zag, 25, "UKF", 1.086, 0.05), (zig_zag, 25, "PF", 0.835, 0.05)])
 def test_cells_are_what_the_dissertations_tables_allow(path, detections, name, expected, tolerance):
     found = errors_m(FILTERS[name], path(), detections, 12)
+
+    assert abs(found.mean() - expected) <= tolerance + 4 * found.std(ddof=1) / 12 ** 0.5
+
+
+# the same of the circle filter, with Gamma
+@pytest.mark.parametrize(("path", "window", "detections", "expected", "tolerance"), [
+    (circular, 17, 100, 0.135, 0.006), (circular, 17, 22, 0.261, 0.03), (zig_zag, 3, 100, 0.215, 0.01),
+    (zig_zag, 3, 25, 0.889, 0.03)])
+def test_cells_of_the_circle_filter_are_what_the_dissertations_tables_allow(path, window, detections, expected,
+                                                                            tolerance):
+    found = errors_m(circle(window), path(), detections, 12, first=3)
 
     assert abs(found.mean() - expected) <= tolerance + 4 * found.std(ddof=1) / 12 ** 0.5
 

@@ -1,15 +1,19 @@
 """No escape, looked at as the truth: a sample of every kind of run here, all 3 000 of them marked slow."""
 
+from fractions import Fraction
 from math import hypot
 
 import numpy as np
 import pytest
 
+from agents.estimation.circle_filter import CircleFilter
 from agents.estimation.paths import INSTANTS, circular
 from agents.pursuit.chase import chase
 from agents.pursuit.evaders import OnPath, Runner
 from agents.pursuit.law import Area, PursuitLaw
-from agents.pursuit.pursuer import adaptive_pursuer
+from agents.pursuit.no_escape import least_escape_m
+from agents.pursuit.pursuer import Pursuer, adaptive_pursuer
+from agents.pursuit.sampling.periodic import Periodic
 from agents.pursuit.section_3_3 import (
     EVADERS,
     PRINTED_ZETA_M,
@@ -20,6 +24,7 @@ from agents.pursuit.section_3_3 import (
     pursuer,
     run,
 )
+from agents.pursuit.zones import Zones
 
 STEP_NS = 70_000_000
 
@@ -44,6 +49,33 @@ def test_no_target_escapes_when_answers_come_late_and_the_escape_area_is_wide_en
     runs = [run(evader, SURE_ZETA_M + 3 * 0.049, seed, sure=True, latency_steps=3) for seed in range(5)]
 
     assert [seed for seed, found in enumerate(runs) if found.escaped_ns is not None] == []
+
+
+@pytest.mark.parametrize(("losses", "latency_steps"), [(1, 0), (3, 0), (2, 2)])
+def test_no_target_escapes_when_answers_are_lost_and_the_escape_area_is_wide_enough(losses, latency_steps):
+    zeta_m = least_escape_m(V_MAX_MPS, SIGMA_M, STEP_NS, latency_steps * STEP_NS, losses)
+
+    runs = [run("runner", zeta_m, seed, sure=True, latency_steps=latency_steps, losses=losses) for seed in range(8)]
+
+    assert [seed for seed, found in enumerate(runs) if found.escaped_ns is not None] == []
+
+
+def test_losses_without_room_for_them_let_a_runner_go_every_time():
+    """Answers 3 steps late and 3 of 4 lost need 15 steps of 0.049 m more: not even 4.5 sigma make up for them."""
+    runs = [run("runner", SURE_ZETA_M, seed, sure=False, latency_steps=3, losses=3) for seed in range(8)]
+
+    assert all(found.escaped_ns is not None for found in runs)
+
+
+def test_periodic_looks_are_as_many_as_asked_for():
+    """17 in 786 instants, the first of them with the two after it counted as one."""
+    periodic = Pursuer(CircleFilter(17), Periodic(STEP_NS, Fraction(INSTANTS, 17)), PursuitLaw(),
+                       Zones(2.3, 1.15, 0.55), 0.2)
+    rng = np.random.default_rng(1)
+
+    found = chase(periodic, (0.0, 0.0), OnPath(circular()), rng, instants=INSTANTS, step_ns=STEP_NS, sigma_m=SIGMA_M)
+
+    assert found.looks == 17
 
 
 def test_with_the_printed_escape_area_a_target_that_runs_for_the_boundary_escapes_every_time():
@@ -110,10 +142,36 @@ def test_the_least_distance_is_the_truths_and_signed():
     hunter.law = PursuitLaw(u_max_mps=1e-9)
     rng = np.random.default_rng(1)
 
-    found = chase(hunter, (0.0, 0.0), Away((0.0, 0.0), 0.7, rng), rng, instants=101, step_ns=STEP_NS, sigma_m=0.0)
+    found = chase(hunter, (0.0, 0.0), Away((0.0, 0.0), 0.7, rng), rng, instants=101, step_ns=STEP_NS, sigma_m=0.0,
+                  traced=True)
 
     assert found.least_m == pytest.approx(2.3 - 0.7 * 7.0, abs=1e-6)
     assert found.escaped_ns == pytest.approx(2.3 / 0.7 * 1e9, abs=STEP_NS / 5)
+    seen_ns = [step.t_ns for step in found.trace if step.seen is not None]
+    assert max(seen_ns) <= found.escaped_ns < 101 * STEP_NS
+
+
+def test_answers_come_as_late_as_they_are_said_to(monkeypatch):
+    told, detected = [], Pursuer.detected
+
+    def record(self, now_ns, seen_ns, *rest):
+        told.append(now_ns - seen_ns)
+        return detected(self, now_ns, seen_ns, *rest)
+
+    monkeypatch.setattr(Pursuer, "detected", record)
+
+    run("zig-zag", SURE_ZETA_M + 3 * 0.049, 1, sure=True, latency_steps=3)
+
+    assert set(told) == {3 * STEP_NS}
+
+
+def test_a_runner_runs_straight_away_from_where_its_pursuer_is_and_walls_hold_it():
+    rng, area = np.random.default_rng(1), Area((-2.0, 2.0), (-2.0, 2.0))
+    runner = Runner((1.0, 1.0), 0.7, rng, area)
+
+    assert runner.moved(1.0, (0.0, 1.0)) == pytest.approx((1.7, 1.0))
+    assert runner.moved(1.0, (1.7, 5.0)) == pytest.approx((1.7, 0.3))
+    assert runner.moved(1.0, (0.7, 0.3)) == pytest.approx((2.0, 0.3))
 
 
 def test_an_evader_on_a_path_is_where_the_path_is_at_every_instant():

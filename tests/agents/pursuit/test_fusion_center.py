@@ -92,6 +92,18 @@ def test_a_late_reading_of_an_instant_that_nobody_else_saw_is_passed_on(center):
     assert [k for k, _ in passed_on(center, "s1")] == [4]
 
 
+def test_a_new_one_in_charge_is_told_late_readings_in_their_place(center):
+    center.claim("s1", {"t1"})
+    tell(center, "s1", 5)
+    passed_on(center, "s1")
+    tell(center, "s2", 4, now=6)
+    passed_on(center, "s1")
+
+    center.claim("s2", {"t1"})
+
+    assert [k for k, _ in passed_on(center, "s2")] == [4, 5]
+
+
 def test_a_reading_older_than_all_that_is_kept_is_left_out(center):
     center.claim("s1", {"t1"})
     for k in (4, 5, 6):
@@ -112,6 +124,15 @@ def test_a_new_one_in_charge_is_told_all_that_is_kept_and_the_former_is_idle(cen
     assert (center.in_charge_of("t1"), center.target_of("s1"), center.target_of("s2")) == ("s2", None, "t1")
     assert [k for k, _ in passed_on(center, "s2")] == [3, 4, 5]
     assert passed_on(center, "s1") == []
+
+
+def test_of_a_target_that_nobody_follows_only_the_newest_detections_are_kept(center):
+    for k in range(1, 1000):
+        tell(center, "s1", k)
+
+    center.claim("s2", {"t1"})
+
+    assert [k for k, _ in passed_on(center, "s2")] == [997, 998, 999]
 
 
 def test_a_sensor_is_in_charge_of_one_target_only(center):

@@ -89,6 +89,7 @@ def test_the_escape_area_needs_two_steps_and_the_noise():
     """2 * 0.07 s * 0.7 m/s + 4.5 * 0.1 m = 0.548 m, and a latency its own way more."""
     assert least_escape_m(0.7, 0.1, STEP_NS) == pytest.approx(0.548)
     assert least_escape_m(0.7, 0.1, STEP_NS, 3 * STEP_NS) == pytest.approx(0.695)
+    assert least_escape_m(0.7, 0.1, STEP_NS, 2 * STEP_NS, losses=2) == pytest.approx(10 * 0.049 + 0.45)
     assert problems(Zones(2.3, 1.15, 0.548), PursuitLaw(), 0.7, 0.1, STEP_NS) == []
     assert problems(Zones(2.3, 1.15, 0.547), PursuitLaw(), 0.7, 0.1, STEP_NS) != []
 

@@ -1,6 +1,8 @@
 """Events as a companion computer has them: late answers, answers of others, none at all."""
 
+import re
 from math import nan
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -132,6 +134,17 @@ def test_a_detection_that_cannot_be_is_refused_and_changes_nothing(pursuer, seen
         pursuer.detected(8 * STEP_NS, seen_ns, place, OWN)
 
     assert pursuer.step(8 * STEP_NS, OWN) == before
+
+
+def test_the_example_of_the_page_works():
+    page = (Path(__file__).parents[3] / "docs" / "models" / "pursuit.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names = {"adaptive_pursuer": adaptive_pursuer, "CircleFilter": CircleFilter, "Zones": Zones,
+             "PursuitLaw": PursuitLaw, "now_ns": 0, "seen_ns": 0, "own": OWN, "place": (1.3, 0.0)}
+
+    exec(example, names)
+
+    assert names["pursuer"].step(0, OWN).velocity_mps == (1.3, 0.0)
 
 
 def test_zones_that_are_not_sure_are_refused_unless_asked_for():

@@ -70,6 +70,23 @@ def test_sensors_stay_in_the_area(games):
         assert all(AREA.nearest(sensor.own) == sensor.own for sensor in sensors.values())
 
 
+def test_idle_sensors_stay_where_they_are(games):
+    idle = [sensor for _, sensors, _ in games for sensor in sensors.values() if sensor.pursuer is None]
+
+    assert len(idle) == 2 * len(games)
+    assert all(sensor.goal is None for sensor in idle)
+
+
+def test_of_two_sensors_that_a_target_enters_at_once_the_first_keeps_it():
+    sensors = {name: Sensor(Zones(2.3, 0.9, 0.55), PursuitLaw(), 0.1, (0.0, 0.0)) for name in ("s0", "s1")}
+    make = partial(make_pursuer, v_max_mps=0.7, sigma_m=0.1, step_ns=STEP_NS, window=5, rho_m=0.2)
+
+    found = team(sensors, {"t0": Wanderer((0.5, 0.0), [])}, make, np.random.default_rng(1), Random(1), instants=10,
+                 step_ns=STEP_NS)
+
+    assert (found.hand_overs, sensors["s0"].pursuer is None, sensors["s1"].pursuer is None) == (0, False, True)
+
+
 def test_a_wanderer_reaches_its_waypoints_within_its_limits():
     wanderer, before = Wanderer((0.0, 0.0), [(2.0, 2.0), (-1.0, 0.5)]), (0.0, 0.0)
     seen = []

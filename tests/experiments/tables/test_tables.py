@@ -54,7 +54,7 @@ def test_one_cell_that_is_missed_exits_with_1_and_is_named(monkeypatch):
     assert result.exit_code == 1
     assert "MISSED" in result.stdout
     assert result.stderr.splitlines() == [
-        "table 3.1, 17 detections, UKF: RMSE 0.3000 m is not what it has to be"]
+        "table 3.1, 17 detections, UKF: RMSE=0.3000 m: expected 0.172 to 0.272"]
 
 
 @pytest.mark.parametrize(("low", "high", "ours", "met"), [
