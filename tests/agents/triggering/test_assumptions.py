@@ -4,6 +4,7 @@ import pytest
 
 from agents.triggering.assumptions import (
     Assumption,
+    announcement_violations,
     input_violations,
     radius_violations,
     spacing_violations,
@@ -74,6 +75,14 @@ def test_inputs_outside_p_and_inputs_without_a_gain_are_named(inputs, assumption
     found = input_violations(7, inputs, (3.0, 3.0), GainTable({(1.0, 1.0): 53.0}, 96.0))
 
     assert names(found) == ([] if assumption is None else [assumption])
+
+
+def test_inputs_that_change_without_a_word_are_named_with_both_values():
+    assert announcement_violations(7, (1.0, 1.0), (1.0, 1.0)) == []
+    (changed,) = announcement_violations(7, (0.6, 0.15), (0.6, 1.0))
+
+    assert (changed.assumption, changed.at_ns, changed.value) == (Assumption.ANNOUNCED, 7, 0.85)
+    assert changed.text == "(0.6, 1.0) became (0.6, 0.15) unannounced, since the measurement before"
 
 
 def test_a_state_outside_the_certified_radius_is_named_beyond_doubt_only():
