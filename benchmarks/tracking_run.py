@@ -95,7 +95,8 @@ def emulated() -> None:
     for name, losses in (*((name, 0) for name in MEASURABLE), ("individual_gains", 1), ("individual_gains", 2)):
         scenario = load(find("tracking_individual"), overrides=[
             f'agents.companion.parameters.policy="{name}"',
-            f"agents.companion.parameters.max_successive_losses={losses}", "expect={}", "guarantees={}", "media.can.messages={}"])
+            f"agents.companion.parameters.max_successive_losses={losses}",
+            "expect={}", "guarantees={}", "media.can.messages={}"])
         with TemporaryDirectory() as folder:
             data = load_run(run_scenario(scenario, host="inline", out=Path(folder), report=False).folder)
         looks, pure = data.counters["companion"]["measurements"], len(made(name, Bound.LEAST, 1, losses).transmissions)
