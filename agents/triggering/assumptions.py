@@ -55,7 +55,7 @@ def violations(in_force: Decision, now_ns: int, failed_attempts: int = 0) -> lis
     age_s, tau_s = (now_ns - in_force.measured_ns) * 1e-9, in_force.valid_ns * 1e-9
     if now_ns > in_force.holds_until_ns:
         found.append(Violation(Assumption.FRESH, in_force.holds_until_ns, age_s, tau_s,
-                               f"the measurement in force is {age_s:.6g} s old, certified for {tau_s:.6g} s"))
+                               f"the measurement in force is {age_s:.9g} s old, certified for {tau_s:.9g} s"))
     product = in_force.gain_product(now_ns)
     if product >= 1:
         reached_s = horizon_s(in_force.growth_per_s, in_force.gain_per_s, 1.0)

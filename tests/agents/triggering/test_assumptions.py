@@ -33,7 +33,8 @@ def test_an_age_above_tau_is_named_with_the_instant_at_which_it_happened():
     assert stale.assumption is Assumption.FRESH
     assert stale.at_ns == IN_FORCE.holds_until_ns
     assert stale.value > stale.limit == pytest.approx(TAU_S, abs=1e-9)
-    assert str(stale).startswith("age of information: the measurement in force is 0.0192217 s old")
+    assert str(stale).startswith("age of information: the measurement in force is 0.019221742 s old, "
+                                 "certified for 0.019221741 s")
 
 
 def test_the_small_gain_condition_fails_a_little_later_when_kappa_is_spent():
