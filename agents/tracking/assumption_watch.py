@@ -14,9 +14,9 @@ from agents.triggering.assumptions import Assumption, Violation
 
 IN_TIME: Final = frozenset((Assumption.FRESH, Assumption.SMALL_GAIN, Assumption.LOSSES))
 MEASURABLE: Final = {           # what a measurement tells of what a policy assumes
-    "individual_gains": frozenset((Assumption.INPUTS, Assumption.GAIN)),
-    "unified_gain": frozenset((Assumption.INPUTS,)),
-    "periodic": frozenset((Assumption.INPUTS, Assumption.RADIUS)),
+    "individual_gains": frozenset((Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.GAIN)),
+    "unified_gain": frozenset((Assumption.INPUTS, Assumption.ANNOUNCED)),
+    "periodic": frozenset((Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.RADIUS)),
 }
 
 

@@ -3,7 +3,7 @@
 What it says of its inputs is nominal: the disturbance e_omega that acts on them (4.45) is unknown to everybody.
 
 Plant: `virtual_reference`, driven by the pieces in the team's table `reference` (from_s, v_mps, omega_radps).
-Not modelled: computing time between a request and its answer.
+Not modelled: computing time between a request and its answer; an announcement that is lost is not repeated.
 """
 
 from __future__ import annotations

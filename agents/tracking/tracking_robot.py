@@ -22,14 +22,19 @@ from math import pi, remainder
 
 from agents.tracking.assumption_watch import IN_TIME, AssumptionWatch
 from agents.tracking.check import ScenarioLike, companion_problems
-from agents.tracking.controller import Pose, State, TrackingController, tracking_error
+from agents.tracking.controller import Inputs, Pose, State, TrackingController, tracking_error
 from agents.tracking.dead_reckoning import DeadReckoning
 from agents.tracking.drive_link import DriveLink
 from agents.tracking.error_system import LIMITS
 from agents.tracking.look_frames import UNASKED, ReferenceState, pack_request, unpack_answer
 from agents.tracking.noise import Noise
 from agents.tracking.team_policy import gains_of, make_policy
-from agents.triggering.assumptions import input_violations, radius_violations, violations
+from agents.triggering.assumptions import (
+    announcement_violations,
+    input_violations,
+    radius_violations,
+    violations,
+)
 from agents.triggering.error_gain import horizon_s
 from agents.triggering.policies import Decision
 from agents.triggering.policies.table import PolicySettings
@@ -68,6 +73,7 @@ class TrackingRobot:
         self._place = DeadReckoning(robot["wheel_radius_m"], robot["track_m"], Pose(*start))
         self._refresh_ns, self._odometry_age_ns, self._actuation_ns = refresh_ns, odometry_age_ns, actuation_ns
         self._x: State = (0.0, 0.0, 0.0)            # as measured last
+        self._inputs: Inputs | None = None          # of the reference, as heard last
         self._latest: Decision | None = None        # of the newest measurement
         self._in_force: Decision | None = None      # of the one whose setpoint the drive has confirmed
         self._underway: dict[int, Decision] = {}    # by number of the setpoint
@@ -119,6 +125,8 @@ class TrackingRobot:
         number, state = found
         now_ns = self._board.now_ns
         if number == UNASKED:
+            self._asked_ns = None                   # an answer that is still to come would be older
+            self._inputs = state.inputs
             self._measured(state, now_ns, now_ns)
         elif self._asked_ns is None or number != self._look % UNASKED:
             self._board.node.count("late answers")
@@ -141,7 +149,9 @@ class TrackingRobot:
             return
         self._latest = decision
         self._watch.judge((*input_violations(measured_ns, state.inputs, LIMITS, self._gains),
+                           *announcement_violations(measured_ns, state.inputs, self._inputs or state.inputs),
                            *radius_violations(measured_ns, self._x, self._radius, self._noise.measured)))
+        self._inputs = state.inputs
         self._command = self._controller.command(self._x, state.inputs)
         self._tell_drive(decision)
         node.count("measurements")

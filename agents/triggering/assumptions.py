@@ -9,6 +9,7 @@ computed from. News that was decided upon but has not reached the drive does not
     LOSSES           no more attempts in a row failed than fit into tau_i            Remark 6
     SPACING          two measurements are at least the Zeno bound apart              Remark 4
     INPUTS           the inputs of the reference lie in P                            Theorem 4 (i)
+    ANNOUNCED        inputs change only at instants that are transmitted at          Assumption 1
     GAIN             the gain of these inputs is known, not just bounded by Z        section 4.6
     RADIUS           |x| is within what was certified                                Remark 4; periodic measurements
 """
@@ -31,6 +32,7 @@ class Assumption(Enum):
     LOSSES = "successive losses"
     SPACING = "time between measurements"
     INPUTS = "inputs of the reference"
+    ANNOUNCED = "announcement of inputs"
     GAIN = "gain of the inputs"
     RADIUS = "tracking error"
 
@@ -53,7 +55,7 @@ def violations(in_force: Decision, now_ns: int, failed_attempts: int = 0) -> lis
     age_s, tau_s = (now_ns - in_force.measured_ns) * 1e-9, in_force.valid_ns * 1e-9
     if now_ns > in_force.holds_until_ns:
         found.append(Violation(Assumption.FRESH, in_force.holds_until_ns, age_s, tau_s,
-                               f"the measurement in force is {age_s:.6g} s old, certified for {tau_s:.6g} s"))
+                               f"the measurement in force is {age_s:.9g} s old, certified for {tau_s:.9g} s"))
     product = in_force.gain_product(now_ns)
     if product >= 1:
         reached_s = horizon_s(in_force.growth_per_s, in_force.gain_per_s, 1.0)
@@ -86,6 +88,15 @@ def input_violations(at_ns: int, inputs: tuple[float, ...], limits: tuple[float,
         return [Violation(Assumption.GAIN, at_ns, gains.unified, gains.unified,
                           f"none is known for {tuple(inputs)}; the unified gain {gains.unified:g} 1/s is used")]
     return []
+
+
+def announcement_violations(at_ns: int, inputs: tuple[float, ...], before: tuple[float, ...]) -> list[Violation]:
+    """ANNOUNCED, for inputs that came without being announced; `before` are those that were heard before them."""
+    change = hypot(*(now - then for now, then in zip(inputs, before, strict=True)))
+    if not change:
+        return []
+    return [Violation(Assumption.ANNOUNCED, at_ns, change, 0.0,
+                      f"{tuple(before)} became {tuple(inputs)} unannounced, since the measurement before")]
 
 
 def radius_violations(at_ns: int, x: Sequence[float], radius: float, noise: float = 0.0) -> list[Violation]:

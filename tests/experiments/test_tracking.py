@@ -100,6 +100,43 @@ def test_dead_reckoning_is_where_the_robot_is(individual):
     assert e[settled].mean() > 0.05                     # there is noise
 
 
+def impaired(folder: Path, impairment: str, *overrides: str) -> RunData:
+    """`tracking_individual` until 3 s with one more impairment on what the reference says."""
+    (folder / "impaired.toml").write_text(find("tracking_individual").read_text() + f"""
+[[impairments]]
+on = "radio: reference -> companion"
+{impairment}
+""")
+    scenario = load(folder / "impaired.toml", duration_s=3.0, overrides=["expect={}", "guarantees={}", *overrides])
+    return load_run(run(scenario, host="inline", out=folder / "run", report=False).folder)
+
+
+def test_a_lost_announcement_of_new_inputs_breaks_assumption_1_until_the_next_measurement(tmp_path):
+    data = impaired(tmp_path, 'kind = "bernoulli_loss"\nloss_ratio = 1.0\nduring_s = [2.26, 2.2605]')
+
+    (at_s, text), = events(data, "assumption violated")
+    assert 2.26 < at_s < 2.26 + 0.019                   # with the next look, at most kappa / 53 later
+    assert text == "announcement of inputs: (1.0, 1.0) became (0.6, 0.15) unannounced, since the measurement before"
+    (again_s, name), = events(data, "assumptions hold again")
+    assert (name, 0.9 * 0.999 / 22 < again_s - at_s < 0.999 / 22) == ("announcement of inputs", True)
+
+
+def test_an_answer_that_the_announcement_of_new_inputs_overtook_is_left_out(tmp_path, individual):
+    """The answer of the look at 1 s is held back for 10 ms, and the inputs change 0.3 ms after it was given."""
+    given_ns, sent_ns = next((row["offered_ns"], row["end_ns"]) for row in individual.ledger.iter_rows(named=True)
+                             if row["sender"] == "reference" and row["offered_ns"] > SECOND)
+
+    data = impaired(tmp_path, f'kind = "delay"\ndelay_ms = 10\nkeep_order = false\n'
+                              f'during_s = [{(sent_ns - 1000) / 1e9:.9f}, {(sent_ns + 1000) / 1e9:.9f}]',
+                    f"team.reference.from_s=[0.0,{(given_ns + 300_000) / 1e9:.9f},9.25]")
+
+    assert data.counters["companion"]["late answers"] == 1
+    table = data.signals["companion"]
+    after = (table.time_ns > given_ns + 15_000_000) & (table.time_ns < given_ns + 50_000_000)
+    assert table.column("tau")[after].min() > 0.9 * 0.999 / 22      # by the new inputs, whatever came late
+    assert events(data, "assumption violated") == []
+
+
 def test_broken_loss_bound_is_named_with_its_time_and_holds_again(tmp_path):
     data = emulated("tracking_lossy", tmp_path)
 

@@ -4,6 +4,7 @@ import pytest
 
 from agents.triggering.assumptions import (
     Assumption,
+    announcement_violations,
     input_violations,
     radius_violations,
     spacing_violations,
@@ -32,7 +33,8 @@ def test_an_age_above_tau_is_named_with_the_instant_at_which_it_happened():
     assert stale.assumption is Assumption.FRESH
     assert stale.at_ns == IN_FORCE.holds_until_ns
     assert stale.value > stale.limit == pytest.approx(TAU_S, abs=1e-9)
-    assert str(stale).startswith("age of information: the measurement in force is 0.0192217 s old")
+    assert str(stale).startswith("age of information: the measurement in force is 0.019221742 s old, "
+                                 "certified for 0.019221741 s")
 
 
 def test_the_small_gain_condition_fails_a_little_later_when_kappa_is_spent():
@@ -74,6 +76,14 @@ def test_inputs_outside_p_and_inputs_without_a_gain_are_named(inputs, assumption
     found = input_violations(7, inputs, (3.0, 3.0), GainTable({(1.0, 1.0): 53.0}, 96.0))
 
     assert names(found) == ([] if assumption is None else [assumption])
+
+
+def test_inputs_that_change_without_a_word_are_named_with_both_values():
+    assert announcement_violations(7, (1.0, 1.0), (1.0, 1.0)) == []
+    (changed,) = announcement_violations(7, (0.6, 0.15), (0.6, 1.0))
+
+    assert (changed.assumption, changed.at_ns, changed.value) == (Assumption.ANNOUNCED, 7, 0.85)
+    assert changed.text == "(0.6, 1.0) became (0.6, 0.15) unannounced, since the measurement before"
 
 
 def test_a_state_outside_the_certified_radius_is_named_beyond_doubt_only():
