@@ -22,7 +22,7 @@ from firmware_sim.autopilot.position_estimator import PositionEstimator
 from firmware_sim.autopilot.ramp import Ramp
 from firmware_sim.autopilot.vehicle import AttitudeTarget, Parameters, PositionTarget, Quaternion, Vector
 
-LAG_S = 0.02            # of a motor, with the mixer's help
+LAG_S = 0.015           # of a motor, with the mixer's help
 LEASH_M = 1.0           # the reference's, to where the vehicle is believed to be
 NEAR_GROUND_M = 0.05    # a lower target means the ground itself
 LIFT_LEAST = 0.5        # of hovering, at the end of a blind descent
