@@ -89,17 +89,18 @@ class Autopilot:
         release_ns = schedule.next_after(board.now_ns - 1)
         written = OFF
         while True:
-            yield from board.wait_until(release_ns)
+            yield board.until(release_ns)       # a hardware timer: a clock set back meanwhile does not stop the loop
+            now_ns = board.now_ns
             plant.advance_to(env.time_ns())
             w, x, y, z, ox, oy, oz, fx, fy, fz = self._sensors.read()
-            motors = tick(board.now_ns, ned_quaternion(w, x, y, z), frd_of(ox, oy, oz), frd_of(fx, fy, fz))
+            motors = tick(now_ns, ned_quaternion(w, x, y, z), frd_of(ox, oy, oz), frd_of(fx, fy, fz))
             if motors != written:
-                yield from board.wait_until(release_ns + execution_ns)
+                yield board.until(now_ns + execution_ns)
                 plant.advance_to(env.time_ns())
                 self._motors.write(motors)
                 written = motors
-            before_ns, release_ns = release_ns, schedule.next_after(max(board.now_ns, release_ns))
-            if missed := (release_ns - before_ns) // settings.period_ns - 1:
+            before_ns, release_ns = release_ns, schedule.next_after(board.now_ns)
+            if (missed := (release_ns - before_ns) // settings.period_ns - 1) > 0:
                 node.count("releases missed", missed)
 
     # --- what it hears

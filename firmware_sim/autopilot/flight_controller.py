@@ -51,6 +51,7 @@ STANDS_BELOW_M = 0.25       # of the ground where it was armed, for the ground i
 LIFTS_OFF = 0.3             # of its weight: more thrust of an attitude target than this is meant to fly
 AT_REST_MPS = 0.3
 STAY = PositionTarget()
+TOLD = (Mode.OFFBOARD, Mode.STABILIZE)      # modes that follow a stream of targets
 
 
 class FlightController:
@@ -141,7 +142,7 @@ class FlightController:
         if mode is Mode.OFFBOARD and not self._targets_fresh:
             return self._refused("offboard: no stream of targets")
         if mode is Mode.STABILIZE and self._landed is not Landed.ON_GROUND and not (
-                self._targets_fresh and isinstance(self._target, AttitudeTarget)):
+                self._targets_fresh and self._attitude_told):
             return self._refused("stabilize: no stream of attitudes")
         if self._needs_position(mode) and not self.position_valid:
             return self._refused(f"{mode.value}: no motion capture")
@@ -183,6 +184,8 @@ class FlightController:
         if why := mission_run.complaint(items, self.parameters):
             return self._refused(f"mission: {why}", Result.DENIED)
         self._run = MissionRun(tuple(items))
+        if self._mode is Mode.MISSION:
+            self._enter(Mode.HOLD, "new mission")
         return Result.ACCEPTED
 
     def start_mission(self, first: int = 0) -> Result:
@@ -224,8 +227,10 @@ class FlightController:
 
     def _watch(self, now_ns: int) -> None:
         """Failsafes."""
-        silences = Silences(now_ns - self._link_ns, now_ns - self._target_ns, self.position_valid,
-                            self._needs_position(self._mode) and self._mode is not Mode.LAND)
+        self._link_ns, self._target_ns = min(self._link_ns, now_ns), min(self._target_ns, now_ns)  # clock set back
+        told_ns = self._target_ns if self._mode is Mode.OFFBOARD or self._attitude_told else NEVER_NS
+        silences = Silences(now_ns - self._link_ns, 0 if self._landed is Landed.ON_GROUND else now_ns - told_ns,
+                            self.position_valid, self._needs_position(self._mode) and self._mode is not Mode.LAND)
         before = self._failsafe.acting
         mode = self._failsafe.look(now_ns, self._mode, silences)
         acting = self._failsafe.acting
@@ -239,7 +244,7 @@ class FlightController:
 
     def _fly(self) -> None:
         loops, mode = self.loops, self._mode
-        if mode in (Mode.OFFBOARD, Mode.STABILIZE) and isinstance(self._target, AttitudeTarget):
+        if mode in TOLD and isinstance(self._target, AttitudeTarget):
             self._positional = False
             loops.aim(self._target)
             return
@@ -263,9 +268,10 @@ class FlightController:
         return self._goal
 
     def _wants_to_fly(self) -> bool:
-        if self._mode in (Mode.OFFBOARD, Mode.STABILIZE) and isinstance(self._target, AttitudeTarget):
-            return self._targets_fresh and self._target.thrust * self.loops.airframe.full_thrust_n \
-                > LIFTS_OFF * self.loops.hover_n
+        if self._mode in TOLD and not self._targets_fresh:
+            return False
+        if self._mode in TOLD and isinstance(self._target, AttitudeTarget):
+            return self._target.thrust * self.loops.airframe.full_thrust_n > LIFTS_OFF * self.loops.hover_n
         goal = self._where_to()
         down, climb = goal.position_ned_m[2], goal.velocity_ned_mps[2]
         return down < self.loops.ground_down - OFF_GROUND_M if down is not None else (climb or 0.0) < 0
@@ -275,7 +281,7 @@ class FlightController:
         loops = self.loops
         descends = self._mode is Mode.LAND
         low = loops.height_m < STANDS_BELOW_M or not self.position_valid
-        if low and (descends or self._landed is not Landed.TAKING_OFF):
+        if low and (descends or self._landed is not Landed.TAKING_OFF or not self._wants_to_fly()):
             if self._detector.stands(now_ns, loops.thrust_n, loops.hover_n, loops.force, loops.rates):
                 self._on_the_ground(now_ns)
                 return
@@ -329,6 +335,8 @@ class FlightController:
             return "no motion capture"
         if self._mode in (Mode.LAND, Mode.RETURN, Mode.TAKEOFF):
             return f"mode {self._mode.value}"
+        if self._mode is Mode.OFFBOARD and not self._targets_fresh:
+            return "no stream of targets"
         if force:
             return ""
         if acos(max(-1.0, min(1.0, down_axis(self.loops.quaternion)[2]))) > ARMING_TILT:
@@ -342,9 +350,13 @@ class FlightController:
     def _targets_fresh(self) -> bool:
         return self._target is not None and self._now_ns - self._target_ns <= self.parameters.get("OFFB_LOSS") * 1e9
 
+    @property
+    def _attitude_told(self) -> bool:
+        return isinstance(self._target, AttitudeTarget)
+
     def _needs_position(self, mode: Mode) -> bool:
         if mode is Mode.OFFBOARD:
-            return not isinstance(self._target, AttitudeTarget)
+            return not self._attitude_told
         return mode is not Mode.STABILIZE
 
     def _way_home(self) -> PositionTarget:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import fields
-from math import pi
+from math import dist, pi
 from types import SimpleNamespace
 
 import pytest
@@ -61,6 +61,23 @@ def test_a_drifting_clock_that_is_stepped_misses_releases_and_flies_on(bench: Be
     assert uav.counters["releases missed"] in (44, 45)          # of 1 ms, stepped over by 45 ms
     assert uav.controller.state().mode is Mode.HOLD
     assert uav.ned() == pytest.approx((0.0, 0.0, -1.0), abs=0.02)
+
+
+@pytest.mark.parametrize("step_ns", [3_000 * MS, -3_000 * MS])
+def test_a_clock_that_is_set_by_seconds_is_no_loss_of_motion_capture(step_ns: int, bench: Bench) -> None:
+    uav = bench(clock_steps=((8000 * MS, step_ns),), parameters={"LINK_LOSS_ACT": 0.0}).flying()
+    errors: list[float] = []
+
+    uav.run(8.0, lambda: errors.append(dist(uav.ned(), (0.0, 0.0, -1.0))))
+
+    assert uav.controller.state().mode is Mode.HOLD
+    assert max(errors) < 0.05
+    assert uav.counters["motion capture taken"] > 1400
+    if step_ns < 0:                 # the silence of a link is noticed although its last frame lies in the future
+        uav.controller.parameters.set("LINK_LOSS_ACT", 1.0)
+        uav.heard = False
+        uav.run(2.5)
+        assert uav.controller.state().failsafe == "link lost: hold"
 
 
 def test_frames_are_counted_by_what_becomes_of_them(bench: Bench) -> None:

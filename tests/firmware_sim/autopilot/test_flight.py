@@ -340,6 +340,70 @@ def test_it_can_be_stopped_in_the_air_by_force(bench: Bench) -> None:
     assert uav.ned()[2] == 0.0
 
 
+def test_a_mission_that_is_replaced_or_cleared_before_the_start_is_not_flown(bench: Bench) -> None:
+    uav = bench().run(0.2)
+    items = [MissionItem(ItemKind.TAKEOFF, (0.0, 0.0, -1.0))]
+    assert uav.controller.load_mission(items) is Result.ACCEPTED
+    assert uav.controller.start_mission() is Result.ACCEPTED
+
+    assert uav.controller.load_mission([]) is Result.ACCEPTED
+    assert uav.controller.arm() is Result.ACCEPTED
+    uav.run(1.0)
+
+    assert uav.controller.state().mode is Mode.HOLD
+    assert uav.ned() == (0.0, 0.0, 0.0)
+
+
+def test_a_mission_that_is_flown_is_not_replaced(bench: Bench) -> None:
+    uav = bench().run(0.2)
+    uav.controller.load_mission([MissionItem(ItemKind.TAKEOFF, (0.0, 0.0, -1.0))])
+    uav.controller.start_mission()
+    uav.controller.arm()
+    uav.run(0.5)
+
+    assert uav.controller.load_mission([]) is Result.TEMPORARILY_REJECTED
+    assert len(uav.controller.mission) == 1
+
+
+def test_a_stream_of_targets_that_has_ended_does_not_start_it(bench: Bench) -> None:
+    uav = bench().run(0.2)
+    uav.controller.target(PositionTarget((0.0, 0.0, -1.0)), uav.board.now_ns)
+    assert uav.controller.set_mode(Mode.OFFBOARD) is Result.ACCEPTED
+    uav.run(1.0)
+
+    assert uav.controller.arm(force=True) is Result.TEMPORARILY_REJECTED
+    uav.controller.target(PositionTarget((0.0, 0.0, 0.0)), uav.board.now_ns)
+    assert uav.controller.arm() is Result.ACCEPTED
+    uav.run(2.0)
+    assert uav.ned() == (0.0, 0.0, 0.0)
+
+
+def test_thrust_that_lifts_nothing_leaves_it_on_the_ground_to_be_disarmed(bench: Bench) -> None:
+    uav = bench().run(0.2)
+    assert uav.controller.set_mode(Mode.STABILIZE) is Result.ACCEPTED
+    assert uav.controller.arm() is Result.ACCEPTED
+    uav.commanded = AttitudeTarget((1.0, 0.0, 0.0, 0.0), None, 0.15)       # hovers at 0.33
+    uav.run(1.0)
+    assert uav.controller.state().landed is Landed.TAKING_OFF
+    uav.commanded = AttitudeTarget((1.0, 0.0, 0.0, 0.0), None, 0.0)
+    uav.run(1.0)
+
+    assert uav.controller.state().landed is Landed.ON_GROUND
+    assert uav.controller.disarm() is Result.ACCEPTED
+
+
+def test_positions_are_no_targets_for_stabilize(bench: Bench) -> None:
+    uav = bench().flying()
+    uav.commanded = AttitudeTarget(from_roll_pitch_yaw(0.0, 0.0, pi / 2), None, 0.33)
+    uav.run(0.1)
+    assert uav.controller.set_mode(Mode.STABILIZE) is Result.ACCEPTED
+    uav.commanded = PositionTarget((3.0, 0.0, -1.0))
+    uav.run(2.0)
+
+    assert (uav.controller.state().mode, uav.controller.state().failsafe) == (Mode.HOLD, "targets lost: hold")
+    assert abs(uav.ned()[0]) < 0.2
+
+
 def test_armed_and_forgotten_it_disarms_itself(bench: Bench) -> None:
     uav = bench(parameters={"DISARM_IDLE": 2.0}).run(0.2)
     uav.controller.arm()

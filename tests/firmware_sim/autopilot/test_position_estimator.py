@@ -101,6 +101,17 @@ def test_held_up_frames_do_not_move_the_exposures_of_the_others(drift_ppm: int) 
     assert max(map(abs, errors[50:])) <= (SLIP_PPM + abs(drift_ppm)) * 40 * DT_NS // 1_000_000
 
 
+def test_a_clock_that_was_stepped_is_believed_after_a_while() -> None:
+    clock = ExposureClock()
+
+    errors = [(clock.exposed_ns(k * DT_NS, k * DT_NS + 8 * MS + (500 * MS if k >= 50 else 0), 8 * MS) or 0)
+              - k * DT_NS - (500 * MS if k >= 50 else 0) for k in range(100)]
+
+    assert errors[:50] == [0] * 50
+    assert max(errors[50:68]) < -490 * MS
+    assert errors[70:] == [0] * 30
+
+
 def test_a_frame_that_is_not_newer_has_no_exposure() -> None:
     clock = ExposureClock()
     clock.exposed_ns(100, 200, 0)
