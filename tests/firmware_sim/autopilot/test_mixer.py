@@ -63,9 +63,11 @@ def test_roll_and_pitch_come_before_thrust_and_thrust_before_yaw() -> None:
     np.testing.assert_allclose(done[1:3], (0.2, -0.1), atol=1e-9)
     assert done[0] == pytest.approx(4 * (LEAST + 0.2 / (2 * AIR.arm_m)))
 
-    done, _ = settled(4.9, 0.0, 0.0, 10.0)
-    assert done[0] == pytest.approx(4.9)
-    assert 0 < done[3] < 10.0
+    for sign in (1, -1):
+        done, mixer = settled(4.9, 0.05, 0.1, sign * 10.0)
+        assert mixer.saturated
+        np.testing.assert_allclose(done[:3], (4.9, 0.05, 0.1), atol=1e-9)
+        assert 0 < sign * done[3] < 10.0
 
 
 def test_too_large_a_lever_keeps_its_direction() -> None:
@@ -89,8 +91,14 @@ def test_commands_make_slow_motors_follow_with_the_shorter_lag() -> None:
     assert reached[40] > 1 - math.exp(-41 / 20) - 0.05
 
 
-def test_off_is_off() -> None:
-    assert Mixer(AIR, 1e-3, 0.02).off() == OFF
+def test_off_is_off_and_lets_the_modelled_motors_run_down() -> None:
+    rested, fresh = Mixer(AIR, 1e-3, 0.02), Mixer(AIR, 1e-3, 0.02)
+    for _ in range(200):
+        rested.mix(6.0, 0.0, 0.0, 0.0)
+
+    assert {rested.off() for _ in range(2000)} == {OFF}
+
+    assert rested.mix(3.0, 0.0, 0.0, 0.0) == pytest.approx(fresh.mix(3.0, 0.0, 0.0, 0.0), rel=1e-9)
 
 
 @pytest.mark.parametrize(("wrong", "says"), [
