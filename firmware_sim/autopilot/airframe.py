@@ -9,12 +9,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from math import isfinite
+from typing import ClassVar, Final
+
+from netem.topology import REFUSE_UNKNOWN_KEYS
 
 GRAVITY = 9.81      # [m/s2]
 
 
 @dataclass(frozen=True)
 class Airframe:
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     mass_kg: float = 0.5
     inertia_kgm2: tuple[float, float, float] = (2.32e-3, 2.32e-3, 4.0e-3)
     arm_m: float = 0.175
@@ -42,3 +46,6 @@ class Airframe:
     @property
     def full_thrust_n(self) -> float:
         return 4 * self.k_thrust * self.motor_max_radps**2
+
+
+HUMMINGBIRD: Final = Airframe()

@@ -129,8 +129,8 @@ def test_the_keys_of_the_program_are_the_settings() -> None:
 
 @pytest.mark.parametrize(("wrong", "says"), [
     ({"period_ns": 0}, "period_ns=0"), ({"offset_ns": MS}, "offset_ns"), ({"execution_ns": MS}, "never keeps up"),
-    ({"navigation_every": 0}, "navigation_every"), ({"airframe": {"weight": 1.0}}, "airframe: .*weight"),
-    ({"airframe": {"mass_kg": -1.0}}, "mass_kg"), ({"parameters": {"POS_KP": -1.0}}, "POS_KP=-1: expected 0 to 20"),
+    ({"navigation_every": 0}, "navigation_every"), ({"airframe": {"mass_kg": -1.0}}, "mass_kg"),
+    ({"parameters": {"POS_KP": -1.0}}, "POS_KP=-1: expected 0 to 20"),
     ({"parameters": {"NONE": 1.0}}, "NONE: no such parameter"),
 ])
 def test_settings_that_make_no_sense_are_refused(wrong: dict, says: str) -> None:
