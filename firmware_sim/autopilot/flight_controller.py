@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import acos, dist, isfinite
 
-from firmware_sim.autopilot import mission_run
+from firmware_sim.autopilot import mission_run, refusals
 from firmware_sim.autopilot.airframe import Airframe
 from firmware_sim.autopilot.failsafe import Failsafe, Silences
 from firmware_sim.autopilot.flight_loops import FlightLoops
@@ -28,6 +28,7 @@ from firmware_sim.autopilot.mission_run import MissionRun
 from firmware_sim.autopilot.mixer import Motors
 from firmware_sim.autopilot.parameters import ParameterTable
 from firmware_sim.autopilot.position_estimator import NEVER_NS
+from firmware_sim.autopilot.refusals import Facts, needs_position
 from firmware_sim.autopilot.target_limits import limited
 from firmware_sim.autopilot.vehicle import (
     AttitudeTarget,
@@ -45,7 +46,6 @@ from firmware_sim.autopilot.vehicle import (
     VehicleState,
 )
 
-ARMING_TILT = 0.3           # [rad]
 OFF_GROUND_M = 0.1          # higher than this it flies
 STANDS_BELOW_M = 0.25       # of the ground where it was armed, for the ground is flat
 LIFTS_OFF = 0.3             # of its weight: more thrust of an attitude target than this is meant to fly
@@ -109,8 +109,7 @@ class FlightController:
     def arm(self, force: bool = False) -> Result:
         if self._armed:
             return Result.ACCEPTED
-        why = self._unready(force)
-        if why:
+        if why := refusals.arming(self._mode, self._facts(), force):
             self.on_notice(Severity.ERROR, f"arming refused: {why}")
             return Result.TEMPORARILY_REJECTED
         loops = self.loops
@@ -133,44 +132,26 @@ class FlightController:
     def set_mode(self, mode: Mode) -> Result:
         if mode is Mode.TAKEOFF:
             return self.take_off(self.parameters.get("MIS_TAKEOFF_ALT"))
-        if mode is Mode.LAND:
-            return self.land()
         if mode is Mode.MISSION:
             return self.start_mission(self._run.index if self._run.item else 0)
-        if mode is Mode.RETURN and (not self._armed or self._landed is Landed.ON_GROUND):
-            return self._refused(f"{mode.value}: not in the air")
-        if mode is Mode.OFFBOARD and not self._targets_fresh:
-            return self._refused("offboard: no stream of targets")
-        if mode is Mode.STABILIZE and self._landed is not Landed.ON_GROUND and not (
-                self._targets_fresh and self._attitude_told):
-            return self._refused("stabilize: no stream of attitudes")
-        if self._needs_position(mode) and not self.position_valid:
-            return self._refused(f"{mode.value}: no motion capture")
-        self._command(mode)
-        return Result.ACCEPTED
+        return self._try(mode)
 
     def take_off(self, height_m: float) -> Result:
         if not isfinite(height_m) or height_m <= OFF_GROUND_M:
             return self._refused(f"take-off to {height_m:g} m", Result.DENIED)
-        if not self._armed:
-            return self._refused("take-off: not armed")
-        if self._landed is not Landed.ON_GROUND:
-            return self._refused("take-off: in the air already")
-        if not self.position_valid:
-            return self._refused("take-off: no motion capture")
+        if self._armed and self._mode is Mode.TAKEOFF:      # a command that was sent twice
+            return Result.ACCEPTED
         most = self.parameters.get("FENCE_ALT") + self._home[2]
         if height_m > most:
             self.on_notice(Severity.WARNING, f"take-off height {height_m:g} clipped to {most:.3g}")
             height_m = most
-        self._goal = PositionTarget((self._home[0], self._home[1], self._home[2] - height_m))
-        self._command(Mode.TAKEOFF)
-        return Result.ACCEPTED
+        result = self._try(Mode.TAKEOFF)
+        if result is Result.ACCEPTED:
+            self._goal = PositionTarget((self._home[0], self._home[1], self._home[2] - height_m))
+        return result
 
     def land(self) -> Result:
-        if not self._armed or self._landed is Landed.ON_GROUND:
-            return self._refused("land: not in the air")
-        self._command(Mode.LAND)
-        return Result.ACCEPTED
+        return self._try(Mode.LAND)
 
     def target(self, target: Target, now_ns: int) -> list[str]:
         taken, said = limited(target, self.parameters)
@@ -191,11 +172,12 @@ class FlightController:
     def start_mission(self, first: int = 0) -> Result:
         if not 0 <= first < len(self._run.items):
             return self._refused(f"mission: no item {first}", Result.DENIED)
-        if not self.position_valid:
-            return self._refused("mission: no motion capture")
-        self._run.start(first, self.loops.estimate.position)
-        self._command(Mode.MISSION)
-        return Result.ACCEPTED
+        if self._mode is Mode.MISSION and self._run.index == first:
+            return Result.ACCEPTED
+        result = self._try(Mode.MISSION)
+        if result is Result.ACCEPTED:
+            self._run.start(first, self.loops.estimate.position)
+        return result
 
     def link_heard(self, now_ns: int) -> None:
         self._link_ns = now_ns
@@ -230,7 +212,8 @@ class FlightController:
         self._link_ns, self._target_ns = min(self._link_ns, now_ns), min(self._target_ns, now_ns)  # clock set back
         told_ns = self._target_ns if self._mode is Mode.OFFBOARD or self._attitude_told else NEVER_NS
         silences = Silences(now_ns - self._link_ns, 0 if self._landed is Landed.ON_GROUND else now_ns - told_ns,
-                            self.position_valid, self._needs_position(self._mode) and self._mode is not Mode.LAND)
+                            self.position_valid,
+                            self._mode is not Mode.LAND and needs_position(self._mode, self._attitude_told))
         before = self._failsafe.acting
         mode = self._failsafe.look(now_ns, self._mode, silences)
         acting = self._failsafe.acting
@@ -330,21 +313,12 @@ class FlightController:
     def _tune(self) -> None:
         self.loops.tune(self.parameters)
 
-    def _unready(self, force: bool) -> str:
-        if self._needs_position(self._mode) and not self.position_valid:
-            return "no motion capture"
-        if self._mode in (Mode.LAND, Mode.RETURN, Mode.TAKEOFF):
-            return f"mode {self._mode.value}"
-        if self._mode is Mode.OFFBOARD and not self._targets_fresh:
-            return "no stream of targets"
-        if force:
-            return ""
-        if acos(max(-1.0, min(1.0, down_axis(self.loops.quaternion)[2]))) > ARMING_TILT:
-            return "not level"
-        link_loss = self.parameters.get("LINK_LOSS") * 1e9
-        if self.parameters.get("LINK_LOSS_ACT") and self._now_ns - self._link_ns > link_loss:
-            return "no link"
-        return ""
+    def _facts(self) -> Facts:
+        link_lost_ns = self.parameters.get("LINK_LOSS") * 1e9
+        return Facts(self._armed, self._landed is Landed.ON_GROUND, self.position_valid, self._targets_fresh,
+                     self._attitude_told,
+                     not self.parameters.get("LINK_LOSS_ACT") or self._now_ns - self._link_ns <= link_lost_ns,
+                     acos(max(-1.0, min(1.0, down_axis(self.loops.quaternion)[2]))))
 
     @property
     def _targets_fresh(self) -> bool:
@@ -353,11 +327,6 @@ class FlightController:
     @property
     def _attitude_told(self) -> bool:
         return isinstance(self._target, AttitudeTarget)
-
-    def _needs_position(self, mode: Mode) -> bool:
-        if mode is Mode.OFFBOARD:
-            return not self._attitude_told
-        return mode is not Mode.STABILIZE
 
     def _way_home(self) -> PositionTarget:
         least = self._home[2] - self.parameters.get("RTL_RETURN_ALT")
@@ -368,12 +337,15 @@ class FlightController:
         return dist(goal, position) < self.parameters.get("NAV_ACC_RAD") and \
             dist(self.loops.estimate.velocity, (0.0, 0.0, 0.0)) < AT_REST_MPS
 
-    def _command(self, mode: Mode) -> None:
-        if mode is not Mode.TAKEOFF:
-            self._goal = self._way_home() if mode is Mode.RETURN else STAY
+    def _try(self, mode: Mode) -> Result:
+        """A mode that somebody asks for."""
+        if why := refusals.entering(mode, self._facts()):
+            return self._refused(f"{mode.value}: {why}")
+        self._goal = self._way_home() if mode is Mode.RETURN else STAY
         self._failsafe.clear()
         self._ground_ns = self._now_ns
         self._enter(mode, f"mode {mode.value}")
+        return Result.ACCEPTED
 
     def _enter(self, mode: Mode, why: str, severity: Severity = Severity.INFO) -> None:
         self._mode = mode

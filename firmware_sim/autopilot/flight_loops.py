@@ -3,8 +3,8 @@
     every period            attitude and rates  -->  torques  -->  motor speeds
     every navigation        acceleration  -->  estimate  -->  ramps  -->  position control  -->  attitude and thrust
 
-Without a trustworthy position `descend` keeps it level and sinks by dead reckoning, with ever less lift where it ought
-to be on the ground already.
+Without a trustworthy position `descend` stops it and sinks by dead reckoning, with ever less lift where it ought to be
+on the ground already.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ class FlightLoops:
         ax, ay, (az,) = *flat.acceleration, upright.acceleration
         self.target, self.thrust_n = self._position.step(
             (rx - p[0], ry - p[1], rz - p[2]), (wx - v[0], wy - v[1], wz - v[2]), (ax, ay, az), self.yaw_ref,
-            self.quaternion, None if self._mixer.saturated else dt)
+            self.quaternion, dt)
         self.rates_target = _body_yaw(self.quaternion, yaw_rate)
         self.drive = Drive.ATTITUDE
 
@@ -148,12 +148,11 @@ class FlightLoops:
             self.drive, self.target = Drive.ATTITUDE, target.quaternion_wxyz
 
     def descend(self) -> None:
-        """Sink level, without a position to go by."""
+        """Stop and sink by dead reckoning, against the wind that the integral has learned."""
         speed, dt = self._get("LAND_SPEED"), self._dt
-        self._position.forget_drift()
-        sink = speed - self.estimate.velocity[2]
-        self.target, thrust_n = self._position.step((0.0, 0.0, 0.0), (0.0, 0.0, sink), (0.0, 0.0, 0.0), self.yaw_ref,
-                                                    self.quaternion, None)
+        vn, ve, vd = self.estimate.velocity
+        self.target, thrust_n = self._position.step((0.0, 0.0, 0.0), (-vn, -ve, speed - vd), (0.0, 0.0, 0.0),
+                                                    self.yaw_ref, self.quaternion, None)
         if self.height_m < -LEASH_M * speed:
             self._below_s += dt
         most = self.hover_n * max(LIFT_LEAST, 1 - LIFT_FALLS * self._below_s) if self._below_s else thrust_n

@@ -105,7 +105,7 @@ def test_the_thrust_is_what_acts_along_the_body_as_it_stands(position: PositionC
     assert upside_down == 0.0
 
 
-def test_the_integral_grows_with_the_error_is_bounded_rests_and_is_forgotten(position: PositionControl) -> None:
+def test_the_integral_grows_with_the_error_is_bounded_rests_and_starts_anew(position: PositionControl) -> None:
     for _ in range(100):
         position.step((0.0, 0.0, 0.02), STILL, STILL, 0.0, LEVEL, 0.01)
     assert position.lift_spared == pytest.approx(5.0 * 0.02 * 1.0)
@@ -117,9 +117,11 @@ def test_the_integral_grows_with_the_error_is_bounded_rests_and_is_forgotten(pos
     for _ in range(1000):
         position.step((10.0, 0.0, 10.0), STILL, STILL, 0.0, LEVEL, 0.01)
     assert position.lift_spared == INTEGRAL_MOST
+    assert down_axis(position.step(STILL, STILL, STILL, 0.0, LEVEL, None)[0])[2] == 1.0     # the tilt was at its bound
+    for _ in range(1000):
+        position.step((0.1, 0.0, 0.0), STILL, STILL, 0.0, LEVEL, 0.01)
     tilt = acos(down_axis(position.step(STILL, STILL, STILL, 0.0, LEVEL, None)[0])[2])
-    assert tilt == pytest.approx(atan(min(tan(0.5), INTEGRAL_MOST / (GRAVITY - INTEGRAL_MOST))))
-    position.forget_drift()
-    assert position.step(STILL, STILL, STILL, 0.0, LEVEL, None)[0] == LEVEL
+    assert tilt == pytest.approx(atan(1.0 * 0.1 * 10.0 / (GRAVITY - INTEGRAL_MOST)))
     position.restart()
+    assert position.step(STILL, STILL, STILL, 0.0, LEVEL, None)[0] == LEVEL
     assert position.lift_spared == 0.0
