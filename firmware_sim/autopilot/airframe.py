@@ -27,15 +27,19 @@ class Airframe:
     tau_motor_s: float = 0.05
     motor_min_radps: float = 125.66371
     motor_max_radps: float = 816.81409
+    drag_nspm: tuple[float, float] = (0.15, 0.25)       # force per speed, horizontal and vertical
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "inertia_kgm2", tuple(self.inertia_kgm2))
         if len(self.inertia_kgm2) != 3:
             raise ValueError(f"inertia_kgm2={list(self.inertia_kgm2)}: expected three moments of inertia")
+        object.__setattr__(self, "drag_nspm", tuple(self.drag_nspm))
+        if len(self.drag_nspm) != 2 or not all(isfinite(each) and each >= 0 for each in self.drag_nspm):
+            raise ValueError(f"drag_nspm={list(self.drag_nspm)}: expected horizontal and vertical, 0 or more")
         for each in fields(self):
             value = getattr(self, each.name)
             for number in value if isinstance(value, tuple) else (value,):
-                if not (isfinite(number) and number > 0):
+                if each.name != "drag_nspm" and not (isfinite(number) and number > 0):
                     raise ValueError(f"{each.name}={number}: expected more than 0")
         if self.motor_min_radps >= self.motor_max_radps:
             raise ValueError(f"motor_min_radps={self.motor_min_radps}: expected less than motor_max_radps "

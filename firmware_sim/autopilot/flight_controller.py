@@ -49,7 +49,6 @@ from firmware_sim.autopilot.vehicle import (
 OFF_GROUND_M = 0.1          # higher than this it flies
 STANDS_BELOW_M = 0.25       # of the ground where it was armed, for the ground is flat
 LIFTS_OFF = 0.3             # of its weight: more thrust of an attitude target than this is meant to fly
-AT_REST_MPS = 0.3
 STAY = PositionTarget()
 TOLD = (Mode.OFFBOARD, Mode.STABILIZE)      # modes that follow a stream of targets
 
@@ -212,8 +211,7 @@ class FlightController:
         self._link_ns, self._target_ns = min(self._link_ns, now_ns), min(self._target_ns, now_ns)  # clock set back
         told_ns = self._target_ns if self._mode is Mode.OFFBOARD or self._attitude_told else NEVER_NS
         silences = Silences(now_ns - self._link_ns, 0 if self._landed is Landed.ON_GROUND else now_ns - told_ns,
-                            self.position_valid,
-                            self._mode is not Mode.LAND and needs_position(self._mode, self._attitude_told))
+                            self.position_valid, needs_position(self._mode, self._attitude_told))
         before = self._failsafe.acting
         mode = self._failsafe.look(now_ns, self._mode, silences)
         acting = self._failsafe.acting
@@ -245,7 +243,8 @@ class FlightController:
         if mode is Mode.OFFBOARD and isinstance(self._target, PositionTarget):
             return self._target
         if mode is Mode.LAND:
-            return PositionTarget(velocity_ned_mps=(None, None, land_speed))
+            north, east, _ = self._goal.position_ned_m
+            return PositionTarget((north, east, None), (None, None, land_speed))
         if mode is Mode.MISSION:
             return self._run.goal(land_speed)
         return self._goal
@@ -334,8 +333,7 @@ class FlightController:
 
     def _arrived(self, position: Vector) -> bool:
         goal = [a for a in self._goal.position_ned_m if a is not None]
-        return dist(goal, position) < self.parameters.get("NAV_ACC_RAD") and \
-            dist(self.loops.estimate.velocity, (0.0, 0.0, 0.0)) < AT_REST_MPS
+        return dist(goal, position) < self.parameters.get("NAV_ACC_RAD")
 
     def _try(self, mode: Mode) -> Result:
         """A mode that somebody asks for."""

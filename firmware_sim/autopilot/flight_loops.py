@@ -52,6 +52,7 @@ class FlightLoops:
         self.thrust_n = 0.0
         self.target, self.rates_target = LEVEL, NO_RATES
         self._dt = navigation_s
+        self._drag = tuple(each / airframe.mass_kg for each in airframe.drag_nspm)         # [1/s]
         self._weight_n = airframe.mass_kg * GRAVITY
         self._attitude, self._position = AttitudeControl(airframe), PositionControl(airframe.mass_kg)
         self._mixer = Mixer(airframe, period_s, LAG_S)
@@ -132,9 +133,10 @@ class FlightLoops:
         rx, ry, (rz,) = *flat.position, upright.position
         wx, wy, (wz,) = *flat.velocity, upright.velocity
         ax, ay, (az,) = *flat.acceleration, upright.acceleration
+        drag, drag_z = self._drag
         self.target, self.thrust_n = self._position.step(
-            (rx - p[0], ry - p[1], rz - p[2]), (wx - v[0], wy - v[1], wz - v[2]), (ax, ay, az), self.yaw_ref,
-            self.quaternion, dt)
+            (rx - p[0], ry - p[1], rz - p[2]), (wx - v[0], wy - v[1], wz - v[2]),
+            (ax + drag * wx, ay + drag * wy, az + drag_z * wz), self.yaw_ref, self.quaternion, dt)
         self.rates_target = _body_yaw(self.quaternion, yaw_rate)
         self.drive = Drive.ATTITUDE
 

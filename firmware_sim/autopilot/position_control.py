@@ -1,6 +1,6 @@
-"""From a reference to a thrust vector: PID on the position, the ramp's acceleration fed forward.
+"""From a reference to a thrust vector: PID on the position, acceleration and drag of the ramp fed forward.
 
-    a = a_ref + k_p (p_ref - p) + k_d (v_ref - v) + i         di/dt = k_i (p_ref - p), bounded
+    a = a_ff + k_p (p_ref - p) + k_d (v_ref - v) + i          di/dt = k_i (p_ref - p), bounded
     f = a - g                                                  specific force; the body's z axis points along -f
 
 The tilt is bounded, and f keeps pointing up. The integral takes up what the firmware does not know: wind, a wrong mass;

@@ -78,9 +78,10 @@ def test_a_new_waypoint_is_approached_on_a_ramp_with_its_limits(bench: Bench) ->
     uav.fly_to(PositionTarget((3.0, 0.0, -1.0)), 8.0, lambda: rows.append(
         (uav.ned()[0], hypot(*v.read()), hypot(*ramp.acceleration))))
 
-    assert max(speed for _, speed, _ in rows) == pytest.approx(1.5, abs=0.2)            # VEL_MAX
+    # VEL_MAX, and what CATCH_UP ACC_MAX adds while the attitude is late by ATT_KD / ATT_KP = 0.12 s
+    assert 1.5 < max(speed for _, speed, _ in rows) < 1.5 + 1.5 * 1.5 * 0.12 + 0.05
     assert max(accel for *_, accel in rows) <= 1.5 * 1.5 * (1 + 1e-9)                   # CATCH_UP ACC_MAX
-    assert max(north for north, *_ in rows) < 3.1                                       # overshoot
+    assert max(north for north, *_ in rows) < 3.02                                      # overshoot
     # trapezoid: 3 m at 1.5 m/s and 1.5 m/s2 takes 3 s, the linear end two time constants more
     arrival = next(k for k, (north, *_) in enumerate(rows) if north > 2.9) / 100
     assert 2.5 < arrival < 4.0
@@ -218,6 +219,41 @@ def test_a_mission_takes_off_visits_its_waypoints_and_lands_at_its_end(bench: Be
     assert not uav.controller.state().armed
 
 
+def test_a_mission_that_ends_in_the_air_is_held_at_its_last_waypoint(bench: Bench) -> None:
+    uav = bench().flying()
+    uav.controller.load_mission([MissionItem(ItemKind.WAYPOINT, (1.0, -1.0, -1.4), acceptance_m=0.3)])
+
+    assert uav.controller.start_mission() is Result.ACCEPTED
+    uav.run(8.0)
+
+    assert (uav.controller.state().mode, uav.controller.state().waypoint_index) == (Mode.HOLD, 1)
+    assert uav.ned() == pytest.approx((1.0, -1.0, -1.4), abs=0.01)
+
+
+def test_a_mission_may_end_with_the_way_home(bench: Bench) -> None:
+    uav = bench().run(0.2)
+    uav.controller.load_mission([MissionItem(ItemKind.TAKEOFF, (0.0, 0.0, -0.8)),
+                                 MissionItem(ItemKind.WAYPOINT, (1.0, 0.0, -0.8)),
+                                 MissionItem(ItemKind.RETURN, (0.0, 0.0, 0.0))])
+    uav.controller.start_mission()
+    uav.controller.arm()
+    highest: list[float] = []
+
+    uav.run(16.0, lambda: highest.append(-uav.ned()[2]))
+
+    assert "mission: returning home" in uav.notices
+    assert max(highest) == pytest.approx(1.0, abs=0.05)         # RTL_RETURN_ALT, higher than the mission
+    assert uav.ned() == pytest.approx((0.0, 0.0, 0.0), abs=0.02)
+    assert not uav.controller.state().armed
+
+
+def test_a_take_off_stops_at_the_fence(bench: Bench) -> None:
+    uav = bench(parameters={"FENCE_ALT": 1.5}).flying(99.0)
+
+    assert uav.ned()[2] == pytest.approx(-1.5, abs=0.02)
+    assert "take-off height 99 clipped to 1.5" in uav.notices
+
+
 def test_return_flies_home_and_lands_there(bench: Bench) -> None:
     uav = bench({"x": 1.0, "y": 0.5}).flying()
     uav.fly_to(PositionTarget((2.0, 3.0, -0.5)), 4.0)
@@ -226,7 +262,7 @@ def test_return_flies_home_and_lands_there(bench: Bench) -> None:
     assert uav.controller.set_mode(Mode.RETURN) is Result.ACCEPTED
     uav.run(12.0)
 
-    assert uav.ned() == pytest.approx((0.5, 1.0, 0.0), abs=0.05)
+    assert uav.ned() == pytest.approx((0.5, 1.0, 0.0), abs=0.02)
     assert not uav.controller.state().armed
 
 

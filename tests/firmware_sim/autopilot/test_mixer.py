@@ -101,6 +101,7 @@ def test_off_is_off_and_lets_the_modelled_motors_run_down() -> None:
 @pytest.mark.parametrize(("wrong", "says"), [
     ({"mass_kg": 0.0}, "mass_kg"), ({"mass_kg": 2.0}, "less than its weight"),
     ({"motor_min_radps": 900.0}, "motor_min"),
+    ({"drag_nspm": (-0.1, 0.0)}, "drag_nspm"), ({"drag_nspm": (0.1,)}, "drag_nspm"),
     ({"inertia_kgm2": (1.0, 2.0)}, "three moments"), ({"k_thrust": float("nan")}, "k_thrust"),
 ])
 def test_an_airframe_that_cannot_be_is_refused(wrong: dict, says: str) -> None:
