@@ -399,6 +399,13 @@ def test_arming_is_refused_without_motion_capture_link_or_a_level_stand(bench: B
     assert blind.controller.arm(force=True) is Result.TEMPORARILY_REJECTED
 
 
+def test_a_vehicle_that_is_thrown_tilted_is_not_armed(bench: Bench) -> None:
+    uav = bench({"z": 9.0, "q": from_roll_pitch_yaw(0.5, 0.0, 0.0)}).run(0.2)
+
+    assert uav.controller.arm() is Result.TEMPORARILY_REJECTED
+    assert uav.notices == ["arming refused: not level"]
+
+
 def test_what_makes_no_sense_now_is_refused_and_changes_nothing(bench: Bench) -> None:
     uav = bench().run(0.2)
     control = uav.controller
