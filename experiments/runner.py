@@ -51,6 +51,7 @@ from netem.media.table import MEDIA
 from netem.random_streams import stream
 from netem.real_time.pace import Pace
 from netem.real_time.udp_gateway import UdpGateway
+from netem.records.events_file import write_events
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder
 from netem.transport.process_host import ProcessHost
@@ -171,6 +172,7 @@ class _Run:
             try:
                 self.guarantees.judge(self.folder, reached_ns)
             finally:
+                write_events(self.folder / "ledger_events.parquet", self.signals.events)
                 self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved()))
 
     def _judge(self) -> RunResult:
