@@ -516,6 +516,16 @@ def test_thrust_that_lifts_nothing_leaves_it_on_the_ground_to_be_disarmed(bench:
     assert uav.controller.disarm() is Result.ACCEPTED
 
 
+def test_armed_in_stabilize_it_waits_for_its_first_target(bench: Bench) -> None:
+    uav = bench().run(0.2)
+    uav.controller.set_mode(Mode.STABILIZE)
+    uav.controller.arm()
+    uav.run(3.0)
+
+    assert uav.controller.state().armed
+    assert uav.ned() == (0.0, 0.0, 0.0)
+
+
 def test_positions_are_no_targets_for_stabilize(bench: Bench) -> None:
     uav = bench().flying()
     uav.commanded = AttitudeTarget(from_roll_pitch_yaw(0.0, 0.0, pi / 2), None, 0.33)
