@@ -28,6 +28,7 @@ TAKEOFF_PARAMETER: Final = "MIS_TAKEOFF_ALT"
 TAKEOFF_HEIGHT_M: Final = 2.5           # where the vehicle has no such parameter
 AGAIN_NS: Final = 3_000_000_000         # for how long a repetition is known as one
 US_NS: Final = 1_000
+LONGEST_US: Final = 2_147_483_647      # what MESSAGE_INTERVAL can tell
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ class Commands:
         name, interval_us = _message_name(request), request.parameters[1]
         if name is None:
             return CommandResult.UNSUPPORTED
-        if not isfinite(interval_us) or interval_us < -1:
+        if not isfinite(interval_us) or not -1 <= interval_us <= LONGEST_US:
             return CommandResult.DENIED
         if interval_us > 0:
             self.streams.set_interval(name, max(self.finest_ns, round(interval_us * US_NS)), now_ns)
