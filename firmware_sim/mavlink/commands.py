@@ -53,7 +53,8 @@ class Commands:
         sender = received.system, received.component
         extra: list[Message] = []
         last = self._last.get(sender)
-        if last is not None and request.confirmation and _same(request, last[0]) and now_ns - last[1] < AGAIN_NS:
+        if (last is not None and request.confirmation and _same(request, last[0])
+                and 0 <= now_ns - last[1] < AGAIN_NS):
             result = last[2]
         else:
             result, extra = self._carry_out(request, now_ns)

@@ -7,6 +7,8 @@ Invariants:
 - what is no message for us changes neither the vehicle nor a service;
 - heartbeats and answers go out whatever the budget says, and are charged to it.
 
+A clock that is set back starts the streams anew; whatever waited for a later time then counts as over.
+
 The link-loss failsafe is fed by what somebody says to this vehicle, and by heartbeats of ground stations and companion
 computers; what other vehicles tell the world does not count.
 """
@@ -65,6 +67,8 @@ class MavlinkFront:
 
     def step(self, data: bytes, now_ns: int) -> list[bytes]:
         """Frames to hand out, in order, after `data` came in since the last call."""
+        if now_ns < self._now_ns:
+            self.streams.restart(now_ns)
         self._now_ns = now_ns
         answers: list[Message] = []
         for received in self.link.receive(data, now_ns):

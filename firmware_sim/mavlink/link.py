@@ -42,7 +42,7 @@ class MavlinkLink:
     def receive(self, data: bytes, now_ns: int) -> list[Received]:
         """What of `data`, and of what came before it, is a message for us."""
         frames = []
-        if self._reader.incomplete and now_ns - self._heard_ns >= INCOMPLETE_NS:
+        if self._reader.incomplete and not 0 <= now_ns - self._heard_ns < INCOMPLETE_NS:
             frames = self._reader.give_up()
         if data:
             self._heard_ns = now_ns

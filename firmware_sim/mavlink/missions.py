@@ -108,7 +108,7 @@ class Missions:
 
     def _ask_again(self, now_ns: int) -> list[Message]:
         upload = self._upload
-        if upload is None or now_ns - upload.asked_ns < self.again_ns:
+        if upload is None or 0 <= now_ns - upload.asked_ns < self.again_ns:
             return []
         if upload.tries >= self.most_tries:
             return self._end(upload, -1, MissionResult.OPERATION_CANCELLED)

@@ -194,6 +194,16 @@ def test_a_stream_does_not_drift():
     assert all(0 <= at_ns - k * 333_333_333 <= TICK_NS for k, at_ns in enumerate(times))
 
 
+@pytest.mark.parametrize("budget", [0, 2_000])
+def test_streams_go_on_after_the_clock_was_set_back(budget):
+    ground = Ground(quiet=False, budget_bytes_per_s=budget)
+    ground.run(100.0)
+    ground.now_ns = ground.vehicle.now_ns = 5_000_000_000
+
+    assert kinds(ground.run(10.0)).count("HEARTBEAT") == pytest.approx(10, abs=1)
+    assert kinds(ground.run(10.0)).count("LOCAL_POSITION_NED") >= 50
+
+
 def test_a_budget_slows_all_streams_down_and_starves_none():
     ground = Ground(quiet=False, budget_bytes_per_s=600)
     ground.run(20.0)
