@@ -52,7 +52,7 @@ class MavlinkFront:
         self._budget = Budget(settings.budget_bytes_per_s)
         self._now_ns = 0
         commands = Commands(vehicle, self.telemetry, self.streams, settings.period_ns, self.event)
-        self._parameters = ParameterService(vehicle.parameters, self.notice, self.event)
+        self._parameters = ParameterService(vehicle.parameters, self._complain, self.event)
         self._missions = Missions(vehicle, self.telemetry, event=self.event)
         self._list_first = False
         self._services: dict[str, Callable[[Received, int], list[Message]]] = {
@@ -130,18 +130,22 @@ class MavlinkFront:
                                 else position_target(sent, self.vehicle.state()))
         if isinstance(target, str):
             self.counts["setpoints refused"] += 1
-            self.notice(Severity.WARNING, target)
+            self._complain(Severity.WARNING, target)
             return []
         self.counts["setpoints taken"] += 1
         for what in self.vehicle.target(target, now_ns):
             self.counts["setpoints clipped or refused"] += 1
-            self.notice(Severity.WARNING, what)
+            self._complain(Severity.WARNING, what)
         return []
 
     def notice(self, severity: Severity, text: str) -> None:
-        """Tell the ground; whoever builds the vehicle connects its `on_notice` with it."""
+        """Tell the ground what the vehicle has to say; whoever builds it connects its `on_notice` with this."""
+        self.texts.say(severity, text, self._now_ns)
+
+    def _complain(self, severity: Severity, text: str) -> None:
+        """Tell the ground, and the record, what is wrong with what it said."""
         if self.texts.say(severity, text, self._now_ns):
-            self.event("notice", f"{severity.name.lower()}: {text}")
+            self.event("complaint", text)
 
 
 def _speaks_to_us(received: Received) -> bool:

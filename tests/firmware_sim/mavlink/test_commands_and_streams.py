@@ -322,6 +322,7 @@ def test_losses_on_the_way_up_are_told_in_sys_status():
     (status,) = ground.command(common.MAV_CMD_REQUEST_MESSAGE, common.MAVLINK_MSG_ID_SYS_STATUS)[1]
 
     assert status.errors_comm == 3
+    assert ground.front.counts["frames lost from 255/190"] == 3
 
 
 @pytest.mark.parametrize(("settings", "says"), [
