@@ -51,9 +51,9 @@ class MavlinkFront:
         self.texts = StatusTexts()
         self._budget = Budget(settings.budget_bytes_per_s)
         self._now_ns = 0
-        commands = Commands(vehicle, self.telemetry, self.streams, settings.period_ns, self.event)
         self._parameters = ParameterService(vehicle.parameters, self._complain, self.event)
         self._missions = Missions(vehicle, self.telemetry, event=self.event)
+        commands = Commands(vehicle, self.telemetry, self.streams, self._missions, settings.period_ns, self.event)
         self._list_first = False
         self._services: dict[str, Callable[[Received, int], list[Message]]] = {
             **dict.fromkeys(("COMMAND_LONG", "COMMAND_INT"), commands.handle),

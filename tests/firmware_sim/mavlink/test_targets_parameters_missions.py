@@ -318,15 +318,41 @@ def test_a_mission_is_flown_told_and_cleared():
     assert (ack.type, ground.vehicle.mission) == (common.MAV_MISSION_ACCEPTED, ())
 
 
-def test_the_current_item_can_be_set():
+def choose_by_message(ground, number):
+    (current,) = ground.say(ground.mav.mission_set_current_encode(1, 1, number))
+    return current.seq
+
+
+def choose_by_command(ground, number):
+    assert ground.command(common.MAV_CMD_DO_SET_MISSION_CURRENT, number)[0] == common.MAV_RESULT_ACCEPTED
+    (current,) = ground.command(common.MAV_CMD_REQUEST_MESSAGE, common.MAVLINK_MSG_ID_MISSION_CURRENT)[1]
+    return current.seq
+
+
+@pytest.mark.parametrize("choose", [choose_by_message, choose_by_command])
+@pytest.mark.parametrize("start", [(common.MAV_CMD_MISSION_START,), (common.MAV_CMD_DO_SET_MODE, 1, 4, 4)])
+def test_an_item_that_was_chosen_is_flown_from_the_next_start_and_at_once_during_a_mission(choose, start):
     ground = Ground()
     upload(ground)
     ground.command(common.MAV_CMD_COMPONENT_ARM_DISARM, 1)
 
-    (current,) = ground.say(ground.mav.mission_set_current_encode(1, 1, 2))
+    chosen = choose(ground, 2)
+    before = list(ground.vehicle.calls)
+    ground.command(*start)
+    started = ground.vehicle.calls[-1]
+    choose(ground, 1)
 
-    assert (current.seq, current.total) == (2, 4)
-    assert ground.vehicle.calls[-1] == "mission 2"
+    assert chosen == 2
+    assert not any(call.startswith("mission") for call in before)       # on the ground nothing starts by itself
+    assert (started, ground.vehicle.calls[-1]) == ("mission 2", "mission 1")
+
+
+def test_an_item_that_is_not_there_cannot_be_chosen():
+    ground = Ground()
+    upload(ground)
+
+    assert ground.command(common.MAV_CMD_DO_SET_MISSION_CURRENT, 4)[0] == common.MAV_RESULT_DENIED
+    assert choose_by_message(ground, 77) == 0
 
 
 def test_items_of_other_frames_and_the_older_message():
