@@ -109,6 +109,10 @@ every_exposure_to = ["uav"]
 on = "mocap: * -> uav"
 kind = "bernoulli_loss"
 loss_ratio = 0.3
+[guarantees.fresh]
+kind = "age_of_information"
+on = "mocap: uav -> uav"
+below_ms = 300
 '''
 
 

@@ -336,14 +336,14 @@ def test_motion_capture_that_is_lost_under_way_and_in_wind_stops_it_first(bench:
     uav.plant.input_group(["wind[2]"]).write([-2.0])
     uav.run(6.0)
     uav.fly_to(PositionTarget(velocity_ned_mps=(1.0, 0.0, 0.0)), 2.0)
-    uav.captured, uav.commanded = False, None
-    uav.controller.set_mode(Mode.HOLD)
+    uav.captured = False
     lost_at = uav.ned()
 
     uav.run(12.0)
 
     assert uav.plant.get("on_ground") == 1.0
-    assert uav.ned()[0] - lost_at[0] < 1.0          # 1 m/s for MOCAP_LOSS, then braking in about a time constant
+    # 1 m/s for MOCAP_LOSS = 0.3 s, then dying away with POS_KD = 3.4 1/s behind the attitude's 0.12 s; drag: 3.3 m
+    assert uav.ned()[0] - lost_at[0] < 1.0
 
 
 def test_a_reference_does_not_run_away_from_a_vehicle_that_cannot_follow(bench: Bench) -> None:
