@@ -137,7 +137,7 @@ def test_a_companion_flies_it_through_a_link_that_loses_a_tenth_of_the_packets(f
 
 
 def test_both_hosts_give_one_ledger(flight, tmp_path):
-    runs = [run(load(flight, duration_s=4.0), host=host, out=tmp_path / host, report=False)
+    runs = [run(load(flight, duration_s=2.0), host=host, out=tmp_path / host, report=False)
             for host in ("inline", "process")]
 
     assert runs[0].summary.ledger_hash == runs[1].summary.ledger_hash
