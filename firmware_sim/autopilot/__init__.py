@@ -1,8 +1,5 @@
 """The flight controller of a quadrotor: attitude and position loops, modes and failsafes on the board's local clock.
 
-<<<<<<< HEAD
-    vehicle.py    what the MAVLink front calls: the contract between the two halves
-=======
     vehicle.py               what the MAVLink front calls: the contract between the two halves
     autopilot.py             the board's program: sensors and motion capture in, motor commands out
     autopilot_settings.py    the keys of a scenario
@@ -21,5 +18,4 @@
     attitude_control.py          PD to torques
     mixer.py                     torques to motor speeds
     airframe.py, frames.py   what the firmware knows of its vehicle, and its frames
->>>>>>> w-quad
 """
