@@ -56,8 +56,7 @@ class ProcessHost:
         self._run = uuid4().hex[:12]
         self._session: Session | None = None
         self._processes: NodeProcesses | None = None
-        self._inputs: dict[str, BinaryIO] = {}
-        self._tellers: dict[str, threading.Thread] = {}
+        self._errands: dict[str, tuple[BinaryIO, threading.Thread]] = {}    # a node's input, and who writes to it
         self._senders: dict[str, Sender] = {}
         self._encode = msgspec.msgpack.Encoder().encode
         self._decode_report = msgspec.msgpack.Decoder(Report).decode
@@ -79,7 +78,7 @@ class ProcessHost:
             self._spawn(name, Errand(self._session.endpoint, run, name, self._timeout_s, specification))
             self._senders[name] = self._session.sender(keys.grant(run, name))
         threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
-        hellos = self._collect(set(self._inputs), msgspec.msgpack.Decoder(Hello).decode, "to say that it is ready")
+        hellos = self._collect(set(self._errands), msgspec.msgpack.Decoder(Hello).decode, "to say that it is ready")
         for name, sender in self._senders.items():
             if hellos[name].error:
                 raise NodeFailure(name, "could not start", detail=hellos[name].error)
@@ -109,8 +108,7 @@ class ProcessHost:
 
     def stop(self) -> None:
         self._over.set()
-        for name, standard_input in self._inputs.items():
-            teller = self._tellers[name]
+        for name, (standard_input, teller) in self._errands.items():
             if teller.is_alive():               # it never read its errand; closing the pipe would wait for that
                 self._alive.kill(name)
                 continue
@@ -119,10 +117,11 @@ class ProcessHost:
         if self._processes is not None:
             self._processes.close(END_WITHIN_S)
             self._placement.end()
-        for name, teller in self._tellers.items():
-            teller.join()
+        for standard_input, teller in self._errands.values():
+            if teller.is_alive():
+                teller.join()
             with suppress(OSError):
-                self._inputs[name].close()
+                standard_input.close()
         if self._session is not None:
             self._session.close()
             self._session = None
@@ -133,10 +132,10 @@ class ProcessHost:
         return self._processes
 
     def _spawn(self, name: str, errand: Errand) -> None:
-        self._inputs[name] = standard_input = self._alive.start(name, self._logs / f"{name}.log")
+        standard_input = self._alive.start(name, self._logs / f"{name}.log")
         # From a thread: a process that does not read would hold up the start, and nobody would say which it is.
-        self._tellers[name] = teller = threading.Thread(
-            target=_tell, args=(standard_input, msgspec.json.encode(errand) + b"\n"), daemon=True)
+        teller = threading.Thread(target=_tell, args=(standard_input, msgspec.json.encode(errand) + b"\n"), daemon=True)
+        self._errands[name] = standard_input, teller
         teller.start()
 
     def _collect(self, awaited: set[str], decode: Callable[[bytes], Message], what: str,
