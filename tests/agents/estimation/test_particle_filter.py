@@ -1,7 +1,9 @@
+from copy import deepcopy
 from math import sqrt
 
 import numpy as np
 import pytest
+from filterpy.monte_carlo import resampling
 
 from agents.estimation import Inputs
 from agents.estimation.particle_filter import ParticleFilter
@@ -79,3 +81,19 @@ def test_late_detections_are_left_out_and_few_particles_refused():
     assert particles.correct(STEP_NS, 9.0, 9.0, Inputs(0.0, 0.0)) is False
     with pytest.raises(ValueError, match="particles=1"):
         ParticleFilter((0.0, 0.0, 0.0), (0.1, 0.1, 0.1), np.random.default_rng(8), particles=1)
+
+
+def test_a_detection_resamples_as_filterpy_does(monkeypatch):
+    """Weights from Bayes' rule, normalized; the one random number of the systematic resampling is the same for both."""
+    rng = np.random.default_rng(3)
+    particles = ParticleFilter((0.0, 0.0, 0.0), (0.3, 0.3, 0.5), rng, inputs=Inputs(0.5, 0.2))
+    particles.expect(STEP_NS)
+    before, twin = particles.particles.copy(), deepcopy(rng)
+    likelihood = np.exp(-0.5 * ((before[0] - 0.4) ** 2 + (before[1] + 0.2) ** 2) / 0.01)
+    monkeypatch.setattr(resampling, "random", twin.random)
+
+    particles.correct(STEP_NS, 0.4, -0.2)
+
+    drawn = resampling.systematic_resample(likelihood / likelihood.sum())
+    assert len(set(drawn)) > 50
+    assert np.array_equal(particles.particles, before[:, drawn])
