@@ -73,10 +73,14 @@ class Board:
     def sleep_until(self, local_ns: int) -> Timeout:
         """`silent_until` and `until` in one: what a program does that knows when it acts next."""
         true_ns = self.clock.true_at(local_ns)
-        self._promise(true_ns)
         node = self.node
-        delay_ns = true_ns - node.now_ns
-        return Timeout(node.env, delay_ns if delay_ns > 0 else 0)
+        if self._steps_ahead:
+            self._promise(true_ns)
+        else:
+            node.silent_until(true_ns)
+        env = node.env
+        delay_ns = true_ns - env.time_ns()
+        return Timeout(env, delay_ns if delay_ns > 0 else 0)
 
     def _promise(self, true_ns: int) -> None:
         if self._steps_ahead:

@@ -123,7 +123,8 @@ class Node:
 
     def call_in(self, delay_ns: int, action: Callable[[Event], None]) -> None:
         """Call `action` after `delay_ns`."""
-        self.env.schedule(Alarm(self.env, action), NORMAL, delay_ns)
+        env = self.env
+        env.schedule(Alarm(env, action), NORMAL, delay_ns)
 
     def silent_until(self, time_ns: int) -> None:
         """Firm promise: hand out nothing before `time_ns`, whatever is heard. A promise given is never taken back."""
@@ -138,7 +139,7 @@ class Node:
         self._unless_heard_ns = time_ns
 
     def hand_out(self, port: int, data: bytes) -> None:
-        now_ns = self.now_ns
+        now_ns = self.env.time_ns()
         if type(now_ns) is not int:
             raise TypeError(f"{self._port_list[port].name}: a frame at {now_ns!r} ns: {WHOLE_NANOSECONDS}")
         if type(data) is not bytes:

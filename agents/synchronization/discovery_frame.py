@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
+from functools import lru_cache
 
 MAGIC = 0xD7
 VERSION = 1
@@ -45,6 +46,7 @@ def frame_bytes(nodes: int) -> int:
 MAX_NODES = max(nodes for nodes in range(256) if frame_bytes(nodes) <= MAX_BYTES)
 
 
+@lru_cache(maxsize=256)         # the same frames come again and again while a flooding goes on
 def decode(data: bytes, nodes: int) -> DiscoveryFrame | None:
     """The frame in `data`, None unless it is a consistent one among exactly this many nodes."""
     if len(data) != frame_bytes(nodes):
