@@ -114,6 +114,12 @@ def test_one_observer_that_has_it_in_view_is_enough() -> None:
     assert found.worst == pytest.approx(-1.0)
 
 
+def test_one_sample_is_enough_to_judge_by() -> None:
+    found = InView(closing_speed_mps=1e6).watch([SIGHT], sight(length=30, evader=table("evader", [0], [1.5])))
+
+    assert (found.violations, found.worst) == ([], pytest.approx(0.5 - 0.03))
+
+
 def test_nobody_can_say_what_was_never_sampled() -> None:
     assert not InView().watch([SIGHT], sight(length=30, evader=table("evader", [], []))).judged
     assert not InView().watch([SIGHT], Records(30, records([], 30).ledger, {}, (), sight(
