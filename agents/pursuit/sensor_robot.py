@@ -41,6 +41,7 @@ class SensorRobot(PursuerRobot):
         self._version = -1                              # of the charges that it goes by
         self._in_view: set[str] | None = None           # at the last scan; None: it was not idle then
         self._claimed: set[str] = set()
+        self._known: set[int] = set()                   # instants of the target's detections that the filter has
         self._sighted: dict[str, tuple[int, Place]] = {}
         self._first = True
 
@@ -70,7 +71,8 @@ class SensorRobot(PursuerRobot):
         for target, place in places.items():
             self._radio.send(pack_report(self._team, Report(self._board.node.name, target, target in self._claimed,
                                                             seen_ns, place, self._settings.sigma_m)))
-            if target == self._target:
+            if target == self._target and seen_ns not in self._known:
+                self._known.add(seen_ns)
                 self._detected(seen_ns, place)
         self._decide()
 
@@ -103,8 +105,10 @@ class SensorRobot(PursuerRobot):
 
     def _told(self, news: News) -> None:
         for seen_ns, place in news.detections:
-            self._detected(seen_ns, place)
-            self._board.node.count("detections of others")
+            if seen_ns not in self._known:          # its own reading of that instant did not get to the center
+                self._known.add(seen_ns)
+                self._detected(seen_ns, place)
+                self._board.node.count("detections of others")
         self._decide()
 
     def _follow(self, target: str) -> None:
@@ -112,8 +116,10 @@ class SensorRobot(PursuerRobot):
         if target == self._target:
             return
         self._target, self._in_view = target, None
+        self._known.clear()
         self._pursuer = self._settings.pursuer() if target else None
         self._board.node.event("in charge" if target else "idle", target)
         if target in self._sighted:
             seen_ns, place = self._sighted[target]
+            self._known.add(seen_ns)
             self._detected(seen_ns, place)
