@@ -103,15 +103,15 @@ def test_whom_a_sensor_claims_it_is_in_charge_of_and_idle_ones_stand(tmp_path: P
 
 
 @pytest.mark.parametrize(("name", "override", "says"), [
-    ("p3at_chases_p3at", "agents.pursuer.parameters.escape_m=0.4", "agents.pursuer.parameters: escape_m=0.4: a target of"),
-    ("p3at_chases_p3at", "agents.pursuer.parameters.radius_m=2.9", "radius_m=2.9: media.view has range_m=3.0; take the"),
+    ("p3at_chases_p3at", "agents.pursuer.parameters.escape_m=0.4", "escape_m=0.4: a target of 0.5 m/s, seen with"),
+    ("p3at_chases_p3at", "agents.pursuer.parameters.radius_m=2.9", "radius_m=2.9: media.view has range_m=3.0; take"),
     ("p3at_chases_p3at", "media.view.exposure_period_ms=35", "step_ns=70000000: media.view has exposures every 350000"),
     ("p3at_chases_p3at", "media.view.noise_m=0.2", "sigma_m=0.1: media.view has noise_m=0.2; take that much or more"),
     ("p3at_chases_p3at", "media.view.latency_ms=300", "latency_ns=210000000: the news of media.view take 300000000 ns"),
     ("p3at_chases_p3at", "agents.pursuer.parameters.execution_ms=80", "execution_ns=80000000: expected 0 <= execution"),
     ("p3at_chases_p3at", "agents.pursuer.media=['view']", "agents.pursuer.media: lacks can"),
     ("p3at_chases_p3at", "agents.evader.parameters.motion='zigzag'", "motion='zigzag': expected one of circle"),
-    ("p3at_chases_p3at", "agents.evader.parameters.motion='runner'", "agents.evader.media: a runner sees its pursuer on"),
+    ("p3at_chases_p3at", "agents.evader.parameters.motion='runner'", "agents.evader.media: a runner sees its pursuer"),
     ("p3at_chases_p3at", "team.robot={}", "team.robot: is missing wheel_radius_m, track_m, counts_per_turn"),
     ("two_p3at_chase_rovio", "team.sensors=['pursuer_fast']", "pursuer_slow is missing; frames number the sensors by"),
     ("two_p3at_chase_rovio", "team.targets=[]", "team.targets=[]: expected 1 to 254 names, each once"),
