@@ -1,0 +1,192 @@
+"""The ground's computer of a flying pursuer: the adaptive filter looks now and then, and waypoints go out over MAVLink.
+
+    instant k T_s        read: what the link and the camera brought      decide: Figure 3.3, look at k + 1?  waypoint
+      + execution_ns     hand out: the look, the waypoint, orders, heartbeat
+
+A waypoint is the newest detection, or, if that was in the no-moving area, where the vehicle was then. It is sent when it
+is new and again every `resend_every` instants, which OFFBOARD needs as a sign of life and the lossy link for a second
+try. Height and heading stay. Between the waypoints the autopilot's ramp stands in for the law (3.6): near a waypoint it
+is as fast as K times the way, K = `gain_per_s`, farther off `speed_mps`; the theorem's conditions are checked with these.
+
+`response_ns` is what the theorem does not know of: the way of a waypoint to the vehicle, the vehicle's inertia, and the
+age of what is known of its place. It widens the escape area as a later answer would (dissertation, section 3.5: 15 T_s
+v_max "to accommodate ... the latency in the link").
+
+Places are those of the room, x east and y north; MAVLink's are north, east, down.
+Not modelled: an own camera's image; detections are the room's, as in section 3.5 ("to emulate on-board sensors").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Mapping
+from typing import Any, Final, Protocol
+
+from simpy.events import Event
+
+from agents.estimation.circle_filter import CircleFilter
+from agents.pursuit import Place
+from agents.pursuit.flight_plan import FlightPlan, Phase
+from agents.pursuit.law import PursuitLaw
+from agents.pursuit.no_escape import problems
+from agents.pursuit.pursuer import Pursuer
+from agents.pursuit.sampling.adaptive import Adaptive
+from agents.pursuit.zones import Zones
+from firmware_sim.board import Board
+from firmware_sim.mavlink.ground_client import GroundClient
+from firmware_sim.schedules.periodic import Periodic
+from netem.media.sensing.sight import LOOK, NothingSeen, unpack_sight
+
+PHASES: Final = {phase: float(number) for number, phase in enumerate(Phase)}
+SIGNALS: Final = (("estimate_x", "m"), ("estimate_y", "m"), ("waypoint_x", "m"), ("waypoint_y", "m"),
+                  ("heard_x", "m"), ("heard_y", "m"), ("phase", "1"))
+
+
+class AgentLike(Protocol):
+    program: str
+    parameters: Mapping[str, Any]
+
+
+class ScenarioLike(Protocol):
+    agents: Mapping[str, AgentLike]
+
+
+class AerialCompanion:
+    def __init__(self, board: Board, *, target: str, view: str, link: str, height_m: float, radius_m: float,
+                 no_moving_m: float, escape_m: float, v_max_mps: float, sigma_m: float, rho_m: float, window: int = 7,
+                 gain_per_s: float = 2.0, speed_mps: float = 1.5, heading_rad: float = 0.0,
+                 period_ns: int = 70_000_000, offset_ns: int = 0, execution_ns: int = 5_000_000,
+                 camera_ns: int = 70_000_000, response_ns: int = 0, resend_every: int = 3,
+                 position_every_ns: int = 100_000_000, attitude_every_ns: int = 0) -> None:
+        """`view` and `link`: its ports. `camera_ns`: from an exposure until its news is read here."""
+        if not 0 <= execution_ns < period_ns:
+            raise ValueError(f"execution_ns={execution_ns}: expected 0 <= execution < period ({period_ns} ns)")
+        if resend_every < 1:
+            raise ValueError(f"resend_every={resend_every}: expected at least 1")
+        zones, law = Zones(radius_m, no_moving_m, escape_m), PursuitLaw(gain_per_s, speed_mps)
+        if wrong := problems(zones, law, v_max_mps, sigma_m, period_ns, camera_ns + response_ns):
+            raise ValueError("\n".join(wrong))
+        self._board, self._target = board, target
+        self._pursuer = Pursuer(CircleFilter(window, rho_m=rho_m, v_max_mps=v_max_mps, sigma_m=sigma_m),
+                                Adaptive(period_ns, zones, v_max_mps, camera_ns), law, zones, rho_m)
+        node = board.node
+        self._client = GroundClient(on_text=lambda _severity, text: node.event("vehicle says", text))
+        self._plan = FlightPlan(self._client, height_m, (
+            ("LOCAL_POSITION_NED", position_every_ns), ("ATTITUDE", attitude_every_ns)), node.event)
+        self._view, self._link = node.ports[view], node.ports[link]
+        self._view.on_receive, self._link.on_receive = self._see, self._hear
+        self._view.answers = self._link.answers = False
+        self._schedule = Periodic(period_ns, offset_ns)
+        self._height_m, self._heading_rad = height_m, heading_rad
+        self._execution_ns, self._resend_every = execution_ns, resend_every
+        self._heard = bytearray()
+        self._seen: list[tuple[int, Place]] = []
+        self._waypoint: Place | None = None
+        self._due = 0                               # the instant at which it is sent again
+        self._counted: dict[str, int] = {}
+        node.signals(SIGNALS, self._sample)
+
+    @staticmethod
+    def check(scenario: ScenarioLike) -> Iterator[str]:
+        """What it could not start with, the theorem's conditions among it."""
+        for name, agent in scenario.agents.items():
+            if agent.program == f"{AerialCompanion.__module__}:{AerialCompanion.__name__}":
+                for key in ("view", "link"):
+                    port = agent.parameters[key]
+                    if port not in getattr(agent, "media", (port,)):
+                        yield f"agents.{name}.parameters.{key}={port}: no such port; name a medium that it is on"
+
+    # --- what it hears
+
+    def _hear(self, data: bytes) -> None:
+        self._heard += data
+
+    def _see(self, data: bytes) -> None:
+        sight = unpack_sight(data)
+        if sight is None:
+            self._board.node.count("unreadable frames")
+        elif isinstance(sight, NothingSeen):
+            self._board.node.count("looks that saw nothing")
+            self._board.node.event("nothing in view", f"exposed at {sight.exposed_ns * 1e-9:.3f} s")
+        elif sight.name == self._target:
+            self._seen.append((sight.exposed_ns, (sight.x_m, sight.y_m)))
+
+    # --- the program
+
+    def run(self) -> Generator[Event, Any, None]:
+        board = self._board
+        release_ns, instant = self._schedule.next_after(board.now_ns - 1), 0
+        while True:
+            board.silent_until(release_ns + self._execution_ns)
+            yield from board.wait_until(release_ns)
+            look, frames = self._step(board.now_ns, instant)
+            yield from board.wait_until(release_ns + self._execution_ns)
+            if look:
+                board.node.count("looks")
+                self._view.send(LOOK)
+            for frame in frames:
+                self._link.send(frame)
+            release_ns, instant = self._schedule.next_after(board.now_ns), instant + 1
+
+    def _step(self, now_ns: int, instant: int) -> tuple[bool, list[bytes]]:
+        """Whether to look at the next instant, and what goes over the link."""
+        client, plan, pursuer = self._client, self._plan, self._pursuer
+        client.receive(bytes(self._heard), now_ns)
+        self._heard.clear()
+        plan.step(now_ns)
+        own = self._own()
+        if self._waypoint is None and plan.leads:
+            self._move_to(own)
+        self._take_in(now_ns, own)
+        look = False
+        if plan.phase is Phase.CHASE:
+            next_ns = self._schedule.next_after(now_ns)
+            look = pursuer.step(now_ns, own).look_ns <= next_ns
+            if look:
+                pursuer.asked(next_ns)
+        frames = client.due(now_ns)
+        if plan.leads and self._waypoint is not None and instant >= self._due:
+            x, y = self._waypoint
+            frames.append(client.target((y, x, -self._height_m), self._heading_rad, now_ns))
+            self._due = instant + self._resend_every
+            self._board.node.count("waypoints sent")
+        self._count()
+        return look, frames
+
+    def _take_in(self, now_ns: int, own: Place) -> None:
+        """What the camera brought; the newest detection makes a new waypoint."""
+        node, pursuer = self._board.node, self._pursuer
+        for seen_ns, place in sorted(self._seen):
+            before_ns = pursuer.seen_ns
+            try:
+                counted = pursuer.detected(now_ns, seen_ns, place, own)
+            except ValueError as error:
+                node.count("refused detections")
+                node.event("refused detection", str(error))
+                continue
+            node.count("detections" if counted else "late detections")
+            if pursuer.seen_ns != before_ns:
+                self._move_to(pursuer.goal or own)
+        self._seen.clear()
+
+    def _move_to(self, place: Place) -> None:
+        self._waypoint, self._due = place, 0
+
+    def _own(self) -> Place:
+        """As told last; while the vehicle approaches what it saw it is nearer than this."""
+        north, east, _ = self._client.told.position_ned_m
+        return east, north
+
+    # --- for the record
+
+    def _count(self) -> None:
+        for name, count in self._client.counts.items():
+            if more := count - self._counted.get(name, 0):
+                self._board.node.count(f"mavlink {name}", more)
+                self._counted[name] = count
+
+    def _sample(self, true_ns: int) -> list[float]:
+        now_ns = self._board.clock.reading_at(true_ns)
+        own = self._own()
+        seen_ns = self._pursuer.seen_ns
+        estimate = own if seen_ns is None else self._pursuer.estimator.expect(max(now_ns, seen_ns))
+        return [*estimate, *(self._waypoint or own), *own, PHASES[self._plan.phase]]
