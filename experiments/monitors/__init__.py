@@ -29,11 +29,12 @@ class Named(Enum):
     SENDERS = "medium: node"                    # (medium, node)
     SIGNALS = "node.signal"                     # (node, signal)
     EVENTS = "node.kind of event"               # (node, kind)
+    SIGHTS = "medium: target -> observer"       # (sensing medium, body, observer)
 
 
 class Monitor(Protocol):
     ON: ClassVar[Named]
-    UNIT: ClassVar[str]                 # suffix of worst and margin: "s", or "" for numbers of frames and for signals
+    UNIT: ClassVar[str]                 # suffix of worst and margin: "s", "m", or "" for numbers of frames and signals
 
     def requires(self) -> str:
         """What is guaranteed, in words, with the bound."""

@@ -7,15 +7,17 @@ from dataclasses import dataclass, field
 
 import polars as pl
 
+from netem.media.sensing.settings import SensingSettings
 from netem.records.events import Event
 from netem.records.signal_table import SignalTable
 
 
 @dataclass(frozen=True)
 class Records:
-    """`signals` by node, those worked out after the run included."""
+    """`signals` by node, those worked out after the run included; `sensing`: the settings of the media of that kind."""
 
     length_ns: int
     ledger: pl.DataFrame
     signals: Mapping[str, SignalTable] = field(default_factory=dict)
     events: Sequence[Event] = ()
+    sensing: Mapping[str, SensingSettings] = field(default_factory=dict)

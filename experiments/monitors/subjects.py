@@ -23,7 +23,9 @@ def subjects_of(named: Named, on: str, nodes_on: Mapping[str, Sequence[str]], li
     """`nodes_on` are the nodes by medium, `links` those that the media have at some time, `reporting` the nodes and the
     tables of derived signals. ValueError says what is wrong with `on`."""
     if named is Named.LINKS:
-        return _links(on, nodes_on, links)
+        return _links(on, nodes_on, links, "link")
+    if named is Named.SIGHTS:
+        return _links(on, nodes_on, links, "pair of a body and its observer on a sensing medium")
     if named is Named.SENDERS:
         return _senders(on, nodes_on)
     node, dot, name = on.partition(".")
@@ -32,12 +34,12 @@ def subjects_of(named: Named, on: str, nodes_on: Mapping[str, Sequence[str]], li
     return [(found, name) for found in _matching("node", node, reporting)]
 
 
-def _links(on: str, nodes_on: Mapping[str, Sequence[str]], links: Collection[LinkName]) -> list[Subject]:
+def _links(on: str, nodes_on: Mapping[str, Sequence[str]], links: Collection[LinkName], what: str) -> list[Subject]:
     selected = link_selector.parse(on).resolve(nodes_on)
     there = [link for link in selected if link in set(links)]
     if not there:
         known = [f"{medium}: {sender} -> {receiver}" for medium, sender, receiver in links]
-        raise ValueError(f"no such link at any time of the run; {_nearest(on, known)}")
+        raise ValueError(f"no such {what} at any time of the run; {_nearest(on, known)}")
     return list(there)
 
 

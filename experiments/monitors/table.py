@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from experiments.monitors.age_of_information import AgeOfInformation
+from experiments.monitors.in_view import InView
 from experiments.monitors.inter_transmission_time import InterTransmissionTime
 from experiments.monitors.reported import Reported
 from experiments.monitors.signal import Signal
@@ -16,6 +17,7 @@ from experiments.monitors.successive_losses import SuccessiveLosses
 
 MONITORS: dict[str, type[Any]] = {
     "age_of_information": AgeOfInformation,
+    "in_view": InView,
     "inter_transmission_time": InterTransmissionTime,
     "reported": Reported,
     "signal": Signal,

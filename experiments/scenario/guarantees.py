@@ -78,6 +78,8 @@ class Guarantees:
 
     def _subjects(self, cls: Any, on: str, place: Place, links: Collection[Link]) -> tuple[Subject, ...]:
         nodes_on = {name: medium.nodes for name, medium in self.media.items()}
+        if cls.ON.name == "SIGHTS":
+            links = [link for link in links if self._shows(*link)]
         try:
             subjects = tuple(self.vocabulary.subjects_of(cls.ON, on, nodes_on, links, [*self.agents, *self.derived]))
         except ValueError as error:
@@ -87,9 +89,14 @@ class Guarantees:
             if node in self.derived and rest[0] not in self.derived[node].signals:
                 known = near(rest[0], self.derived[node].signals)
                 self.problems.add(place, f"derived.{node} has no signal {rest[0]!r}; {known}", on)
-        if cls.ON.name == "SIGNALS" and self.sample_period_ns == 0:
+        if cls.ON.name in ("SIGNALS", "SIGHTS") and self.sample_period_ns == 0:
             self.problems.add(place, "no signal is sampled while sample_period_s is 0; give it a value", on)
         return subjects
+
+    def _shows(self, medium: str, sender: str, receiver: str) -> bool:
+        """Whether cameras of this medium can see the sender."""
+        spec = self.media[medium]
+        return spec.kind == "sensing" and sender in getattr(spec.settings, "bodies", ())
 
     def _links(self) -> list[Link]:
         """Those that the media have at some time; all pairs of a medium that has mistakes of its own."""
