@@ -12,13 +12,14 @@ is as fast as K times the way, K = `gain_per_s`, farther off `speed_mps`; the th
 age of what is known of its place. It widens the escape area as a later answer would (dissertation, section 3.5: 15 T_s
 v_max "to accommodate ... the latency in the link").
 
-Places are those of the room, x east and y north; MAVLink's are north, east, down.
+Places are those of the room, x east and y north, headings from x towards y; MAVLink's are north, east, down, clockwise.
 Not modelled: an own camera's image; detections are the room's, as in section 3.5 ("to emulate on-board sensors").
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Mapping
+from math import pi, remainder
 from typing import Any, Final, Protocol
 
 from simpy.events import Event
@@ -76,11 +77,12 @@ class AerialCompanion:
         self._view.on_receive, self._link.on_receive = self._see, self._hear
         self._view.answers = self._link.answers = False
         self._schedule = Periodic(period_ns, offset_ns)
-        self._height_m, self._heading_rad = height_m, heading_rad
+        self._height_m, self._yaw_rad = height_m, remainder(pi / 2 - heading_rad, 2 * pi)
         self._execution_ns, self._resend_every = execution_ns, resend_every
         self._heard = bytearray()
         self._seen: list[tuple[int, Place]] = []
         self._waypoint: Place | None = None
+        self._in_view = False                       # when it looked last
         self._due = 0                               # the instant at which it is sent again
         self._counted: dict[str, int] = {}
         node.signals(SIGNALS, self._sample)
@@ -106,8 +108,11 @@ class AerialCompanion:
             self._board.node.count("unreadable frames")
         elif isinstance(sight, NothingSeen):
             self._board.node.count("looks that saw nothing")
-            self._board.node.event("nothing in view", f"exposed at {sight.exposed_ns * 1e-9:.3f} s")
+            if self._in_view:
+                self._board.node.event("nothing in view", f"in the exposure of {sight.exposed_ns * 1e-9:.3f} s")
+            self._in_view = False
         elif sight.name == self._target:
+            self._in_view = True
             self._seen.append((sight.exposed_ns, (sight.x_m, sight.y_m)))
 
     # --- the program
@@ -146,7 +151,7 @@ class AerialCompanion:
         frames = client.due(now_ns)
         if plan.leads and self._waypoint is not None and instant >= self._due:
             x, y = self._waypoint
-            frames.append(client.target((y, x, -self._height_m), self._heading_rad, now_ns))
+            frames.append(client.target((y, x, -self._height_m), self._yaw_rad, now_ns))
             self._due = instant + self._resend_every
             self._board.node.count("waypoints sent")
         self._count()

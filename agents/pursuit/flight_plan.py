@@ -21,6 +21,7 @@ from firmware_sim.mavlink.enums import Command, CommandResult
 from firmware_sim.mavlink.ground_client import GroundClient
 
 AGAIN_NS: Final = 500_000_000       # after a refusal or no answer at all
+STREAM_NS: Final = 300_000_000      # of targets, before OFFBOARD is asked for
 LOW_SHARE: Final = 0.8              # of its height: below it has not climbed
 
 
@@ -82,6 +83,7 @@ class FlightPlan:
             self._enter(Phase.ARM, now_ns, "disarmed")
         elif phase is Phase.CLIMB and told.mode is Mode.HOLD and -told.position_ned_m[2] > LOW_SHARE * self.height_m:
             self._enter(Phase.HAND_OVER, now_ns)
+            self._waits_ns = now_ns + STREAM_NS
         elif phase is Phase.CHASE and told.mode is not Mode.OFFBOARD:
             self._enter(Phase.HAND_OVER, now_ns, "it left OFFBOARD by itself")
 
