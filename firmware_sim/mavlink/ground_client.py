@@ -19,7 +19,7 @@ from typing import Final
 
 from firmware_sim.autopilot.vehicle import Mode, Vector
 from firmware_sim.mavlink.dialect import layout_of, message
-from firmware_sim.mavlink.enums import Command, CommandResult, Frame, LandedState, ModeFlag, PositionIgnore
+from firmware_sim.mavlink.enums import Command, CommandResult, Frame, ModeFlag, PositionIgnore
 from firmware_sim.mavlink.link import MavlinkLink, Received
 from firmware_sim.mavlink.px4_modes import MAIN_AND_SUB, mode_of_custom
 
@@ -36,8 +36,6 @@ class Told:
     heartbeat_ns: int = -1
     armed: bool = False
     mode: Mode | None = None                    # None: no mode that we know
-    landed_ns: int = -1
-    in_air: bool = False
     position_ns: int = -1
     position_ned_m: Vector = (0.0, 0.0, 0.0)
 
@@ -147,8 +145,6 @@ class GroundClient:
                 told.position_ns, told.position_ned_m = now_ns, (x, y, z)
             else:
                 self.counts["positions that are not finite"] += 1
-        elif heard.name == "EXTENDED_SYS_STATE":
-            told.landed_ns, told.in_air = now_ns, heard["landed_state"] == LandedState.IN_AIR
         elif heard.name == "STATUSTEXT":
             self.on_text(heard["severity"], heard["text"].decode("utf-8", "replace"))
         elif heard.name == "COMMAND_ACK":

@@ -123,8 +123,10 @@ function drawSlots() {
       ? {...common, type: "bar", orientation: "h", base: row.base, x: row.x, textposition: "none", marker: {color}, width: 0.7}
       : {...common, type: "scatter", mode: "markers", x: row.base, marker: {color, symbol: "x", size: 8}};
   });
-  const labels = [...new Set(s.sender.names.flatMap((sender) =>
-    several ? s.medium.names.map((medium) => `${sender} · ${medium}`) : [sender]))];
+  const spoken = several ? new Set(s.sender.codes.map((code, k) => code * s.medium.names.length + s.medium.codes[k])) : null;
+  const labels = s.sender.names.flatMap((sender, j) => several
+    ? s.medium.names.filter((_, m) => spoken.has(j * s.medium.names.length + m)).map((medium) => `${sender} · ${medium}`)
+    : [sender]);
   const shapes = Object.values(DATA.switching.media).flat().map((t) => t * 1e3)
     .filter((t) => t >= from && t < from + width)
     .map((t) => ({type: "line", x0: t, x1: t, y0: 0, y1: 1, yref: "paper", line: {color: SWITCH_COLOUR, width: 1.5, dash: "dot"}}));
