@@ -2,7 +2,8 @@
 
     python -m fmus.reference
 
-linear_system: exact discretization by scipy.linalg.expm. wheel_motor: its linear differential equation the same way.
+linear_system: exact discretization by scipy.linalg.expm. wheel_motor, omnidirectional: their linear differential
+equations the same way, the latter with commands within their limits.
 rigid_body: scipy.integrate.solve_ivp, DOP853 with tolerances of 1e-12, on quaternion kinematics written anew.
 unicycle, virtual_reference, quadrotor: the same solver on their differential equations, restarted where inputs change.
 """
@@ -179,6 +180,23 @@ def unicycle_at(p: Mapping[str, float], state: Vector, u: Sequence[float], lengt
     return state
 
 
+# of the omnidirectional robot's reference; every parameter does something
+GLIDE = {"tau_s": 0.15, "speed_max_mps": 0.3, "omega_max_radps": 1.0}
+
+
+def _omnidirectional(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
+    """State x, y, theta, v_x, v_y, omega; the inputs are commands as the limits let them through."""
+    lag, one = np.eye(3) / GLIDE["tau_s"], np.eye(3)
+    a = np.block([[np.zeros((3, 3)), one], [np.zeros((3, 3)), -lag]])
+    let_through = []
+    for x, y, omega in inputs:
+        speed = float(np.hypot(x, y))
+        share = min(1.0, GLIDE["speed_max_mps"] / speed) if speed else 1.0
+        let_through.append((share * x, share * y, float(np.clip(omega, -1, 1) * GLIDE["omega_max_radps"])))
+    return _held_linear(a, np.vstack([np.zeros((3, 3)), lag]), np.array([1.0, 2.0, 0.5, 0.1, 0.0, -0.2]),
+                        lambda x, u: x)(instants_ns, let_through)
+
+
 def _unicycle(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
     rows = [np.zeros(7)]
     for k in range(1, len(instants_ns)):
@@ -268,6 +286,11 @@ def cases() -> dict[str, Case]:
             tuple((float(9.81 + np.sin(i)), float(0.05 * np.cos(i)), float(0.04 * np.sin(2 * i)), 0.01)
                   for i in range(len(fine))),
             _rigid_body(1.0, np.array([0.01, 0.012, 0.02]), 9.81)),
+        "omnidirectional": Case(
+            {**GLIDE, "x": 1.0, "y": 2.0, "theta": 0.5, "v_x": 0.1, "omega": -0.2}, ("v_x_cmd", "v_y_cmd", "omega_cmd"),
+            ("x", "y", "theta", "v_x", "v_y", "omega"), uneven,
+            tuple((float(0.4 * np.sin(i)), float(0.3 * np.cos(2 * i)), float(1.4 * np.cos(i)))
+                  for i in range(len(uneven))), _omnidirectional),
         "unicycle": Case(
             {**DRIVE}, ("u_left", "u_right"),
             ("x", "y", "theta", "wheel_left", "wheel_right", "angle_left", "angle_right"),

@@ -157,7 +157,8 @@ def test_a_table_with_mistakes_names_all_of_them(twice: Path, cache: Path) -> No
 
 
 def test_an_unknown_model_names_the_known_ones(cache: Path) -> None:
-    with pytest.raises(PlantError, match=r"wheel: no model there: .* linear_system, quadrotor, .*wheel_motor"):
+    known = r"wheel: no model there: .* linear_system, omnidirectional, quadrotor, .*wheel_motor"
+    with pytest.raises(PlantError, match=known):
         build_model("wheel", cache=cache)
 
 

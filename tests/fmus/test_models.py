@@ -20,12 +20,12 @@ MS = 1_000_000
 EPS = np.finfo(float).eps
 Own = Callable[..., PlantDescription]
 
-# Largest error against the reference, as a share of the largest value of the column. Both linear models: rounding of
+# Largest error against the reference, as a share of the largest value of the column. The linear models: rounding of
 # ten steps in each of the two computations, none above 100 EPS. rigid_body: midpoint steps of 2 ms, second order.
 # unicycle, virtual_reference: SciPy's own error, 1e-12 in each step, some ten steps of weight.
 # quadrotor: Runge-Kutta steps of 1 ms, fourth order (test_quadrotor.py).
 SHARE = {"linear_system": 1e3 * EPS, "wheel_motor": 1e3 * EPS, "rigid_body": 1e-5, "unicycle": 1e-11,
-         "virtual_reference": 1e-11, "quadrotor": 2e-10}
+         "virtual_reference": 1e-11, "quadrotor": 2e-10, "omnidirectional": 1e3 * EPS}
 
 
 def reference(model: str) -> np.ndarray:

@@ -1,0 +1,78 @@
+"""What makes a pursuit scenario impossible: said before a run, one line each, with what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
+from typing import Any, Protocol
+
+from agents.pursuit.pursuer_settings import PursuerSettings
+
+ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
+KEYS = tuple(field.name for field in fields(PursuerSettings))
+
+
+class AgentLike(Protocol):
+    @property
+    def program(self) -> str: ...
+    @property
+    def parameters(self) -> Mapping[str, Any]: ...
+    @property
+    def media(self) -> Sequence[str]: ...
+
+
+class MediumLike(Protocol):
+    @property
+    def kind(self) -> str: ...
+    @property
+    def settings(self) -> Any: ...
+
+
+class ScenarioLike(Protocol):
+    @property
+    def team(self) -> Mapping[str, Any]: ...
+    @property
+    def agents(self) -> Mapping[str, AgentLike]: ...
+    @property
+    def media(self) -> Mapping[str, MediumLike]: ...
+
+
+def pursuer_problems(scenario: ScenarioLike, program: str, ports: Sequence[str]) -> Iterator[str]:
+    """Zones that let a target escape, wheels that nobody knows, ports that it lacks, a view that is not as it thinks.
+
+    `ports` are the parameters that name the media it needs, with the names themselves as defaults.
+    """
+    for name, agent in scenario.agents.items():
+        if agent.program != program:
+            continue
+        try:
+            settings = PursuerSettings(**{key: value for key, value in agent.parameters.items() if key in KEYS})
+        except (ValueError, TypeError) as error:
+            yield from (f"agents.{name}.parameters: {line}" for line in str(error).splitlines())
+            continue
+        if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
+            yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"
+        named = {port: str(agent.parameters.get(port, port)) for port in ports}
+        if absent := [medium for medium in named.values() if medium not in agent.media]:
+            yield (f"agents.{name}.media: lacks {', '.join(absent)}; it has {', '.join(agent.media) or 'none'}; name "
+                   f"them in its media, or those that it has as parameters {', '.join(named)}")
+        elif (view := scenario.media.get(named["view"])) is not None:
+            yield from (f"agents.{name}.parameters: {line}" for line in _view_problems(settings, named["view"], view))
+
+
+def _view_problems(settings: PursuerSettings, name: str, view: MediumLike) -> Iterator[str]:
+    """What it takes for granted of its sensor, and is not so."""
+    if view.kind != "sensing" or view.settings is None:
+        yield f"view={name!r}: expected a medium of kind sensing"
+        return
+    known = view.settings
+    if known.exposure_period_ns != settings.step_ns:
+        yield (f"step_ns={settings.step_ns}: media.{name} has exposures every {known.exposure_period_ns} ns; take the "
+               f"same")
+    if known.range_m != settings.radius_m:
+        yield f"radius_m={settings.radius_m}: media.{name} has range_m={known.range_m}; take the same"
+    if known.noise_m > settings.sigma_m:
+        yield f"sigma_m={settings.sigma_m}: media.{name} has noise_m={known.noise_m}; take that much or more"
+    if known.latency_ns > settings.latency_ns:
+        yield (f"latency_ns={settings.latency_ns}: the news of media.{name} take {known.latency_ns} ns, and what the "
+               f"program computes more; allow for it")

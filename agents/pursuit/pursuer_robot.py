@@ -1,0 +1,174 @@
+"""The companion computer of a pursuer on a differential drive: looks rarely, drives by law (3.6) over CAN.
+
+    k T_s       --execution-->  own place by the wheels, decide: look at (k + 1) T_s?  setpoint
+    detection   --execution-->  filter, new goal, decide again                         setpoint
+
+Looks go to the sensing medium `view`, whose exposures are T_s apart; setpoints to the drive on `can`, which tells the
+wheels' angles. In between it says nothing, so its promise is the next of these instants, unless it sees something.
+
+Not modelled: slip, so that the robot knows where it is; two computations at one time (each takes its time alone).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator, Sequence
+from math import nan
+from typing import Any, Final
+
+from simpy.events import Event
+
+from agents.pursuit import Place
+from agents.pursuit.pursuer import Decision, Pursuer
+from agents.pursuit.pursuer_check import ScenarioLike, pursuer_problems
+from agents.pursuit.pursuer_settings import PursuerSettings
+from agents.tracking.controller import Command, Pose
+from agents.tracking.dead_reckoning import DeadReckoning
+from agents.tracking.drive_link import DriveLink
+from firmware_sim.board import Board
+from netem.media.sensing.sight import LOOK, Detection, NothingSeen, unpack_sight
+
+DEFAULT: Final = PursuerSettings()
+
+
+class PursuerRobot:
+    def __init__(self, board: Board, *, target: str = "", view: str = "view", can: str = "can",
+                 radius_m: float = DEFAULT.radius_m, no_moving_m: float = DEFAULT.no_moving_m,
+                 escape_m: float = DEFAULT.escape_m, gain_per_s: float = DEFAULT.gain_per_s,
+                 speed_mps: float = DEFAULT.speed_mps,
+                 v_max_mps: float = DEFAULT.v_max_mps, sigma_m: float = DEFAULT.sigma_m, window: int = DEFAULT.window,
+                 rho_m: float = DEFAULT.rho_m, step_ns: int = DEFAULT.step_ns, latency_ns: int = DEFAULT.latency_ns,
+                 execution_ns: int = DEFAULT.execution_ns, odometry_age_ns: int = DEFAULT.odometry_age_ns,
+                 sure: bool = DEFAULT.sure, start: Sequence[float] = DEFAULT.start) -> None:
+        """`target`: whom it follows; `view`, `can`: names of its ports. The others: `PursuerSettings`."""
+        self._board, self._target = board, target
+        self._settings = settings = PursuerSettings(
+            radius_m, no_moving_m, escape_m, gain_per_s, speed_mps, v_max_mps, sigma_m, window, rho_m, step_ns,
+            latency_ns, execution_ns, odometry_age_ns, sure, (start[0], start[1], start[2]))
+        robot = board.team["robot"]
+        self._steering = settings.steering(robot["track_m"])
+        bus = board.node.ports[can]
+        self._drive = DriveLink(bus, robot["wheel_radius_m"], robot["track_m"], robot["counts_per_turn"])
+        bus.on_receive, bus.answers = self._hear_drive, False
+        self._reckoning = DeadReckoning(robot["wheel_radius_m"], robot["track_m"], Pose(*start))
+        self._view = board.node.ports[view]
+        self._view.on_receive = self._hear_view
+        self._pursuer: Pursuer | None = settings.pursuer() if target else None
+        self._looked_ns = -1                        # exposure of the last look that was asked for
+        self._sights: dict[int, list[Detection]] = {}       # by exposure, those of which it is computing
+        self._due: list[int] = []                   # instants at which it may speak
+        self._newest: Place = (nan, nan)
+        board.node.signals([("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m"), ("detection_y", "m")],
+                           self._sample)
+
+    @staticmethod
+    def check(scenario: ScenarioLike) -> Iterator[str]:
+        yield from pursuer_problems(scenario, f"{PursuerRobot.__module__}:{PursuerRobot.__name__}", ("view", "can"))
+
+    # --- at every instant k T_s
+
+    def run(self) -> Generator[Event, Any, None]:
+        k = 0
+        while True:
+            instant_ns = k * self._settings.step_ns + self._settings.execution_ns
+            self._speak_at(instant_ns)
+            yield from self._board.wait_until(instant_ns)
+            self._due.remove(instant_ns)
+            self._instant()
+            k += 1
+
+    def _instant(self) -> None:
+        self._decide()
+
+    def _decide(self) -> None:
+        """Drive, and look where the policy says so."""
+        if self._pursuer is None:
+            self._tell_drive(Command(0.0, 0.0))
+            return
+        now_ns = self._board.now_ns
+        pose = self._pose()
+        decision: Decision = self._pursuer.step(now_ns, (pose.x_m, pose.y_m))
+        self._tell_drive(self._steering.command(decision.velocity_mps, pose.theta_rad))
+        if decision.look_ns <= now_ns + self._settings.step_ns and decision.look_ns > self._looked_ns:
+            self._pursuer.asked(decision.look_ns)
+            self._look(decision.look_ns)
+
+    def _look(self, look_ns: int) -> None:
+        self._looked_ns = look_ns
+        self._view.send(LOOK)
+        self._board.node.count("looks")
+
+    def _tell_drive(self, command: Command) -> None:
+        self._drive.send(command)
+
+    # --- what it sees
+
+    def _hear_view(self, data: bytes) -> None:
+        sight = unpack_sight(data)
+        if sight is None:
+            self._board.node.count("unreadable sights")
+            return
+        if sight.exposed_ns not in self._sights:
+            self._sights[sight.exposed_ns] = []
+            self._after_execution(lambda: self._seen(sight.exposed_ns, self._sights.pop(sight.exposed_ns)))
+        if isinstance(sight, NothingSeen):
+            self._board.node.count("looks that saw nothing")
+        else:
+            self._sights[sight.exposed_ns].append(sight)
+
+    def _seen(self, seen_ns: int, sights: Sequence[Detection]) -> None:
+        for sight in sights:
+            if sight.name == self._target:
+                self._detected(seen_ns, (sight.x_m, sight.y_m))
+        self._decide()
+
+    def _detected(self, seen_ns: int, place: Place) -> None:
+        """A detection of the target, its own or another's."""
+        node, pose = self._board.node, self._pose()
+        if self._pursuer is None:
+            return
+        try:
+            counted = self._pursuer.detected(self._board.now_ns, seen_ns, place, (pose.x_m, pose.y_m))
+        except ValueError as error:
+            node.count("detections refused")
+            node.event("detection refused", str(error))
+            return
+        if not counted:
+            node.count("detections too late")
+            return
+        node.count("detections")
+        if seen_ns == self._pursuer.seen_ns:
+            self._newest = place
+
+    # --- the drive, and time
+
+    def _pose(self) -> Pose:
+        return self._reckoning.pose_at(self._board.now_ns)
+
+    def _hear_drive(self, data: bytes) -> None:
+        heard = self._drive.read(data)
+        if heard is None:
+            self._board.node.count("unreadable CAN frames")
+        elif heard.angles_rad is not None:
+            self._reckoning.read(self._board.now_ns - self._settings.odometry_age_ns, *heard.angles_rad)
+
+    def _after_execution(self, action: Callable[[], None]) -> None:
+        due_ns = self._board.now_ns + self._settings.execution_ns
+
+        def act(_: Event) -> None:
+            self._due.remove(due_ns)
+            action()
+            self._board.silent_unless_heard_until(min(self._due))
+        timer = self._board.until(due_ns)
+        assert timer.callbacks is not None
+        timer.callbacks.append(act)
+        self._speak_at(due_ns)
+
+    def _speak_at(self, due_ns: int) -> None:
+        self._due.append(due_ns)
+        self._board.silent_unless_heard_until(min(self._due))
+
+    def _sample(self, true_ns: int) -> Sequence[float]:
+        seen = self._pursuer is not None and self._pursuer.seen_ns is not None
+        expected = self._pursuer.estimator.expect(self._board.clock.reading_at(true_ns)) if (
+            seen and self._pursuer is not None) else (nan, nan)
+        return [*expected, *(self._newest if seen else (nan, nan))]
