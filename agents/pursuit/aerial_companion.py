@@ -1,18 +1,18 @@
 """The ground's computer of a flying pursuer: the adaptive filter looks now and then, and waypoints go out over MAVLink.
 
-    instant k T_s        read: what the link and the camera brought      decide: Figure 3.3, look at k + 1?  waypoint
+    instant k T_s        read: what the link and the camera brought     decide: Figure 3.3, look at k + 1?  waypoint
       + execution_ns     hand out: the look, the waypoint, orders, heartbeat
 
-A waypoint is the newest detection, or, if that was in the no-moving area, where the vehicle was then. It is sent when it
-is new and again every `resend_every` instants, which OFFBOARD needs as a sign of life and the lossy link for a second
-try. Height and heading stay. Between the waypoints the autopilot's ramp stands in for the law (3.6): near a waypoint it
-is as fast as K times the way, K = `gain_per_s`, farther off `speed_mps`; the theorem's conditions are checked with these.
+A waypoint is the newest detection, or, if that was in the no-moving area, where the vehicle was then. It is sent when
+it is new and again every `resend_every` instants: a sign of life for OFFBOARD, and a second try on a lossy link. Height
+and heading stay. The autopilot's ramp stands in for the law (3.6): near a waypoint it is as fast as K times the way,
+K = `gain_per_s`, farther off `speed_mps`. The theorem's conditions are checked with these.
 
 `response_ns` is what the theorem does not know of: the way of a waypoint to the vehicle, the vehicle's inertia, and the
-age of what is known of its place. It widens the escape area as a later answer would (dissertation, section 3.5: 15 T_s
-v_max "to accommodate ... the latency in the link").
+age of what is known of its place. The escape area has to have room for it as for late news (section 3.5: 15 T_s v_max
+"to accommodate ... the latency in the link").
 
-Places are those of the room, x east and y north, headings from x towards y; MAVLink's are north, east, down, clockwise.
+Places are those of the room, x east and y north, headings from x to y; MAVLink's are north, east, down, clockwise.
 Not modelled: an own camera's image; detections are the room's, as in section 3.5 ("to emulate on-board sensors").
 """
 
@@ -20,18 +20,14 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Mapping
 from math import pi, remainder
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from simpy.events import Event
 
-from agents.estimation.circle_filter import CircleFilter
 from agents.pursuit import Place
+from agents.pursuit.aerial_settings import AerialSettings
 from agents.pursuit.flight_plan import FlightPlan, Phase
-from agents.pursuit.law import PursuitLaw
-from agents.pursuit.no_escape import problems
-from agents.pursuit.pursuer import Pursuer
-from agents.pursuit.sampling.adaptive import Adaptive
-from agents.pursuit.zones import Zones
+from agents.pursuit.pursuer_check import ScenarioLike, view_problems
 from firmware_sim.board import Board
 from firmware_sim.mavlink.ground_client import GroundClient
 from firmware_sim.schedules.periodic import Periodic
@@ -42,60 +38,51 @@ SIGNALS: Final = (("estimate_x", "m"), ("estimate_y", "m"), ("waypoint_x", "m"),
                   ("heard_x", "m"), ("heard_y", "m"), ("phase", "1"))
 
 
-class AgentLike(Protocol):
-    program: str
-    parameters: Mapping[str, Any]
-
-
-class ScenarioLike(Protocol):
-    agents: Mapping[str, AgentLike]
-
-
 class AerialCompanion:
-    def __init__(self, board: Board, *, target: str, view: str, link: str, height_m: float, radius_m: float,
-                 no_moving_m: float, escape_m: float, v_max_mps: float, sigma_m: float, rho_m: float, window: int = 7,
-                 gain_per_s: float = 2.0, speed_mps: float = 1.5, heading_rad: float = 0.0,
-                 period_ns: int = 70_000_000, offset_ns: int = 0, execution_ns: int = 5_000_000,
-                 camera_ns: int = 70_000_000, response_ns: int = 0, resend_every: int = 3,
-                 position_every_ns: int = 100_000_000, attitude_every_ns: int = 0) -> None:
-        """`view` and `link`: its ports. `camera_ns`: from an exposure until its news is read here."""
-        if not 0 <= execution_ns < period_ns:
-            raise ValueError(f"execution_ns={execution_ns}: expected 0 <= execution < period ({period_ns} ns)")
-        if resend_every < 1:
-            raise ValueError(f"resend_every={resend_every}: expected at least 1")
-        zones, law = Zones(radius_m, no_moving_m, escape_m), PursuitLaw(gain_per_s, speed_mps)
-        if wrong := problems(zones, law, v_max_mps, sigma_m, period_ns, camera_ns + response_ns):
-            raise ValueError("\n".join(wrong))
+    def __init__(self, board: Board, *, target: str, pursuit: AerialSettings, view: str = "view",
+                 link: str = "link") -> None:
+        """`view`, `link`: its ports. `pursuit` may also be a mapping, as it comes out of a scenario."""
+        self._settings = settings = AerialSettings(**pursuit) if isinstance(pursuit, Mapping) else pursuit
         self._board, self._target = board, target
-        self._pursuer = Pursuer(CircleFilter(window, rho_m=rho_m, v_max_mps=v_max_mps, sigma_m=sigma_m),
-                                Adaptive(period_ns, zones, v_max_mps, camera_ns), law, zones, rho_m)
+        self._pursuer = settings.pursuer()
         node = board.node
-        self._client = GroundClient(on_text=lambda _severity, text: node.event("vehicle says", text))
-        self._plan = FlightPlan(self._client, height_m, (
-            ("LOCAL_POSITION_NED", position_every_ns), ("ATTITUDE", attitude_every_ns)), node.event)
+        self._client = GroundClient(retry_ns=settings.retry_ns,
+                                    on_text=lambda _severity, text: node.event("vehicle says", text))
+        self._plan = FlightPlan(self._client, settings.height_m, (
+            ("LOCAL_POSITION_NED", settings.position_every_ns), ("ATTITUDE", settings.attitude_every_ns)), node.event)
         self._view, self._link = node.ports[view], node.ports[link]
         self._view.on_receive, self._link.on_receive = self._see, self._hear
         self._view.answers = self._link.answers = False
-        self._schedule = Periodic(period_ns, offset_ns)
-        self._height_m, self._yaw_rad = height_m, remainder(pi / 2 - heading_rad, 2 * pi)
-        self._execution_ns, self._resend_every = execution_ns, resend_every
+        self._schedule = Periodic(settings.step_ns, settings.offset_ns)
+        self._yaw_rad = remainder(pi / 2 - settings.heading_rad, 2 * pi)
         self._heard = bytearray()
         self._seen: list[tuple[int, Place]] = []
         self._waypoint: Place | None = None
         self._in_view = False                       # when it looked last
-        self._due = 0                               # the instant at which it is sent again
+        self._due = 0                               # the instant at which the waypoint is sent again
         self._counted: dict[str, int] = {}
         node.signals(SIGNALS, self._sample)
 
     @staticmethod
     def check(scenario: ScenarioLike) -> Iterator[str]:
-        """What it could not start with, the theorem's conditions among it."""
+        """Zones that let a target escape, ports that it lacks, a view that is not as it thinks."""
         for name, agent in scenario.agents.items():
-            if agent.program == f"{AerialCompanion.__module__}:{AerialCompanion.__name__}":
-                for key in ("view", "link"):
-                    port = agent.parameters[key]
-                    if port not in getattr(agent, "media", (port,)):
-                        yield f"agents.{name}.parameters.{key}={port}: no such port; name a medium that it is on"
+            if agent.program != f"{AerialCompanion.__module__}:{AerialCompanion.__name__}":
+                continue
+            pursuit = agent.parameters["pursuit"]
+            try:
+                settings = AerialSettings(**pursuit) if isinstance(pursuit, Mapping) else pursuit
+            except ValueError as error:
+                yield from (f"agents.{name}.parameters.pursuit: {line}" for line in str(error).splitlines())
+                continue
+            ports = {key: str(agent.parameters.get(key, key)) for key in ("view", "link")}
+            for key, port in ports.items():
+                if port not in agent.media:
+                    yield (f"agents.{name}.parameters.{key}={port}: no such port; it is on "
+                           f"{', '.join(agent.media) or 'no medium'}")
+            if (view := scenario.media.get(ports["view"])) is not None:
+                yield from (f"agents.{name}.parameters.pursuit: {line}"
+                            for line in view_problems(settings, ports["view"], view))
 
     # --- what it hears
 
@@ -121,10 +108,10 @@ class AerialCompanion:
         board = self._board
         release_ns, instant = self._schedule.next_after(board.now_ns - 1), 0
         while True:
-            board.silent_until(release_ns + self._execution_ns)
+            board.silent_until(release_ns + self._settings.execution_ns)
             yield from board.wait_until(release_ns)
             look, frames = self._step(board.now_ns, instant)
-            yield from board.wait_until(release_ns + self._execution_ns)
+            yield from board.wait_until(release_ns + self._settings.execution_ns)
             if look:
                 board.node.count("looks")
                 self._view.send(LOOK)
@@ -151,8 +138,8 @@ class AerialCompanion:
         frames = client.due(now_ns)
         if plan.leads and self._waypoint is not None and instant >= self._due:
             x, y = self._waypoint
-            frames.append(client.target((y, x, -self._height_m), self._yaw_rad, now_ns))
-            self._due = instant + self._resend_every
+            frames.append(client.target((y, x, -self._settings.height_m), self._yaw_rad, now_ns))
+            self._due = instant + self._settings.resend_every
             self._board.node.count("waypoints sent")
         self._count()
         return look, frames

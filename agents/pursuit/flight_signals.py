@@ -1,4 +1,4 @@
-"""Signals of the report on a flying pursuer, as Figure 3.11 draws them. Functions for `[derived.NAME]` of a scenario."""
+"""Signals of the report on a flying pursuer, as in Figure 3.11: functions for `[derived.NAME]` of a scenario."""
 
 from __future__ import annotations
 

@@ -4,8 +4,8 @@
     (impairments[0] bernoulli_loss), slowest 0.3 s (radio: base -> drive)
 
 Counted are the frames from and to an observer and the body that carries it, and the modems at the other ends of their
-lines, handed out since the target was last in the inner half of the field of view; those of cameras only where they show
-this target.
+lines, handed out since the target was last in the inner half of the field of view; those of cameras only where they
+show this target.
 """
 
 from __future__ import annotations
