@@ -35,7 +35,9 @@ def subjects_of(named: Named, on: str, nodes_on: Mapping[str, Sequence[str]], li
 
 
 def _links(on: str, nodes_on: Mapping[str, Sequence[str]], links: Collection[LinkName], what: str) -> list[Subject]:
-    selected = link_selector.parse(on).resolve(nodes_on)
+    to_themselves = {medium: [sender for each, sender, receiver in links if each == medium and sender == receiver]
+                     for medium in nodes_on}
+    selected = link_selector.parse(on).resolve(nodes_on, to_themselves)
     there = [link for link in selected if link in set(links)]
     if not there:
         known = [f"{medium}: {sender} -> {receiver}" for medium, sender, receiver in links]

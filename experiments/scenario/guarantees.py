@@ -103,7 +103,7 @@ class Guarantees:
         found: list[Link] = []
         for name, medium in self.media.items():
             pairs = [(one, other) for one in medium.nodes for other in medium.nodes if one != other]
-            if medium.settings is not None and pairs:
+            if medium.settings is not None and medium.nodes:
                 at_m = positions(medium.nodes, self.agents)
                 with suppress(ValueError):      # said of the medium itself
                     pairs = list(self.vocabulary.medium_links(self.vocabulary.media[medium.kind], name, medium.settings,

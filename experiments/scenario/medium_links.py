@@ -14,14 +14,15 @@ from netem.records.ledger import Ledger
 
 def medium_links(cls: Any, name: str, settings: Any, nodes: Mapping[str, Position | None],
                  length_ns: int) -> list[tuple[str, str]]:
-    """(sender, receiver) for every link of its topology over [0, length_ns); of a medium without one, all pairs."""
+    """(sender, receiver) for every link of its topology over [0, length_ns); of a medium without one, all pairs, and
+    to themselves the nodes that it shows to themselves."""
     ledger = Ledger()
     links = Links(ledger, lambda *_: False, {})
     medium = cls(name, settings, nodes, Agenda(), ledger, links, lambda place: Random(place))
     everyone = [(sender, receiver) for sender in nodes for receiver in nodes if sender != receiver]
     topology = getattr(medium, "topology", None)
     if topology is None:
-        return everyone
+        return everyone + [(node, node) for node in getattr(settings, "fixed_cameras", ())]
     found: set[tuple[str, str]] = set()
     for at_ns in [0, *topology.changes_ns(length_ns)]:
         found.update(topology.graph_at(at_ns))

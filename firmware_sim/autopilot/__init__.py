@@ -7,6 +7,7 @@
     autopilot.py             the board's program: sensors and motion capture in, motor commands out
     autopilot_settings.py    the keys of a scenario
     flight_controller.py     modes, arming, commands; implements the contract
+    refusals.py              why something cannot be done now
     failsafe.py              what to do when something falls silent
     mission_run.py           how far a mission is
     landing_detector.py      whether it stands

@@ -9,12 +9,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from math import isfinite
+from typing import ClassVar, Final
+
+from netem.topology import REFUSE_UNKNOWN_KEYS
 
 GRAVITY = 9.81      # [m/s2]
 
 
 @dataclass(frozen=True)
 class Airframe:
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     mass_kg: float = 0.5
     inertia_kgm2: tuple[float, float, float] = (2.32e-3, 2.32e-3, 4.0e-3)
     arm_m: float = 0.175
@@ -23,15 +27,19 @@ class Airframe:
     tau_motor_s: float = 0.05
     motor_min_radps: float = 125.66371
     motor_max_radps: float = 816.81409
+    drag_nspm: tuple[float, float] = (0.15, 0.25)       # force per speed, horizontal and vertical
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "inertia_kgm2", tuple(self.inertia_kgm2))
         if len(self.inertia_kgm2) != 3:
             raise ValueError(f"inertia_kgm2={list(self.inertia_kgm2)}: expected three moments of inertia")
+        object.__setattr__(self, "drag_nspm", tuple(self.drag_nspm))
+        if len(self.drag_nspm) != 2 or not all(isfinite(each) and each >= 0 for each in self.drag_nspm):
+            raise ValueError(f"drag_nspm={list(self.drag_nspm)}: expected horizontal and vertical, 0 or more")
         for each in fields(self):
             value = getattr(self, each.name)
             for number in value if isinstance(value, tuple) else (value,):
-                if not (isfinite(number) and number > 0):
+                if each.name != "drag_nspm" and not (isfinite(number) and number > 0):
                     raise ValueError(f"{each.name}={number}: expected more than 0")
         if self.motor_min_radps >= self.motor_max_radps:
             raise ValueError(f"motor_min_radps={self.motor_min_radps}: expected less than motor_max_radps "
@@ -42,3 +50,6 @@ class Airframe:
     @property
     def full_thrust_n(self) -> float:
         return 4 * self.k_thrust * self.motor_max_radps**2
+
+
+HUMMINGBIRD: Final = Airframe()

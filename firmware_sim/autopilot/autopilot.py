@@ -18,6 +18,7 @@ from typing import Any, Final, Protocol
 
 from simpy.events import Event
 
+from firmware_sim.autopilot.airframe import Airframe
 from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
 from firmware_sim.autopilot.exposure_clock import ExposureClock
 from firmware_sim.autopilot.flight_controller import FlightController
@@ -60,7 +61,7 @@ class ScenarioLike(Protocol):
 class Autopilot:
     def __init__(self, board: Board, *, period_ns: int = DEFAULT.period_ns, offset_ns: int = DEFAULT.offset_ns,
                  execution_ns: int = DEFAULT.execution_ns, navigation_every: int = DEFAULT.navigation_every,
-                 mocap: str = DEFAULT.mocap, body: str = DEFAULT.body, airframe: Mapping[str, Any] = DEFAULT.airframe,
+                 mocap: str = DEFAULT.mocap, body: str = DEFAULT.body, airframe: Airframe = DEFAULT.airframe,
                  parameters: Mapping[str, float] = DEFAULT.parameters) -> None:
         """What they mean: `AutopilotSettings`."""
         self._settings = settings = AutopilotSettings(period_ns, offset_ns, execution_ns, navigation_every, mocap, body,
@@ -71,7 +72,7 @@ class Autopilot:
         self._body = body or board.node.name
         port = board.node.ports[settings.port_of(board.node.ports)]
         port.on_receive, port.answers = self._captured, False
-        self.controller = FlightController(settings.built_airframe, period_ns, navigation_every, parameters)
+        self.controller = FlightController(settings.airframe, period_ns, navigation_every, parameters)
         self.listeners: list[Callable[[Severity, str], None]] = [self._note]     # each gets every notice
         self.controller.on_notice = self._notice
         self._stamps = ExposureClock()
@@ -92,17 +93,18 @@ class Autopilot:
         release_ns = schedule.next_after(board.now_ns - 1)
         written = OFF
         while True:
-            yield from board.wait_until(release_ns)
+            yield board.until(release_ns)       # a hardware timer: a clock set back meanwhile does not stop the loop
+            now_ns = board.now_ns
             plant.advance_to(env.time_ns())
             w, x, y, z, ox, oy, oz, fx, fy, fz = self._sensors.read()
-            motors = tick(board.now_ns, ned_quaternion(w, x, y, z), frd_of(ox, oy, oz), frd_of(fx, fy, fz))
+            motors = tick(now_ns, ned_quaternion(w, x, y, z), frd_of(ox, oy, oz), frd_of(fx, fy, fz))
             if motors != written:
-                yield from board.wait_until(release_ns + execution_ns)
+                yield board.until(now_ns + execution_ns)
                 plant.advance_to(env.time_ns())
                 self._motors.write(motors)
                 written = motors
-            before_ns, release_ns = release_ns, schedule.next_after(max(board.now_ns, release_ns))
-            if missed := (release_ns - before_ns) // settings.period_ns - 1:
+            before_ns, release_ns = release_ns, schedule.next_after(board.now_ns)
+            if (missed := (release_ns - before_ns) // settings.period_ns - 1) > 0:
                 node.count("releases missed", missed)
 
     # --- what it hears

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from firmware_sim.autopilot.airframe import Airframe
+from firmware_sim.autopilot.airframe import HUMMINGBIRD, Airframe
 from firmware_sim.autopilot.parameters import ParameterTable
 from netem.topology import REFUSE_UNKNOWN_KEYS
 
@@ -22,7 +22,7 @@ class AutopilotSettings:
     navigation_every: int = 10                  # releases
     mocap: str = "mocap"                        # port at which motion capture is heard
     body: str = ""                              # whom it follows there; "": itself
-    airframe: Mapping[str, Any] = field(default_factory=dict)           # what `Airframe` gets other than its defaults
+    airframe: Airframe = HUMMINGBIRD            # what the firmware believes of its vehicle; may be given as a mapping
     parameters: Mapping[str, float] = field(default_factory=dict)       # start values of `parameters.py`
 
     def __post_init__(self) -> None:
@@ -35,15 +35,9 @@ class AutopilotSettings:
                              f"({self.period_ns} ns), or the loop never keeps up; lengthen the period")
         if self.navigation_every < 1:
             raise ValueError(f"navigation_every={self.navigation_every}: expected at least 1")
-        try:
-            _ = self.built_airframe
-        except TypeError as error:
-            raise ValueError(f"airframe: {error}") from None
+        if isinstance(self.airframe, Mapping):
+            object.__setattr__(self, "airframe", Airframe(**self.airframe))
         ParameterTable(self.parameters, lambda: None)
-
-    @property
-    def built_airframe(self) -> Airframe:
-        return Airframe(**self.airframe)
 
     def port_of(self, ports: Collection[str]) -> str:
         """The port of motion capture; ValueError if it is not there."""

@@ -3,7 +3,8 @@
     offset = least of (arrival - stamp), let slip by `SLIP` since the last frame     exposed = stamp + offset - delay
 
 The least delayed frame tells the clocks' difference plus the known `delay`; frames that were held up on their way do
-not disturb it. The slip lets it follow clocks that drift apart by less than it.
+not disturb it. The slip lets it follow clocks that drift apart by less than it. After `PATIENCE` frames in a row that
+all seem held up by more than `HELD_UP_NS`, it is the clock that was stepped: the last one counts.
 Source: the minimum filter of NTP's clock filter (Mills 1991), with a slip instead of a window.
 """
 
@@ -12,12 +13,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 SLIP_PPM = 200
+HELD_UP_NS = 20_000_000
+PATIENCE = 20
 
 
 @dataclass
 class ExposureClock:
     _offset_ns: int | None = field(default=None, init=False)
     _stamp_ns: int = field(default=0, init=False)
+    _held_up: int = field(default=0, init=False)
 
     def exposed_ns(self, stamp_ns: int, arrival_ns: int, delay_ns: int) -> int | None:
         """Local time of the exposure; None: not newer than the last frame."""
@@ -25,6 +29,9 @@ class ExposureClock:
         if self._offset_ns is not None:
             if stamp_ns <= self._stamp_ns:
                 return None
-            offset_ns = min(offset_ns, self._offset_ns + (stamp_ns - self._stamp_ns) * SLIP_PPM // 1_000_000)
+            kept_ns = self._offset_ns + (stamp_ns - self._stamp_ns) * SLIP_PPM // 1_000_000
+            self._held_up = self._held_up + 1 if offset_ns - kept_ns > HELD_UP_NS else 0
+            if self._held_up < PATIENCE:
+                offset_ns = min(offset_ns, kept_ns)
         self._offset_ns, self._stamp_ns = offset_ns, stamp_ns
         return stamp_ns + offset_ns - delay_ns

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import acos, dist, isfinite
 
-from firmware_sim.autopilot import mission_run
+from firmware_sim.autopilot import mission_run, refusals
 from firmware_sim.autopilot.airframe import Airframe
 from firmware_sim.autopilot.failsafe import Failsafe, Silences
 from firmware_sim.autopilot.flight_loops import FlightLoops
@@ -28,6 +28,7 @@ from firmware_sim.autopilot.mission_run import MissionRun
 from firmware_sim.autopilot.mixer import Motors
 from firmware_sim.autopilot.parameters import ParameterTable
 from firmware_sim.autopilot.position_estimator import NEVER_NS
+from firmware_sim.autopilot.refusals import Facts, needs_position
 from firmware_sim.autopilot.target_limits import limited
 from firmware_sim.autopilot.vehicle import (
     AttitudeTarget,
@@ -45,12 +46,11 @@ from firmware_sim.autopilot.vehicle import (
     VehicleState,
 )
 
-ARMING_TILT = 0.3           # [rad]
 OFF_GROUND_M = 0.1          # higher than this it flies
 STANDS_BELOW_M = 0.25       # of the ground where it was armed, for the ground is flat
 LIFTS_OFF = 0.3             # of its weight: more thrust of an attitude target than this is meant to fly
-AT_REST_MPS = 0.3
 STAY = PositionTarget()
+TOLD = (Mode.OFFBOARD, Mode.STABILIZE)      # modes that follow a stream of targets
 
 
 class FlightController:
@@ -108,8 +108,7 @@ class FlightController:
     def arm(self, force: bool = False) -> Result:
         if self._armed:
             return Result.ACCEPTED
-        why = self._unready(force)
-        if why:
+        if why := refusals.arming(self._mode, self._facts(), force):
             self.on_notice(Severity.ERROR, f"arming refused: {why}")
             return Result.TEMPORARILY_REJECTED
         loops = self.loops
@@ -132,44 +131,26 @@ class FlightController:
     def set_mode(self, mode: Mode) -> Result:
         if mode is Mode.TAKEOFF:
             return self.take_off(self.parameters.get("MIS_TAKEOFF_ALT"))
-        if mode is Mode.LAND:
-            return self.land()
         if mode is Mode.MISSION:
             return self.start_mission(self._run.index if self._run.item else 0)
-        if mode is Mode.RETURN and (not self._armed or self._landed is Landed.ON_GROUND):
-            return self._refused(f"{mode.value}: not in the air")
-        if mode is Mode.OFFBOARD and not self._targets_fresh:
-            return self._refused("offboard: no stream of targets")
-        if mode is Mode.STABILIZE and self._landed is not Landed.ON_GROUND and not (
-                self._targets_fresh and isinstance(self._target, AttitudeTarget)):
-            return self._refused("stabilize: no stream of attitudes")
-        if self._needs_position(mode) and not self.position_valid:
-            return self._refused(f"{mode.value}: no motion capture")
-        self._command(mode)
-        return Result.ACCEPTED
+        return self._try(mode)
 
     def take_off(self, height_m: float) -> Result:
         if not isfinite(height_m) or height_m <= OFF_GROUND_M:
             return self._refused(f"take-off to {height_m:g} m", Result.DENIED)
-        if not self._armed:
-            return self._refused("take-off: not armed")
-        if self._landed is not Landed.ON_GROUND:
-            return self._refused("take-off: in the air already")
-        if not self.position_valid:
-            return self._refused("take-off: no motion capture")
+        if self._armed and self._mode is Mode.TAKEOFF:      # a command that was sent twice
+            return Result.ACCEPTED
         most = self.parameters.get("FENCE_ALT") + self._home[2]
         if height_m > most:
             self.on_notice(Severity.WARNING, f"take-off height {height_m:g} clipped to {most:.3g}")
             height_m = most
-        self._goal = PositionTarget((self._home[0], self._home[1], self._home[2] - height_m))
-        self._command(Mode.TAKEOFF)
-        return Result.ACCEPTED
+        result = self._try(Mode.TAKEOFF)
+        if result is Result.ACCEPTED:
+            self._goal = PositionTarget((self._home[0], self._home[1], self._home[2] - height_m))
+        return result
 
     def land(self) -> Result:
-        if not self._armed or self._landed is Landed.ON_GROUND:
-            return self._refused("land: not in the air")
-        self._command(Mode.LAND)
-        return Result.ACCEPTED
+        return self._try(Mode.LAND)
 
     def target(self, target: Target, now_ns: int) -> list[str]:
         taken, said = limited(target, self.parameters)
@@ -183,16 +164,19 @@ class FlightController:
         if why := mission_run.complaint(items, self.parameters):
             return self._refused(f"mission: {why}", Result.DENIED)
         self._run = MissionRun(tuple(items))
+        if self._mode is Mode.MISSION:
+            self._enter(Mode.HOLD, "new mission")
         return Result.ACCEPTED
 
     def start_mission(self, first: int = 0) -> Result:
         if not 0 <= first < len(self._run.items):
             return self._refused(f"mission: no item {first}", Result.DENIED)
-        if not self.position_valid:
-            return self._refused("mission: no motion capture")
-        self._run.start(first, self.loops.estimate.position)
-        self._command(Mode.MISSION)
-        return Result.ACCEPTED
+        if self._mode is Mode.MISSION and self._run.index == first:
+            return Result.ACCEPTED
+        result = self._try(Mode.MISSION)
+        if result is Result.ACCEPTED:
+            self._run.start(first, self.loops.estimate.position)
+        return result
 
     def link_heard(self, now_ns: int) -> None:
         self._link_ns = now_ns
@@ -224,8 +208,10 @@ class FlightController:
 
     def _watch(self, now_ns: int) -> None:
         """Failsafes."""
-        silences = Silences(now_ns - self._link_ns, now_ns - self._target_ns, self.position_valid,
-                            self._needs_position(self._mode) and self._mode is not Mode.LAND)
+        self._link_ns, self._target_ns = min(self._link_ns, now_ns), min(self._target_ns, now_ns)  # clock set back
+        told_ns = self._target_ns if self._mode is Mode.OFFBOARD or self._attitude_told else NEVER_NS
+        silences = Silences(now_ns - self._link_ns, 0 if self._landed is Landed.ON_GROUND else now_ns - told_ns,
+                            self.position_valid, needs_position(self._mode, self._attitude_told))
         before = self._failsafe.acting
         mode = self._failsafe.look(now_ns, self._mode, silences)
         acting = self._failsafe.acting
@@ -239,7 +225,7 @@ class FlightController:
 
     def _fly(self) -> None:
         loops, mode = self.loops, self._mode
-        if mode in (Mode.OFFBOARD, Mode.STABILIZE) and isinstance(self._target, AttitudeTarget):
+        if mode in TOLD and isinstance(self._target, AttitudeTarget):
             self._positional = False
             loops.aim(self._target)
             return
@@ -257,15 +243,17 @@ class FlightController:
         if mode is Mode.OFFBOARD and isinstance(self._target, PositionTarget):
             return self._target
         if mode is Mode.LAND:
-            return PositionTarget(velocity_ned_mps=(None, None, land_speed))
+            north, east, _ = self._goal.position_ned_m
+            return PositionTarget((north, east, None), (None, None, land_speed))
         if mode is Mode.MISSION:
             return self._run.goal(land_speed)
         return self._goal
 
     def _wants_to_fly(self) -> bool:
-        if self._mode in (Mode.OFFBOARD, Mode.STABILIZE) and isinstance(self._target, AttitudeTarget):
-            return self._targets_fresh and self._target.thrust * self.loops.airframe.full_thrust_n \
-                > LIFTS_OFF * self.loops.hover_n
+        if self._mode in TOLD and not self._targets_fresh:
+            return False
+        if self._mode in TOLD and isinstance(self._target, AttitudeTarget):
+            return self._target.thrust * self.loops.airframe.full_thrust_n > LIFTS_OFF * self.loops.hover_n
         goal = self._where_to()
         down, climb = goal.position_ned_m[2], goal.velocity_ned_mps[2]
         return down < self.loops.ground_down - OFF_GROUND_M if down is not None else (climb or 0.0) < 0
@@ -275,7 +263,7 @@ class FlightController:
         loops = self.loops
         descends = self._mode is Mode.LAND
         low = loops.height_m < STANDS_BELOW_M or not self.position_valid
-        if low and (descends or self._landed is not Landed.TAKING_OFF):
+        if low and (descends or self._landed is not Landed.TAKING_OFF or not self._wants_to_fly()):
             if self._detector.stands(now_ns, loops.thrust_n, loops.hover_n, loops.force, loops.rates):
                 self._on_the_ground(now_ns)
                 return
@@ -324,28 +312,20 @@ class FlightController:
     def _tune(self) -> None:
         self.loops.tune(self.parameters)
 
-    def _unready(self, force: bool) -> str:
-        if self._needs_position(self._mode) and not self.position_valid:
-            return "no motion capture"
-        if self._mode in (Mode.LAND, Mode.RETURN, Mode.TAKEOFF):
-            return f"mode {self._mode.value}"
-        if force:
-            return ""
-        if acos(max(-1.0, min(1.0, down_axis(self.loops.quaternion)[2]))) > ARMING_TILT:
-            return "not level"
-        link_loss = self.parameters.get("LINK_LOSS") * 1e9
-        if self.parameters.get("LINK_LOSS_ACT") and self._now_ns - self._link_ns > link_loss:
-            return "no link"
-        return ""
+    def _facts(self) -> Facts:
+        link_lost_ns = self.parameters.get("LINK_LOSS") * 1e9
+        return Facts(self._armed, self._landed is Landed.ON_GROUND, self.position_valid, self._targets_fresh,
+                     self._attitude_told,
+                     not self.parameters.get("LINK_LOSS_ACT") or self._now_ns - self._link_ns <= link_lost_ns,
+                     acos(max(-1.0, min(1.0, down_axis(self.loops.quaternion)[2]))))
 
     @property
     def _targets_fresh(self) -> bool:
         return self._target is not None and self._now_ns - self._target_ns <= self.parameters.get("OFFB_LOSS") * 1e9
 
-    def _needs_position(self, mode: Mode) -> bool:
-        if mode is Mode.OFFBOARD:
-            return not isinstance(self._target, AttitudeTarget)
-        return mode is not Mode.STABILIZE
+    @property
+    def _attitude_told(self) -> bool:
+        return isinstance(self._target, AttitudeTarget)
 
     def _way_home(self) -> PositionTarget:
         least = self._home[2] - self.parameters.get("RTL_RETURN_ALT")
@@ -353,15 +333,17 @@ class FlightController:
 
     def _arrived(self, position: Vector) -> bool:
         goal = [a for a in self._goal.position_ned_m if a is not None]
-        return dist(goal, position) < self.parameters.get("NAV_ACC_RAD") and \
-            dist(self.loops.estimate.velocity, (0.0, 0.0, 0.0)) < AT_REST_MPS
+        return dist(goal, position) < self.parameters.get("NAV_ACC_RAD")
 
-    def _command(self, mode: Mode) -> None:
-        if mode is not Mode.TAKEOFF:
-            self._goal = self._way_home() if mode is Mode.RETURN else STAY
+    def _try(self, mode: Mode) -> Result:
+        """A mode that somebody asks for."""
+        if why := refusals.entering(mode, self._facts()):
+            return self._refused(f"{mode.value}: {why}")
+        self._goal = self._way_home() if mode is Mode.RETURN else STAY
         self._failsafe.clear()
         self._ground_ns = self._now_ns
         self._enter(mode, f"mode {mode.value}")
+        return Result.ACCEPTED
 
     def _enter(self, mode: Mode, why: str, severity: Severity = Severity.INFO) -> None:
         self._mode = mode

@@ -3,8 +3,8 @@
     every period            attitude and rates  -->  torques  -->  motor speeds
     every navigation        acceleration  -->  estimate  -->  ramps  -->  position control  -->  attitude and thrust
 
-Without a trustworthy position `descend` keeps it level and sinks by dead reckoning, with ever less lift where it ought
-to be on the ground already.
+Without a trustworthy position `descend` stops it and sinks by dead reckoning, with ever less lift where it ought to be
+on the ground already.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from firmware_sim.autopilot.position_estimator import PositionEstimator
 from firmware_sim.autopilot.ramp import Ramp
 from firmware_sim.autopilot.vehicle import AttitudeTarget, Parameters, PositionTarget, Quaternion, Vector
 
-LAG_S = 0.02            # of a motor, with the mixer's help
+LAG_S = 0.015           # of a motor, with the mixer's help
 LEASH_M = 1.0           # the reference's, to where the vehicle is believed to be
 NEAR_GROUND_M = 0.05    # a lower target means the ground itself
 LIFT_LEAST = 0.5        # of hovering, at the end of a blind descent
@@ -52,6 +52,7 @@ class FlightLoops:
         self.thrust_n = 0.0
         self.target, self.rates_target = LEVEL, NO_RATES
         self._dt = navigation_s
+        self._drag = tuple(each / airframe.mass_kg for each in airframe.drag_nspm)         # [1/s]
         self._weight_n = airframe.mass_kg * GRAVITY
         self._attitude, self._position = AttitudeControl(airframe), PositionControl(airframe.mass_kg)
         self._mixer = Mixer(airframe, period_s, LAG_S)
@@ -132,9 +133,10 @@ class FlightLoops:
         rx, ry, (rz,) = *flat.position, upright.position
         wx, wy, (wz,) = *flat.velocity, upright.velocity
         ax, ay, (az,) = *flat.acceleration, upright.acceleration
+        drag, drag_z = self._drag
         self.target, self.thrust_n = self._position.step(
-            (rx - p[0], ry - p[1], rz - p[2]), (wx - v[0], wy - v[1], wz - v[2]), (ax, ay, az), self.yaw_ref,
-            self.quaternion, None if self._mixer.saturated else dt)
+            (rx - p[0], ry - p[1], rz - p[2]), (wx - v[0], wy - v[1], wz - v[2]),
+            (ax + drag * wx, ay + drag * wy, az + drag_z * wz), self.yaw_ref, self.quaternion, dt)
         self.rates_target = _body_yaw(self.quaternion, yaw_rate)
         self.drive = Drive.ATTITUDE
 
@@ -148,12 +150,11 @@ class FlightLoops:
             self.drive, self.target = Drive.ATTITUDE, target.quaternion_wxyz
 
     def descend(self) -> None:
-        """Sink level, without a position to go by."""
+        """Stop and sink by dead reckoning, against the wind that the integral has learned."""
         speed, dt = self._get("LAND_SPEED"), self._dt
-        self._position.forget_drift()
-        sink = speed - self.estimate.velocity[2]
-        self.target, thrust_n = self._position.step((0.0, 0.0, 0.0), (0.0, 0.0, sink), (0.0, 0.0, 0.0), self.yaw_ref,
-                                                    self.quaternion, None)
+        vn, ve, vd = self.estimate.velocity
+        self.target, thrust_n = self._position.step((0.0, 0.0, 0.0), (-vn, -ve, speed - vd), (0.0, 0.0, 0.0),
+                                                    self.yaw_ref, self.quaternion, None)
         if self.height_m < -LEASH_M * speed:
             self._below_s += dt
         most = self.hover_n * max(LIFT_LEAST, 1 - LIFT_FALLS * self._below_s) if self._below_s else thrust_n

@@ -35,41 +35,32 @@ class Mixer:
         self._haste = max(1.0, airframe.tau_motor_s / lag_s)
         self._follows = 1 - exp(-period_s / airframe.tau_motor_s)
         self._modelled = OFF
-        self.saturated = False          # the last command is not all that was asked for
 
     def mix(self, thrust_n: float, roll_nm: float, pitch_nm: float, yaw_nm: float) -> Motors:
         roll, pitch, each = roll_nm * self._per_roll, pitch_nm * self._per_roll, thrust_n / 4
         low, high = self._low_n, self._high_n
         lever = max(abs(roll), abs(pitch))
-        self.saturated = False
         if lever > self._most_n:
             scale = self._most_n / lever
             roll, pitch, lever = roll * scale, pitch * scale, self._most_n
-            self.saturated = True
         if each < low + lever:
-            each, self.saturated = low + lever, True
+            each = low + lever
         elif each > high - lever:
-            each, self.saturated = high - lever, True
+            each = high - lever
         yaw = yaw_nm * self._per_yaw
         if yaw >= 0:
-            room = min(each - abs(pitch) - low, high - each - abs(roll))
-            if yaw > room:
-                yaw, self.saturated = room, True
+            yaw = min(yaw, each - abs(pitch) - low, high - each - abs(roll))
         else:
-            room = min(each - abs(roll) - low, high - each - abs(pitch))
-            if yaw < -room:
-                yaw, self.saturated = -room, True
+            yaw = max(yaw, low + abs(roll) - each, each + abs(pitch) - high)
         k = self._k_thrust
         one, two = each - yaw, each + yaw
         return self._hurried(sqrt(max(low, one + pitch) / k), sqrt(max(low, two + roll) / k),
                              sqrt(max(low, one - pitch) / k), sqrt(max(low, two - roll) / k))
 
     def idle(self) -> Motors:
-        self.saturated = False
         return self._hurried(self._min, self._min, self._min, self._min)
 
     def off(self) -> Motors:
-        self.saturated = False
         a, b, c, d = self._modelled
         keeps = 1 - self._follows
         self._modelled = a * keeps, b * keeps, c * keeps, d * keeps

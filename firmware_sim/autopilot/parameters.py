@@ -13,17 +13,17 @@ from typing import Final
 from firmware_sim.autopilot.vehicle import ParameterInfo as P
 
 TABLE: Final[Mapping[str, P]] = MappingProxyType({
-    "ATT_KP": P(400.0, 10.0, 1000.0, "1/s2", "attitude error to angular acceleration, roll and pitch"),
-    "ATT_KD": P(40.0, 2.0, 100.0, "1/s", "rate error to angular acceleration, roll and pitch"),
+    "ATT_KP": P(250.0, 10.0, 1000.0, "1/s2", "attitude error to angular acceleration, roll and pitch"),
+    "ATT_KD": P(30.0, 2.0, 100.0, "1/s", "rate error to angular acceleration, roll and pitch"),
     "YAW_KP": P(6.0, 0.0, 50.0, "1/s2", "heading error to angular acceleration"),
     "YAW_KD": P(5.0, 0.1, 30.0, "1/s", "yaw rate error to angular acceleration"),
     "YAW_RATE_MAX": P(1.5, 0.1, 4.0, "rad/s", "ramp of the heading"),
     "TILT_MAX": P(0.5, 0.05, 0.8, "rad", "of position control"),
     "ATT_TILT_MAX": P(0.8, 0.05, 1.2, "rad", "of attitude targets, which are clipped to it"),
     "RATE_MAX": P(4.0, 0.1, 10.0, "rad/s", "of rate targets, which are clipped to it"),
-    "POS_KP": P(4.0, 0.0, 20.0, "1/s2", "position error to acceleration, horizontal"),
-    "POS_KD": P(3.6, 0.0, 20.0, "1/s", "velocity error to acceleration, horizontal"),
-    "POS_KI": P(1.5, 0.0, 10.0, "1/s3", "integral of the position error, horizontal"),
+    "POS_KP": P(3.5, 0.0, 20.0, "1/s2", "position error to acceleration, horizontal"),
+    "POS_KD": P(3.4, 0.0, 20.0, "1/s", "velocity error to acceleration, horizontal"),
+    "POS_KI": P(1.2, 0.0, 10.0, "1/s3", "integral of the position error, horizontal"),
     "ALT_KP": P(9.0, 0.0, 30.0, "1/s2", "height error to acceleration"),
     "ALT_KD": P(6.0, 0.0, 30.0, "1/s", "climb rate error to acceleration"),
     "ALT_KI": P(5.0, 0.0, 20.0, "1/s3", "integral of the height error"),

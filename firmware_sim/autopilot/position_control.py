@@ -1,10 +1,10 @@
-"""From a reference to a thrust vector: PID on the position, the ramp's acceleration fed forward.
+"""From a reference to a thrust vector: PID on the position, acceleration and drag of the ramp fed forward.
 
-    a = a_ref + k_p (p_ref - p) + k_d (v_ref - v) + i         di/dt = k_i (p_ref - p), bounded
+    a = a_ff + k_p (p_ref - p) + k_d (v_ref - v) + i          di/dt = k_i (p_ref - p), bounded
     f = a - g                                                  specific force; the body's z axis points along -f
 
-The tilt is bounded, and f keeps pointing up. The integral takes up what the firmware does not know: wind, a wrong mass.
-NED throughout.
+The tilt is bounded, and f keeps pointing up. The integral takes up what the firmware does not know: wind, a wrong mass;
+its horizontal part rests while the tilt is at its bound. NED throughout.
 
 Source: Michael et al. 2010, The GRASP multiple micro-UAV testbed (PD with feedforward on trajectories, PID at
 hover); projection of the thrust on the body's axis as in Mellinger, Kumar 2011.
@@ -33,10 +33,6 @@ class PositionControl:
     def restart(self) -> None:
         self._integral = [0.0, 0.0, 0.0]
 
-    def forget_drift(self) -> None:
-        """Without a position nothing says what the horizontal integral is good for."""
-        self._integral[0] = self._integral[1] = 0.0
-
     @property
     def lift_spared(self) -> float:
         """[m/s2] by which less lift is needed than the known mass says, as found by the integral."""
@@ -46,9 +42,6 @@ class PositionControl:
              dt_s: float | None) -> tuple[Quaternion, float]:
         """Attitude and thrust [N] for the errors, reference less actual; without `dt_s` the integral rests."""
         integral = self._integral
-        if dt_s is not None:
-            for i, ki in ((0, self.ki), (1, self.ki), (2, self.ki_z)):
-                integral[i] = max(-INTEGRAL_MOST, min(INTEGRAL_MOST, integral[i] + ki * error[i] * dt_s))
         fx = feed_forward[0] + self.kp * error[0] + self.kd * error_v[0] + integral[0]
         fy = feed_forward[1] + self.kp * error[1] + self.kd * error_v[1] + integral[1]
         fz = min(-LEAST_LIFT * GRAVITY,
@@ -56,7 +49,14 @@ class PositionControl:
         aside, most = sqrt(fx * fx + fy * fy), -self.tan_tilt * fz
         if aside > most:
             fx, fy = fx * most / aside, fy * most / aside
+        if dt_s is not None:
+            self._integrate(error, dt_s, aside > most)
         size = sqrt(fx * fx + fy * fy + fz * fz)
         target = tilted((-fx / size, -fy / size, -fz / size), yaw_ref)
         dx, dy, dz = down_axis(q)
         return target, max(0.0, -self._mass_kg * (fx * dx + fy * dy + fz * dz))
+
+    def _integrate(self, error: Vector, dt_s: float, tilt_at_bound: bool) -> None:
+        for i, ki in ((2, self.ki_z),) if tilt_at_bound else ((0, self.ki), (1, self.ki), (2, self.ki_z)):
+            grown = self._integral[i] + ki * error[i] * dt_s
+            self._integral[i] = max(-INTEGRAL_MOST, min(INTEGRAL_MOST, grown))

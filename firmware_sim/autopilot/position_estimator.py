@@ -25,6 +25,7 @@ from firmware_sim.autopilot.vehicle import Vector
 
 MEMORY = 64                     # predictions
 LONGEST_NS = 500_000_000        # after a longer silence a frame is believed as it is
+JUMP_NS = 20_000_000
 NEVER_NS = -(10**18)
 
 
@@ -42,6 +43,11 @@ class PositionEstimator:
         return max(0, now_ns - self.exposed_ns)
 
     def predict(self, now_ns: int, acceleration: Vector, dt_s: float) -> None:
+        """`dt_s` on from the last prediction; a clock that says something else by more than `JUMP_NS` was stepped."""
+        jump_ns = now_ns - self.now_ns - round(dt_s * 1e9)
+        if abs(jump_ns) > JUMP_NS and self.now_ns != NEVER_NS:
+            self.exposed_ns += jump_ns
+            self._past = deque(((then_ns + jump_ns, p, v) for then_ns, p, v in self._past), MEMORY)
         (px, py, pz), (vx, vy, vz), (ax, ay, az) = self.position, self.velocity, acceleration
         half = dt_s / 2
         nx, ny, nz = vx + ax * dt_s, vy + ay * dt_s, vz + az * dt_s

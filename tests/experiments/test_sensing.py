@@ -1,5 +1,6 @@
 """A camera in a whole run: one ledger on both hosts, the truth of each exposure, mistakes before the start."""
 
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -85,3 +86,44 @@ def test_a_body_without_such_an_output_or_without_a_plant_is_refused_before_the_
     assert error.value.problems == [
         'see.toml: media.view.bodies.reference="yy": no such output; did you mean "y"?',
         "see.toml: media.view.bodies.watcher: a body needs a plant, whose outputs say where it is"]
+
+
+QUADROTOR = '''# A quadrotor stands in a room with motion capture that loses frames.
+# Question: does it learn where it is itself?
+seed = 3
+length_s = 2.0
+sample_period_ms = 100
+[agents.uav]
+program = "firmware_sim.autopilot.autopilot:Autopilot"
+plant = { fmu = "quadrotor", preset = "hummingbird", parameters = { x = 1.5, y = -0.5 } }
+media = ["mocap"]
+[media.mocap]
+kind = "sensing"
+exposure_period_ms = 10
+latency_ms = 8
+noise_m = 0.001
+bodies = { uav = ["x", "y", "z", "heading"] }
+fixed_cameras = ["uav"]
+every_exposure_to = ["uav"]
+[[impairments]]
+on = "mocap: * -> uav"
+kind = "bernoulli_loss"
+loss_ratio = 0.3
+[guarantees.fresh]
+kind = "age_of_information"
+on = "mocap: uav -> uav"
+below_ms = 300
+'''
+
+
+def test_motion_capture_that_loses_frames_tells_a_vehicle_where_it_is_on_both_hosts(tmp_path):
+    (tmp_path / "room.toml").write_text(QUADROTOR, encoding="utf-8")
+
+    runs = [run(load(tmp_path / "room.toml"), host=host, out=tmp_path / host, report=False) for host in HOSTS]
+
+    assert runs[0].summary.ledger_hash == runs[1].summary.ledger_hash
+    data = load_run(runs[0].folder)
+    fates = Counter(map(str, data.ledger["fate"]))
+    assert fates.total() == data.ledger.height == 200
+    assert data.counters["uav"]["motion capture taken"] == fates["delivered"]
+    assert abs(fates["lost"] - 60) < 4 * (200 * 0.3 * 0.7) ** 0.5

@@ -192,6 +192,33 @@ def test_its_error_is_of_fourth_order(own: Own) -> None:
     assert math.log2(coarse / fine) == pytest.approx(4, abs=0.05)       # next term: order h, under 5 % here
 
 
+def test_motors_faster_than_the_step_shorten_it(fly: Callable[..., Flight]) -> None:
+    """Simpson's rule, which Runge-Kutta is here, over parts of tau: each errs by at most tau^5 / 2880 times the fourth
+    derivative of the lift, which falls from part to part as exp(-1)."""
+    tau, rise = 2e-3, 100.0
+    climb = fly(z=5.0, drag=[0.0] * 3, motor=[HOVER] * 4, tau_motor=tau, h_max=0.02).motors(HOVER + rise).to(40 * MS)
+
+    goal, gone = HOVER + rise, -rise * -math.expm1(-0.04 / tau)
+    squares = goal**2 * 0.04 + 2 * goal * gone * tau + rise**2 * -math.expm1(-0.08 / tau) * tau / 2
+    fourth = 4 * K / M * (2 * goal * rise + 16 * rise**2) / tau**4
+    bound = tau**5 / 2880 * fourth / (1 - math.exp(-1))
+    assert climb["v"][2] == pytest.approx(4 * K / M * squares - G * 0.04, abs=bound)
+
+
+@pytest.mark.parametrize(("share", "stands"), [(0.999, 1.0), (1.001, 0.0)])
+def test_wind_from_below_lifts_it_when_it_carries_more_than_its_weight(share: float, stands: float,
+                                                                      fly: Callable[..., Flight]) -> None:
+    up = share * M * G / 0.25
+    flight = fly(drag=[0.1, 0.1, 0.25], wind=[3.0, 0.0, up])
+
+    seen = flight.to(1000 * MS)
+
+    assert flight.plant.get("on_ground") == stands
+    rate = 0.25 / M                             # the lift that is left falls with the speed
+    climbed = (up - M * G / 0.25) * (1 + math.expm1(-rate) / rate) if not stands else 0.0
+    assert seen["z"] == pytest.approx(climbed, abs=1e-9)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_how_a_flight_is_cut_into_steps_changes_it_by_less_than_the_steps_error(seed: int, fly: Callable[..., Flight],
                                                                                ) -> None:

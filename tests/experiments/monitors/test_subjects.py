@@ -7,8 +7,9 @@ import pytest
 from experiments.monitors import Named
 from experiments.monitors.subjects import subjects_of
 
-NODES_ON = {"radio": ("r1", "r2", "base"), "can": ("base", "drive")}
-LINKS = [("radio", "r1", "r2"), ("radio", "r2", "base"), ("can", "base", "drive"), ("can", "drive", "base")]
+NODES_ON = {"radio": ("r1", "r2", "base"), "can": ("base", "drive"), "mocap": ("drive", "uav")}
+LINKS = [("radio", "r1", "r2"), ("radio", "r2", "base"), ("can", "base", "drive"), ("can", "drive", "base"),
+         ("mocap", "uav", "uav"), ("mocap", "drive", "uav")]
 REPORTING = ["r1", "r2", "base", "drive", "error"]
 
 
@@ -16,6 +17,8 @@ REPORTING = ["r1", "r2", "base", "drive", "error"]
     (Named.LINKS, "radio: * -> *", [("radio", "r1", "r2"), ("radio", "r2", "base")]),
     (Named.LINKS, "can: base <-> drive", [("can", "base", "drive"), ("can", "drive", "base")]),
     (Named.LINKS, "*: * -> base", [("radio", "r2", "base"), ("can", "drive", "base")]),
+    (Named.LINKS, "mocap: uav -> uav", [("mocap", "uav", "uav")]),
+    (Named.LINKS, "mocap: * -> uav", [("mocap", "drive", "uav"), ("mocap", "uav", "uav")]),
     (Named.SENDERS, "radio: r1", [("radio", "r1")]),
     (Named.SENDERS, "*: b*", [("radio", "base"), ("can", "base")]),
     (Named.SENDERS, " radio : r? ", [("radio", "r1"), ("radio", "r2")]),

@@ -46,6 +46,30 @@ def test_late_frames_are_compared_with_the_past() -> None:
     assert max(map(abs, too_late)) > 1.3 * 0.025 * 0.5          # 25 ms at speeds up to 1.3 m/s, taken for now
 
 
+def test_late_frames_leave_what_frames_in_time_and_dead_reckoning_since_would() -> None:
+    late, in_time, rng, periods = PositionEstimator(), PositionEstimator(), Random("7/late"), 4
+    frames, believed, pushes = [], [], []
+    for k in range(200):
+        push = (rng.gauss(0, 1), rng.gauss(0, 1), 0.0)
+        frame = (rng.gauss(0, 1), rng.gauss(0, 1), rng.gauss(0, 1))
+        for estimator in (late, in_time):
+            estimator.predict(k * DT_NS, push, DT_S)
+        in_time.correct(k * DT_NS, frame, k * DT_NS)
+        frames.append(frame)
+        believed.append((in_time.position, in_time.velocity))
+        pushes.append(push)
+        if k == 0:
+            late.correct(0, frame, 0)           # both begin alike
+        if k > periods:
+            assert late.correct((k - periods) * DT_NS, frames[k - periods], k * DT_NS)
+            reckoned = PositionEstimator()
+            reckoned.position, reckoned.velocity = believed[k - periods]
+            for push in pushes[k - periods + 1:]:
+                reckoned.predict(0, push, DT_S)
+            assert late.position == pytest.approx(reckoned.position, abs=1e-12)
+            assert late.velocity == pytest.approx(reckoned.velocity, abs=1e-12)
+
+
 def test_noise_is_averaged_as_the_fading_memory_filter_does() -> None:
     """Share of the noise's variance that is left: (1 - theta) (5 + 4 theta + theta^2) / (1 + theta)^3 (Brookner)."""
     theta = exp(-10.0 * DT_S)
@@ -99,6 +123,17 @@ def test_held_up_frames_do_not_move_the_exposures_of_the_others(drift_ppm: int) 
 
     # between two frames in time the offset slips by at most SLIP_PPM; 40 periods without one have odds of 0.7^40
     assert max(map(abs, errors[50:])) <= (SLIP_PPM + abs(drift_ppm)) * 40 * DT_NS // 1_000_000
+
+
+def test_a_clock_that_was_stepped_is_believed_after_a_while() -> None:
+    clock = ExposureClock()
+
+    errors = [(clock.exposed_ns(k * DT_NS, k * DT_NS + 8 * MS + (500 * MS if k >= 50 else 0), 8 * MS) or 0)
+              - k * DT_NS - (500 * MS if k >= 50 else 0) for k in range(100)]
+
+    assert errors[:50] == [0] * 50
+    assert max(errors[50:68]) < -490 * MS
+    assert errors[70:] == [0] * 30
 
 
 def test_a_frame_that_is_not_newer_has_no_exposure() -> None:

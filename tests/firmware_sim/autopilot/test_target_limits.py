@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from math import acos, inf, nan, pi
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -91,6 +92,15 @@ def test_the_table_of_parameters_keeps_its_own_rules_and_mavlinks_names() -> Non
         assert 0 < len(name) <= 16
         assert info.minimum <= info.default <= info.maximum
         assert info.about
+
+
+def test_the_page_lists_the_parameters_as_they_are() -> None:
+    page = (Path(__file__).parents[3] / "docs/models/autopilot.md").read_text(encoding="utf-8")
+
+    rows = [f"| `{name}` | {info.default:g} {info.unit} | {info.minimum:g} to {info.maximum:g} | {info.about} |"
+            for name, info in TABLE.items()]
+
+    assert "\n".join(rows) in page
 
 
 def test_a_parameter_is_set_within_its_bounds_and_who_uses_it_is_told() -> None:
