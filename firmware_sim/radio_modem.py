@@ -12,8 +12,8 @@ Silence is seen between the chunks of the serial line, so these have at most `id
 medium): then bytes without a gap keep the silence from ending, and it begins with the end of the last byte, exactly. A
 full packet leaves late by less than a chunk.
 
-Source: Digi, XBee/XBee-PRO 802.15.4 OEM RF modules manual (90000982), "Serial to RF packetization": parameter RO,
-default 3 character times, and at most 100 bytes in a packet.
+Source: Digi, XBee/XBee-PRO RF Modules - 802.15.4, product manual 90000982 (2009): parameter RO, 3 character times by
+default, and at most 100 bytes in a packet.
 Not modelled: acknowledgements and retries of unicast (it broadcasts), command mode, flow control, sleeping.
 """
 

@@ -11,6 +11,7 @@
     geodesy.py              the flat map around the origin
     services:               heartbeat and home, telemetry, streams, commands, setpoints, parameters, mission_items,
                             missions, clocks, status_texts
+    companion.py            the other end, for programs of companion computers
     front.py                the services around one vehicle: bytes in, bytes out, nothing waits
     settings.py, task.py    the keys of a scenario, and the front as a task of a board
 

@@ -18,6 +18,7 @@ from firmware_sim.autopilot.vehicle import Mode, Result, Vehicle
 from firmware_sim.mavlink.dialect import Message, message
 from firmware_sim.mavlink.enums import FORCE_ARM, Command, CommandResult, Frame, ModeFlag
 from firmware_sim.mavlink.link import Received
+from firmware_sim.mavlink.missions import Missions
 from firmware_sim.mavlink.px4_modes import MODE_OF
 from firmware_sim.mavlink.streams import Streams
 from firmware_sim.mavlink.telemetry import NAME_OF, Telemetry
@@ -28,6 +29,7 @@ TAKEOFF_PARAMETER: Final = "MIS_TAKEOFF_ALT"
 TAKEOFF_HEIGHT_M: Final = 2.5           # where the vehicle has no such parameter
 AGAIN_NS: Final = 3_000_000_000         # for how long a repetition is known as one
 US_NS: Final = 1_000
+LONGEST_US: Final = 2_147_483_647      # what MESSAGE_INTERVAL can tell
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,7 @@ class Commands:
     vehicle: Vehicle
     telemetry: Telemetry
     streams: Streams
+    missions: Missions
     finest_ns: int                      # shortest interval that can be served
     event: Callable[[str, str], None] = lambda kind, detail: None
     _last: dict[tuple[int, int], tuple[Request, int, CommandResult]] = field(default_factory=dict, init=False)
@@ -52,7 +55,8 @@ class Commands:
         sender = received.system, received.component
         extra: list[Message] = []
         last = self._last.get(sender)
-        if last is not None and request.confirmation and _same(request, last[0]) and now_ns - last[1] < AGAIN_NS:
+        if (last is not None and request.confirmation and _same(request, last[0])
+                and 0 <= now_ns - last[1] < AGAIN_NS):
             result = last[2]
         else:
             result, extra = self._carry_out(request, now_ns)
@@ -104,11 +108,19 @@ class Commands:
         if not all(map(isfinite, (flags, main, sub))) or not int(flags) & ModeFlag.CUSTOM_MODE_ENABLED:
             return Result.DENIED
         mode = MODE_OF.get((int(main), int(sub)))
-        return Result.UNSUPPORTED if mode is None else self.vehicle.set_mode(mode)
+        if mode is None:
+            return Result.UNSUPPORTED
+        if mode is Mode.MISSION and self.telemetry.next_item is not None:
+            return self.missions.start()
+        return self.vehicle.set_mode(mode)
 
     def start_mission(self, request: Request) -> Result:
         first = request.parameters[0]
-        return self.vehicle.start_mission(int(first)) if isfinite(first) and first >= 0 else Result.DENIED
+        return self.missions.start(int(first)) if isfinite(first) and first >= 0 else Result.DENIED
+
+    def choose_item(self, request: Request) -> Result:
+        number = request.parameters[0]
+        return self.missions.choose(int(number)) if isfinite(number) else Result.DENIED
 
     # --- for the link
 
@@ -116,7 +128,7 @@ class Commands:
         name, interval_us = _message_name(request), request.parameters[1]
         if name is None:
             return CommandResult.UNSUPPORTED
-        if not isfinite(interval_us) or interval_us < -1:
+        if not isfinite(interval_us) or not -1 <= interval_us <= LONGEST_US:
             return CommandResult.DENIED
         if interval_us > 0:
             self.streams.set_interval(name, max(self.finest_ns, round(interval_us * US_NS)), now_ns)
@@ -147,7 +159,7 @@ ACTIONS: Final[Mapping[int, Callable[[Commands, Request], Result]]] = {
     Command.NAV_RETURN_TO_LAUNCH: Commands.return_home,
     Command.DO_SET_MODE: Commands.set_mode,
     Command.MISSION_START: Commands.start_mission,
-    Command.DO_SET_MISSION_CURRENT: Commands.start_mission,
+    Command.DO_SET_MISSION_CURRENT: Commands.choose_item,
 }
 ASKED: Final[Mapping[int, str]] = {
     Command.GET_HOME_POSITION: "HOME_POSITION",

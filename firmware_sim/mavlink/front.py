@@ -7,6 +7,8 @@ Invariants:
 - what is no message for us changes neither the vehicle nor a service;
 - heartbeats and answers go out whatever the budget says, and are charged to it.
 
+A clock that is set back starts the streams anew; whatever waited for a later time then counts as over.
+
 The link-loss failsafe is fed by what somebody says to this vehicle, and by heartbeats of ground stations and companion
 computers; what other vehicles tell the world does not count.
 """
@@ -49,9 +51,9 @@ class MavlinkFront:
         self.texts = StatusTexts()
         self._budget = Budget(settings.budget_bytes_per_s)
         self._now_ns = 0
-        commands = Commands(vehicle, self.telemetry, self.streams, settings.period_ns, self.event)
-        self._parameters = ParameterService(vehicle.parameters, self.notice, self.event)
+        self._parameters = ParameterService(vehicle.parameters, self._complain, self.event)
         self._missions = Missions(vehicle, self.telemetry, event=self.event)
+        commands = Commands(vehicle, self.telemetry, self.streams, self._missions, settings.period_ns, self.event)
         self._list_first = False
         self._services: dict[str, Callable[[Received, int], list[Message]]] = {
             **dict.fromkeys(("COMMAND_LONG", "COMMAND_INT"), commands.handle),
@@ -65,6 +67,8 @@ class MavlinkFront:
 
     def step(self, data: bytes, now_ns: int) -> list[bytes]:
         """Frames to hand out, in order, after `data` came in since the last call."""
+        if now_ns < self._now_ns:
+            self.streams.restart(now_ns)
         self._now_ns = now_ns
         answers: list[Message] = []
         for received in self.link.receive(data, now_ns):
@@ -126,18 +130,22 @@ class MavlinkFront:
                                 else position_target(sent, self.vehicle.state()))
         if isinstance(target, str):
             self.counts["setpoints refused"] += 1
-            self.notice(Severity.WARNING, target)
+            self._complain(Severity.WARNING, target)
             return []
         self.counts["setpoints taken"] += 1
         for what in self.vehicle.target(target, now_ns):
             self.counts["setpoints clipped or refused"] += 1
-            self.notice(Severity.WARNING, what)
+            self._complain(Severity.WARNING, what)
         return []
 
     def notice(self, severity: Severity, text: str) -> None:
-        """Tell the ground; whoever builds the vehicle connects its `on_notice` with it."""
+        """Tell the ground what the vehicle has to say; whoever builds it connects its `on_notice` with this."""
+        self.texts.say(severity, text, self._now_ns)
+
+    def _complain(self, severity: Severity, text: str) -> None:
+        """Tell the ground, and the record, what is wrong with what it said."""
         if self.texts.say(severity, text, self._now_ns):
-            self.event("notice", f"{severity.name.lower()}: {text}")
+            self.event("complaint", text)
 
 
 def _speaks_to_us(received: Received) -> bool:

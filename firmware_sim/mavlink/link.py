@@ -42,7 +42,7 @@ class MavlinkLink:
     def receive(self, data: bytes, now_ns: int) -> list[Received]:
         """What of `data`, and of what came before it, is a message for us."""
         frames = []
-        if self._reader.incomplete and now_ns - self._heard_ns >= INCOMPLETE_NS:
+        if self._reader.incomplete and not 0 <= now_ns - self._heard_ns < INCOMPLETE_NS:
             frames = self._reader.give_up()
         if data:
             self._heard_ns = now_ns
@@ -65,7 +65,9 @@ class MavlinkLink:
         if verdict is not Verdict.TAKEN:
             self.counts[f"frames refused: {verdict.value}"] += 1
             return None
-        self.counts["frames lost"] += self.gaps.heard(frame.system, frame.component, frame.sequence)
+        if missing := self.gaps.heard(frame.system, frame.component, frame.sequence):
+            self.counts["frames lost"] += missing
+            self.counts[f"frames lost from {frame.system}/{frame.component}"] += missing
         self.counts["frames taken"] += 1
         message = unpack(frame.layout, frame.payload)
         if (message.fields.get("target_system", 0) not in (0, self.system)

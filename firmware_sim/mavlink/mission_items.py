@@ -10,7 +10,7 @@ longitude 0 lands where the item before it is.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import degrees, isfinite, nan, radians
+from math import degrees, isfinite, nan, radians, remainder
 from typing import Final
 
 from firmware_sim.autopilot.vehicle import ItemKind, MissionItem, Vector
@@ -23,6 +23,7 @@ KINDS: Final = {Command.NAV_TAKEOFF: ItemKind.TAKEOFF, Command.NAV_WAYPOINT: Ite
 COMMAND_OF: Final = {kind: command for command, kind in KINDS.items()}
 ABSOLUTE: Final = (Frame.GLOBAL, Frame.GLOBAL_INT)
 RELATIVE: Final = (Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_RELATIVE_ALT_INT)
+FARTHEST_M: Final = 100_000.0           # from the origin; the map is flat
 
 
 def mission_item(sent: Message, before: Sequence[MissionItem], origin: Origin,
@@ -37,11 +38,14 @@ def mission_item(sent: Message, before: Sequence[MissionItem], origin: Origin,
     position = _position(sent, kind, before, origin, home_ned_m)
     if isinstance(position, MissionResult):
         return position
+    if max(map(abs, position)) > FARTHEST_M:
+        return MissionResult.INVALID
     if kind is not ItemKind.WAYPOINT:
         hold_s = acceptance_m = 0.0
     if not (isfinite(hold_s) and hold_s >= 0 and isfinite(acceptance_m) and acceptance_m >= 0):
         return MissionResult.INVALID
-    return MissionItem(kind, position, hold_s, acceptance_m, radians(yaw_deg) if isfinite(yaw_deg) else None)
+    yaw_rad = radians(remainder(yaw_deg, 360)) if isfinite(yaw_deg) else None
+    return MissionItem(kind, position, hold_s, acceptance_m, yaw_rad)
 
 
 def as_message(item: MissionItem, number: int, current: bool, origin: Origin, home_ned_m: Vector) -> Message:

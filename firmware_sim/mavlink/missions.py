@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
-from firmware_sim.autopilot.vehicle import MissionItem, Result, Vehicle
+from firmware_sim.autopilot.vehicle import MissionItem, Mode, Result, Vehicle
 from firmware_sim.mavlink.dialect import Message, message
 from firmware_sim.mavlink.enums import MISSION_TYPE_MISSION, MissionResult
 from firmware_sim.mavlink.link import Received
@@ -108,7 +108,7 @@ class Missions:
 
     def _ask_again(self, now_ns: int) -> list[Message]:
         upload = self._upload
-        if upload is None or now_ns - upload.asked_ns < self.again_ns:
+        if upload is None or 0 <= now_ns - upload.asked_ns < self.again_ns:
             return []
         if upload.tries >= self.most_tries:
             return self._end(upload, -1, MissionResult.OPERATION_CANCELLED)
@@ -116,13 +116,27 @@ class Missions:
         return [_to(upload.partner, "MISSION_REQUEST_INT", seq=len(upload.items))]
 
     def _load(self, items: list[MissionItem]) -> MissionResult:
-        self._flown = -1
+        self._flown, self.telemetry.next_item = -1, None
         return RESULTS[self.vehicle.load_mission(items)]
 
+    def choose(self, number: int) -> Result:
+        """Fly on with item `number`: at once while a mission is flown, else when it is started next."""
+        if not 0 <= number < len(self.vehicle.mission):
+            return Result.DENIED
+        if self.vehicle.state().mode is Mode.MISSION:
+            return self.start(number)
+        self.telemetry.next_item = number
+        return Result.ACCEPTED
+
+    def start(self, first: int = 0) -> Result:
+        """With item `first`, or for 0 with the one that was chosen."""
+        result = self.vehicle.start_mission(first or self.telemetry.next_item or 0)
+        if result is Result.ACCEPTED:
+            self._flown, self.telemetry.next_item = -1, None
+        return result
+
     def _set_current(self, number: int, now_ns: int) -> list[Message]:
-        if number < len(self.vehicle.mission):
-            self._flown = -1
-            self.vehicle.start_mission(number)
+        self.choose(number)
         current = self.telemetry.build("MISSION_CURRENT", now_ns)
         return [] if current is None else [current]
 

@@ -23,12 +23,12 @@ class StatusTexts:
     def say(self, severity: Severity, text: str, now_ns: int) -> bool:
         """False: it was said just now, or too many wait."""
         said_ns = self._said_ns.get(text)
-        if said_ns is not None and now_ns - said_ns < AGAIN_NS:
+        if said_ns is not None and 0 <= now_ns - said_ns < AGAIN_NS:
             return False
         if len(self._waiting) >= MOST_WAITING:
             self.dropped += 1
             return False
-        self._said_ns = {known: at_ns for known, at_ns in self._said_ns.items() if now_ns - at_ns < AGAIN_NS}
+        self._said_ns = {known: at_ns for known, at_ns in self._said_ns.items() if 0 <= now_ns - at_ns < AGAIN_NS}
         self._said_ns[text] = now_ns
         self._waiting.append((severity, text))
         return True

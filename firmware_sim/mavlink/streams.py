@@ -42,6 +42,11 @@ class Streams:
         else:
             self._streams.pop(name, None)
 
+    def restart(self, now_ns: int) -> None:
+        """The clock was set back to `now_ns`: everything is due."""
+        for stream in self._streams.values():
+            stream.due_ns = now_ns
+
     def due(self, now_ns: int) -> list[str]:
         """What is due at `now_ns`, the longest waiting first."""
         found = [(stream.due_ns, name) for name, stream in self._streams.items() if stream.due_ns <= now_ns]
@@ -66,7 +71,7 @@ class Budget:
         if not self.bytes_per_s:
             return True
         self._credit = min(float(self.burst_bytes),
-                           self._credit + (now_ns - self._filled_ns) * self.bytes_per_s / SECOND_NS)
+                           self._credit + max(0, now_ns - self._filled_ns) * self.bytes_per_s / SECOND_NS)
         self._filled_ns = now_ns
         return self._credit > 0
 

@@ -46,6 +46,7 @@ class Telemetry:
     origin: Origin = field(default_factory=Origin)
     home_ned_m: Vector = (0.0, 0.0, 0.0)
     messages_lost: int = 0              # on the way to us, for SYS_STATUS
+    next_item: int | None = None        # of the mission, chosen for its next start
     _armed: bool = False
 
     def watch(self) -> bool:
@@ -155,7 +156,8 @@ def mission_current(of: Telemetry, state: VehicleState, now_ns: int) -> Message:
         mission_state = 3               # active
     else:
         mission_state = 2 if flown < 0 else 4       # not started; paused
-    return message("MISSION_CURRENT", seq=max(0, min(flown, total - 1)), total=total, mission_state=mission_state)
+    current = max(0, min(flown, total - 1)) if of.next_item is None else of.next_item
+    return message("MISSION_CURRENT", seq=current, total=total, mission_state=mission_state)
 
 
 def autopilot_version(of: Telemetry, state: VehicleState, now_ns: int) -> Message:

@@ -15,8 +15,8 @@ QUIET = dict.fromkeys(STREAMS_HZ, 0.0)
 class Ground:
     """`say(message)` hands a message over and runs one tick; everything heard is in `heard`, in order."""
 
-    def __init__(self, quiet=True, system=255, **settings):
-        self.vehicle = kinematic.KinematicVehicle()
+    def __init__(self, quiet=True, system=255, vehicle=None, **settings):
+        self.vehicle = vehicle or kinematic.KinematicVehicle()
         self.events = []
         settings.setdefault("streams_hz", QUIET if quiet else {})
         self.front = MavlinkFront(self.vehicle, MavlinkSettings(**settings),

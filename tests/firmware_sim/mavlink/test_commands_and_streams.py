@@ -1,14 +1,20 @@
 """The command protocol and the streams, with pymavlink as the ground and the stand-in vehicle."""
 
-from math import nan
+from dataclasses import replace
+from math import degrees, hypot, nan
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common
+from scipy.spatial.transform import Rotation
 
 from firmware_sim.autopilot.vehicle import Mode
+from firmware_sim.mavlink.geodesy import Origin
 from firmware_sim.mavlink.px4_modes import MAIN_AND_SUB, custom_mode, mode_of_custom
 from firmware_sim.mavlink.settings import MavlinkSettings
-from firmware_sim.mavlink.telemetry import NAME_OF
+from firmware_sim.mavlink.streams import Streams
+from firmware_sim.mavlink.telemetry import NAME_OF, euler_rad
 from tests.firmware_sim.mavlink.ground import TICK_NS, Ground, kinds
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = (common.MAV_RESULT_ACCEPTED, common.MAV_RESULT_TEMPORARILY_REJECTED,
@@ -54,7 +60,8 @@ def test_arm_take_off_land_and_the_states_on_the_way():
     (common.MAV_CMD_MISSION_START, (0, 0), DENIED, ["mission 0"]), (common.MAV_CMD_MISSION_START, (nan, 0), DENIED, []),
     (common.MAV_CMD_DO_DIGICAM_CONTROL, (), UNSUPPORTED, []), (65_535, (), UNSUPPORTED, []),
     (common.MAV_CMD_REQUEST_MESSAGE, (common.MAVLINK_MSG_ID_RAW_IMU,), UNSUPPORTED, []),
-    (common.MAV_CMD_SET_MESSAGE_INTERVAL, (30, nan), DENIED, []), (common.MAV_CMD_SET_MESSAGE_INTERVAL, (nan, 0),
+    (common.MAV_CMD_SET_MESSAGE_INTERVAL, (30, nan), DENIED, []),
+    (common.MAV_CMD_SET_MESSAGE_INTERVAL, (30, 1e30), DENIED, []), (common.MAV_CMD_SET_MESSAGE_INTERVAL, (nan, 0),
                                                                    UNSUPPORTED, [])])
 def test_each_command_is_carried_out_or_refused_and_answered_once(number, parameters, result, calls):
     ground = Ground()
@@ -187,6 +194,16 @@ def test_a_stream_does_not_drift():
     assert all(0 <= at_ns - k * 333_333_333 <= TICK_NS for k, at_ns in enumerate(times))
 
 
+@pytest.mark.parametrize("budget", [0, 2_000])
+def test_streams_go_on_after_the_clock_was_set_back(budget):
+    ground = Ground(quiet=False, budget_bytes_per_s=budget)
+    ground.run(100.0)
+    ground.now_ns = ground.vehicle.now_ns = 5_000_000_000
+
+    assert kinds(ground.run(10.0)).count("HEARTBEAT") == pytest.approx(10, abs=1)
+    assert kinds(ground.run(10.0)).count("LOCAL_POSITION_NED") >= 50
+
+
 def test_a_budget_slows_all_streams_down_and_starves_none():
     ground = Ground(quiet=False, budget_bytes_per_s=600)
     ground.run(20.0)
@@ -199,6 +216,61 @@ def test_a_budget_slows_all_streams_down_and_starves_none():
     for name in MavlinkSettings().intervals_ns():
         assert kinds(heard).count(name) >= 5, name
     assert 19 <= kinds(heard).count("HEARTBEAT") <= 21          # never held back
+
+
+def test_who_has_waited_longest_goes_first():
+    streams, sent = Streams(dict.fromkeys("abc", TICK_NS)), []
+    for tick in range(99):                      # room for one at each
+        name = streams.due(tick * TICK_NS)[0]
+        streams.done(name, tick * TICK_NS)
+        sent.append(name)
+
+    assert {name: sent.count(name) for name in "abc"} == {"a": 33, "b": 33, "c": 33}
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
+def test_attitude_angles_are_those_of_yaw_then_pitch_then_roll(roll, pitch, yaw):
+    x, y, z, w = Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_quat()
+
+    # asin loses half the digits near 90 degrees: sqrt(2^-52) is 1.5e-8
+    assert euler_rad((w, x, y, z)) == pytest.approx((roll, pitch, yaw), abs=1e-6)
+    assert euler_rad((-w, -x, -y, -z)) == pytest.approx((roll, pitch, yaw), abs=1e-6)
+
+
+def test_each_field_of_the_telemetry_has_its_own_value():
+    ground = Ground()
+    x, y, z, w = Rotation.from_euler("ZYX", [0.5, 0.25, 0.125]).as_quat()
+    state = replace(ground.vehicle.state(), time_ns=7_654_321_000, position_ned_m=(1.0, 2.0, -3.0),
+                    velocity_ned_mps=(0.5, -0.25, -0.125), quaternion_wxyz=(w, x, y, z), rates_radps=(0.1, 0.2, 0.3))
+    ground.vehicle.state = lambda: state
+
+    def told(name):
+        (found,) = ground.command(common.MAV_CMD_REQUEST_MESSAGE, getattr(common, f"MAVLINK_MSG_ID_{name}"))[1]
+        return [getattr(found, field) for field in found.get_fieldnames()]
+
+    assert told("ATTITUDE") == [7654, *(pytest.approx(value) for value in (0.125, 0.25, 0.5, 0.1, 0.2, 0.3))]
+    assert told("ATTITUDE_QUATERNION")[:5] == [7654, *[pytest.approx(value) for value in (w, x, y, z)]]
+    assert told("LOCAL_POSITION_NED") == [7654, 1.0, 2.0, -3.0, 0.5, -0.25, -0.125]
+    latitude_e7, longitude_e7 = Origin().to_global(1.0, 2.0)
+    assert told("GLOBAL_POSITION_INT") == [7654, latitude_e7, longitude_e7, 491_000, 3_000, 50, -25, -12,
+                                           round(degrees(0.5) * 100)]
+    hud = told("VFR_HUD")
+    assert hud == [pytest.approx(hypot(0.5, 0.25)), pytest.approx(hypot(0.5, 0.25)), 29, 0, 491.0, 0.125]
+
+
+def test_without_a_position_none_is_told_and_the_sensors_say_so():
+    ground = Ground()
+    ground.vehicle.position_valid = False
+
+    results = [ground.command(common.MAV_CMD_REQUEST_MESSAGE, number)[0] for number in
+               (common.MAVLINK_MSG_ID_LOCAL_POSITION_NED, common.MAVLINK_MSG_ID_GLOBAL_POSITION_INT)]
+    (status,) = ground.command(common.MAV_CMD_REQUEST_MESSAGE, common.MAVLINK_MSG_ID_SYS_STATUS)[1]
+    (gps,) = ground.command(common.MAV_CMD_REQUEST_MESSAGE, common.MAVLINK_MSG_ID_GPS_RAW_INT)[1]
+
+    assert results == [REJECTED, REJECTED]
+    assert not status.onboard_control_sensors_health & common.MAV_SYS_STATUS_SENSOR_GPS
+    assert status.onboard_control_sensors_present & common.MAV_SYS_STATUS_SENSOR_GPS
+    assert gps.fix_type == common.GPS_FIX_TYPE_NO_FIX
 
 
 def test_a_parameter_list_gets_its_turn_within_the_budget():
@@ -250,6 +322,7 @@ def test_losses_on_the_way_up_are_told_in_sys_status():
     (status,) = ground.command(common.MAV_CMD_REQUEST_MESSAGE, common.MAVLINK_MSG_ID_SYS_STATUS)[1]
 
     assert status.errors_comm == 3
+    assert ground.front.counts["frames lost from 255/190"] == 3
 
 
 @pytest.mark.parametrize(("settings", "says"), [

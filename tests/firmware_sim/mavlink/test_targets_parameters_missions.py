@@ -247,9 +247,35 @@ def test_the_last_item_again_is_answered_again():
     assert ground.vehicle.calls == ["load 4"]
 
 
+def test_an_item_that_comes_twice_is_taken_once():
+    ground = Ground()
+    ground.say(ground.mav.mission_count_encode(1, 1, 4))
+
+    for number in (0, 1, 0, 1, 2, 3):
+        ground.say(item(ground, number, *ITEMS[number]))
+
+    assert [round(found.position_ned_m[2], 6) for found in ground.vehicle.mission] == [-2.0, -2.0, -3.0, 0.0]
+
+
+def test_heights_count_from_where_it_was_armed():
+    ground = Ground()
+    ground.vehicle.position = ground.vehicle.goal = (0.0, 0.0, -1.0)        # on a table
+    ground.command(common.MAV_CMD_COMPONENT_ARM_DISARM, 1)
+
+    upload(ground)
+    (where,) = ground.command(common.MAV_CMD_REQUEST_MESSAGE, common.MAVLINK_MSG_ID_GLOBAL_POSITION_INT)[1]
+    ground.command(common.MAV_CMD_NAV_TAKEOFF, *[nan] * 6, 491.0)
+
+    assert ground.vehicle.mission[0].position_ned_m[2] == pytest.approx(-3.0)
+    assert (where.alt, where.relative_alt) == (489_000, 0)
+    assert ground.vehicle.calls[-1] == "take off 2"
+    assert [told.z for told in download(ground)] == pytest.approx([height for _, _, _, height in ITEMS])
+
+
 @pytest.mark.parametrize(("bad", "result"), [
     ((common.MAV_CMD_DO_JUMP, 0.0, 0.0, 0.0), common.MAV_MISSION_UNSUPPORTED),
     ((common.MAV_CMD_NAV_WAYPOINT, 0.0, 0.0, nan), common.MAV_MISSION_INVALID),
+    ((common.MAV_CMD_NAV_WAYPOINT, 0.0, 0.0, 1e38), common.MAV_MISSION_INVALID),
     ((common.MAV_CMD_NAV_WAYPOINT, 0.0, 0.0, 1.0, common.MAV_FRAME_BODY_NED), common.MAV_MISSION_UNSUPPORTED_FRAME),
     ((common.MAV_CMD_NAV_WAYPOINT, 0.0, 0.0, 1.0, common.MAV_FRAME_GLOBAL, -1.0), common.MAV_MISSION_INVALID)])
 def test_a_bad_item_ends_the_upload_with_its_reason(bad, result):
@@ -292,15 +318,41 @@ def test_a_mission_is_flown_told_and_cleared():
     assert (ack.type, ground.vehicle.mission) == (common.MAV_MISSION_ACCEPTED, ())
 
 
-def test_the_current_item_can_be_set():
+def choose_by_message(ground, number):
+    (current,) = ground.say(ground.mav.mission_set_current_encode(1, 1, number))
+    return current.seq
+
+
+def choose_by_command(ground, number):
+    assert ground.command(common.MAV_CMD_DO_SET_MISSION_CURRENT, number)[0] == common.MAV_RESULT_ACCEPTED
+    (current,) = ground.command(common.MAV_CMD_REQUEST_MESSAGE, common.MAVLINK_MSG_ID_MISSION_CURRENT)[1]
+    return current.seq
+
+
+@pytest.mark.parametrize("choose", [choose_by_message, choose_by_command])
+@pytest.mark.parametrize("start", [(common.MAV_CMD_MISSION_START,), (common.MAV_CMD_DO_SET_MODE, 1, 4, 4)])
+def test_an_item_that_was_chosen_is_flown_from_the_next_start_and_at_once_during_a_mission(choose, start):
     ground = Ground()
     upload(ground)
     ground.command(common.MAV_CMD_COMPONENT_ARM_DISARM, 1)
 
-    (current,) = ground.say(ground.mav.mission_set_current_encode(1, 1, 2))
+    chosen = choose(ground, 2)
+    before = list(ground.vehicle.calls)
+    ground.command(*start)
+    started = ground.vehicle.calls[-1]
+    choose(ground, 1)
 
-    assert (current.seq, current.total) == (2, 4)
-    assert ground.vehicle.calls[-1] == "mission 2"
+    assert chosen == 2
+    assert not any(call.startswith("mission") for call in before)       # on the ground nothing starts by itself
+    assert (started, ground.vehicle.calls[-1]) == ("mission 2", "mission 1")
+
+
+def test_an_item_that_is_not_there_cannot_be_chosen():
+    ground = Ground()
+    upload(ground)
+
+    assert ground.command(common.MAV_CMD_DO_SET_MISSION_CURRENT, 4)[0] == common.MAV_RESULT_DENIED
+    assert choose_by_message(ground, 77) == 0
 
 
 def test_items_of_other_frames_and_the_older_message():
