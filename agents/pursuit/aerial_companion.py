@@ -28,11 +28,14 @@ from agents.pursuit import Place
 from agents.pursuit.aerial_settings import AerialSettings
 from agents.pursuit.flight_plan import FlightPlan, Phase
 from agents.pursuit.pursuer_check import ScenarioLike, view_problems
+from firmware_sim.autopilot.vehicle import PositionTarget
 from firmware_sim.board import Board
-from firmware_sim.mavlink.ground_client import GroundClient
+from firmware_sim.mavlink.companion import Companion
+from firmware_sim.mavlink.link import MavlinkLink
 from firmware_sim.schedules.periodic import Periodic
 from netem.media.sensing.sight import LOOK, NothingSeen, unpack_sight
 
+SYSTEM, COMPONENT = 245, 191         # MAV_COMP_ID_ONBOARD_COMPUTER
 PHASES: Final = {phase: float(number) for number, phase in enumerate(Phase)}
 SIGNALS: Final = (("estimate_x", "m"), ("estimate_y", "m"), ("waypoint_x", "m"), ("waypoint_y", "m"),
                   ("heard_x", "m"), ("heard_y", "m"), ("phase", "1"))
@@ -46,9 +49,8 @@ class AerialCompanion:
         self._board, self._target = board, target
         self._pursuer = settings.pursuer()
         node = board.node
-        self._client = GroundClient(retry_ns=settings.retry_ns,
-                                    on_text=lambda _severity, text: node.event("vehicle says", text))
-        self._plan = FlightPlan(self._client, settings.height_m, (
+        self._vehicle = Companion(MavlinkLink(SYSTEM, COMPONENT), again_ns=settings.retry_ns)
+        self._plan = FlightPlan(self._vehicle, settings.height_m, (
             ("LOCAL_POSITION_NED", settings.position_every_ns), ("ATTITUDE", settings.attitude_every_ns)), node.event)
         self._view, self._link = node.ports[view], node.ports[link]
         self._view.on_receive, self._link.on_receive = self._see, self._hear
@@ -117,9 +119,11 @@ class AerialCompanion:
 
     def _step(self, now_ns: int, instant: int) -> tuple[bool, list[bytes]]:
         """Whether to look at the next instant, and what goes over the link."""
-        client, plan, pursuer = self._client, self._plan, self._pursuer
-        client.receive(bytes(self._heard), now_ns)
+        vehicle, plan, pursuer = self._vehicle, self._plan, self._pursuer
+        vehicle.hear(bytes(self._heard), now_ns)
         self._heard.clear()
+        while vehicle.texts:
+            self._board.node.event("vehicle says", vehicle.texts.pop(0))
         plan.step(now_ns)
         own = self._own()
         if self._waypoint is None and plan.leads:
@@ -131,10 +135,11 @@ class AerialCompanion:
             look = pursuer.step(now_ns, own).look_ns <= next_ns
             if look:
                 pursuer.asked(next_ns)
-        frames = client.due(now_ns)
+        frames = vehicle.step(now_ns)
         if plan.leads and self._waypoint is not None and instant >= self._due:
             x, y = self._waypoint
-            frames.append(client.target((y, x, -self._settings.height_m), self._yaw_rad, now_ns))
+            place = PositionTarget((y, x, -self._settings.height_m), yaw_rad=self._yaw_rad)
+            frames.append(vehicle.target(place, now_ns))
             self._due = instant + self._settings.resend_every
             self._board.node.count("waypoints sent")
         self._count()
@@ -161,13 +166,13 @@ class AerialCompanion:
 
     def _own(self) -> Place:
         """As told last; while the vehicle approaches what it saw it is nearer than this."""
-        north, east, _ = self._client.told.position_ned_m
+        north, east, _ = self._vehicle.position_ned_m or (0.0, 0.0, 0.0)
         return east, north
 
     # --- for the record
 
     def _count(self) -> None:
-        for name, count in self._client.counts.items():
+        for name, count in self._vehicle.link.counts.items():
             if more := count - self._counted.get(name, 0):
                 self._board.node.count(f"mavlink {name}", more)
                 self._counted[name] = count

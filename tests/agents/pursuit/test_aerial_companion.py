@@ -67,7 +67,7 @@ class Bench:
             for _, port, message in self.step():
                 if port == LINK and message.get_type() == "COMMAND_LONG":
                     self.orders += 1
-                    self.says(self.vehicle.command_ack_encode(message.command, 0, 0, 0, 255, 190))
+                    self.says(self.vehicle.command_ack_encode(message.command, 0, 0, 0, 245, 191))
 
     def targets(self):
         return [message for _, port, message in self.sent

@@ -7,8 +7,9 @@ from random import Random
 import pytest
 
 from agents.pursuit.flight_plan import FlightPlan, Phase
-from firmware_sim.autopilot.vehicle import Mode
-from firmware_sim.mavlink.ground_client import GroundClient
+from firmware_sim.autopilot.vehicle import Mode, PositionTarget
+from firmware_sim.mavlink.companion import Companion
+from firmware_sim.mavlink.link import MavlinkLink
 from tests.firmware_sim.mavlink.ground import Ground
 
 MS = 1_000_000
@@ -22,7 +23,7 @@ class Flight:
     def __init__(self, loss=0.0, seed=1):
         self.rng, self.loss = Random(seed), loss
         self.ground = Ground(quiet=False)
-        self.client = GroundClient()
+        self.client = Companion(MavlinkLink(245, 190))
         self.events = []
         self.plan = FlightPlan(self.client, HEIGHT_M, (("LOCAL_POSITION_NED", 100 * MS), ("ATTITUDE", 0)),
                                lambda kind, detail: self.events.append((kind, detail)))
@@ -31,9 +32,9 @@ class Flight:
     def step(self):
         now_ns = self.ground.now_ns
         self.plan.step(now_ns)
-        frames = self.client.due(now_ns)
+        frames = self.client.step(now_ns)
         if self.plan.leads:
-            frames.append(self.client.target((0.0, 0.0, -HEIGHT_M), 0.0, now_ns))
+            frames.append(self.client.target(PositionTarget((0.0, 0.0, -HEIGHT_M)), now_ns))
         self.orders += [frame for frame in frames if frame[7] == 76]       # COMMAND_LONG
         up = b"".join(frame for frame in frames if self.rng.random() >= self.loss)
         while self.ground.now_ns < now_ns + STEP_NS:
@@ -41,7 +42,7 @@ class Flight:
             self.ground.vehicle.advance(self.ground.now_ns)
             for frame in self.ground.front.step(up, self.ground.now_ns):
                 if self.rng.random() >= self.loss:
-                    self.client.receive(frame, self.ground.now_ns)
+                    self.client.hear(frame, self.ground.now_ns)
             up = b""
 
     def until(self, phase, within_s=60.0):
@@ -107,7 +108,7 @@ def test_a_vehicle_that_comes_down_by_itself_is_left_alone_for_ever(mode):
 def test_a_refused_order_is_told_and_given_again():
     flight = Flight()
     flight.ground.vehicle.position_valid = False
-    flight.client.told.position_ns = 0          # it had one before
+    flight.client.position_ned_m = (0.0, 0.0, 0.0)          # it had one before
     flight.until(Phase.ARM)
 
     flight.go_on(3.0)
@@ -120,4 +121,4 @@ def test_a_refused_order_is_told_and_given_again():
 
 def test_a_height_that_is_none_is_refused():
     with pytest.raises(ValueError, match=r"height_m=0\.0"):
-        FlightPlan(GroundClient(), 0.0, ())
+        FlightPlan(Companion(MavlinkLink(245, 190)), 0.0, ())
