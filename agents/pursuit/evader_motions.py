@@ -97,7 +97,7 @@ class Runner:
 
 @dataclass
 class Erratic:
-    """Each manoeuvre lasts 0.4 s and an exponential time of mean 0.8 s more."""
+    """Each manoeuvre lasts 0.4 s and an exponential time of mean 1.6 s more."""
 
     INPUTS: ClassVar[tuple[str, ...]] = OMNIDIRECTIONAL
     driver: Driver
@@ -108,7 +108,7 @@ class Erratic:
     def command(self, t_s: float, own: Pose, pursuer: Place | None) -> Sequence[float]:
         rng = self.driver.rng
         if t_s >= self.until_s:
-            self.until_s = t_s + 0.4 + rng.expovariate(1 / 0.8)
+            self.until_s = t_s + 0.4 + rng.expovariate(1 / 1.6)
             kind = rng.choice(MANOEUVRES)
             self.direction_rad = {"forwards": 0.0, "backwards": pi, "left": pi / 2, "right": -pi / 2, "curve": 0.0,
                                   "aslant": rng.uniform(-pi, pi)}.get(kind)

@@ -11,16 +11,15 @@ Not modelled: slip, so that the robot knows where it is; two computations at one
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import nan
-from typing import Any, Final
-
-from simpy.events import Event
+from typing import Final
 
 from agents.pursuit import Place
 from agents.pursuit.pursuer import Decision, Pursuer
 from agents.pursuit.pursuer_check import ScenarioLike, pursuer_problems
 from agents.pursuit.pursuer_settings import PursuerSettings
+from agents.pursuit.speech import Speech
 from agents.tracking.controller import Command, Pose
 from agents.tracking.dead_reckoning import DeadReckoning
 from agents.tracking.drive_link import DriveLink
@@ -55,26 +54,17 @@ class PursuerRobot:
         self._pursuer: Pursuer | None = settings.pursuer() if target else None
         self._looked_ns = -1                        # exposure of the last look that was asked for
         self._sights: dict[int, list[Detection]] = {}       # by exposure, those of which it is computing
-        self._due: list[int] = []                   # instants at which it may speak
+        self._speech = Speech(board)
         self._newest: Place = (nan, nan)
         board.node.signals([("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m"), ("detection_y", "m")],
                            self._sample)
+        self._speech.every(settings.step_ns, settings.execution_ns, self._instant)
 
     @staticmethod
     def check(scenario: ScenarioLike) -> Iterator[str]:
         yield from pursuer_problems(scenario, f"{PursuerRobot.__module__}:{PursuerRobot.__name__}", ("view", "can"))
 
     # --- at every instant k T_s
-
-    def run(self) -> Generator[Event, Any, None]:
-        k = 0
-        while True:
-            instant_ns = k * self._settings.step_ns + self._settings.execution_ns
-            self._speak_at(instant_ns)
-            yield from self._board.wait_until(instant_ns)
-            self._due.remove(instant_ns)
-            self._instant()
-            k += 1
 
     def _instant(self) -> None:
         self._decide()
@@ -152,20 +142,7 @@ class PursuerRobot:
             self._reckoning.read(self._board.now_ns - self._settings.odometry_age_ns, *heard.angles_rad)
 
     def _after_execution(self, action: Callable[[], None]) -> None:
-        due_ns = self._board.now_ns + self._settings.execution_ns
-
-        def act(_: Event) -> None:
-            self._due.remove(due_ns)
-            action()
-            self._board.silent_unless_heard_until(min(self._due))
-        timer = self._board.until(due_ns)
-        assert timer.callbacks is not None
-        timer.callbacks.append(act)
-        self._speak_at(due_ns)
-
-    def _speak_at(self, due_ns: int) -> None:
-        self._due.append(due_ns)
-        self._board.silent_unless_heard_until(min(self._due))
+        self._speech.at(self._board.now_ns + self._settings.execution_ns, action)
 
     def _sample(self, true_ns: int) -> Sequence[float]:
         seen = self._pursuer is not None and self._pursuer.seen_ns is not None

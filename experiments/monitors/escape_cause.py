@@ -22,7 +22,9 @@ from experiments.monitors.frames_in_words import frames_in_words
 from experiments.monitors.link_frames import LinkFrames, link_frames
 from experiments.monitors.outcome import seconds
 from experiments.monitors.records import Records
+from netem.frames import Fate
 
+NOT_SEEN = (Fate.OUT_OF_VIEW.value, Fate.OCCLUDED.value)     # these looks got through: nothing was there
 MOST_LINKS = 3                  # that are named, those that lost most
 
 
@@ -37,7 +39,8 @@ def cause(observers: Sequence[Subject], records: Records, since_ns: int, at_ns: 
     nodes = _with_their_modems(nodes, records.ledger.filter(~cameras))
     involved = ledger.filter(pl.col("offered_ns") >= since_ns).with_columns(pl.col(LINK).cast(pl.String)).filter(
         pl.col("sender").is_in(nodes) | pl.col("receiver").is_in(nodes)).filter(
-        ~pl.col("medium").is_in(list(records.sensing)) | (pl.col("sender") == target))
+        ~pl.col("medium").is_in(list(records.sensing)) | (pl.col("sender") == target)).filter(
+        ~pl.col("fate").cast(pl.String).is_in(NOT_SEEN))
     links = involved.select(LINK).unique().sort(LINK).rows()
     ways = ", ".join(_ways(link_frames(involved, links), links, at_ns))
     return f"{told}; since {seconds(since_ns)} {ways or 'nothing was lost or on its way'}"

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
+from itertools import pairwise
 from math import isfinite
 from typing import ClassVar
 
@@ -142,8 +143,8 @@ def _last_central(observers: Sequence[Subject], time_ns: Ints, distances: Floats
 
 def _rows(true: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
     """[start, end) of each row of true ones."""
-    starts = np.flatnonzero(new_group(true.astype(np.int64)))
-    for start, end in zip(starts.tolist(), [*starts[1:].tolist(), true.size], strict=True):
+    starts = np.flatnonzero(new_group(true.astype(np.int64))).tolist()
+    for start, end in pairwise([*starts, true.size]):
         if true[start]:
             yield start, end
 

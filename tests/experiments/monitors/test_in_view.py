@@ -114,6 +114,12 @@ def test_one_observer_that_has_it_in_view_is_enough() -> None:
     assert found.worst == pytest.approx(-1.0)
 
 
+def test_one_sample_is_enough_to_judge_by() -> None:
+    found = InView(closing_speed_mps=1e6).watch([SIGHT], sight(length=30, evader=table("evader", [0], [1.5])))
+
+    assert (found.violations, found.worst) == ([], pytest.approx(0.5 - 0.03))
+
+
 def test_nobody_can_say_what_was_never_sampled() -> None:
     assert not InView().watch([SIGHT], sight(length=30, evader=table("evader", [], []))).judged
     assert not InView().watch([SIGHT], Records(30, records([], 30).ledger, {}, (), sight(
@@ -171,7 +177,8 @@ def test_the_cause_names_the_last_look_and_what_was_lost_late_or_slow_since_it_w
     copies = [Copy(0, 10, delivered=12, end=10, link=SIGHT), Copy(1, 20, "lost", end=20, link=SIGHT,
                    cause="impairments[0] x"),
               Copy(2, 30, delivered=55, end=30, link=SIGHT), Copy(0, 15, delivered=28, end=16, link=radio),
-              Copy(0, 20, "lost", end=20, link=("view", "bystander", "eye")), Copy(1, 5, "lost", end=6, link=radio)]
+              Copy(0, 20, "lost", end=20, link=("view", "bystander", "eye")), Copy(1, 5, "lost", end=6, link=radio),
+              Copy(3, 36, "out of view", end=36, link=SIGHT)]
     lost = sight(copies=copies, length=60, evader=table("evader", range(0, 60, 10), [0, 1.0, 1.5, 1.9, 2.5, 2.5]),
                  robot=table("robot", range(0, 60, 10), [0.0] * 6))
 

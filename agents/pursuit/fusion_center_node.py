@@ -1,0 +1,96 @@
+"""The fusion center as a node: hears readings over the radio, says who is in charge of whom, and passes on the others'.
+
+    report   --gather-->  readings of one instant merged  -->  news for the sensor in charge, if others made them
+    claim    --execution-->  who is in charge               -->  charges, to everybody; again every `repeat_ns`
+
+Charges are told again because nobody acknowledges a broadcast; news are not: the next are better.
+Source: dissertation, sections 3.2 and 3.3.2, Figure 3.3. Not modelled: a sensor that lies about what it sees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from agents.pursuit.fusion_center import FusionCenter, Reading
+from agents.pursuit.pursuer_check import ScenarioLike
+from agents.pursuit.speech import Speech
+from agents.pursuit.team_frames import Charges, News, Report, pack_charges, pack_news, team_of, unpack
+from firmware_sim.board import Board
+
+
+class FusionCenterNode:
+    def __init__(self, board: Board, *, radio: str = "radio", keep: int = 5, execution_ns: int = 1_000_000,
+                 gather_ns: int = 20_000_000, repeat_ns: int = 500_000_000) -> None:
+        """`keep`: detections of a target, Gamma of the filters; `gather_ns`: how long an instant's readings come in."""
+        if not 0 < execution_ns <= gather_ns or repeat_ns < 1:
+            raise ValueError(f"execution_ns={execution_ns}, gather_ns={gather_ns}, repeat_ns={repeat_ns}: expected "
+                             f"0 < execution <= gather, and more than 0")
+        self._board, self._execution_ns, self._gather_ns, self._repeat_ns = board, execution_ns, gather_ns, repeat_ns
+        self._team = team_of(board.team)
+        self._center = FusionCenter(board.rng, keep)
+        self._version = 0
+        self._taken: dict[str, int] = {}            # target: when its sensor in charge saw it enter
+        self._gathering: set[str] = set()           # targets whose news are to be passed on
+        self._speech = Speech(board)
+        self._port = board.node.ports[radio]
+        self._port.on_receive = self._hear
+        self._speech.every(repeat_ns, repeat_ns, self._tell_charges)
+
+    @staticmethod
+    def check(scenario: ScenarioLike) -> Iterator[str]:
+        """A team that is none."""
+        try:
+            team_of(scenario.team)
+        except ValueError as error:
+            yield str(error)
+
+    def _hear(self, data: bytes) -> None:
+        report = unpack(self._team, data)
+        if not isinstance(report, Report):
+            self._board.node.count("unreadable frames" if report is None else "frames of others")
+            return
+        now_ns = self._board.now_ns
+        try:
+            counted = self._center.report(now_ns, Reading(report.sensor, report.target, report.seen_ns, report.place,
+                                                          report.sigma_m))
+        except ValueError as error:
+            self._board.node.count("readings refused")
+            self._board.node.event("reading refused", str(error))
+            counted = False
+        self._board.node.count("readings" if counted else "readings left out")
+        if report.claims:
+            self._after(self._execution_ns, lambda: self._claim(report))
+        if counted and report.target not in self._gathering:
+            self._gathering.add(report.target)
+            self._after(self._gather_ns, lambda: self._pass_on(report.target))
+
+    def _claim(self, report: Report) -> None:
+        """Whatever comes of it is told: who claimed waits for an answer. Of two of one instant the first has it."""
+        before = self._center.in_charge_of(report.target)
+        if (before != report.sensor and self._taken.get(report.target, -1) < report.seen_ns
+                and self._center.claim(report.sensor, {report.target}) is not None):
+            self._taken[report.target] = report.seen_ns
+            self._board.node.count("hand-overs", int(before is not None))
+            self._board.node.event("in charge", f"{report.sensor} of {report.target}"
+                                                + (f", after {before}" if before else ""))
+        self._version += 1
+        self._tell_charges()
+
+    def _tell_charges(self) -> None:
+        target_of = {sensor: target for sensor in self._team.sensors
+                     if (target := self._center.target_of(sensor)) is not None}
+        self._port.send(pack_charges(self._team, Charges(self._version, target_of)))
+
+    def _pass_on(self, target: str) -> None:
+        self._gathering.discard(target)
+        sensor = self._center.in_charge_of(target)
+        if sensor is None:
+            return
+        news = self._center.pass_on(sensor, with_own=False)
+        if news:
+            self._board.node.count("merged", sum(len(detection.sensors) > 1 for detection in news))
+            self._port.send(pack_news(self._team, News(sensor, target, tuple(
+                (detection.seen_ns, detection.place) for detection in news))))
+
+    def _after(self, delay_ns: int, action: Callable[[], None]) -> None:
+        self._speech.at(self._board.now_ns + delay_ns, action)

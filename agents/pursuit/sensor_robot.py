@@ -1,0 +1,125 @@
+"""A pursuer in a team: what it sees it reports to a fusion center over the radio, which says whom it is to follow.
+
+    idle        stands, scans every T_s; who enters its escape area it claims, until an answer comes
+    in charge   looks, decides and drives by itself (as `PursuerRobot`), with the others' detections from the center
+
+It uses its own detections at once, whether the radio works or not. Who it is in charge of, it hears by charges, in
+order of their version; a new charge starts a new filter, with its own newest sight of the target.
+Differs from the dissertation: sensors there have all detections at once; here they come over a radio, late or never.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from agents.pursuit import Place
+from agents.pursuit.pursuer_check import ScenarioLike, pursuer_problems
+from agents.pursuit.pursuer_robot import DEFAULT, PursuerRobot
+from agents.pursuit.team_frames import Charges, News, Report, newer, pack_report, team_of, unpack
+from firmware_sim.board import Board
+from netem.media.sensing.sight import Detection
+
+
+class SensorRobot(PursuerRobot):
+    def __init__(self, board: Board, *, radio: str = "radio", view: str = "view", can: str = "can",
+                 radius_m: float = DEFAULT.radius_m, no_moving_m: float = DEFAULT.no_moving_m,
+                 escape_m: float = DEFAULT.escape_m, gain_per_s: float = DEFAULT.gain_per_s,
+                 speed_mps: float = DEFAULT.speed_mps, v_max_mps: float = DEFAULT.v_max_mps,
+                 sigma_m: float = DEFAULT.sigma_m, window: int = DEFAULT.window, rho_m: float = DEFAULT.rho_m,
+                 step_ns: int = DEFAULT.step_ns, latency_ns: int = DEFAULT.latency_ns,
+                 execution_ns: int = DEFAULT.execution_ns, odometry_age_ns: int = DEFAULT.odometry_age_ns,
+                 sure: bool = DEFAULT.sure, start: Sequence[float] = DEFAULT.start) -> None:
+        """`radio`, `view`, `can`: names of its ports. The others: `PursuerSettings`."""
+        super().__init__(
+            board, view=view, can=can, radius_m=radius_m, no_moving_m=no_moving_m, escape_m=escape_m,
+            gain_per_s=gain_per_s, speed_mps=speed_mps, v_max_mps=v_max_mps, sigma_m=sigma_m, window=window,
+            rho_m=rho_m, step_ns=step_ns, latency_ns=latency_ns, execution_ns=execution_ns,
+            odometry_age_ns=odometry_age_ns, sure=sure, start=start)
+        self._team = team_of(board.team)
+        self._radio = board.node.ports[radio]
+        self._radio.on_receive = self._hear_radio
+        self._version = -1                              # of the charges that it goes by
+        self._in_view: set[str] | None = None           # at the last scan; None: it was not idle then
+        self._claimed: set[str] = set()
+        self._known: set[int] = set()                   # instants of the target's detections that the filter has
+        self._sighted: dict[str, tuple[int, Place]] = {}
+        self._first = True
+
+    @staticmethod
+    def check(scenario: ScenarioLike) -> Iterator[str]:
+        program = f"{SensorRobot.__module__}:{SensorRobot.__name__}"
+        yield from pursuer_problems(scenario, program, ("view", "can", "radio"))
+        sensors = scenario.team.get("sensors", ())
+        for name, agent in scenario.agents.items():
+            if agent.program == program and name not in sensors:
+                yield f"team.sensors={list(sensors)}: {name} is missing; frames number the sensors by this list"
+
+    # --- scanning
+
+    def _instant(self) -> None:
+        self._decide()
+        if self._pursuer is None:
+            now_ns, step_ns = self._board.now_ns, self._settings.step_ns
+            self._look((now_ns // step_ns + 1) * step_ns)
+
+    def _seen(self, seen_ns: int, sights: Sequence[Detection]) -> None:
+        places = {sight.name: (sight.x_m, sight.y_m) for sight in sights if sight.name in self._team.targets}
+        for target, place in places.items():
+            self._sighted[target] = seen_ns, place
+        if self._pursuer is None:
+            self._scan(places)
+        for target, place in places.items():
+            self._radio.send(pack_report(self._team, Report(self._board.node.name, target, target in self._claimed,
+                                                            seen_ns, place, self._settings.sigma_m)))
+            if target == self._target and seen_ns not in self._known:
+                self._known.add(seen_ns)
+                self._detected(seen_ns, place)
+        self._decide()
+
+    def _scan(self, places: dict[str, Place]) -> None:
+        """Claim who has entered: into the escape area, or anywhere at the first scan of the run."""
+        pose = self._pose()
+        own, zones = (pose.x_m, pose.y_m), self._settings.zones
+        if self._first:
+            self._claimed |= set(places)
+        elif self._in_view is not None:
+            self._claimed |= {target for target, place in places.items()
+                              if target not in self._in_view and zones.distance_m(own, place) <= zones.escape_m}
+        self._claimed &= set(places)
+        self._first, self._in_view = False, set(places)
+
+    # --- the fusion center
+
+    def _hear_radio(self, data: bytes) -> None:
+        frame = unpack(self._team, data)
+        if frame is None:
+            self._board.node.count("unreadable frames")
+        elif isinstance(frame, Charges):
+            if self._version < 0 or newer(frame.version, self._version):
+                self._version = frame.version
+                self._claimed.clear()
+                self._follow(frame.target_of.get(self._board.node.name, ""))
+        elif isinstance(frame, News) and frame.sensor == self._board.node.name and frame.target == self._target:
+            self._after_execution(lambda: self._told(frame))
+        self._speech.promise()
+
+    def _told(self, news: News) -> None:
+        for seen_ns, place in news.detections:
+            if seen_ns not in self._known:          # its own reading of that instant did not get to the center
+                self._known.add(seen_ns)
+                self._detected(seen_ns, place)
+                self._board.node.count("detections of others")
+        self._decide()
+
+    def _follow(self, target: str) -> None:
+        """From now on, with what it saw of the target last."""
+        if target == self._target:
+            return
+        self._target, self._in_view = target, None
+        self._known.clear()
+        self._pursuer = self._settings.pursuer() if target else None
+        self._board.node.event("in charge" if target else "idle", target)
+        if target in self._sighted:
+            seen_ns, place = self._sighted[target]
+            self._known.add(seen_ns)
+            self._detected(seen_ns, place)
