@@ -99,8 +99,8 @@ def main() -> None:
             least_m.append(1.2 - float(data.signals["from_quadrotor"].column("rovio").max()))
             waits_s += responses_s(data)
     print(f"{len(looks)} runs: {min(looks)} to {max(looks)} looks, median {median(looks):g}; {min(least_m):.3f} m to "
-          f"the boundary or more; {len(waits_s)} waypoints: median {median(waits_s):.2f} s, longest {max(waits_s):.2f} s "
-          f"until it flies there")
+          f"the boundary or more; {len(waits_s)} waypoints: median {median(waits_s):.2f} s, longest "
+          f"{max(waits_s):.2f} s until it flies there")
 
 
 if __name__ == "__main__":
