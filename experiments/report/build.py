@@ -63,7 +63,8 @@ def render(data: RunData, folder: str) -> str:
     return environment.get_template("report.html.j2").render(
         name=data.scenario.get("name") or folder, question=data.scenario.get("question") or "", verdicts=verdicts,
         broken=[verdict for verdict in verdicts if not verdict.holds], missing=[*data.missing, *problems],
-        windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn, table=series.node_table(data),
+        windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
+        table=series.node_table(data),
         guarantees=[outcome.standing for outcome in data.guarantees.values()],
         violations=[(outcome.standing, outcome.violations[:MOST_VIOLATIONS]) for outcome in data.guarantees.values()
                     if outcome.violations],
