@@ -272,9 +272,9 @@ function drawPlane() {
     yaxis: {range: ys, scaleanchor: "x", constrain: "domain"}, uirevision: "plane"}), CONFIG);
 }
 
-// The same for all instants, so that nothing jumps.
+// The same for all instants, so that nothing jumps; what is believed of a lost target may run out of the picture.
 function planeRanges() {
-  const p = DATA.plane, all = [...p.bodies, ...p.believed], reach = Math.max(0, ...p.views.map((view) => view.range_m));
+  const p = DATA.plane, all = p.bodies, reach = Math.max(0, ...p.views.map((view) => view.range_m));
   return ["path_x", "path_y"].map((axis) => {
     const values = all.flatMap((body) => body[axis]).filter((value) => value !== null);
     const low = Math.min(...values), high = Math.max(...values), room = reach + 0.06 * (high - low) + 0.05;
