@@ -19,7 +19,7 @@ Not modelled: an own camera's image; detections are the room's, as in section 3.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Mapping
-from math import pi, remainder
+from math import nan, pi, remainder
 from typing import Any, Final
 
 from simpy.events import Event
@@ -37,8 +37,8 @@ from netem.media.sensing.sight import LOOK, NothingSeen, unpack_sight
 
 SYSTEM, COMPONENT = 245, 191         # MAV_COMP_ID_ONBOARD_COMPUTER
 PHASES: Final = {phase: float(number) for number, phase in enumerate(Phase)}
-SIGNALS: Final = (("estimate_x", "m"), ("estimate_y", "m"), ("waypoint_x", "m"), ("waypoint_y", "m"),
-                  ("heard_x", "m"), ("heard_y", "m"), ("phase", "1"))
+SIGNALS: Final = (("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m"), ("detection_y", "m"),
+                  ("waypoint_x", "m"), ("waypoint_y", "m"), ("heard_x", "m"), ("heard_y", "m"), ("phase", "1"))
 
 
 class AerialCompanion:
@@ -59,6 +59,7 @@ class AerialCompanion:
         self._yaw_rad = remainder(pi / 2 - settings.heading_rad, 2 * pi)
         self._heard = bytearray()
         self._seen: list[tuple[int, Place]] = []
+        self._newest: Place = nan, nan              # detection
         self._waypoint: Place | None = None
         self._in_view = False                       # when it looked last
         self._due = 0                               # the instant at which the waypoint is sent again
@@ -153,11 +154,12 @@ class AerialCompanion:
             try:
                 counted = pursuer.detected(now_ns, seen_ns, place, own)
             except ValueError as error:
-                node.count("refused detections")
-                node.event("refused detection", str(error))
+                node.count("detections refused")
+                node.event("detection refused", str(error))
                 continue
-            node.count("detections" if counted else "late detections")
+            node.count("detections" if counted else "detections too late")
             if pursuer.seen_ns != before_ns:
+                self._newest = place
                 self._move_to(pursuer.goal or own)
         self._seen.clear()
 
@@ -181,5 +183,5 @@ class AerialCompanion:
         now_ns = self._board.clock.reading_at(true_ns)
         own = self._own()
         seen_ns = self._pursuer.seen_ns
-        estimate = own if seen_ns is None else self._pursuer.estimator.expect(max(now_ns, seen_ns))
-        return [*estimate, *(self._waypoint or own), *own, PHASES[self._plan.phase]]
+        estimate = (nan, nan) if seen_ns is None else self._pursuer.estimator.expect(max(now_ns, seen_ns))
+        return [*estimate, *self._newest, *(self._waypoint or own), *own, PHASES[self._plan.phase]]

@@ -1,9 +1,10 @@
 """The plane seen from above: who is where, what is believed, who looks and what was seen, at instants for an animation.
 
 A body is a node, or a [derived.NAME], with signals `x` and `y` in metres; `theta`, `psi`, `yaw` or `heading` in rad
-says where it points. Any other pair, `estimate_x` and `estimate_y` or `x_hat` and `y_hat`, is what its node believes.
+says where it points. `detection_x` and `detection_y` are where its node saw something last: each new pair is a point.
+Any other pair, `estimate_x` and `estimate_y` or `x_hat` and `y_hat`, is what its node believes.
 Looks are the copies of sensing media, each at its exposure and where its body then was; motion capture, which sees
-without being asked, is none.
+without being asked, is none. Where there are too many, those that had the body out of their view are left out.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ HEADINGS = ("theta", "psi", "yaw", "heading")
 X = re.compile(r"(?:(?P<before>\w+)_)?x(?:_(?P<after>\w+))?")
 MOST_INSTANTS = 240
 MOST_LOOKS = 5_000
+DETECTION = "detection"
 DIGITS = 6          # micrometres
 
 
@@ -40,10 +42,14 @@ def plane(data: RunData) -> Json | None:
     instants_ns = np.unique(np.linspace(0, last_ns, MOST_INSTANTS).astype(np.int64))
     sensing = {name: medium["settings"] for name, medium in (data.scenario.get("media") or {}).items()
                if medium.get("kind") == "sensing"}
+    carriers = {observer: carrier for settings in sensing.values()
+                for observer, carrier in (settings.get("cameras") or {}).items()}
     return {"instants_s": (instants_ns / 1e9).tolist(),
             "bodies": [_track(node, table, columns, instants_ns) for node, _, table, columns in bodies],
-            "believed": [_track(f"{node}: {name}", table, columns, instants_ns) for node, name, table, columns in tracks
-                         if name],
+            "believed": [_track(f"{node}: {name}", table, columns, instants_ns) | {"body": carriers.get(node, node)}
+                         for node, name, table, columns in tracks if name and name != DETECTION],
+            "detections": [_points(node, table, columns) | {"body": carriers.get(node, node)}
+                           for node, name, table, columns in tracks if name == DETECTION],
             "views": [view for settings in sensing.values() for view in _views(settings)],
             "obstacles": [{"x": obstacle["at_m"][0], "y": obstacle["at_m"][1], "radius_m": obstacle["radius_m"]}
                           for settings in sensing.values() for obstacle in settings.get("obstacles") or []],
@@ -75,6 +81,14 @@ def _track(label: str, table: SignalTable, columns: tuple[str, ...], instants_ns
             "path_x": _plain(xs[kept]), "path_y": _plain(ys[kept])}
 
 
+def _points(node: str, table: SignalTable, columns: tuple[str, ...]) -> Json:
+    """Where the pair changes."""
+    xs, ys = table.column(columns[0]), table.column(columns[1])
+    new = np.isfinite(xs + ys)
+    new[1:] &= (xs[1:] != xs[:-1]) | (ys[1:] != ys[:-1])
+    return {"label": node, "t_s": (table.time_ns[new] / 1e9).tolist(), "x": _plain(xs[new]), "y": _plain(ys[new])}
+
+
 def _plain(values: npt.NDArray[np.float64]) -> list[float | None]:
     return [round(value, DIGITS) if np.isfinite(value) else None for value in values.tolist()]
 
@@ -95,7 +109,9 @@ def _looks(data: RunData, sensing: Mapping[str, Any]) -> Json:
     copies = data.ledger.filter(pl.any_horizontal(asked)).sort("offered_ns") if asked else None
     if copies is None or copies.is_empty():
         return {"looks": [], "looks_total": 0}
-    shown = copies.head(MOST_LOOKS)
+    shown = copies
+    if copies.height > MOST_LOOKS:
+        shown = copies.filter(pl.col("fate").cast(pl.String) != Fate.OUT_OF_VIEW.value).head(MOST_LOOKS)
     places: dict[str, Json] = {}
     looks = []
     times = shown["offered_ns"].to_numpy()

@@ -13,6 +13,7 @@ const SWITCH_COLOUR = "#d03ac0";
 const VIOLATED_COLOUR = "#d55e00";
 const CONFIG = {responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]};
 const MOST_LINES = 120;
+const MOST_DETECTIONS = 60;
 
 const byId = (id) => document.getElementById(id);
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -232,7 +233,10 @@ function drawGaps() {
 // The plane at one instant: where everybody is, the way that led there, fields of view and the looks until then.
 function drawPlane() {
   const p = DATA.plane, k = Number(byId("plane-at").value), now = p.instants_s[k];
+  const frame_s = p.instants_s.length > 1 ? p.instants_s[1] - p.instants_s[0] : 0, recent_s = Math.max(0.3, 1.5 * frame_s);
   const turned = (body) => body.heading && body.heading[k] !== null ? body.heading[k] : 0;
+  const looks = p.looks.filter((look) => look.t_s <= now && look.x !== null);
+  const looking = new Set(looks.filter((look) => look.t_s > now - recent_s).map((look) => look.observer));
   const traces = [];
   p.views.forEach((view) => {
     const body = p.bodies.find((one) => one.label === view.carrier);
@@ -241,34 +245,50 @@ function drawPlane() {
     const angles = [...Array(61).keys()].map((j) => turned(body) - half + 2 * half * j / 60);
     const xs = angles.map((a) => body.x[k] + view.range_m * Math.cos(a)), ys = angles.map((a) => body.y[k] + view.range_m * Math.sin(a));
     if (!whole) { xs.unshift(body.x[k]); ys.unshift(body.y[k]); }
-    traces.push({type: "scatter", mode: "lines", fill: "toself", x: xs, y: ys, hoverinfo: "skip", opacity: 0.5, showlegend: false,
-                 line: {...line(body.label), width: 1}});
+    const active = looking.has(view.observer);
+    traces.push({type: "scatter", mode: "lines", fill: "toself", x: xs, y: ys, hoverinfo: "skip", opacity: active ? 0.6 : 0.25, showlegend: false,
+                 line: {color: line(body.label).color, width: active ? 2.5 : 0.8}});
   });
+  const marks = (name, chosen, marker) => {
+    if (chosen.length) traces.push({type: "scatter", mode: "markers", name, x: chosen.map((look) => look.x), y: chosen.map((look) => look.y), marker,
+      text: chosen.map((look) => `${look.observer} looks at ${look.body}, ${look.t_s.toFixed(3)} s: ${look.fate}`), hovertemplate: "%{text}<extra></extra>"});
+  };
+  const fresh = looks.filter((look) => look.t_s > now - recent_s);
+  marks("looks", looks.filter((look) => look.seen && look.t_s <= now - recent_s), {size: 6, opacity: 0.35, color: css("--soft"), symbol: "circle-open"});
   const way = (body, style) => traces.push({
     type: "scatter", mode: "lines", name: body.label, legendgroup: body.label, x: body.x.slice(0, k + 1), y: body.y.slice(0, k + 1),
     line: style, hoverinfo: "skip"});
-  p.bodies.forEach((body) => {
-    way(body, line(body.label));
+  p.bodies.forEach((body) => way(body, line(body.label)));
+  p.believed.forEach((body) => {
+    const colour = line(body.body).color;
+    way(body, {color: colour, width: 1, dash: "dot"});
     traces.push({type: "scatter", mode: "markers", legendgroup: body.label, showlegend: false, x: [body.x[k]], y: [body.y[k]],
-                 marker: {color: line(body.label).color, size: 14, symbol: body.heading ? "arrow" : "circle",
-                          angle: 90 - turned(body) * 180 / Math.PI, line: {width: 1, color: css("--ink")}},
-                 hovertemplate: `${body.label}: %{x:.4g} m, %{y:.4g} m<extra></extra>`});
+                 marker: {color: colour, size: 11, symbol: "star-open", line: {width: 2}}, hovertemplate: `${body.label}: %{x:.4g} m, %{y:.4g} m<extra></extra>`});
   });
-  p.believed.forEach((body, j) => way(body, {color: HUES[(j + 3) % HUES.length], width: 1.4, dash: "dot"}));
-  for (const seen of [true, false]) {
-    const until = p.looks.filter((look) => look.seen === seen && look.t_s <= now && look.x !== null);
-    if (!until.length) continue;
-    traces.push({type: "scatter", mode: "markers", name: seen ? "looks" : "looks that saw nothing", x: until.map((look) => look.x),
-                 y: until.map((look) => look.y), text: until.map((look) => `${look.observer} looks at ${look.body}, ${look.t_s.toFixed(3)} s: ${look.fate}`),
-                 marker: {size: seen ? 9 : 6, color: seen ? css("--ink") : VIOLATED_COLOUR, symbol: seen ? "circle-open" : "x"}, hovertemplate: "%{text}<extra></extra>"});
-  }
-  byId("plane-time").textContent = `${now.toFixed(2)} s`;
-  byId("plane-note").textContent = p.looks.length < p.looks_total ? `${p.looks.length} of ${p.looks_total} looks drawn: the first ones` : "";
+  p.detections.forEach((points) => {
+    const until = firstFrom(points.t_s, now + 1e-9), from = Math.max(0, until - MOST_DETECTIONS);
+    traces.push({type: "scatter", mode: "markers", name: `${points.label}: detections`, x: points.x.slice(from, until), y: points.y.slice(from, until),
+                 text: points.t_s.slice(from, until).map((t) => `${points.label} was told of this until ${t.toFixed(3)} s`), hovertemplate: "%{text}<extra></extra>",
+                 marker: {color: line(points.body).color, size: 6, symbol: "diamond", opacity: 0.75, line: {width: 0.5, color: css("--ink")}}});
+  });
+  marks("looks just now", fresh.filter((look) => look.seen), {size: 15, color: css("--ink"), symbol: "circle-open", line: {width: 2}});
+  marks("looks lost on the way", looks.filter((look) => !look.seen && look.fate !== "out of view" && look.fate !== "occluded"),
+    {size: 5, color: VIOLATED_COLOUR, symbol: "x-thin", line: {width: 1, color: VIOLATED_COLOUR}});
+  marks("not in view just now", fresh.filter((look) => look.fate === "out of view" || look.fate === "occluded"), {size: 11, color: VIOLATED_COLOUR, symbol: "x-open"});
+  p.bodies.forEach((body) => traces.push({
+    type: "scatter", mode: "markers", legendgroup: body.label, showlegend: false, x: [body.x[k]], y: [body.y[k]],
+    marker: {color: line(body.label).color, size: 14, symbol: body.heading ? "arrow" : "circle",
+             angle: 90 - turned(body) * 180 / Math.PI, line: {width: 1, color: css("--ink")}},
+    hovertemplate: `${body.label}: %{x:.4g} m, %{y:.4g} m<extra></extra>`}));
+  const broken = DATA.violated.some((stretch) => stretch.from_s <= now && now < stretch.until_s);
+  byId("plane-time").textContent = `${now.toFixed(2)} s${broken ? ", a guarantee is violated" : ""}`;
+  byId("plane-time").style.color = broken ? VIOLATED_COLOUR : "";
+  byId("plane-note").textContent = p.looks.length < p.looks_total ? `${p.looks.length} of ${p.looks_total} looks drawn: the first ones in view` : "";
   const shapes = p.obstacles.map((o) => ({type: "circle", x0: o.x - o.radius_m, x1: o.x + o.radius_m, y0: o.y - o.radius_m,
                                           y1: o.y + o.radius_m, fillcolor: css("--soft"), opacity: 0.5, line: {width: 0}}));
   const [xs, ys] = planeRanges();
   Plotly.react("plot-plane", traces, layout("x [m]", "y [m]", {
-    shapes, hovermode: "closest", showlegend: true, height: 560, xaxis: {range: xs, constrain: "domain"},
+    shapes, hovermode: "closest", showlegend: true, height: 640, legend: {orientation: "v", x: 1.01, y: 1}, xaxis: {range: xs, constrain: "domain"},
     yaxis: {range: ys, scaleanchor: "x", constrain: "domain"}, uirevision: "plane"}), CONFIG);
 }
 

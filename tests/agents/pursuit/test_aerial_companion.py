@@ -132,7 +132,7 @@ def test_unreadable_untimely_and_foreign_news_move_nothing():
 
     assert {(target.x, target.y) for target in bench.targets()} == {(0.5, -0.25)}
     counts = bench.node.advance(Grant(2, bench.now_ns, False, True, [])).counters
-    assert (counts["unreadable frames"], counts["looks that saw nothing"], counts["refused detections"]) == (1, 1, 2)
+    assert (counts["unreadable frames"], counts["looks that saw nothing"], counts["detections refused"]) == (1, 1, 2)
 
 
 def test_a_vehicle_that_lands_by_itself_gets_no_more_waypoints():

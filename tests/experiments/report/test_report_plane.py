@@ -1,12 +1,16 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from experiments.report import plane as plane_module
 from experiments.report.plane import MOST_INSTANTS, plane
 from experiments.run_data import RunData, load_run
 from netem.frames import Fate, Frame
 from netem.records.ledger import Ledger
+from netem.records.signal_table import SignalTable
 from netem.records.signals import SignalRecorder
 
 MS = 1_000_000
@@ -41,7 +45,8 @@ POSE = [("x", "m"), ("y", "m"), ("theta", "rad")]
 def drawn(tmp_path):
     return plane(a_run(tmp_path / "run", {
         "evader": POSE, "drive": POSE,
-        "companion": [("estimate_x", "m"), ("estimate_y", "m"), ("x_of_nothing", "m"), ("x", "1"), ("y", "1")]}))
+        "companion": [("estimate_x", "m"), ("estimate_y", "m"), ("x_of_nothing", "m"), ("x", "1"), ("y", "1"),
+                      ("detection_x", "m"), ("detection_y", "m")]}))
 
 
 def test_bodies_are_at_each_instant_where_their_last_sample_was(drawn):
@@ -57,6 +62,31 @@ def test_bodies_are_at_each_instant_where_their_last_sample_was(drawn):
 def test_what_is_believed_is_apart_and_numbers_without_metres_or_partner_are_no_places(drawn):
     assert [body["label"] for body in drawn["believed"]] == ["companion: estimate"]
     assert drawn["believed"][0]["heading"] is None
+
+
+def test_who_believes_has_the_colour_of_the_body_that_carries_its_camera(drawn):
+    assert [believed["body"] for believed in drawn["believed"]] == ["drive"]
+    assert [points["body"] for points in drawn["detections"]] == ["drive"]
+
+
+def test_detections_are_points_at_the_instants_at_which_they_are_new(tmp_path):
+    seen = [(k, float("nan"), 0.0) for k in range(2)] + [(2, 1.0, 2.0), (3, 1.0, 2.0), (4, 1.0, 3.0), (5, 1.5, 3.0)]
+    data = a_run(tmp_path / "run", {"evader": POSE})
+    table = SignalTable("eye", ("detection_x", "detection_y"), ("m", "m"), np.array([k * 10 * MS for k, _, _ in seen]),
+                        np.array([[x, y] for _, x, y in seen]))
+
+    points, = plane(replace(data, signals={**data.signals, "eye": table}))["detections"]
+
+    assert points["t_s"] == pytest.approx([0.02, 0.04, 0.05])
+    assert list(zip(points["x"], points["y"], strict=True)) == [(1.0, 2.0), (1.0, 3.0), (1.5, 3.0)]
+
+
+def test_where_there_are_too_many_looks_those_out_of_view_go_first(tmp_path, monkeypatch):
+    monkeypatch.setattr(plane_module, "MOST_LOOKS", 1)
+
+    drawn = plane(a_run(tmp_path / "run", {"evader": POSE, "drive": POSE}))
+
+    assert ([look["fate"] for look in drawn["looks"]], drawn["looks_total"]) == (["delivered"], 2)
 
 
 def test_looks_are_where_the_body_was_at_the_exposure(drawn):
