@@ -38,7 +38,7 @@ from netem.media.sensing.sight import LOOK, NothingSeen, unpack_sight
 SYSTEM, COMPONENT = 245, 191         # MAV_COMP_ID_ONBOARD_COMPUTER
 PHASES: Final = {phase: float(number) for number, phase in enumerate(Phase)}
 SIGNALS: Final = (("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m"), ("detection_y", "m"),
-                  ("waypoint_x", "m"), ("waypoint_y", "m"), ("heard_x", "m"), ("heard_y", "m"), ("phase", "1"))
+                  ("waypoint_x", "m"), ("waypoint_y", "m"), ("heard_east", "m"), ("heard_north", "m"), ("phase", "1"))
 
 
 class AerialCompanion:

@@ -259,9 +259,9 @@ function drawPlane() {
     type: "scatter", mode: "lines", name: body.label, legendgroup: body.label, x: body.x.slice(0, k + 1), y: body.y.slice(0, k + 1),
     line: style, hoverinfo: "skip"});
   p.bodies.forEach((body) => way(body, line(body.label)));
-  p.believed.forEach((body) => {
-    const colour = line(body.body).color;
-    way(body, {color: colour, width: 1, dash: "dot"});
+  p.believed.forEach((body, j) => {
+    const colour = line(body.body).color, others = p.believed.slice(0, j).filter((one) => one.body === body.body).length;
+    way(body, {color: colour, width: 1, dash: ["dot", "dash", "dashdot"][others % 3]});
     traces.push({type: "scatter", mode: "markers", legendgroup: body.label, showlegend: false, x: [body.x[k]], y: [body.y[k]],
                  marker: {color: colour, size: 11, symbol: "star-open", line: {width: 2}}, hovertemplate: `${body.label}: %{x:.4g} m, %{y:.4g} m<extra></extra>`});
   });
@@ -288,7 +288,7 @@ function drawPlane() {
                                           y1: o.y + o.radius_m, fillcolor: css("--soft"), opacity: 0.5, line: {width: 0}}));
   const [xs, ys] = planeRanges();
   Plotly.react("plot-plane", traces, layout("x [m]", "y [m]", {
-    shapes, hovermode: "closest", showlegend: true, height: 640, legend: {orientation: "v", x: 1.01, y: 1}, xaxis: {range: xs, constrain: "domain"},
+    shapes, hovermode: "closest", showlegend: true, height: 640, legend: {orientation: "v", x: 1.01, y: 0.7}, xaxis: {range: xs, constrain: "domain"},
     yaxis: {range: ys, scaleanchor: "x", constrain: "domain"}, uirevision: "plane"}), CONFIG);
 }
 
