@@ -2,8 +2,8 @@
 
     python -m benchmarks.pursuit_seeds p3at_chases_p3at 100 "agents.evader.parameters.motion='circle'"
 
-The theorem is for pursuers that move freely; what a P3-AT's inertia and turning cost is measured here, not proved. A seed
-changes noise, losses, delays and what an evader does at random.
+The theorem is for pursuers that move freely; what a P3-AT's inertia and turning cost is measured here, not proved. A
+seed changes noise, losses, delays and what an evader does at random.
 """
 
 from __future__ import annotations

@@ -288,7 +288,7 @@ function drawPlane() {
                                           y1: o.y + o.radius_m, fillcolor: css("--soft"), opacity: 0.5, line: {width: 0}}));
   const [xs, ys] = planeRanges();
   Plotly.react("plot-plane", traces, layout("x [m]", "y [m]", {
-    shapes, hovermode: "closest", showlegend: true, height: 640, legend: {orientation: "v", x: 1.01, y: 0.7}, xaxis: {range: xs, constrain: "domain"},
+    shapes, hovermode: "closest", showlegend: true, height: 640, legend: {orientation: "v", x: 1.01, y: 0.8, yanchor: "top"}, xaxis: {range: xs, constrain: "domain"},
     yaxis: {range: ys, scaleanchor: "x", constrain: "domain"}, uirevision: "plane"}), CONFIG);
 }
 
