@@ -210,6 +210,7 @@ def test_wind_from_below_lifts_it_when_it_carries_more_than_its_weight(share: fl
                                                                       fly: Callable[..., Flight]) -> None:
     up = share * M * G / 0.25
     flight = fly(drag=[0.1, 0.1, 0.25], wind=[3.0, 0.0, up])
+    assert flight.plant.get("on_ground") == stands
 
     seen = flight.to(1000 * MS)
 

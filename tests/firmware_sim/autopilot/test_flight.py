@@ -518,6 +518,8 @@ def test_thrust_that_lifts_nothing_leaves_it_on_the_ground_to_be_disarmed(bench:
 
 def test_armed_in_stabilize_it_waits_for_its_first_target(bench: Bench) -> None:
     uav = bench().run(0.2)
+    uav.controller.target(AttitudeTarget((1.0, 0.0, 0.0, 0.0), None, 0.8), uav.board.now_ns)    # long ago
+    uav.run(1.0)
     uav.controller.set_mode(Mode.STABILIZE)
     uav.controller.arm()
     uav.run(3.0)
