@@ -7,7 +7,7 @@ from random import Random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pymavlink.dialects.v20 import common
+from pymavlink.dialects.v20 import ardupilotmega, common
 
 from firmware_sim.mavlink import enums
 from firmware_sim.mavlink.dialect import layout, layout_of, message, pack, unpack
@@ -132,6 +132,30 @@ def test_after_any_bytes_whatever_a_frame_is_heard_again_once_the_line_was_quiet
     (heard,) = link.receive(ping(mav, 7), now_ns)
 
     assert heard.message["seq"] == 7
+
+
+def test_frames_of_another_dialect_are_skipped_whole_and_counted():
+    mav = ground()
+    other = ardupilotmega.MAVLink(None, srcSystem=7, srcComponent=1)
+    ahrs = other.ahrs_encode(*(0.25,) * 7).pack(other)
+    link = MavlinkLink(1, 1)
+
+    found = link.receive(ahrs + ping(mav, 1) + ahrs + ahrs + ping(mav, 2) + ahrs, 0)
+
+    assert layout(163) is None
+    assert [heard.message["seq"] for heard in found] == [1, 2]
+    assert (link.counts["unknown messages"], link.counts["noise bytes"]) == (4, 0)
+
+
+def test_frames_of_mavlink_1_are_noise():
+    mav = ground()
+    link = MavlinkLink(1, 1)
+    first = mav.heartbeat_encode(6, 8, 0, 0, 4).pack(mav, force_mavlink1=True)
+
+    (heard,) = link.receive(first + ping(mav, 1), 0)
+
+    assert heard.message["seq"] == 1
+    assert link.counts["noise bytes"] == len(first)
 
 
 def test_a_frame_hidden_in_a_broken_one_is_found():
