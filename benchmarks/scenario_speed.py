@@ -23,9 +23,9 @@ from experiments.run_result import Progress
 from experiments.runner import HostName, run
 from experiments.scenario import find, load
 
-SCENARIOS = ("output_sync", "output_sync_16", "tracking_individual")
+SCENARIOS = ("output_sync", "output_sync_16", "tracking_individual", "hummingbird_chases_rovio")
 GOAL = {("output_sync", "process"): 5.0, ("output_sync", "inline"): 20.0, ("output_sync_16", "process"): 2.0,
-        ("tracking_individual", "process"): 5.0}
+        ("tracking_individual", "process"): 5.0, ("hummingbird_chases_rovio", "process"): 2.0}
 
 
 def children(process: int) -> list[int]:

@@ -13,6 +13,8 @@ WARNINGS: Final = frozenset({
     "assumption violated", "refused measurement",                                   # agents/tracking
     "fell back", "incomplete discovery",                                            # agents/synchronization
     "setpoint stale", "setpoint refused",                                           # firmware_sim/drive_controller
+    "autopilot critical", "autopilot error", "autopilot warning",                   # firmware_sim/autopilot
+    "nothing in view", "order failed", "detection refused",                         # agents/pursuit
     "error-passive", "bus-off", "no acknowledgement", "same identifier", "malformed CAN frame",     # netem/media/can
     "message may be late",
 })

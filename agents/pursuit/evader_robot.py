@@ -45,13 +45,13 @@ class ScenarioLike(Protocol):
 
 class EvaderRobot:
     def __init__(self, board: Board, *, motion: str, v_max_mps: float, area_x_m: Sequence[float] = (-6.0, 6.0),
-                 area_y_m: Sequence[float] = (-6.0, 6.0), hold_ns: int = 70_000_000) -> None:
-        """`motion`: see `MOTIONS`; `hold_ns`: how long a command is held."""
+                 area_y_m: Sequence[float] = (-6.0, 6.0), hold_ns: int = 70_000_000, begin_ns: int = 0) -> None:
+        """`motion`: see `MOTIONS`; `hold_ns`: how long a command is held; until `begin_ns` it stands."""
         if board.plant is None:
             raise ValueError(f"{board.node.name}: an evader needs a plant")
         if hold_ns < 1:
             raise ValueError(f"hold_ns={hold_ns}: expected at least 1")
-        self._board, self._plant, self._hold_ns = board, board.plant, hold_ns
+        self._board, self._plant, self._hold_ns, self._begin_ns = board, board.plant, hold_ns, begin_ns
         area = Area((area_x_m[0], area_x_m[1]), (area_y_m[0], area_y_m[1]))
         self._motion = MOTIONS[motion](Driver(v_max_mps, area, board.rng))
         self._inputs = self._plant.input_group(list(self._motion.INPUTS))
@@ -80,7 +80,7 @@ class EvaderRobot:
     def run(self) -> Generator[Event, Any, None]:
         k = 0
         while True:
-            yield from self._board.wait_until(k * self._hold_ns)
+            yield from self._board.wait_until(self._begin_ns + k * self._hold_ns)
             own = Pose(*self._sample(self._board.node.now_ns))
             self._inputs.write(self._motion.command(k * self._hold_ns * 1e-9, own, self._seen and self._seen[1]))
             k += 1

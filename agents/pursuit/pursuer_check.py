@@ -28,6 +28,19 @@ class MediumLike(Protocol):
     def settings(self) -> Any: ...
 
 
+class LooksLike(Protocol):
+    """What a pursuer takes for granted of its sensor."""
+
+    @property
+    def step_ns(self) -> int: ...
+    @property
+    def radius_m(self) -> float: ...
+    @property
+    def sigma_m(self) -> float: ...
+    @property
+    def latency_ns(self) -> int: ...
+
+
 class ScenarioLike(Protocol):
     @property
     def team(self) -> Mapping[str, Any]: ...
@@ -57,10 +70,10 @@ def pursuer_problems(scenario: ScenarioLike, program: str, ports: Sequence[str])
             yield (f"agents.{name}.media: lacks {', '.join(absent)}; it has {', '.join(agent.media) or 'none'}; name "
                    f"them in its media, or those that it has as parameters {', '.join(named)}")
         elif (view := scenario.media.get(named["view"])) is not None:
-            yield from (f"agents.{name}.parameters: {line}" for line in _view_problems(settings, named["view"], view))
+            yield from (f"agents.{name}.parameters: {line}" for line in view_problems(settings, named["view"], view))
 
 
-def _view_problems(settings: PursuerSettings, name: str, view: MediumLike) -> Iterator[str]:
+def view_problems(settings: LooksLike, name: str, view: MediumLike) -> Iterator[str]:
     """What it takes for granted of its sensor, and is not so."""
     if view.kind != "sensing" or view.settings is None:
         yield f"view={name!r}: expected a medium of kind sensing"

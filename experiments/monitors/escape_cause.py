@@ -3,8 +3,9 @@
     companion saw it last at 3.22 s, told at 3.25 s; since 2.1 s view: evader -> companion: frames 40, 43 lost
     (impairments[0] bernoulli_loss), slowest 0.3 s (radio: base -> drive)
 
-Counted are the frames from and to an observer and the body that carries it, handed out since the target was last in
-the inner half of the field of view; those of cameras only where they show this target.
+Counted are the frames from and to an observer and the body that carries it, and the modems at the other ends of their
+lines, handed out since the target was last in the inner half of the field of view; those of cameras only where they
+show this target.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ def cause(observers: Sequence[Subject], records: Records, since_ns: int, at_ns: 
     target = observers[0][1]
     nodes = {node for medium, _, observer in observers
              for node in (observer, records.sensing[medium].cameras.get(observer, observer))} - {target}
+    cameras = pl.col("medium").cast(pl.String).is_in(list(records.sensing))
+    nodes = _with_their_modems(nodes, records.ledger.filter(~cameras))
     involved = ledger.filter(pl.col("offered_ns") >= since_ns).with_columns(pl.col(LINK).cast(pl.String)).filter(
         pl.col("sender").is_in(nodes) | pl.col("receiver").is_in(nodes)).filter(
         ~pl.col("medium").is_in(list(records.sensing)) | (pl.col("sender") == target)).filter(
@@ -41,6 +44,13 @@ def cause(observers: Sequence[Subject], records: Records, since_ns: int, at_ns: 
     links = involved.select(LINK).unique().sort(LINK).rows()
     ways = ", ".join(_ways(link_frames(involved, links), links, at_ns))
     return f"{told}; since {seconds(since_ns)} {ways or 'nothing was lost or on its way'}"
+
+
+def _with_their_modems(nodes: set[str], ledger: pl.DataFrame) -> set[str]:
+    """And who is alone with one of them on a medium."""
+    ends = ledger.select(pl.col("medium", "sender", "receiver").cast(pl.String)).unique().group_by("medium").agg(
+        pl.concat_list("sender", "receiver").list.explode().unique())["sender"].to_list()
+    return nodes.union(*(pair for pair in ends if len(pair) == 2 and not nodes.isdisjoint(pair)))
 
 
 def _knowledge(subject: Subject, ledger: pl.DataFrame, at_ns: int) -> str:

@@ -63,7 +63,8 @@ def render(data: RunData, folder: str) -> str:
     return environment.get_template("report.html.j2").render(
         name=data.scenario.get("name") or folder, question=data.scenario.get("question") or "", verdicts=verdicts,
         broken=[verdict for verdict in verdicts if not verdict.holds], missing=[*data.missing, *problems],
-        unfinished=unfinished(data), facts=facts(data), drawn=drawn, table=series.node_table(data),
+        windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
+        table=series.node_table(data),
         guarantees=[outcome.standing for outcome in data.guarantees.values()],
         violations=[(outcome.standing, outcome.violations[:MOST_VIOLATIONS]) for outcome in data.guarantees.values()
                     if outcome.violations],
@@ -97,6 +98,12 @@ def verdicts_of(data: RunData) -> tuple[list[Verdict], list[str]]:
         return evaluate(expect, data), []
     except UnknownKeys as error:
         return [], str(error).splitlines()
+
+
+def windows(data: RunData) -> dict[str, str]:
+    """Of the expectations that judge a part of the run, which: "[2, 4) s"."""
+    return {key: f"[{', '.join(f'{time_ns * 1e-9:g}' for time_ns in bound['during_ns'])}) s"
+            for key, bound in (data.scenario.get("expect") or {}).items() if bound.get("during_ns")}
 
 
 def unfinished(data: RunData) -> str:

@@ -3,8 +3,8 @@
 A body is a node, or a [derived.NAME], with signals `x` and `y` in metres; `theta`, `psi`, `yaw` or `heading` in rad
 says where it points. `detection_x` and `detection_y` are where its node saw something last: each new pair is a point.
 Any other pair, `estimate_x` and `estimate_y` or `x_hat` and `y_hat`, is what its node believes.
-Looks are the copies of sensing media, each at its exposure and where its body then was. Where there are too many, those
-that had the body out of their view are left out.
+Looks are the copies of sensing media, each at its exposure and where its body then was; motion capture, which sees
+without being asked, is none. Where there are too many, those that had the body out of their view are left out.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def plane(data: RunData) -> Json | None:
             "views": [view for settings in sensing.values() for view in _views(settings)],
             "obstacles": [{"x": obstacle["at_m"][0], "y": obstacle["at_m"][1], "radius_m": obstacle["radius_m"]}
                           for settings in sensing.values() for obstacle in settings.get("obstacles") or []],
-            **_looks(data, list(sensing))}
+            **_looks(data, sensing)}
 
 
 def _places(table: SignalTable) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -102,8 +102,11 @@ def _views(settings: Mapping[str, Any]) -> Iterator[Json]:
                "half_angle_deg": settings.get("half_angle_deg", 180.0)}
 
 
-def _looks(data: RunData, media: list[str]) -> Json:
-    copies = data.ledger.filter(pl.col("medium").cast(pl.String).is_in(media)).sort("offered_ns") if media else None
+def _looks(data: RunData, sensing: Mapping[str, Any]) -> Json:
+    asked = [(pl.col("medium").cast(pl.String) == name)
+             & ~pl.col("receiver").cast(pl.String).is_in(list(settings.get("every_exposure_to") or ()))
+             for name, settings in sensing.items()]
+    copies = data.ledger.filter(pl.any_horizontal(asked)).sort("offered_ns") if asked else None
     if copies is None or copies.is_empty():
         return {"looks": [], "looks_total": 0}
     shown = copies

@@ -40,6 +40,9 @@ BELIEF: Final = (("est_north", "m"), ("est_east", "m"), ("est_down", "m"), ("ref
                  ("mode", "1"), ("landed", "1"))
 MODES: Final = {mode: float(number) for number, mode in enumerate(Mode)}
 LANDED: Final = {landed: float(number) for number, landed in enumerate(Landed)}
+EVENTS: Final = {Severity.CRITICAL: "autopilot critical", Severity.ERROR: "autopilot error",
+                 Severity.WARNING: "autopilot warning", Severity.NOTICE: "autopilot notice",
+                 Severity.INFO: "autopilot info"}
 DEFAULT: Final = AutopilotSettings()
 NO_PLANT: Final = 'an autopilot needs a plant, as plant = { fmu = "quadrotor", preset = "hummingbird" }'
 
@@ -130,7 +133,7 @@ class Autopilot:
             listener(severity, text)
 
     def _note(self, severity: Severity, text: str) -> None:
-        self._board.node.event(f"autopilot {severity.name.lower()}", text)
+        self._board.node.event(EVENTS[severity], text)
 
     def _sample(self, time_ns: int) -> list[float]:
         self._plant.advance_to(time_ns)

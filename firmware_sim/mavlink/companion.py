@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
-from math import nan
+from math import isfinite, nan
 from typing import Final
 
 from firmware_sim.autopilot.vehicle import Mode, PositionTarget, Quaternion, Vector
@@ -42,6 +42,7 @@ class Companion:
     most_tries: int = 10
     armed: bool = False
     mode: Mode | None = None            # None: not heard yet, or a mode that is not known here
+    heartbeat_ns: int = -1              # when both were heard last
     landed_state: int = 0               # MAV_LANDED_STATE
     position_ned_m: Vector | None = None
     velocity_ned_mps: Vector | None = None
@@ -118,6 +119,9 @@ class Companion:
         if told.name == "HEARTBEAT":
             self.armed = bool(told["base_mode"] & ModeFlag.SAFETY_ARMED)
             self.mode = mode_of_custom(told["custom_mode"])
+            self.heartbeat_ns = now_ns
+        elif told.name == "LOCAL_POSITION_NED" and not all(map(isfinite, (told["x"], told["y"], told["z"]))):
+            self.link.counts["positions that are not finite"] += 1
         elif told.name == "LOCAL_POSITION_NED":
             self.position_ned_m = told["x"], told["y"], told["z"]
             self.velocity_ned_mps = told["vx"], told["vy"], told["vz"]

@@ -15,6 +15,7 @@ from simpy.events import Event
 
 from firmware_sim.autopilot.autopilot import NO_PLANT, Autopilot
 from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
+from firmware_sim.autopilot.vehicle import Severity
 from firmware_sim.board import Board
 from firmware_sim.mavlink.settings import MavlinkSettings
 from firmware_sim.mavlink.task import MavlinkTask
@@ -42,11 +43,14 @@ class MavlinkAutopilot:
         self._board = board
         self.autopilot = Autopilot(board, **{item.name: getattr(flight, item.name) for item in fields(flight)})
         self.task = MavlinkTask(board, link.port_of(board.node.ports, flight.mocap), self.autopilot.controller, link)
-        self.autopilot.listeners.append(self.task.front.notice)
+        self.autopilot.listeners.append(self._tell_the_ground)      # the event of it is the autopilot's own
 
     def run(self) -> Generator[Event, Any, None]:
         self._board.node.start(self.task.run())
         yield from self.autopilot.run(silent=False)
+
+    def _tell_the_ground(self, severity: Severity, text: str) -> None:
+        self.task.front.texts.say(severity, text, self._board.now_ns)
 
     @staticmethod
     def check(scenario: ScenarioLike) -> Iterator[str]:

@@ -124,8 +124,10 @@ function drawSlots() {
       ? {...common, type: "bar", orientation: "h", base: row.base, x: row.x, textposition: "none", marker: {color}, width: 0.7}
       : {...common, type: "scatter", mode: "markers", x: row.base, marker: {color, symbol: "x", size: 8}};
   });
-  const labels = [...new Set(s.sender.names.flatMap((sender) =>
-    several ? s.medium.names.map((medium) => `${sender} · ${medium}`) : [sender]))];
+  const spoken = several ? new Set(s.sender.codes.map((code, k) => code * s.medium.names.length + s.medium.codes[k])) : null;
+  const labels = s.sender.names.flatMap((sender, j) => several
+    ? s.medium.names.filter((_, m) => spoken.has(j * s.medium.names.length + m)).map((medium) => `${sender} · ${medium}`)
+    : [sender]);
   const shapes = Object.values(DATA.switching.media).flat().map((t) => t * 1e3)
     .filter((t) => t >= from && t < from + width)
     .map((t) => ({type: "line", x0: t, x1: t, y0: 0, y1: 1, yref: "paper", line: {color: SWITCH_COLOUR, width: 1.5, dash: "dot"}}));
@@ -257,9 +259,9 @@ function drawPlane() {
     type: "scatter", mode: "lines", name: body.label, legendgroup: body.label, x: body.x.slice(0, k + 1), y: body.y.slice(0, k + 1),
     line: style, hoverinfo: "skip"});
   p.bodies.forEach((body) => way(body, line(body.label)));
-  p.believed.forEach((body) => {
-    const colour = line(body.body).color;
-    way(body, {color: colour, width: 1, dash: "dot"});
+  p.believed.forEach((body, j) => {
+    const colour = line(body.body).color, others = p.believed.slice(0, j).filter((one) => one.body === body.body).length;
+    way(body, {color: colour, width: 1, dash: ["dot", "dash", "dashdot"][others % 3]});
     traces.push({type: "scatter", mode: "markers", legendgroup: body.label, showlegend: false, x: [body.x[k]], y: [body.y[k]],
                  marker: {color: colour, size: 11, symbol: "star-open", line: {width: 2}}, hovertemplate: `${body.label}: %{x:.4g} m, %{y:.4g} m<extra></extra>`});
   });
@@ -290,9 +292,9 @@ function drawPlane() {
     yaxis: {range: ys, scaleanchor: "x", constrain: "domain"}, uirevision: "plane"}), CONFIG);
 }
 
-// The same for all instants, so that nothing jumps.
+// The same for all instants, so that nothing jumps; what is believed of a lost target may run out of the picture.
 function planeRanges() {
-  const p = DATA.plane, all = [...p.bodies, ...p.believed], reach = Math.max(0, ...p.views.map((view) => view.range_m));
+  const p = DATA.plane, all = p.bodies, reach = Math.max(0, ...p.views.map((view) => view.range_m));
   return ["path_x", "path_y"].map((axis) => {
     const values = all.flatMap((body) => body[axis]).filter((value) => value !== null);
     const low = Math.min(...values), high = Math.max(...values), room = reach + 0.06 * (high - low) + 0.05;

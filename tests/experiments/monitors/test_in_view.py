@@ -190,6 +190,20 @@ def test_the_cause_names_the_last_look_and_what_was_lost_late_or_slow_since_it_w
         "slowest 0.000000013 s (radio: base -> robot)")
 
 
+def test_the_cause_also_names_what_modems_on_a_line_of_the_observer_or_its_carrier_lost() -> None:
+    air, up = ("air", "modem", "far_modem"), ("line", "eye", "modem")
+    copies = [Copy(0, 5, delivered=7, end=5, link=SIGHT), Copy(0, 12, delivered=13, end=13, link=up),
+              Copy(0, 14, "lost", end=15, link=air, cause="impairments[0] x"),
+              Copy(0, 15, "lost", end=16, link=("other", "stranger", "another"))]
+    lost = sight(copies=copies, length=40, evader=table("evader", range(0, 40, 10), [0, 1.0, 2.5, 2.5]),
+                 robot=table("robot", range(0, 40, 10), [0.0] * 4))
+
+    violation, = InView().watch([SIGHT], lost).violations
+
+    assert "air: modem -> far_modem: frame 0 lost (impairments[0] x)" in violation.cause
+    assert "stranger" not in violation.cause
+
+
 def test_of_one_that_was_never_seen_nothing_is_known() -> None:
     violation, = InView().watch([SIGHT], sight(length=20, evader=table("evader", [0, 10], [3.0, 3.0]))).violations
 

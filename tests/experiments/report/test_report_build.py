@@ -213,6 +213,17 @@ def test_names_cannot_break_out_of_the_page(tmp_path: Path) -> None:
     assert page.data["signals"][0]["name"] == bad
 
 
+def test_an_expectation_on_a_part_of_the_run_says_which(tmp_path: Path, make_run: MakeRun) -> None:
+    run = make_run(tmp_path / "run", 1.0)
+    scenario = json.loads((run / "scenario.json").read_text())
+    bound = {"max": 9.0, "during_ns": [250_000_000, 750_000_000]}
+    (run / "scenario.json").write_text(json.dumps(scenario | {"expect": {"r1.y.abs_max": bound}}))
+
+    text = Page(write_report(run)).text
+
+    assert "r1.y.abs_max in [0.25, 0.75) s" in text
+
+
 def test_expectations_that_name_nothing_are_listed_instead_of_judged(tmp_path: Path, make_run: MakeRun) -> None:
     run = make_run(tmp_path / "typo", 0.2)
     scenario = json.loads((run / "scenario.json").read_text())

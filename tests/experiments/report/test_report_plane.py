@@ -96,6 +96,13 @@ def test_looks_are_where_the_body_was_at_the_exposure(drawn):
     assert drawn["looks_total"] == 2
 
 
+def test_motion_capture_is_no_look(tmp_path):
+    data = a_run(tmp_path / "run", {"evader": POSE, "drive": POSE})
+    data.scenario["media"]["view"]["settings"] = {**SETTINGS, "every_exposure_to": ["companion"]}
+
+    assert plane(data)["looks_total"] == 0
+
+
 def test_fields_of_view_ride_on_what_carries_the_camera(drawn):
     assert drawn["views"] == [{"observer": "companion", "carrier": "drive", "range_m": 2.0, "half_angle_deg": 60.0}]
     assert drawn["obstacles"] == [{"x": 1.0, "y": 2.0, "radius_m": 0.5}]

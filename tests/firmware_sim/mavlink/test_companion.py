@@ -1,12 +1,17 @@
 """The companion's end against the vehicle's front: answers, repetitions, targets."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pymavlink.dialects.v20 import common
 
 from firmware_sim.autopilot.vehicle import Mode, PositionTarget
 from firmware_sim.mavlink.companion import Companion
 from firmware_sim.mavlink.enums import Command, CommandResult
 from firmware_sim.mavlink.link import MavlinkLink
 from tests.firmware_sim.mavlink.ground import TICK_NS, Ground
+
+MS = 1_000_000
 
 
 class Pair:
@@ -89,6 +94,39 @@ def test_a_target_arrives_as_it_was_meant(target):
     pair.run(0.01, pair.companion.target(target, 0))
 
     assert pair.ground.vehicle.targets == [target]
+
+
+def test_an_order_is_sent_again_with_a_growing_confirmation_as_others_read_it():
+    companion, mav = Companion(MavlinkLink(245, 190), again_ns=500 * MS, most_tries=4), common.MAVLink(None)
+    companion.command(Command.COMPONENT_ARM_DISARM, 1)
+
+    found = [(now_ns, message) for now_ns in range(0, 3_000 * MS, 100 * MS) for frame in companion.step(now_ns)
+             for message in mav.parse_buffer(frame) if message.get_type() == "COMMAND_LONG"]
+
+    assert [(now_ns, message.confirmation) for now_ns, message in found] == [(k * 500 * MS, k) for k in range(4)]
+    assert {(message.command, message.param1, message.target_system) for _, message in found} == {(400, 1.0, 1)}
+
+
+def test_a_position_that_is_no_place_is_none():
+    companion, mav = Companion(MavlinkLink(245, 190)), common.MAVLink(None, srcSystem=1, srcComponent=1)
+
+    companion.hear(mav.local_position_ned_encode(0, 1.0, float("nan"), -3.0, 0, 0, 0).pack(mav), 20)
+
+    assert companion.position_ned_m is None
+    assert companion.link.counts["positions that are not finite"] == 1
+
+
+@given(st.lists(st.binary(max_size=200), max_size=8))
+def test_any_bytes_at_all_change_nothing(chunks):
+    companion = Companion(MavlinkLink(245, 190))
+    companion.command(Command.COMPONENT_ARM_DISARM, 1)
+    companion.step(0)
+
+    for k, chunk in enumerate(chunks):
+        companion.hear(chunk, k)
+
+    assert companion.waits
+    assert (companion.armed, companion.mode, companion.position_ned_m, companion.answers) == (False, None, None, [])
 
 
 def test_others_are_not_taken_for_the_vehicle():

@@ -1,0 +1,187 @@
+"""The ground's computer of a flying pursuer: the adaptive filter looks now and then, and waypoints go out over MAVLink.
+
+    instant k T_s        read: what the link and the camera brought     decide: Figure 3.3, look at k + 1?  waypoint
+      + execution_ns     hand out: the look, the waypoint, orders, heartbeat
+
+A waypoint is the newest detection, or, if that was in the no-moving area, where the vehicle was then. It is sent when
+it is new and again every `resend_every` instants: a sign of life for OFFBOARD, and a second try on a lossy link. Height
+and heading stay. The autopilot's ramp stands in for the law (3.6): near a waypoint it is as fast as K times the way,
+K = `gain_per_s`, farther off `speed_mps`. The theorem's conditions are checked with these.
+
+`response_ns` is what the theorem does not know of: the way of a waypoint to the vehicle, the vehicle's inertia, and the
+age of what is known of its place. The escape area has to have room for it as for late news (section 3.5: 15 T_s v_max
+"to accommodate ... the latency in the link").
+
+Places are those of the room, x east and y north, headings from x to y; MAVLink's are north, east, down, clockwise.
+Not modelled: an own camera's image; detections are the room's, as in section 3.5 ("to emulate on-board sensors").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Mapping
+from math import nan, pi, remainder
+from typing import Any, Final
+
+from simpy.events import Event
+
+from agents.pursuit import Place
+from agents.pursuit.aerial_settings import AerialSettings
+from agents.pursuit.flight_plan import FlightPlan, Phase
+from agents.pursuit.pursuer_check import ScenarioLike, view_problems
+from firmware_sim.autopilot.vehicle import PositionTarget
+from firmware_sim.board import Board
+from firmware_sim.mavlink.companion import Companion
+from firmware_sim.mavlink.link import MavlinkLink
+from firmware_sim.schedules.periodic import Periodic
+from netem.media.sensing.sight import LOOK, NothingSeen, unpack_sight
+
+SYSTEM, COMPONENT = 245, 191         # MAV_COMP_ID_ONBOARD_COMPUTER
+PHASES: Final = {phase: float(number) for number, phase in enumerate(Phase)}
+SIGNALS: Final = (("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m"), ("detection_y", "m"),
+                  ("waypoint_x", "m"), ("waypoint_y", "m"), ("heard_east", "m"), ("heard_north", "m"), ("phase", "1"))
+
+
+class AerialCompanion:
+    def __init__(self, board: Board, *, target: str, pursuit: AerialSettings, view: str = "view",
+                 link: str = "link") -> None:
+        """`view`, `link`: its ports. `pursuit` may also be a mapping, as it comes out of a scenario."""
+        self._settings = settings = AerialSettings(**pursuit) if isinstance(pursuit, Mapping) else pursuit
+        self._board, self._target = board, target
+        self._pursuer = settings.pursuer()
+        node = board.node
+        self._vehicle = Companion(MavlinkLink(SYSTEM, COMPONENT), again_ns=settings.retry_ns)
+        self._plan = FlightPlan(self._vehicle, settings.height_m, (
+            ("LOCAL_POSITION_NED", settings.position_every_ns), ("ATTITUDE", settings.attitude_every_ns)), node.event)
+        self._view, self._link = node.ports[view], node.ports[link]
+        self._view.on_receive, self._link.on_receive = self._see, self._hear
+        self._view.answers = self._link.answers = False
+        self._schedule = Periodic(settings.step_ns, settings.offset_ns)
+        self._yaw_rad = remainder(pi / 2 - settings.heading_rad, 2 * pi)
+        self._heard = bytearray()
+        self._seen: list[tuple[int, Place]] = []
+        self._newest: Place = nan, nan              # detection
+        self._waypoint: Place | None = None
+        self._in_view = False                       # when it looked last
+        self._due = 0                               # the instant at which the waypoint is sent again
+        self._counted: dict[str, int] = {}
+        node.signals(SIGNALS, self._sample)
+
+    @staticmethod
+    def check(scenario: ScenarioLike) -> Iterator[str]:
+        """Ports that it lacks, a view that is not as it thinks."""
+        for name, agent in scenario.agents.items():
+            if agent.program != f"{AerialCompanion.__module__}:{AerialCompanion.__name__}":
+                continue
+            pursuit = agent.parameters["pursuit"]
+            settings = AerialSettings(**pursuit) if isinstance(pursuit, Mapping) else pursuit
+            ports = {key: str(agent.parameters.get(key, key)) for key in ("view", "link")}
+            for key, port in ports.items():
+                if port not in agent.media:
+                    yield (f"agents.{name}.parameters.{key}={port}: no such port; it is on "
+                           f"{', '.join(agent.media) or 'no medium'}")
+            if (view := scenario.media.get(ports["view"])) is not None:
+                yield from (f"agents.{name}.parameters.pursuit: {line}"
+                            for line in view_problems(settings, ports["view"], view))
+
+    # --- what it hears
+
+    def _hear(self, data: bytes) -> None:
+        self._heard += data
+
+    def _see(self, data: bytes) -> None:
+        sight = unpack_sight(data)
+        if sight is None:
+            self._board.node.count("unreadable frames")
+        elif isinstance(sight, NothingSeen):
+            self._board.node.count("looks that saw nothing")
+            if self._in_view:
+                self._board.node.event("nothing in view", f"in the exposure of {sight.exposed_ns * 1e-9:.3f} s")
+            self._in_view = False
+        elif sight.name == self._target:
+            self._in_view = True
+            self._seen.append((sight.exposed_ns, (sight.x_m, sight.y_m)))
+
+    # --- the program
+
+    def run(self) -> Generator[Event, Any, None]:
+        board = self._board
+        release_ns, instant = self._schedule.next_after(board.now_ns - 1), 0
+        while True:
+            board.silent_until(release_ns + self._settings.execution_ns)
+            yield from board.wait_until(release_ns)
+            look, frames = self._step(board.now_ns, instant)
+            yield from board.wait_until(release_ns + self._settings.execution_ns)
+            if look:
+                board.node.count("looks")
+                self._view.send(LOOK)
+            for frame in frames:
+                self._link.send(frame)
+            release_ns, instant = self._schedule.next_after(board.now_ns), instant + 1
+
+    def _step(self, now_ns: int, instant: int) -> tuple[bool, list[bytes]]:
+        """Whether to look at the next instant, and what goes over the link."""
+        vehicle, plan, pursuer = self._vehicle, self._plan, self._pursuer
+        vehicle.hear(bytes(self._heard), now_ns)
+        self._heard.clear()
+        while vehicle.texts:
+            self._board.node.event("vehicle says", vehicle.texts.pop(0))
+        plan.step(now_ns)
+        own = self._own()
+        if self._waypoint is None and plan.leads:
+            self._move_to(own)
+        self._take_in(now_ns, own)
+        look = False
+        if plan.phase is Phase.CHASE:
+            next_ns = self._schedule.next_after(now_ns)
+            look = pursuer.step(now_ns, own).look_ns <= next_ns
+            if look:
+                pursuer.asked(next_ns)
+        frames = vehicle.step(now_ns)
+        if plan.leads and self._waypoint is not None and instant >= self._due:
+            x, y = self._waypoint
+            place = PositionTarget((y, x, -self._settings.height_m), yaw_rad=self._yaw_rad)
+            frames.append(vehicle.target(place, now_ns))
+            self._due = instant + self._settings.resend_every
+            self._board.node.count("waypoints sent")
+        self._count()
+        return look, frames
+
+    def _take_in(self, now_ns: int, own: Place) -> None:
+        """What the camera brought; the newest detection makes a new waypoint."""
+        node, pursuer = self._board.node, self._pursuer
+        for seen_ns, place in sorted(self._seen):
+            before_ns = pursuer.seen_ns
+            try:
+                counted = pursuer.detected(now_ns, seen_ns, place, own)
+            except ValueError as error:
+                node.count("detections refused")
+                node.event("detection refused", str(error))
+                continue
+            node.count("detections" if counted else "detections too late")
+            if pursuer.seen_ns != before_ns:
+                self._newest = place
+                self._move_to(pursuer.goal or own)
+        self._seen.clear()
+
+    def _move_to(self, place: Place) -> None:
+        self._waypoint, self._due = place, 0
+
+    def _own(self) -> Place:
+        """As told last; while the vehicle approaches what it saw it is nearer than this."""
+        north, east, _ = self._vehicle.position_ned_m or (0.0, 0.0, 0.0)
+        return east, north
+
+    # --- for the record
+
+    def _count(self) -> None:
+        for name, count in self._vehicle.link.counts.items():
+            if more := count - self._counted.get(name, 0):
+                self._board.node.count(f"mavlink {name}", more)
+                self._counted[name] = count
+
+    def _sample(self, true_ns: int) -> list[float]:
+        now_ns = self._board.clock.reading_at(true_ns)
+        own = self._own()
+        seen_ns = self._pursuer.seen_ns
+        estimate = (nan, nan) if seen_ns is None else self._pursuer.estimator.expect(max(now_ns, seen_ns))
+        return [*estimate, *self._newest, *(self._waypoint or own), *own, PHASES[self._plan.phase]]
