@@ -68,7 +68,7 @@ def test_who_is_there_at_the_first_scan_is_claimed_until_an_answer_comes():
 
 
 def test_later_only_who_enters_the_escape_area_is_claimed():
-    inside = [nothing(1), sight(2, x=1.0)]                          # 1.3 m from the edge, it cannot have come from there
+    inside = [nothing(1), sight(2, x=1.0)]                          # 1.3 m from the edge
     entering = [nothing(1), sight(2, x=1.9)]                        # 0.4 m from it
 
     assert [frame.claims for _, frame in ran(*inside)[0]] == [False]
@@ -102,6 +102,14 @@ def test_a_sensor_that_is_relieved_stands_and_does_not_claim_who_is_still_there(
 
     assert [frame.claims for _, frame in reports][1:] == [False, False]
     assert report.events[-1][1] == "idle"
+
+
+def test_who_came_while_it_was_in_charge_of_another_has_not_entered_just_now():
+    """It cannot know: it did not scan then."""
+    reports, _, _ = ran(sight(1), charges(100, 1, s0="t0"), charges(200, 2, s1="t0"), sight(4, x=2.0, name="t1"),
+                        nothing(5), sight(6, x=2.0, name="t1"))
+
+    assert [(frame.target, frame.claims) for _, frame in reports[1:]] == [("t1", False), ("t1", True)]
 
 
 @given(st.lists(st.tuples(st.sampled_from([VIEW, CAN, RADIO]), st.sampled_from([b"", b"D", b"N", b"R", b"C"]),
