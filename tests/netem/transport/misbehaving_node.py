@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
 import sys
 import time
 from collections.abc import Generator
@@ -45,8 +47,14 @@ def misbehave(behaviour: str) -> None:
     if behaviour == "exits":
         print("out of memory, says the node", flush=True)
         os._exit(7)
+    if behaviour == "kills its fork server":
+        os.kill(os.getppid(), signal.SIGKILL)
+        time.sleep(3600)
     if behaviour == "hangs":
         time.sleep(3600)
+    if behaviour == "reads its standard input":
+        assert sys.stdin.read() == ""
+        assert subprocess.run(["cat"], capture_output=True, check=True).stdout == b""
     if behaviour == "raises":
         raise ValueError("sensor gave -1")
 

@@ -104,6 +104,40 @@ def test_a_process_that_never_reads_its_errand_is_named_and_ended(tmp_path: Path
     assert children() == []
 
 
+def test_a_program_finds_its_standard_input_at_its_end(conduct: Conduct, tmp_path: Path) -> None:
+    """It is not the pipe to the emulator: a program that reads that would hang, and take the emulator's words."""
+    samples: list[Any] = []
+    host = host_of({"a": "reads its standard input"}, tmp_path)
+    try:
+        conduct({}, latency_ns=100_000, end_ns=END_NS, host=host, samples=samples)
+    finally:
+        host.stop()
+
+    assert samples[-1] == ("a", 40_000_000, [0.0])
+
+
+def test_when_the_fork_server_ends_no_node_is_blamed(conduct: Conduct, tmp_path: Path) -> None:
+    host = host_of({"a": "well", "b": "kills its fork server"}, tmp_path)
+    try:
+        with pytest.raises(NodeFailure, match="the process that nodes are forked from was ended by signal 9"):
+            conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
+    finally:
+        host.stop()
+
+    assert children() == []
+
+
+def test_a_host_may_be_stopped_twice_and_before_it_was_started(tmp_path: Path) -> None:
+    host = host_of({"a": "well"}, tmp_path)
+
+    host.stop()
+    host.start()
+    host.stop()
+    host.stop()
+
+    assert children() == []
+
+
 def test_messages_longer_than_zenoh_sends_whole_arrive_complete(conduct: Conduct, tmp_path: Path) -> None:
     samples: list[Any] = []
     host = host_of({"a": "large", "b": "well"}, tmp_path)
