@@ -25,7 +25,7 @@ from uuid import uuid4
 import msgspec
 
 from netem.lockstep.errors import NodeFailure
-from netem.lockstep.messages import Grant, Hello, Report
+from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
 from netem.transport import keys
 from netem.transport.errand import Errand
 from netem.transport.node_processes import NodeProcesses
@@ -152,7 +152,7 @@ class ProcessHost:
                 continue
             try:
                 message = decode(data)
-            except msgspec.MsgspecError:
+            except UNREADABLE:
                 self.garbage[name] += 1
                 continue
             if name not in awaited or (window and getattr(message, "window", 0) != window):

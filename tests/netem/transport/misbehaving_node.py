@@ -69,6 +69,7 @@ def speak_garbage(endpoint: str, run: str, name: str) -> None:
         while True:
             grants.receive()
             out.send(os.urandom(40))
+            out.send(msgspec.msgpack.encode(Report(1, 0, 0, [], [], [], {}, "no")).replace(b"no", b"\xff\xfe"))
             out.send(msgspec.msgpack.encode(Report(999_999, 0, 0, [], [], [], {}, "")))
 
 
