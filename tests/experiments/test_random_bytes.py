@@ -1,4 +1,4 @@
-"""Random bytes on every port of every kind of medium, among nodes that do nothing else: they are counted and harm nobody."""
+"""Random bytes on every port of every kind of medium: they are counted and harm nobody."""
 
 from __future__ import annotations
 
