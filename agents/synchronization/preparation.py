@@ -31,7 +31,7 @@ def check(scenario: ScenarioView) -> Iterator[str]:
     try:
         team = read_team(scenario.team)
     except TeamError as error:
-        yield str(error)
+        yield from error.problems
         return
     if sorted(team.names) != sorted(scenario.agents):
         yield (f"team.models: {team.names}: expected exactly the agents of the scenario, {sorted(scenario.agents)}: "
