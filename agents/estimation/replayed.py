@@ -44,7 +44,7 @@ class Replayed:
             raise ValueError(f"detection at {t_ns} ns: there is one with this time stamp already; keep one of them")
         if newer and at == 0 and len(self._past) == self._keep:
             return False
-        estimator = deepcopy(self._past[at][0]) if newer else self._estimator
+        estimator = self._past[at][0] if newer else self._estimator
         past = self._past[:at]
         for seen in (Seen(t_ns, x_m, y_m, inputs), *newer):
             before = deepcopy(estimator)
