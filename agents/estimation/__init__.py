@@ -10,7 +10,8 @@ not known (None), the last known ones are held. `CircleFilter` does without.
 
 Times are those of the caller's clock. A detection counts however much later it comes than it was made, as long as it
 is newer than the newest one that counted; an older one is put into its place in time by `CircleFilter`, while it is in
-reach of its window, and left out by the others. Whether and when to look is decided by `agents.pursuit`, for all alike.
+reach of its window, and left out by the others unless `Replayed` goes back for it. Whether and when to look is decided
+by `agents.pursuit`, for all alike.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ import pytest
 from agents.estimation import Inputs
 from agents.estimation.circle_filter import CircleFilter
 from agents.estimation.particle_filter import ParticleFilter
+from agents.estimation.replayed import Replayed
 from agents.estimation.unscented_kalman import UnscentedKalman
 
 STEP_NS = 70_000_000
@@ -19,6 +20,8 @@ ESTIMATORS = {
     "circle filter": lambda: CircleFilter(5, rho_m=0.0, sigma_m=SIGMA_M),
     "unscented Kalman filter": lambda: UnscentedKalman(*KNOWN, 0, DRIVEN),
     "particle filter": lambda: ParticleFilter(*KNOWN, np.random.default_rng(1), 0, DRIVEN),
+    "unscented Kalman filter, replayed": lambda: Replayed(UnscentedKalman(*KNOWN, 0, DRIVEN)),
+    "particle filter, replayed": lambda: Replayed(ParticleFilter(*KNOWN, np.random.default_rng(1), 0, DRIVEN)),
 }
 
 
@@ -78,7 +81,7 @@ def test_a_detection_that_comes_after_later_questions_counts_by_its_time_stamp(e
 
 
 def test_an_older_detection_does_not_take_the_place_of_newer_ones(estimator):
-    """The circle filter puts it into its window, the others leave it out: the target is where it was last seen."""
+    """It joins the window, is replayed or left out: the target is where it was last seen."""
     t_ns = follow(estimator, 8)
 
     estimator.correct(t_ns - STEP_NS, SPEED * (t_ns - STEP_NS) * 1e-9, 0.0, DRIVEN)
