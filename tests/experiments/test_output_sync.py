@@ -58,6 +58,26 @@ def test_the_reference_run_agrees_with_the_exact_discretization(tmp_path: Path, 
     assert np.abs(emulated).max() > 1.0
 
 
+def test_with_frames_that_take_time_all_use_a_broadcast_value_from_its_arrival_its_sender_too(tmp_path: Path) -> None:
+    """(6.11): the own value is the one broadcast last, measured at the slot's start, not the output of now."""
+    wanted = scenario("output_sync_reference", 2.0, ['media.radio.preset="crazyflie_p2p"', "expect={}", "guarantees={}",
+                                                     "media.radio.receive_latency_us=50"])
+
+    data = ran(run(wanted, host="inline", out=tmp_path, report=False))
+
+    team = read_team(wanted.team)
+    plans = RoundPlans(team)
+    requested = [plans.plan(team.laplacian_of(request.links)) for request in team.requests]
+    delivered = data.ledger.filter(data.ledger["fate"] == "delivered")
+    (delay_ns,) = set(delivered["delivered_ns"] - delivered["offered_ns"])
+    exact = simulate(team.agents, [plan for plan in requested if plan], alternating(500_000_000), wanted.length_ns,
+                     [int(t) for t in data.signals["r1"].time_ns], delay_ns=delay_ns)
+    emulated = np.stack([data.signals[robot].column("y") for robot in ROBOTS], axis=1)
+    assert delay_ns > 100_000           # 50 us of them from the end of the frame on
+    assert np.abs(emulated - exact.outputs).max() < 1e-9
+    assert np.abs(emulated).max() > 1.0
+
+
 def test_robots_as_processes_and_inline_leave_the_same_ledger(tmp_path: Path) -> None:
     wanted = scenario("output_sync", 1.2)
 
