@@ -22,6 +22,7 @@ import msgspec
 from netem.transport.fork_server import LONGEST_MESSAGE, Ended, Kill, Start, Started
 
 NOT_FORKED_S: Final = 1.0
+TELL_WITHIN_S: Final = 5.0
 
 
 class NodeProcesses:
@@ -45,9 +46,10 @@ class NodeProcesses:
         """Start `node`, its output going to `log`; returns its standard input, which it ends with."""
         reading, writing = os.pipe()
         self._names.add(node)
+        self._listen()          # so that neither end waits for the other to read
         try:
-            with log.open("wb") as file, suppress(OSError):     # a fork server that is gone: `exit_code` says so
-                socket.send_fds(self._socket, [msgspec.msgpack.encode(Start(node))], [reading, file.fileno()])
+            with log.open("wb") as file:
+                self._tell(Start(node), [reading, file.fileno()])
         finally:
             os.close(reading)
         return open(writing, "wb")
@@ -67,8 +69,7 @@ class NodeProcesses:
         return node in self._orphans
 
     def kill(self, node: str) -> None:
-        with suppress(OSError):
-            self._socket.send(msgspec.msgpack.encode(Kill(node)))
+        self._tell(Kill(node), [])
 
     def close(self, timeout_s: float) -> None:
         """Wait for nodes that are ending; kill what has not ended in time, the fork server at last."""
@@ -82,6 +83,12 @@ class NodeProcesses:
         except subprocess.TimeoutExpired:
             self._server.kill()
             self._server.wait()
+
+    def _tell(self, order: Start | Kill, fds: list[int]) -> None:
+        """A fork server that is gone is no error here: `exit_code` says so."""
+        with self._lock, suppress(OSError):
+            self._socket.settimeout(TELL_WITHIN_S)
+            socket.send_fds(self._socket, [msgspec.msgpack.encode(order)], fds)
 
     def _running(self) -> set[str]:
         self._listen()

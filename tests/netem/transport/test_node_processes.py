@@ -175,3 +175,19 @@ time.sleep(3600)
     emulator.wait()
 
     wait_for(lambda: not alive(node) and not alive(server))
+
+
+def test_more_nodes_than_the_socket_holds_messages_are_all_started(tmp_path: Path) -> None:
+    """The fork server takes its time: orders and news pile up in both directions."""
+    slow = SERVER.replace("sys.exit(serve", "import time; time.sleep(0.5); sys.exit(serve")
+    processes = NodeProcesses([sys.executable, "-c", slow], tmp_path / "server.log", os.environ)
+    nodes = [f"n{k}" for k in range(400)]
+    processes.exit_code("n0")               # as the watchdog does
+
+    for node in nodes:
+        with processes.start(node, tmp_path / "node.log") as standard_input:
+            standard_input.write(b"0\n")
+    codes = {ended(processes, node) for node in nodes}
+    processes.close(5.0)
+
+    assert codes == {0}
