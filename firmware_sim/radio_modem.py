@@ -19,32 +19,17 @@ Not modelled: acknowledgements and retries of unicast (it broadcasts), command m
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping
-from typing import Any, Final, Protocol
+from collections.abc import Generator, Iterator
+from typing import Any, Final
 
 from simpy.events import Event
 
 from firmware_sim.board import Board
+from firmware_sim.scenario_view import ScenarioView
 
 SECOND_NS: Final = 1_000_000_000
 PACKET_BYTES: Final = 100
 IDLE_BYTES: Final = 3
-
-
-class MediumLike(Protocol):
-    kind: str
-    settings: Any
-
-
-class AgentLike(Protocol):
-    program: str
-    parameters: Mapping[str, Any]
-    media: tuple[str, ...]
-
-
-class ScenarioLike(Protocol):
-    agents: Mapping[str, AgentLike]
-    media: Mapping[str, MediumLike]
 
 
 class RadioModem:
@@ -93,7 +78,7 @@ class RadioModem:
         self._serial.send(data)
 
     @staticmethod
-    def check(scenario: ScenarioLike) -> Iterator[str]:
+    def check(scenario: ScenarioView) -> Iterator[str]:
         """Ports that are not there or of another kind, packets that the radio does not carry, another baud rate."""
         for name, agent in scenario.agents.items():
             if agent.program != f"{RadioModem.__module__}:{RadioModem.__name__}":

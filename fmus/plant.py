@@ -46,11 +46,11 @@ class InputGroup:
         """Set all inputs of the group, in the order in which they were named, from now on."""
         try:
             self._pack(self._values, 0, *values)
-            total = 0.0 if self._trusted else sum(values)
+            sound = self._trusted or isfinite(sum(values))
         except (struct.error, TypeError):
             raise PlantError(f"{self._plant.place()}: {', '.join(self.names)}: expected {len(self.names)} numbers, "
                              f"got {values!r}") from None
-        if not isfinite(total):         # a trusted FMU refuses such a value below, and leaves all as they were
+        if not sound:                   # a trusted FMU refuses such a value below, and leaves all as they were
             self._plant.check_finite(self.names, values, "a value must be finite")
         if status := self._call(*self._arguments):
             self._plant.check_finite(self.names, values, "a value must be finite")

@@ -51,11 +51,9 @@ class Port:
         """SimPy event whose value is the next frame that was not taken yet."""
         return self._waiting.get()
 
-    def arrive(self, data: bytes) -> None:
-        if self.on_receive is not None:
-            self.on_receive(data)
-        else:
-            self._waiting.put(data)
+    def keep(self, data: bytes) -> None:
+        """Nobody listens: `data` waits for `receive`."""
+        self._waiting.put(data)
 
 
 class NodeEnvironment(simpy.Environment):
@@ -201,7 +199,10 @@ class Node:
             to = ports[port]
             if to.answers:
                 self._unless_heard_ns = 0
-            to.arrive(data)
+            if to.on_receive is not None:
+                to.on_receive(data)
+            else:
+                to.keep(data)
         limit_ns = horizon_ns + 1 if grant.instant else horizon_ns
         if queue and queue[0][0] < limit_ns:
             self._run_before(limit_ns)

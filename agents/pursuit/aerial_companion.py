@@ -27,11 +27,12 @@ from simpy.events import Event
 from agents.pursuit import Place
 from agents.pursuit.aerial_settings import AerialSettings
 from agents.pursuit.flight_plan import FlightPlan, Phase
-from agents.pursuit.pursuer_check import ScenarioLike, view_problems
+from agents.pursuit.pursuer_check import view_problems
 from firmware_sim.autopilot.vehicle import PositionTarget
 from firmware_sim.board import Board
 from firmware_sim.mavlink.companion import Companion
 from firmware_sim.mavlink.link import MavlinkLink
+from firmware_sim.scenario_view import ScenarioView
 from firmware_sim.schedules.periodic import Periodic
 from netem.media.sensing.sight import LOOK, NothingSeen, unpack_sight
 
@@ -67,7 +68,7 @@ class AerialCompanion:
         node.signals(SIGNALS, self._sample)
 
     @staticmethod
-    def check(scenario: ScenarioLike) -> Iterator[str]:
+    def check(scenario: ScenarioView) -> Iterator[str]:
         """Ports that it lacks, a view that is not as it thinks."""
         for name, agent in scenario.agents.items():
             if agent.program != f"{AerialCompanion.__module__}:{AerialCompanion.__name__}":

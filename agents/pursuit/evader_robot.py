@@ -9,9 +9,9 @@ Not modelled: its own sensors, drives and computers; only the plant's lag and li
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from math import hypot
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from simpy.events import Event
 
@@ -20,27 +20,12 @@ from agents.pursuit.evader_motions import MOTIONS, Driver
 from agents.pursuit.law import Area
 from agents.tracking.controller import Pose
 from firmware_sim.board import Board
+from firmware_sim.scenario_view import ScenarioView
 from netem.agenda import NEVER_NS
 from netem.media.sensing.sight import Detection, unpack_sight
 
 TRUTH: Final = (("x", "m"), ("y", "m"), ("theta", "rad"))
 SPY: Final = "spy"
-
-
-class AgentLike(Protocol):
-    @property
-    def program(self) -> str: ...
-    @property
-    def parameters(self) -> Mapping[str, Any]: ...
-    @property
-    def plant(self) -> object | None: ...
-    @property
-    def media(self) -> Sequence[str]: ...
-
-
-class ScenarioLike(Protocol):
-    @property
-    def agents(self) -> Mapping[str, AgentLike]: ...
 
 
 class EvaderRobot:
@@ -63,7 +48,7 @@ class EvaderRobot:
         board.node.silent_until(NEVER_NS)
 
     @staticmethod
-    def check(scenario: ScenarioLike) -> Iterator[str]:
+    def check(scenario: ScenarioView) -> Iterator[str]:
         """A motion that there is not, a robot without a plant, a runner that cannot see whom it flees."""
         for name, agent in scenario.agents.items():
             if agent.program != f"{EvaderRobot.__module__}:{EvaderRobot.__name__}":

@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from agents.pursuit.fusion_center import FusionCenter, Reading
-from agents.pursuit.pursuer_check import ScenarioLike
 from agents.pursuit.speech import Speech
 from agents.pursuit.team_frames import Charges, News, Report, pack_charges, pack_news, team_of, unpack
 from firmware_sim.board import Board
+from firmware_sim.scenario_view import ScenarioView
 
 
 class FusionCenterNode:
@@ -37,7 +37,7 @@ class FusionCenterNode:
         self._speech.every(repeat_ns, repeat_ns, self._tell_charges)
 
     @staticmethod
-    def check(scenario: ScenarioLike) -> Iterator[str]:
+    def check(scenario: ScenarioView) -> Iterator[str]:
         """A team that is none."""
         try:
             team_of(scenario.team)

@@ -2,30 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
-from typing import Any, Protocol
+from typing import Protocol
 
 from agents.pursuit.pursuer_settings import PursuerSettings
+from firmware_sim.scenario_view import MediumView, ScenarioView
 
 ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
 KEYS = tuple(field.name for field in fields(PursuerSettings))
-
-
-class AgentLike(Protocol):
-    @property
-    def program(self) -> str: ...
-    @property
-    def parameters(self) -> Mapping[str, Any]: ...
-    @property
-    def media(self) -> Sequence[str]: ...
-
-
-class MediumLike(Protocol):
-    @property
-    def kind(self) -> str: ...
-    @property
-    def settings(self) -> Any: ...
 
 
 class LooksLike(Protocol):
@@ -41,16 +26,7 @@ class LooksLike(Protocol):
     def latency_ns(self) -> int: ...
 
 
-class ScenarioLike(Protocol):
-    @property
-    def team(self) -> Mapping[str, Any]: ...
-    @property
-    def agents(self) -> Mapping[str, AgentLike]: ...
-    @property
-    def media(self) -> Mapping[str, MediumLike]: ...
-
-
-def pursuer_problems(scenario: ScenarioLike, program: str, ports: Sequence[str]) -> Iterator[str]:
+def pursuer_problems(scenario: ScenarioView, program: str, ports: Sequence[str]) -> Iterator[str]:
     """Zones that let a target escape, wheels that nobody knows, ports that it lacks, a view that is not as it thinks.
 
     `ports` are the parameters that name the media it needs, with the names themselves as defaults.
@@ -73,7 +49,7 @@ def pursuer_problems(scenario: ScenarioLike, program: str, ports: Sequence[str])
             yield from (f"agents.{name}.parameters: {line}" for line in view_problems(settings, named["view"], view))
 
 
-def view_problems(settings: LooksLike, name: str, view: MediumLike) -> Iterator[str]:
+def view_problems(settings: LooksLike, name: str, view: MediumView) -> Iterator[str]:
     """What it takes for granted of its sensor, and is not so."""
     if view.kind != "sensing" or view.settings is None:
         yield f"view={name!r}: expected a medium of kind sensing"

@@ -17,13 +17,14 @@ from typing import Final
 
 from agents.pursuit import Place
 from agents.pursuit.pursuer import Decision, Pursuer
-from agents.pursuit.pursuer_check import ScenarioLike, pursuer_problems
+from agents.pursuit.pursuer_check import pursuer_problems
 from agents.pursuit.pursuer_settings import PursuerSettings
 from agents.pursuit.speech import Speech
 from agents.tracking.controller import Command, Pose
 from agents.tracking.dead_reckoning import DeadReckoning
 from agents.tracking.drive_link import DriveLink
 from firmware_sim.board import Board
+from firmware_sim.scenario_view import ScenarioView
 from netem.media.sensing.sight import LOOK, Detection, NothingSeen, unpack_sight
 
 DEFAULT: Final = PursuerSettings()
@@ -61,7 +62,7 @@ class PursuerRobot:
         self._speech.every(settings.step_ns, settings.execution_ns, self._instant)
 
     @staticmethod
-    def check(scenario: ScenarioLike) -> Iterator[str]:
+    def check(scenario: ScenarioView) -> Iterator[str]:
         yield from pursuer_problems(scenario, f"{PursuerRobot.__module__}:{PursuerRobot.__name__}", ("view", "can"))
 
     # --- at every instant k T_s

@@ -13,10 +13,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from agents.pursuit import Place
-from agents.pursuit.pursuer_check import ScenarioLike, pursuer_problems
+from agents.pursuit.pursuer_check import pursuer_problems
 from agents.pursuit.pursuer_robot import DEFAULT, PursuerRobot
 from agents.pursuit.team_frames import Charges, News, Report, newer, pack_report, team_of, unpack
 from firmware_sim.board import Board
+from firmware_sim.scenario_view import ScenarioView
 from netem.media.sensing.sight import Detection
 
 
@@ -46,7 +47,7 @@ class SensorRobot(PursuerRobot):
         self._first = True
 
     @staticmethod
-    def check(scenario: ScenarioLike) -> Iterator[str]:
+    def check(scenario: ScenarioView) -> Iterator[str]:
         program = f"{SensorRobot.__module__}:{SensorRobot.__name__}"
         yield from pursuer_problems(scenario, program, ("view", "can", "radio"))
         sensors = scenario.team.get("sensors", ())

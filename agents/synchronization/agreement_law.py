@@ -26,6 +26,7 @@ class AgreementLaw:
         self.neighbours: tuple[int, ...] = ()
         self.held: dict[int, Output] = {}
         self._gain = [[float(entry) for entry in row] for row in K]
+        self._gains = [row[0] for row in self._gain]        # all there are of one output
         self._offsets = [tuple(mine - theirs for mine, theirs in zip(biases[number], bias, strict=True))
                          for bias in biases]                    # d_i - d_j
 
@@ -46,7 +47,7 @@ class AgreementLaw:
             for j in self.neighbours:
                 if j in held:
                     error += value - held[j][0] - offsets[j][0]
-            return [-row[0] * error for row in self._gain]
+            return [-gain * error for gain in self._gains]
         errors = [0.0] * len(own)
         for j in self.neighbours:
             if j in held:

@@ -19,30 +19,17 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from random import Random
-from typing import Any, Protocol
 
 from agents.synchronization.discovery_frame import frame_bytes
 from agents.synchronization.team import Team
 from firmware_sim.local_clock import ClockSettings
+from firmware_sim.scenario_view import ImpairmentView
 from netem.impairments.table import IMPAIRMENTS
 
 LinkName = tuple[str, str, str]         # (medium, sender, receiver)
 
 
-class ImpairmentLike(Protocol):
-    @property
-    def place(self) -> str: ...
-    @property
-    def kind(self) -> str: ...
-    @property
-    def fields(self) -> Mapping[str, Any]: ...
-    @property
-    def links(self) -> Sequence[LinkName]: ...
-    @property
-    def windows_ns(self) -> Sequence[tuple[int, int]]: ...
-
-
-def late_control_frames(team: Team, slot_ns: int, impairments: Sequence[ImpairmentLike], links: Collection[LinkName],
+def late_control_frames(team: Team, slot_ns: int, impairments: Sequence[ImpairmentView], links: Collection[LinkName],
                         clocks: Mapping[str, ClockSettings], length_ns: int) -> Iterator[str]:
     """One sentence for each set of impairments that keeps discovery in slots of `slot_ns` from ending.
 
@@ -64,7 +51,7 @@ def late_control_frames(team: Team, slot_ns: int, impairments: Sequence[Impairme
                f"team.boot_slot_s to {_enough_s(team, late_ns):.6f} or more, or tell the robots the topology")
 
 
-def _delays(impairments: Sequence[ImpairmentLike], size_bytes: int,
+def _delays(impairments: Sequence[ImpairmentView], size_bytes: int,
             length_ns: int) -> dict[LinkName, list[tuple[str, int]]]:
     """Per link the impairments that delay every frame of the run, with the least delay of each."""
     found: dict[LinkName, list[tuple[str, int]]] = defaultdict(list)

@@ -6,8 +6,8 @@ what every robot may know beforehand (`layout`, `designs`). Both take the scenar
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -15,54 +15,23 @@ import numpy as np
 from agents.synchronization.check import problems
 from agents.synchronization.discovery_frame import MAX_NODES, frame_bytes
 from agents.synchronization.graph import Floats, laplacian
-from agents.synchronization.late_control_frames import ImpairmentLike, late_control_frames
+from agents.synchronization.late_control_frames import late_control_frames
 from agents.synchronization.partition import colliding_pairs
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans, heard_by
 from agents.synchronization.sync_frame import SyncFrameCodec
 from agents.synchronization.team import SYNC_GAIN, Layout, Team, TeamError, read_team
-from firmware_sim.local_clock import ClockSettings
+from firmware_sim.scenario_view import MediumView, ScenarioView
 from firmware_sim.slot_sync_condition import contraction_per_round
 from netem.topology import Site, Topology
 
 
-class AgentLike(Protocol):
-    @property
-    def program(self) -> str: ...
-    @property
-    def at_m(self) -> tuple[float, ...] | None: ...
-    @property
-    def media(self) -> tuple[str, ...]: ...
-    @property
-    def clock(self) -> ClockSettings: ...
-
-
-class MediumLike(Protocol):
-    @property
-    def settings(self) -> Any: ...
-    @property
-    def nodes(self) -> tuple[str, ...]: ...
-
-
-class ScenarioLike(Protocol):
-    @property
-    def length_ns(self) -> int: ...
-    @property
-    def team(self) -> Mapping[str, Any]: ...
-    @property
-    def agents(self) -> Mapping[str, AgentLike]: ...
-    @property
-    def media(self) -> Mapping[str, MediumLike]: ...
-    @property
-    def impairments(self) -> Sequence[ImpairmentLike]: ...
-
-
-def check(scenario: ScenarioLike) -> Iterator[str]:
+def check(scenario: ScenarioView) -> Iterator[str]:
     """Every reason why these robots cannot synchronize over this medium."""
     try:
         team = read_team(scenario.team)
     except TeamError as error:
-        yield str(error)
+        yield from error.problems
         return
     if sorted(team.names) != sorted(scenario.agents):
         yield (f"team.models: {team.names}: expected exactly the agents of the scenario, {sorted(scenario.agents)}: "
@@ -106,7 +75,7 @@ def check(scenario: ScenarioLike) -> Iterator[str]:
                f"the guard time, team.guard_s={team.guard_s}, or the first slots overlap")
 
 
-def prepare(scenario: ScenarioLike) -> dict[str, Any]:
+def prepare(scenario: ScenarioView) -> dict[str, Any]:
     """What goes into the team table of every robot: frame times, and the round plan of each graph that will occur."""
     team = read_team(scenario.team)
     medium = scenario.media[next(iter(scenario.agents.values())).media[0]]
@@ -116,14 +85,14 @@ def prepare(scenario: ScenarioLike) -> dict[str, Any]:
             "designs": [msgspec.to_builtins(entry) for entry in entries if entry is not None]}
 
 
-def frame_layout(team: Team, medium: MediumLike) -> Layout:
+def frame_layout(team: Team, medium: MediumView) -> Layout:
     radio = medium.settings.radio()
     data_ns = radio.airtime_ns(SyncFrameCodec(len(team.names), team.outputs).size_bytes)
     control_ns = radio.airtime_ns(frame_bytes(len(team.names))) if team.topology == "discovered" else 0
     return Layout(data_ns, control_ns, radio.receive_latency_ns)
 
 
-def occurring_graphs(team: Team, scenario: ScenarioLike, medium: MediumLike) -> dict[str, Floats]:
+def occurring_graphs(team: Team, scenario: ScenarioView, medium: MediumView) -> dict[str, Floats]:
     """The Laplacians that the robots will have to work with, by where they come from."""
     if team.topology == "told":
         return {f"team.requests[{index}]": team.laplacian_of(request.links)
@@ -149,7 +118,7 @@ def _clock_problems(team: Team, plan: RoundPlan, layout: Layout) -> Iterator[str
                f"{contraction:.4g} per round, expected below 1; nobody may be without somebody to hear")
 
 
-def _late_problems(team: Team, scenario: ScenarioLike, medium: MediumLike, plans: RoundPlans) -> Iterator[str]:
+def _late_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans: RoundPlans) -> Iterator[str]:
     """Discovery begins in the slots of the start, and ends up there again whenever it goes wrong elsewhere."""
     name = next(iter(scenario.agents.values())).media[0]
     topology = _topology(scenario, medium)
@@ -159,7 +128,7 @@ def _late_problems(team: Team, scenario: ScenarioLike, medium: MediumLike, plans
     yield from late_control_frames(team, plans.boot().slot_ns, scenario.impairments, links, clocks, scenario.length_ns)
 
 
-def _medium_problems(team: Team, scenario: ScenarioLike, medium: MediumLike, plans: RoundPlans,
+def _medium_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans: RoundPlans,
                      graphs: Mapping[str, Floats]) -> Iterator[str]:
     settings, radio = medium.settings, medium.settings.radio()
     if settings.mac != "none":
@@ -175,7 +144,7 @@ def _medium_problems(team: Team, scenario: ScenarioLike, medium: MediumLike, pla
         yield from _told_problems(team, scenario, medium, plans, graphs)
 
 
-def _told_problems(team: Team, scenario: ScenarioLike, medium: MediumLike, plans: RoundPlans,
+def _told_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans: RoundPlans,
                    graphs: Mapping[str, Floats]) -> Iterator[str]:
     """Whether a radio whose graph does not change carries what the requests use, without collisions."""
     topology = _topology(scenario, medium)
@@ -193,7 +162,7 @@ def _told_problems(team: Team, scenario: ScenarioLike, medium: MediumLike, plans
                        "collide: more robots are in range than the topology asked for has links")
 
 
-def _topology(scenario: ScenarioLike, medium: MediumLike) -> Topology:
+def _topology(scenario: ScenarioView, medium: MediumView) -> Topology:
     positions = {node: at for node in medium.nodes if (at := scenario.agents[node].at_m) is not None}
     radio = medium.settings.radio()
     topology: Topology = medium.settings.topology.over(

@@ -12,12 +12,17 @@ import numpy as np
 from agents.synchronization.closed_loop import LinearAgent
 from agents.synchronization.graph import Floats, laplacian
 from agents.synchronization.slot_length import Bound
+from agents.synchronization.team_table import mistakes
 
 SYNC_GAIN: Final = 0.5              # share of its clock's mean error that a robot corrects per round
 
 
 class TeamError(ValueError):
-    """The team table does not say what a robot needs."""
+    """The team table does not say what a robot needs: everything that is wrong with it."""
+
+    def __init__(self, *problems: str) -> None:
+        super().__init__("; ".join(problems))
+        self.problems = problems
 
 
 class Model(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
@@ -122,7 +127,7 @@ def read_team(table: Mapping[str, Any]) -> Team:
     try:
         team = msgspec.convert(table, Team, strict=False)
     except msgspec.ValidationError as error:
-        raise TeamError(f"team: {error}") from error
+        raise TeamError(*mistakes(table, Team, "team")) from error
     problems = []
     if not team.models:
         problems.append("team.models: expected at least one robot's A, B, C, K")
@@ -154,5 +159,5 @@ def read_team(table: Mapping[str, Any]) -> Team:
     if team.topology == "told" and (not team.requests or team.requests[0].from_s != 0):
         problems.append("team.requests: a told topology needs a first request with from_s = 0")
     if problems:
-        raise TeamError("; ".join(problems))
+        raise TeamError(*problems)
     return team

@@ -5,37 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import isfinite
-from typing import Any, Protocol
 
 from agents.tracking.team_policy import make_policy
 from agents.triggering.policies.table import PolicySettings
+from firmware_sim.scenario_view import AgentView, ScenarioView
 
 ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
 
 
-class AgentLike(Protocol):
-    @property
-    def program(self) -> str: ...
-
-    @property
-    def parameters(self) -> Mapping[str, Any]: ...
-
-    @property
-    def plant(self) -> object | None: ...
-
-    @property
-    def media(self) -> Sequence[str]: ...
-
-
-class ScenarioLike(Protocol):
-    @property
-    def team(self) -> Mapping[str, Any]: ...
-
-    @property
-    def agents(self) -> Mapping[str, AgentLike]: ...
-
-
-def companion_problems(scenario: ScenarioLike, program: str) -> Iterator[str]:
+def companion_problems(scenario: ScenarioView, program: str) -> Iterator[str]:
     """Gains that certify no horizon, a policy that there is not, wheels that nobody knows, ports that it lacks."""
     for name, agent in _running(scenario, program):
         given = agent.parameters
@@ -50,7 +28,7 @@ def companion_problems(scenario: ScenarioLike, program: str) -> Iterator[str]:
         yield from _missing_ports(name, agent, ("radio", "can"))
 
 
-def reference_problems(scenario: ScenarioLike, program: str) -> Iterator[str]:
+def reference_problems(scenario: ScenarioView, program: str) -> Iterator[str]:
     """No plant, no pieces, pieces whose instants are none, no radio."""
     for name, agent in _running(scenario, program):
         if agent.plant is None:
@@ -65,11 +43,11 @@ def reference_problems(scenario: ScenarioLike, program: str) -> Iterator[str]:
         yield from _missing_ports(name, agent, ("radio",))
 
 
-def _running(scenario: ScenarioLike, program: str) -> Iterator[tuple[str, AgentLike]]:
+def _running(scenario: ScenarioView, program: str) -> Iterator[tuple[str, AgentView]]:
     return ((name, agent) for name, agent in scenario.agents.items() if agent.program == program)
 
 
-def _missing_ports(name: str, agent: AgentLike, needed: Sequence[str]) -> Iterator[str]:
+def _missing_ports(name: str, agent: AgentView, needed: Sequence[str]) -> Iterator[str]:
     if lacking := [port for port in needed if port not in agent.media]:
         yield (f"agents.{name}.media: lacks {', '.join(lacking)}; it has {', '.join(agent.media) or 'none'}, "
                f"and its program speaks on media of these names")

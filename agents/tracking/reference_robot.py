@@ -13,11 +13,12 @@ from typing import Any
 
 from simpy.events import Event
 
-from agents.tracking.check import ScenarioLike, reference_problems
+from agents.tracking.check import reference_problems
 from agents.tracking.controller import Inputs, Pose
 from agents.tracking.look_frames import UNASKED, ReferenceState, pack_answer, unpack_request
 from agents.tracking.noise import Noise
 from firmware_sim.board import Board
+from firmware_sim.scenario_view import ScenarioView
 from netem.agenda import NEVER_NS
 
 
@@ -45,7 +46,7 @@ class ReferenceRobot:
             board.node.start(self._drift())
 
     @staticmethod
-    def check(scenario: ScenarioLike) -> Iterator[str]:
+    def check(scenario: ScenarioView) -> Iterator[str]:
         yield from reference_problems(scenario, f"{ReferenceRobot.__module__}:{ReferenceRobot.__name__}")
 
     def _measure(self, true_ns: int) -> tuple[float, ...]:

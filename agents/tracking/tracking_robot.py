@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator, Sequence
 from math import pi, remainder
 
 from agents.tracking.assumption_watch import IN_TIME, AssumptionWatch
-from agents.tracking.check import ScenarioLike, companion_problems
+from agents.tracking.check import companion_problems
 from agents.tracking.controller import Inputs, Pose, State, TrackingController, tracking_error
 from agents.tracking.dead_reckoning import DeadReckoning
 from agents.tracking.drive_link import DriveLink
@@ -39,6 +39,7 @@ from agents.triggering.error_gain import horizon_s
 from agents.triggering.policies import Decision
 from agents.triggering.policies.table import PolicySettings
 from firmware_sim.board import Board
+from firmware_sim.scenario_view import ScenarioView
 from netem.agenda import NEVER_NS
 
 RETRY_NS = 20_000_000           # before the first measurement: no interval is certified yet
@@ -88,7 +89,7 @@ class TrackingRobot:
         self._schedule(board.now_ns)
 
     @staticmethod
-    def check(scenario: ScenarioLike) -> Iterator[str]:
+    def check(scenario: ScenarioView) -> Iterator[str]:
         yield from companion_problems(scenario, f"{TrackingRobot.__module__}:{TrackingRobot.__name__}")
 
     # --- looks

@@ -14,7 +14,7 @@ Not modelled: noise and bias of the inertial sensors (the attitude is that of a 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Mapping
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from simpy.events import Event
 
@@ -26,6 +26,7 @@ from firmware_sim.autopilot.frames import frd_of, ned_of, ned_quaternion, roll_p
 from firmware_sim.autopilot.mixer import OFF
 from firmware_sim.autopilot.vehicle import Landed, Mode, Severity
 from firmware_sim.board import Board
+from firmware_sim.scenario_view import ScenarioView
 from firmware_sim.schedules.periodic import Periodic
 from netem.agenda import NEVER_NS
 from netem.media.sensing.sight import NothingSeen, unpack_sight
@@ -45,17 +46,6 @@ EVENTS: Final = {Severity.CRITICAL: "autopilot critical", Severity.ERROR: "autop
                  Severity.INFO: "autopilot info"}
 DEFAULT: Final = AutopilotSettings()
 NO_PLANT: Final = 'an autopilot needs a plant, as plant = { fmu = "quadrotor", preset = "hummingbird" }'
-
-
-class AgentLike(Protocol):
-    program: str
-    parameters: Mapping[str, Any]
-    media: tuple[str, ...]
-    plant: Any
-
-
-class ScenarioLike(Protocol):
-    agents: Mapping[str, AgentLike]
 
 
 class Autopilot:
@@ -143,7 +133,7 @@ class Autopilot:
                 *roll_pitch_yaw(loops.target), state.armed, MODES[state.mode], LANDED[state.landed]]
 
     @staticmethod
-    def check(scenario: ScenarioLike) -> Iterator[str]:
+    def check(scenario: ScenarioView) -> Iterator[str]:
         """What no autopilot could start with."""
         for name, agent in scenario.agents.items():
             if agent.program != f"{Autopilot.__module__}:{Autopilot.__name__}":

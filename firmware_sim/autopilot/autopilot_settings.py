@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from firmware_sim.autopilot.airframe import HUMMINGBIRD, Airframe
 from firmware_sim.autopilot.parameters import ParameterTable
+from firmware_sim.schedules.periodic import Periodic
 from netem.topology import REFUSE_UNKNOWN_KEYS
 
 
@@ -26,13 +27,7 @@ class AutopilotSettings:
     parameters: Mapping[str, float] = field(default_factory=dict)       # start values of `parameters.py`
 
     def __post_init__(self) -> None:
-        if self.period_ns < 1:
-            raise ValueError(f"period_ns={self.period_ns}: expected at least 1")
-        if not 0 <= self.offset_ns < self.period_ns:
-            raise ValueError(f"offset_ns={self.offset_ns}: expected 0 <= offset < period ({self.period_ns} ns)")
-        if not 0 <= self.execution_ns < self.period_ns:
-            raise ValueError(f"execution_ns={self.execution_ns}: expected 0 <= execution < period "
-                             f"({self.period_ns} ns), or the loop never keeps up; lengthen the period")
+        Periodic(self.period_ns, self.offset_ns).check_execution(self.execution_ns)
         if self.navigation_every < 1:
             raise ValueError(f"navigation_every={self.navigation_every}: expected at least 1")
         if isinstance(self.airframe, Mapping):

@@ -14,10 +14,10 @@ Not modelled: motor current, faults of encoders, a watchdog in hardware, setpoin
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator
 from math import inf
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from simpy.events import Event
 
@@ -39,6 +39,7 @@ from firmware_sim.drive_controller.setpoint_ramp import SetpointRamp
 from firmware_sim.drive_controller.setpoint_watch import SetpointWatch
 from firmware_sim.drive_controller.speed_loop import SpeedLoop
 from firmware_sim.drive_controller.wheel_encoder import WheelEncoder
+from firmware_sim.scenario_view import ScenarioView
 from firmware_sim.schedules.periodic import Periodic
 from netem.media.can.frame import MalformedFrame, unpack
 
@@ -46,17 +47,6 @@ TRUTH: Final = (("x", "m"), ("y", "m"), ("theta", "rad"), ("v", "m/s"), ("omega"
                 ("wheel_right", "rad/s"))
 DEFAULT: Final = DriveSettings()
 NO_PLANT: Final = 'a drive controller needs a plant, as plant = { fmu = "unicycle" }'
-
-
-class AgentLike(Protocol):
-    program: str
-    parameters: Mapping[str, Any]
-    media: tuple[str, ...]
-    plant: Any
-
-
-class ScenarioLike(Protocol):
-    agents: Mapping[str, AgentLike]
 
 
 class DriveController:
@@ -193,7 +183,7 @@ class DriveController:
         return [*self._truth.read(), self._ramp.left_radps, self._ramp.right_radps, self._watch.state]
 
     @staticmethod
-    def check(scenario: ScenarioLike) -> Iterator[str]:
+    def check(scenario: ScenarioView) -> Iterator[str]:
         """What no drive controller could start with, and two on one bus with the same identifiers."""
         taken: dict[tuple[str, tuple[int, bool]], str] = {}
         for name, agent in scenario.agents.items():

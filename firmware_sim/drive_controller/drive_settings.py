@@ -8,6 +8,7 @@ from math import isfinite
 from pathlib import Path
 
 from firmware_sim.drive_controller.drive_messages import DRIVE_DBC, UNITS
+from firmware_sim.schedules.periodic import Periodic
 
 
 @dataclass(frozen=True)
@@ -33,13 +34,7 @@ class DriveSettings:
     dbc: Path = DRIVE_DBC
 
     def __post_init__(self) -> None:
-        if self.period_ns < 1:
-            raise ValueError(f"period_ns={self.period_ns}: expected at least 1")
-        if not 0 <= self.offset_ns < self.period_ns:
-            raise ValueError(f"offset_ns={self.offset_ns}: expected 0 <= offset < period ({self.period_ns} ns)")
-        if not 0 <= self.execution_ns < self.period_ns:
-            raise ValueError(f"execution_ns={self.execution_ns}: expected 0 <= execution < period "
-                             f"({self.period_ns} ns), or the loop never keeps up; lengthen the period")
+        Periodic(self.period_ns, self.offset_ns).check_execution(self.execution_ns)
         for name in ("odometry_every", "status_every", "counts_per_turn"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name}={getattr(self, name)}: expected at least 1")

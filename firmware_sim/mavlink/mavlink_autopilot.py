@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import fields
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from simpy.events import Event
 
@@ -19,20 +19,10 @@ from firmware_sim.autopilot.vehicle import Severity
 from firmware_sim.board import Board
 from firmware_sim.mavlink.settings import MavlinkSettings
 from firmware_sim.mavlink.task import MavlinkTask
+from firmware_sim.scenario_view import ScenarioView
 
 AUTOPILOT: Final = AutopilotSettings()
 MAVLINK: Final = MavlinkSettings()
-
-
-class AgentLike(Protocol):
-    program: str
-    parameters: Mapping[str, Any]
-    media: tuple[str, ...]
-    plant: Any
-
-
-class ScenarioLike(Protocol):
-    agents: Mapping[str, AgentLike]
 
 
 class MavlinkAutopilot:
@@ -53,7 +43,7 @@ class MavlinkAutopilot:
         self.task.front.texts.say(severity, text, self._board.now_ns)
 
     @staticmethod
-    def check(scenario: ScenarioLike) -> Iterator[str]:
+    def check(scenario: ScenarioView) -> Iterator[str]:
         """What no such board could start with."""
         for name, agent in scenario.agents.items():
             if agent.program != f"{MavlinkAutopilot.__module__}:{MavlinkAutopilot.__name__}":

@@ -11,6 +11,7 @@ from typing import ClassVar, Final
 from firmware_sim.mavlink.geodesy import Origin
 from firmware_sim.mavlink.signing import KEY_BYTES, Signing
 from firmware_sim.mavlink.telemetry import BUILDERS
+from firmware_sim.schedules.periodic import Periodic
 from netem.topology import REFUSE_UNKNOWN_KEYS
 
 SECOND_NS: Final = 1_000_000_000
@@ -40,13 +41,7 @@ class MavlinkSettings:
     clock_began_s: float = 0.0              # where the local clock's 0 lies, from 2015-01-01: for timestamps
 
     def __post_init__(self) -> None:
-        if self.period_ns < 1:
-            raise ValueError(f"period_ns={self.period_ns}: expected at least 1")
-        if not 0 <= self.offset_ns < self.period_ns:
-            raise ValueError(f"offset_ns={self.offset_ns}: expected 0 <= offset < period ({self.period_ns} ns)")
-        if not 0 <= self.execution_ns < self.period_ns:
-            raise ValueError(f"execution_ns={self.execution_ns}: expected 0 <= execution < period "
-                             f"({self.period_ns} ns)")
+        Periodic(self.period_ns, self.offset_ns).check_execution(self.execution_ns)
         for name in ("system", "component"):
             if not 1 <= getattr(self, name) <= 255:
                 raise ValueError(f"{name}={getattr(self, name)}: expected 1 to 255")

@@ -235,9 +235,17 @@ class Conductor:
                               last_report=seat.standing())
         seat.soft_ns, seat.firm_ns, seat.granted_ns = report.soft_ns, report.firm_ns, horizon_ns
         seat.earliest_ns = max(seat.firm_ns, min(seat.soft_ns, seat.pending_ns))
+        width = len(seat.signals)
         for time_ns, values in report.samples:
+            if len(values) != width or not 0 <= time_ns <= horizon_ns:
+                raise NodeFailure(seat.name, f"reports nonsense in window {report.window}: {len(values)} values of its "
+                                  f"{width} signals at {time_ns} ns, expected {width} and 0 <= time <= {horizon_ns} ns",
+                                  last_report=seat.standing())
             self.recorders.sample(seat.name, time_ns, values)
         for time_ns, kind, detail in report.events:
+            if not 0 <= time_ns <= horizon_ns:
+                raise NodeFailure(seat.name, f"reports nonsense in window {report.window}: its event {kind[:40]!r} at "
+                                  f"{time_ns} ns, expected 0 <= time <= {horizon_ns} ns", last_report=seat.standing())
             self.recorders.event(seat.name, time_ns, kind, detail)
 
     def _broken_promise(self, seat: Seat, sequence: int, report: Report, limit_ns: int) -> NodeFailure:

@@ -7,7 +7,11 @@ max(firm_ns, min(soft_ns, its first undelivered frame)).
 
 from __future__ import annotations
 
+from typing import Final
+
 import msgspec
+
+UNREADABLE: Final = (msgspec.MsgspecError, UnicodeDecodeError)      # what decoding bytes of any kind can raise
 
 Delivery = tuple[int, int, bytes]       # (arrival_ns, port index, data)
 Offer = tuple[int, int, bytes]          # (time_ns, port index, data), in the order in which they were handed out

@@ -25,11 +25,14 @@ class Errand(msgspec.Struct):
 
 
 class EmulatorPipe:
-    """The standard input of a node's process. Unbuffered: a thread that waits in a buffered read would hold up the
-    interpreter's exit for a second."""
+    """What was the standard input of a node's process; a program that reads that finds its end, and so does what it
+    starts. Unbuffered: a thread that waits in a buffered read would hold up the interpreter's exit for a second."""
 
     def __init__(self) -> None:
-        self._pipe = sys.stdin.fileno()
+        standard_input = sys.stdin.fileno()
+        self._pipe = os.dup(standard_input)
+        with open(os.devnull, "rb") as nothing:
+            os.dup2(nothing.fileno(), standard_input)
         self._done = threading.Event()
         self._closed = threading.Event()
 

@@ -8,7 +8,9 @@ then use the same branch predictions and cache lines, and a node starts in milli
 
 Invariants:
 - this process has one thread and no Zenoh session, so a node inherits nothing but memory;
-- it ends when the emulator's end of its socket has closed and its last node has ended; nodes end by pipes of their own.
+- it ends when the emulator's end of its socket has closed and its last node has ended; nodes end by pipes of their own,
+  and one that cannot notice, as its program never lets go of the interpreter, is killed after `END_WITHIN_S`;
+- what a node has started, in the node's own process group, ends with it.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from typing import Final
 import msgspec
 
 LONGEST_MESSAGE: Final = 4096
+END_WITHIN_S: Final = 5.0
 
 
 class Start(msgspec.Struct, tag="start"):
@@ -54,7 +57,10 @@ def serve(life: Callable[[], int]) -> int:
     gc.collect()
     gc.freeze()
     while server.has_work():
-        for key, _ in server.selector.select():
+        happened = server.selector.select(server.patience_s)
+        if not happened:
+            server.kill_all()
+        for key, _ in happened:
             if key.data:
                 server.bury(key.data)
             elif server.obey():
@@ -69,6 +75,7 @@ class _ForkServer:
         self._nodes: dict[str, tuple[int, int]] = {}            # (pid, pidfd)
         self._decode = msgspec.msgpack.Decoder(Start | Kill).decode
         self.selector.register(self._emulator, selectors.EVENT_READ, "")
+        self.patience_s: float | None = None        # with the nodes, once the emulator has gone
 
     def has_work(self) -> bool:
         return self._emulator is not None or bool(self._nodes)
@@ -76,16 +83,19 @@ class _ForkServer:
     def obey(self) -> bool:
         """Do what the emulator asks; True in the process of a new node."""
         assert self._emulator is not None
-        message, fds, _, _ = socket.recv_fds(self._emulator, LONGEST_MESSAGE, 2)
+        message, fds = b"", list[int]()
+        with suppress(ConnectionResetError):        # it has gone, and has not read all that it was told
+            message, fds, _, _ = socket.recv_fds(self._emulator, LONGEST_MESSAGE, 2)
         if not message:
             self.selector.unregister(self._emulator)
             self._emulator.close()
             self._emulator = None
+            self.patience_s = END_WITHIN_S
             return False
         order = self._decode(message)
         if isinstance(order, Kill):
             if order.node in self._nodes:
-                os.kill(self._nodes[order.node][0], signal.SIGKILL)
+                _kill_group(self._nodes[order.node][0])
             return False
         pid = os.fork()
         if pid == 0:
@@ -103,8 +113,13 @@ class _ForkServer:
         pid, pidfd = self._nodes.pop(node)
         self.selector.unregister(pidfd)
         os.close(pidfd)
+        _kill_group(pid)            # before it is waited for: until then nobody else can have its number
         _, status = os.waitpid(pid, 0)
         self._tell(Ended(node, os.waitstatus_to_exitcode(status)))
+
+    def kill_all(self) -> None:
+        for pid, _ in self._nodes.values():
+            _kill_group(pid)
 
     def _become(self, node: str, standard_input: int, log: int) -> None:
         """Be a node: its own standard files, a name for `ps`, and a group, so that Ctrl-C reaches the emulator only."""
@@ -123,3 +138,10 @@ class _ForkServer:
         if self._emulator is not None:
             with suppress(OSError):             # it has gone, as the next message will say
                 self._emulator.send(msgspec.msgpack.encode(news))
+
+
+def _kill_group(node: int) -> None:
+    """The node and what it has started; the node alone where it has not got its group yet, or has left it."""
+    for kill in (os.killpg, os.kill):
+        with suppress(ProcessLookupError):
+            kill(node, signal.SIGKILL)

@@ -38,6 +38,7 @@ class NodeProcesses:
         self._lock = threading.Lock()
         self._names: set[str] = set()
         self._exit_codes: dict[str, int] = {}
+        self._orphans: set[str] = set()
         self._pids: dict[str, int] = {}
 
     def start(self, node: str, log: Path) -> BinaryIO:
@@ -60,6 +61,10 @@ class NodeProcesses:
         """How `node` ended, -N for signal N; None while it runs."""
         self._listen()
         return self._exit_codes.get(node)
+
+    def orphaned(self, node: str) -> bool:
+        """Whether `node` counts as ended because the fork server has: `exit_code` is that of the fork server."""
+        return node in self._orphans
 
     def kill(self, node: str) -> None:
         with suppress(OSError):
@@ -104,7 +109,9 @@ class NodeProcesses:
                     message = b""
                 if not message:
                     if (code := self._server.poll()) is not None:
-                        self._exit_codes |= dict.fromkeys(self._names - self._exit_codes.keys(), code)
+                        orphans = self._names - self._exit_codes.keys()
+                        self._orphans |= orphans
+                        self._exit_codes |= dict.fromkeys(orphans, code)
                     return
                 wait_s = 0.0
                 news = self._decode(message)

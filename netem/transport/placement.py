@@ -91,6 +91,8 @@ def _own_cores() -> set[int]:
 
 
 def _current_core(cores: set[int]) -> int:
-    """Where this thread runs now: field 39 of its `stat`."""
-    core = int(Path("/proc/thread-self/stat").read_text().rpartition(")")[2].split()[36])
+    """Where this thread runs now: field 39 of its `stat`; any core where there is no `/proc` to tell."""
+    core = -1
+    with suppress(OSError):
+        core = int(Path("/proc/thread-self/stat").read_text().rpartition(")")[2].split()[36])
     return core if core in cores else min(cores)

@@ -25,7 +25,7 @@ from uuid import uuid4
 import msgspec
 
 from netem.lockstep.errors import NodeFailure
-from netem.lockstep.messages import Grant, Hello, Report
+from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
 from netem.transport import keys
 from netem.transport.errand import Errand
 from netem.transport.node_processes import NodeProcesses
@@ -152,7 +152,7 @@ class ProcessHost:
                 continue
             try:
                 message = decode(data)
-            except msgspec.MsgspecError:
+            except UNREADABLE:
                 self.garbage[name] += 1
                 continue
             if name not in awaited or (window and getattr(message, "window", 0) != window):
@@ -187,11 +187,16 @@ class ProcessHost:
     def _gone(self, name: str) -> NodeFailure:
         code = self._alive.exit_code(name) or 0
         how = f"was ended by signal {-code}" if code < 0 else f"exited with code {code}"
+        if self._alive.orphaned(name):
+            return NodeFailure(name, f"the process that nodes are forked from {how}",
+                               detail=self._tail(FORK_SERVER_LOG))
         return NodeFailure(name, f"its process {how}", detail=self._log_of(name))
 
     def _log_of(self, name: str) -> str:
-        logs = (self._logs / f"{name}.log").read_bytes() or (self._logs / FORK_SERVER_LOG).read_bytes()
-        return logs[-LOG_TAIL_BYTES:].decode(errors="replace")
+        return self._tail(f"{name}.log") or self._tail(FORK_SERVER_LOG)
+
+    def _tail(self, log: str) -> str:
+        return (self._logs / log).read_bytes()[-LOG_TAIL_BYTES:].decode(errors="replace")
 
 
 def _tell(standard_input: BinaryIO, errand: bytes) -> None:

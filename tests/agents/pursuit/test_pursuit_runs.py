@@ -38,7 +38,7 @@ def test_after_the_first_looks_it_looks_when_a_target_of_full_speed_could_be_nea
     data = standing(tmp_path / "run")
 
     seen = looks(data)["offered_ns"].to_list()
-    doubt_s = (3.0 - 0.7 - 0.5) / 0.5                   # R - zeta - |y - q|, at v_max
+    doubt_s = (3.0 - 1.5 - 0.5) / 0.35                   # R - zeta - |y - q|, at v_max
     steps = ceil(doubt_s * 1e9 / STEP_NS) + 1           # tested at the instant at or after it, looked one later
     assert seen[:3] == [STEP_NS, 2 * STEP_NS, 3 * STEP_NS]
     assert {later - one for one, later in pairwise(seen[2:])} == {steps * STEP_NS}
@@ -60,7 +60,7 @@ def test_it_drives_towards_a_target_that_is_out_of_the_no_moving_area(tmp_path: 
                "agents.evader.plant.parameters.x=2.0", length_s=20.0)
 
     table = data.signals["drive"]
-    assert table.column("x")[-1] == pytest.approx(2.0, abs=0.81)        # up to where the next look found it inside
+    assert table.column("x")[-1] == pytest.approx(2.0, abs=0.61)        # up to where the next look found it inside
     assert table.column("x")[-1] > 1.0
     assert abs(table.column("y")).max() < 0.02
 
@@ -89,7 +89,7 @@ def test_a_runner_escapes_from_a_pursuer_that_is_blind_and_the_cause_says_so(tmp
                "during_s=[1.0, 20.0]}", "agents.evader.parameters.motion='circle'", length_s=20.0)
 
     violation, = data.guarantees["no_escape"].violations
-    assert violation.from_ns < 8_000 * MS               # it was within 0.3 m of it, and 3 m are 8 s at 0.4 m/s
+    assert violation.from_ns < 15_000 * MS              # about 3 m at 0.275 m/s
     assert "lost (impairments[1] bernoulli_loss)" in violation.cause
 
 
@@ -103,7 +103,7 @@ def test_whom_a_sensor_claims_it_is_in_charge_of_and_idle_ones_stand(tmp_path: P
 
 
 @pytest.mark.parametrize(("name", "override", "says"), [
-    ("p3at_chases_p3at", "agents.pursuer.parameters.escape_m=0.4", "escape_m=0.4: a target of 0.5 m/s, seen with"),
+    ("p3at_chases_p3at", "agents.pursuer.parameters.escape_m=0.4", "escape_m=0.4: a target of 0.35 m/s, seen"),
     ("p3at_chases_p3at", "agents.pursuer.parameters.radius_m=2.9", "radius_m=2.9: media.view has range_m=3.0; take"),
     ("p3at_chases_p3at", "media.view.exposure_period_ms=35", "step_ns=70000000: media.view has exposures every 350000"),
     ("p3at_chases_p3at", "media.view.noise_m=0.2", "sigma_m=0.1: media.view has noise_m=0.2; take that much or more"),

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from netem.agenda import NEVER_NS
 from netem.lockstep.conductor import MAX_ROUNDS_AT_ONE_INSTANT, Conductor
 from netem.lockstep.errors import InstantLoop, NodeFailure
-from netem.lockstep.messages import Grant, Hello, Report
+from netem.lockstep.messages import Event, Grant, Hello, Offer, Report, Sample
 from netem.node import Node
 
 Conduct = Callable[..., Conductor]
@@ -180,16 +180,17 @@ def test_a_program_that_breaks_its_promise_is_named(conduct: Conduct) -> None:
 
 
 class ForeignHost:
-    """Stands for a host whose nodes are somebody else's code: answers every grant with the same offer."""
+    """Stands for a host whose nodes are somebody else's code: answers every grant with the same words."""
 
-    def __init__(self, offer_ns: int, port: int = 0) -> None:
-        self._offer = (offer_ns, port, b"x")
+    def __init__(self, *, offers: Sequence[Offer] = (), samples: Sequence[Sample] = (),
+                 events: Sequence[Event] = ()) -> None:
+        self._words = list(offers), list(samples), list(events)
 
     def start(self) -> dict[str, Hello]:
-        return {"foreign": Hello("foreign", 100, 100, ["wire"], [])}
+        return {"foreign": Hello("foreign", 100, 100, ["wire"], [("x", "m")])}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
-        return [(name, Report(grant.window, NEVER_NS, 0, [self._offer], [], [], {}, "")) for name, grant in grants]
+        return [(name, Report(grant.window, NEVER_NS, 0, *self._words, {}, "")) for name, grant in grants]
 
     def stop(self) -> None:
         pass
@@ -200,7 +201,20 @@ def test_an_offer_outside_the_promise_or_the_grant_is_refused_with_its_numbers(c
                                                                               port: int) -> None:
     told = rf"node foreign: broke its promise in window 1: .*port {port} at {offer_ns} ns.* 100 <= time < 105 ns"
     with pytest.raises(NodeFailure, match=told):
-        conduct({}, latency_ns=5, end_ns=1_000, host=ForeignHost(offer_ns, port))
+        conduct({}, latency_ns=5, end_ns=1_000, host=ForeignHost(offers=[(offer_ns, port, b"x")]))
+
+
+@pytest.mark.parametrize(("host", "told"), [
+    (ForeignHost(samples=[(50, [1.0, 2.0])]), "2 values of its 1 signals at 50 ns, expected 1"),
+    (ForeignHost(samples=[(-1, [1.0])]), r"1 values of its 1 signals at -1 ns, .* 0 <= time <= 105 ns"),
+    (ForeignHost(samples=[(2 ** 64 - 1, [1.0])]), r"signals at 18446744073709551615 ns, .* 0 <= time <= 105 ns"),
+    (ForeignHost(events=[(106, "turn", "")]), r"its event 'turn' at 106 ns, expected 0 <= time <= 105 ns"),
+])
+def test_samples_and_events_that_cannot_be_are_refused_before_they_reach_a_record(conduct: Conduct, host: ForeignHost,
+                                                                                  told: str) -> None:
+    with pytest.raises(NodeFailure, match=f"node foreign: reports nonsense in window 1: .*{told}"):
+        conduct({}, latency_ns=5, end_ns=1_000, host=host)
+
 
 
 def chatter(name: str, seed: int, promise: str, heard: Log) -> tuple[Callable[..., Any], Callable[..., None],

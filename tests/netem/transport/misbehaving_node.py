@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
 import sys
 import time
 from collections.abc import Generator
@@ -45,8 +47,14 @@ def misbehave(behaviour: str) -> None:
     if behaviour == "exits":
         print("out of memory, says the node", flush=True)
         os._exit(7)
+    if behaviour == "kills its fork server":
+        os.kill(os.getppid(), signal.SIGKILL)
+        time.sleep(3600)
     if behaviour == "hangs":
         time.sleep(3600)
+    if behaviour == "reads its standard input":
+        assert sys.stdin.read() == ""
+        assert subprocess.run(["cat"], capture_output=True, check=True).stdout == b""
     if behaviour == "raises":
         raise ValueError("sensor gave -1")
 
@@ -61,6 +69,7 @@ def speak_garbage(endpoint: str, run: str, name: str) -> None:
         while True:
             grants.receive()
             out.send(os.urandom(40))
+            out.send(msgspec.msgpack.encode(Report(1, 0, 0, [], [], [], {}, "no")).replace(b"no", b"\xff\xfe"))
             out.send(msgspec.msgpack.encode(Report(999_999, 0, 0, [], [], [], {}, "")))
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -13,17 +15,27 @@ import pytest
 from netem.transport.node_processes import NodeProcesses
 
 SERVER = """
-import os, sys
-from netem.transport.fork_server import serve
+import os, subprocess, sys, time
+from netem.transport import fork_server
+fork_server.END_WITHIN_S = 0.2
 
 def life():
     word = sys.stdin.readline().strip()
     if word == "crash":
         os.abort()
+    if word == "open files":
+        print(sorted(int(fd) for fd in os.listdir("/proc/self/fd") if os.path.exists(f"/proc/self/fd/{fd}")))
+        return 0
+    if word == "start something":
+        print(subprocess.Popen(["sleep", "3600"]).pid, flush=True)
+        return 0
+    if word == "deaf":
+        print(os.getpid(), os.getppid(), flush=True)
+        time.sleep(3600)
     print("was told", word, os.getpgid(0) == os.getpid(), open("/proc/self/comm").read().strip())
     return int(word)
 
-sys.exit(serve(life))
+sys.exit(fork_server.serve(life))
 """
 
 
@@ -32,6 +44,20 @@ def processes(tmp_path: Path) -> Iterator[NodeProcesses]:
     found = NodeProcesses([sys.executable, "-c", SERVER], tmp_path / "server.log", os.environ)
     yield found
     found.close(5.0)
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    deadline_s = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < deadline_s
+        time.sleep(0.005)
+
+
+def alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
 
 
 def ended(processes: NodeProcesses, node: str) -> int:
@@ -87,3 +113,65 @@ def test_when_the_fork_server_cannot_start_every_node_counts_as_ended(tmp_path: 
 
     assert code == 1
     assert "no_such_module" in (tmp_path / "server.log").read_text()
+
+
+def test_a_node_has_no_open_file_of_another(processes: NodeProcesses, tmp_path: Path) -> None:
+    """Else the pipe of one node would stay open in another, and closing it would not end the node."""
+    with processes.start("first", tmp_path / "first.log") as first:
+        first.write(b"deaf\n")
+    wait_for(lambda: (tmp_path / "first.log").read_text() != "")
+    with processes.start("second", tmp_path / "second.log") as second:
+        second.write(b"open files\n")
+
+    ended(processes, "second")
+
+    assert (tmp_path / "second.log").read_text() == "[0, 1, 2]\n"
+    processes.kill("first")
+
+
+def test_what_a_node_has_started_ends_with_it(processes: NodeProcesses, tmp_path: Path) -> None:
+    with processes.start("left", tmp_path / "left.log") as standard_input:
+        standard_input.write(b"start something\n")
+
+    code = ended(processes, "left")
+
+    started = int((tmp_path / "left.log").read_text())
+    assert code == 0
+    wait_for(lambda: not alive(started))
+
+
+def test_when_the_fork_server_is_killed_its_nodes_are_told_apart_from_one_that_ended_before(
+        processes: NodeProcesses, tmp_path: Path) -> None:
+    with processes.start("first", tmp_path / "first.log") as standard_input:
+        standard_input.write(b"5\n")
+    ended(processes, "first")
+    with processes.start("second", tmp_path / "second.log") as standard_input:
+        standard_input.write(b"deaf\n")
+    wait_for(lambda: (tmp_path / "second.log").read_text() != "")
+    node, server = map(int, (tmp_path / "second.log").read_text().split())
+
+    os.kill(server, signal.SIGKILL)
+
+    assert (ended(processes, "first"), processes.orphaned("first")) == (5, False)
+    assert (ended(processes, "second"), processes.orphaned("second")) == (-signal.SIGKILL, True)
+    os.kill(node, signal.SIGKILL)
+
+
+def test_a_node_that_does_not_notice_that_the_emulator_has_gone_is_killed(tmp_path: Path) -> None:
+    log = tmp_path / "deaf.log"
+    emulator = subprocess.Popen([sys.executable, "-c", f"""
+import os, sys, time
+from pathlib import Path
+from netem.transport.node_processes import NodeProcesses
+processes = NodeProcesses([sys.executable, "-c", {SERVER!r}], Path({str(tmp_path / "server.log")!r}), os.environ)
+with processes.start("deaf", Path({str(log)!r})) as standard_input:
+    standard_input.write(b"deaf\\n")
+time.sleep(3600)
+"""])
+    wait_for(lambda: log.exists() and log.read_text().endswith("\n"))
+    node, server = map(int, log.read_text().split())
+
+    emulator.kill()
+    emulator.wait()
+
+    wait_for(lambda: not alive(node) and not alive(server))

@@ -88,6 +88,18 @@ def test_a_machine_with_one_core_is_left_alone() -> None:
     assert machine.moves == []
 
 
+def test_without_proc_the_run_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    def not_there(path: Path) -> str:
+        raise FileNotFoundError(path)
+
+    machine = Machine(1e-4, 2e-4)
+    monkeypatch.setattr(Path, "read_text", not_there)
+
+    machine.run(WINDOWS_TO_DECIDE)
+
+    assert machine.moves[-1] == (12, {0})
+
+
 def test_every_thread_of_a_process_is_placed() -> None:
     code = "import threading, sys; threading.Thread(target=sys.stdin.read).start(); print(flush=True); sys.stdin.read()"
     core = min(os.sched_getaffinity(0))

@@ -62,7 +62,7 @@ def test_processes_give_what_inline_nodes_give(conduct: Conduct, tmp_path: Path)
     ("exits", r"node b: its process exited with code 7 .*had run up to 19200000 ns.*\n.*out of memory, says the node"),
     ("raises", r"node b: its program failed: ValueError: sensor gave -1 .*had run up to 19200000 ns"),
     ("hangs", r"node b: waited 4 s for it to report window \d+ .*had run up to 19200000 ns"),
-    ("speaks garbage", r"node b: waited 4 s for it to report window 1; 2 unreadable messages came from it"),
+    ("speaks garbage", r"node b: waited 4 s for it to report window 1; 3 unreadable messages came from it"),
 ])
 def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_path: Path, behaviour: str,
                                                          reason: str) -> None:
@@ -100,6 +100,40 @@ def test_a_process_that_never_reads_its_errand_is_named_and_ended(tmp_path: Path
             host.start()
     finally:
         host.stop()
+
+    assert children() == []
+
+
+def test_a_program_finds_its_standard_input_at_its_end(conduct: Conduct, tmp_path: Path) -> None:
+    """It is not the pipe to the emulator: a program that reads that would hang, and take the emulator's words."""
+    samples: list[Any] = []
+    host = host_of({"a": "reads its standard input"}, tmp_path)
+    try:
+        conduct({}, latency_ns=100_000, end_ns=END_NS, host=host, samples=samples)
+    finally:
+        host.stop()
+
+    assert samples[-1] == ("a", 40_000_000, [0.0])
+
+
+def test_when_the_fork_server_ends_no_node_is_blamed(conduct: Conduct, tmp_path: Path) -> None:
+    host = host_of({"a": "well", "b": "kills its fork server"}, tmp_path)
+    try:
+        with pytest.raises(NodeFailure, match="the process that nodes are forked from was ended by signal 9"):
+            conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
+    finally:
+        host.stop()
+
+    assert children() == []
+
+
+def test_a_host_may_be_stopped_twice_and_before_it_was_started(tmp_path: Path) -> None:
+    host = host_of({"a": "well"}, tmp_path)
+
+    host.stop()
+    host.start()
+    host.stop()
+    host.stop()
 
     assert children() == []
 
