@@ -144,7 +144,7 @@ class Parameters(Protocol):
         ...
 
     def set(self, name: str, value: float) -> str:
-        """"" if it was set, else why not."""
+        """"" if it was set, else why not, beginning with the name."""
         ...
 
 

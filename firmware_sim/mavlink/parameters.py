@@ -57,13 +57,13 @@ class ParameterService:
     def _set(self, name: str, asked: Message) -> None:
         value = asked["param_value"]
         if asked["param_type"] != PARAM_TYPE_REAL32:
-            why = f"type {asked['param_type']}, not REAL32"
+            why = f"{name}: type {asked['param_type']}, not REAL32"
         elif not isfinite(value):
-            why = f"{value} is no number"
+            why = f"{name}={value}: is no number"
         else:
             why = self.parameters.set(name, value)
         if why:
-            self.notice(Severity.WARNING, f"{name} not set: {why}")
+            self.notice(Severity.WARNING, f"not set: {why}")
         self.event("parameter", f"{name} = {value!r}: {why or 'set'}")
 
     def _value(self, name: str) -> Message:

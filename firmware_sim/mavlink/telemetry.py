@@ -31,7 +31,7 @@ LANDED: Final = {Landed.ON_GROUND: LandedState.ON_GROUND, Landed.TAKING_OFF: Lan
                  Landed.IN_AIR: LandedState.IN_AIR, Landed.LANDING: LandedState.LANDING}
 BODY_SENSORS: Final = (Sensor.SENSOR_3D_GYRO | Sensor.SENSOR_3D_ACCEL | Sensor.SENSOR_3D_MAG
                        | Sensor.SENSOR_ABSOLUTE_PRESSURE | Sensor.SENSOR_ATTITUDE_STABILIZATION
-                       | Sensor.SENSOR_MOTOR_OUTPUTS | Sensor.PREARM_CHECK)
+                       | Sensor.SENSOR_MOTOR_OUTPUTS | Sensor.GEOFENCE | Sensor.PREARM_CHECK)
 POSITION_SENSORS: Final = (Sensor.SENSOR_GPS | Sensor.SENSOR_YAW_POSITION | Sensor.SENSOR_Z_ALTITUDE_CONTROL
                            | Sensor.SENSOR_XY_POSITION_CONTROL | Sensor.AHRS)
 CAPABILITIES: Final = (Capability.MISSION_INT | Capability.COMMAND_INT | Capability.SET_ATTITUDE_TARGET

@@ -42,7 +42,7 @@ class KinematicParameters:
     def set(self, name, value):
         info = self.infos[name]
         if not info.minimum <= value <= info.maximum:
-            return f"expected {info.minimum:g} to {info.maximum:g}"
+            return f"{name}={value:g}: expected {info.minimum:g} to {info.maximum:g}"
         self.values[name] = value
         return ""
 

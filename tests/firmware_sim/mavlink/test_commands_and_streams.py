@@ -270,6 +270,7 @@ def test_without_a_position_none_is_told_and_the_sensors_say_so():
     assert results == [REJECTED, REJECTED]
     assert not status.onboard_control_sensors_health & common.MAV_SYS_STATUS_SENSOR_GPS
     assert status.onboard_control_sensors_present & common.MAV_SYS_STATUS_SENSOR_GPS
+    assert status.onboard_control_sensors_health & common.MAV_SYS_STATUS_GEOFENCE      # FENCE_XY clips all the same
     assert gps.fix_type == common.GPS_FIX_TYPE_NO_FIX
 
 
