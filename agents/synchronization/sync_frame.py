@@ -42,7 +42,12 @@ class SyncFrameCodec:
     def unpack(self, data: bytes) -> SyncFrame | None:
         if len(data) != self._size:
             return None
-        magic, sender, slot, *outputs = self._unpack(data)
-        if magic != MAGIC or sender >= self._robots or not all(map(isfinite, outputs)):
+        values = self._unpack(data)
+        magic, sender, slot = values[:3]
+        outputs = values[3:]
+        if magic != MAGIC or sender >= self._robots:
             return None
-        return SyncFrame(sender, slot, tuple(outputs))
+        for value in outputs:
+            if not isfinite(value):
+                return None
+        return SyncFrame(sender, slot, outputs)

@@ -145,14 +145,12 @@ class BroadcastRadio:
     def _receive(self, flight: OnAir) -> None:
         frame, reach = flight.frame, flight.reach
         arrival_ns = flight.end_ns + self._latency_ns
-        if not flight.rivals and not reach.too_weak:
-            for receiver in reach.receivers:
-                self._links.receive(frame, receiver, arrival_ns, checksum=self._checksum)
-            return
+        receive, checksum = self._links.receive, self._checksum
+        clear = not flight.rivals and not reach.too_weak
         for receiver in reach.receivers:
-            fate = self._fate(flight, reach, receiver)
+            fate = None if clear else self._fate(flight, reach, receiver)
             if fate is None:
-                self._links.receive(frame, receiver, arrival_ns, checksum=self._checksum)
+                receive(frame, receiver, arrival_ns, checksum=checksum)
             else:
                 self._ledger.close(frame, receiver, fate)
 
