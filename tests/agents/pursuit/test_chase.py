@@ -15,6 +15,8 @@ from agents.pursuit.no_escape import least_escape_m
 from agents.pursuit.pursuer import Pursuer, adaptive_pursuer
 from agents.pursuit.sampling.periodic import Periodic
 from agents.pursuit.section_3_3 import (
+    CLOSER_ETA_M,
+    CLOSER_GAIN_PER_S,
     EVADERS,
     PRINTED_ZETA_M,
     SIGMA_M,
@@ -42,6 +44,16 @@ def test_no_target_escapes_in_a_thousand_runs_where_the_theorem_holds(evader):
     escaped = [seed for seed in range(1000) if run(evader, SURE_ZETA_M, seed, sure=True).escaped_ns is not None]
 
     assert escaped == []
+
+
+@pytest.mark.parametrize(("evader", "most_looks", "tolerance"), [("circle", 22.6, 0.6), ("zig-zag", 29.2, 1.0)])
+def test_keeping_closer_is_sure_with_no_more_looks_than_the_tables_have(evader, most_looks, tolerance):
+    runs = [run(evader, SURE_ZETA_M, seed, sure=True, eta_m=CLOSER_ETA_M, gain_per_s=CLOSER_GAIN_PER_S)
+            for seed in range(30)]
+
+    looks = np.array([found.looks for found in runs])
+    assert [seed for seed, found in enumerate(runs) if found.escaped_ns is not None] == []
+    assert looks.mean() <= most_looks + tolerance
 
 
 @pytest.mark.parametrize("evader", EVADERS)
