@@ -52,8 +52,3 @@ class Hello(msgspec.Struct, array_like=True, gc=False):
     signals: list[tuple[str, str]]      # (name, unit)
     quiet: list[int] = []               # ports at which what arrives makes it hand out nothing by itself
     error: str = ""
-
-
-def earliest_ns(soft_ns: int, firm_ns: int, pending_ns: int) -> int:
-    """First instant at which a node with this promise and this first undelivered frame can hand anything out."""
-    return max(firm_ns, min(soft_ns, pending_ns))
