@@ -24,7 +24,7 @@ COMPILER = $(BIN)/python -c 'from fmus.build import find_compiler; find_compiler
            || $(BIN)/python -m pip install --quiet ziglang
 
 $(VENV)/.installed: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[compiled]'
 	@$(COMPILER)
 	@touch $@
 
@@ -35,6 +35,7 @@ $(VENV)/.installed-dev: pyproject.toml requirements-dev.lock | $(BIN)/python
 
 demo: $(VENV)/.installed
 	@$(BIN)/marconet fmu build
+	@$(BIN)/marconet compile --if-possible
 	@$(BIN)/marconet run output_sync --out $(OUT)
 
 lint: $(VENV)/.installed-dev

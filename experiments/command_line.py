@@ -109,6 +109,26 @@ def table(number: Annotated[Literal["3.1", "3.2", "3.3", "3.4", "3.5"], typer.Ar
         raise typer.Exit(ExitCode.EXPECTATION_BROKEN)
 
 
+@app.command("compile", epilog="Example: marconet compile")
+def compile_inner_loops(
+        if_possible: Annotated[bool, typer.Option(
+            "--if-possible", help="Say what is missing and go on without, as if all were well.")] = False,
+        traceback: Traceback = False) -> None:
+    """Compile the emulator's inner loops to C, once for these sources: twice as fast, with the same results."""
+    with errors_as_text(traceback):
+        from experiments.compiled.build import CannotCompile, compile_modules
+
+        try:
+            with _console().status("compiling, half a minute"):
+                folder = compile_modules()
+        except CannotCompile as error:
+            if not if_possible:
+                raise
+            _console().print(f"not compiled, so at half the speed: {error}", markup=False, highlight=False)
+        else:
+            _console().print(f"compiled: {folder}", markup=False, highlight=False, soft_wrap=True)
+
+
 @fmu.command("list", epilog="Example: marconet fmu list")
 def list_plants(traceback: Traceback = False) -> None:
     """Name the plants that come with marconet."""

@@ -19,6 +19,7 @@ from simpy.events import NORMAL, Event
 
 from netem.agenda import NEVER_NS
 from netem.lockstep.messages import Grant, Hello, Offer, Report, Sample
+from netem.node_environment import Alarm, NodeEnvironment
 
 WHOLE_NANOSECONDS: Final = "times are int; wait with whole nanoseconds, timeout(1_000_000), not timeout(1e6)"
 MAX_EVENTS_AT_ONE_INSTANT: Final = 100_000
@@ -54,38 +55,6 @@ class Port:
     def keep(self, data: bytes) -> None:
         """Nobody listens: `data` waits for `receive`."""
         self._waiting.put(data)
-
-
-class NodeEnvironment(simpy.Environment):
-    """SimPy's environment in integer nanoseconds, whose time an arriving frame can move on as well as an event."""
-
-    _now: int
-
-    def __init__(self) -> None:
-        super().__init__(initial_time=0)
-        self.queue: list[tuple[int, Any, int, Event]] = self._queue     # type: ignore[assignment]  # a heap by time
-
-    def next_ns(self) -> int:
-        """Time of the next event, `NEVER_NS` if there is none."""
-        return self.queue[0][0] if self.queue else NEVER_NS
-
-    def time_ns(self) -> int:
-        return self._now
-
-    def move_to(self, time_ns: int) -> None:
-        """Set the time; every event before `time_ns` has run."""
-        assert self._now <= time_ns, f"{time_ns} ns lies before {self._now} ns"
-        self._now = time_ns
-
-
-class Alarm(Event):
-    """Calls `action` when it is due; cheaper than a process that waits."""
-
-    def __init__(self, env: simpy.Environment, action: Callable[[Event], None]) -> None:
-        self.env = env
-        self.callbacks = [action]
-        self._value = None
-        self._ok = True
 
 
 class Node:

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 from simpy.events import Event
 
@@ -36,8 +36,8 @@ from firmware_sim.slot_sync import SlotSync
 
 
 class SyncRobot:
-    check = staticmethod(check)
-    prepare = staticmethod(prepare)
+    check: ClassVar = staticmethod(check)
+    prepare: ClassVar = staticmethod(prepare)
 
     def __init__(self, board: Board, *, disturbance: Sequence[Sequence[float]] = ()) -> None:
         """`disturbance`: omega_i as (from_s, value) pairs in true time, the value for every input alike."""

@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from random import Random
+from typing import ClassVar
 
 from netem.agenda import END_OF_FRAME, Agenda
 from netem.frames import Fate, Frame
@@ -34,7 +35,7 @@ from netem.topology import Position, Reach, Site
 
 
 class BroadcastRadio:
-    Settings = RadioSettings
+    Settings: ClassVar = RadioSettings
 
     def __init__(self, name: str, settings: RadioSettings, nodes: Iterable[str] | Mapping[str, Position | None],
                  agenda: Agenda, ledger: Ledger, links: Links, rng_for: Callable[[str], Random]) -> None:

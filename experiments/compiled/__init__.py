@@ -1,0 +1,11 @@
+"""The emulator's inner loops as C: mypyc translates the modules of `modules.MODULES`, unchanged, into extension modules.
+
+    sources --marconet compile--> cache, under a name made from their content --import experiments--> used instead
+
+Invariants:
+- what is used was made from the sources that are there: after any change of one of them Python reads the sources again;
+- all of them are used or none;
+- a run's result does not depend on it.
+
+`MARCONET_COMPILED=0` in the environment turns it off: for a debugger, or to step through a program.
+"""

@@ -1,0 +1,46 @@
+"""Compiles the modules into the cache: `marconet compile`.
+
+It takes mypy and setuptools (`pip install marconet[compiled]`), a C compiler, and the headers of this Python.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shlex
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+from typing import Final
+
+from experiments.compiled.modules import ROOT, compiled_folder
+from fmus.build import find_compiler
+from fmus.cache import kept
+
+NEEDED: Final = ("mypyc", "setuptools")
+
+
+class CannotCompile(Exception):
+    """Something that compiling takes is missing or failed; marconet works without, at about half the speed."""
+
+    exit_code = 2
+
+
+def compile_modules() -> Path:
+    """The folder with the compiled modules, made if it is not there yet."""
+    return kept(compiled_folder(), _compile)
+
+
+def _compile(draft: Path) -> None:
+    if missing := [name for name in NEEDED if importlib.util.find_spec(name) is None]:
+        raise CannotCompile(f"{', '.join(missing)} missing in this Python: pip install 'marconet[compiled]'")
+    header = Path(sysconfig.get_path("include")) / "Python.h"
+    if not header.is_file():
+        raise CannotCompile(f"{header}: no such file: install the headers of this Python (Debian: python3-dev)")
+    command = [sys.executable, "-m", "experiments.compiled.translate", str(draft)]
+    environment = os.environ | {"CC": shlex.join(find_compiler()), "MARCONET_COMPILED": "0"}
+    done = subprocess.run(command, cwd=ROOT, env=environment, text=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, check=False)
+    if done.returncode:
+        raise CannotCompile(f"compiling failed (exit code {done.returncode}):\n{done.stdout[-4000:]}")

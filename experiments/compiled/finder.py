@@ -1,0 +1,42 @@
+"""Lets `import` find the compiled modules, if there are any for the sources as they are."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib.machinery import EXTENSION_SUFFIXES, ModuleSpec
+from importlib.util import spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+from experiments.compiled.modules import MODULES, compiled_folder
+
+
+class CompiledModules:
+    """Finds the extension modules below `folder` by their place in it."""
+
+    def __init__(self, folder: Path) -> None:
+        self._files = {_module_of(file, folder): file for file in folder.rglob(f"*{EXTENSION_SUFFIXES[0]}")}
+
+    def find_spec(self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+                  ) -> ModuleSpec | None:
+        file = self._files.get(fullname)
+        return None if file is None else spec_from_file_location(fullname, file)
+
+
+def use_compiled() -> str:
+    """Use the compiled modules from now on if possible; returns "compiled", or "interpreted: " and why."""
+    if os.environ.get("MARCONET_COMPILED") == "0":
+        return "interpreted: MARCONET_COMPILED=0"
+    if early := [name for name in MODULES if name in sys.modules]:
+        return f"interpreted: {early[0]} was imported before experiments"
+    folder = compiled_folder()
+    if not folder.is_dir():
+        return "interpreted: `marconet compile` was not called, or a source has changed since"
+    sys.meta_path.insert(0, CompiledModules(folder))
+    return "compiled"
+
+
+def _module_of(file: Path, folder: Path) -> str:
+    return ".".join(file.relative_to(folder).parts).removesuffix(EXTENSION_SUFFIXES[0])

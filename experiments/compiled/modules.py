@@ -1,0 +1,67 @@
+"""Which modules are compiled, and under which name the result is kept."""
+
+from __future__ import annotations
+
+import os
+import sys
+from hashlib import blake2b
+from pathlib import Path
+from sysconfig import get_platform
+from typing import Final
+
+from fmus.cache import cache_folder
+
+ROOT: Final = Path(__file__).parents[2]
+PACKAGES: Final = ("agents", "firmware_sim", "fmus", "netem")
+LAYOUT: Final = 1       # counts changes of `build` that change what it builds
+MODULES: Final = (
+    "netem.agenda",
+    "netem.links",
+    "netem.lockstep.conductor",
+    "netem.lockstep.hosts",
+    "netem.media.broadcast_radio",
+    "netem.media.decoding.radio_network",
+    "netem.media.mac.none",
+    "netem.node",
+    "netem.records.ledger",
+    "netem.topology.timetable",
+    "netem.transport.keys",
+    "netem.transport.node_link",
+    "netem.transport.placement",
+    "netem.transport.process_host",
+    "netem.transport.zenoh_session",
+    "firmware_sim.local_clock",
+    "firmware_sim.schedules.slotted_broadcast",
+    "agents.synchronization.agreement_law",
+    "agents.synchronization.discovered_topology",
+    "agents.synchronization.discovery",
+    "agents.synchronization.robot",
+    "agents.synchronization.sync_frame",
+)
+
+
+def file_of(module: str) -> str:
+    return f"{module.replace('.', '/')}.py"
+
+
+def compiled_folder() -> Path:
+    """Where the result for the sources as they are now is kept, or would be.
+
+    A compiled module trusts what the annotations of all the others say, so every source of the packages counts.
+    """
+    digest = blake2b(f"{LAYOUT} {sys.implementation.cache_tag} {get_platform()} {MODULES}".encode(), digest_size=8)
+    for package in PACKAGES:
+        _add(digest, str(ROOT / package))
+    return cache_folder() / "compiled" / f"{sys.implementation.cache_tag}-{digest.hexdigest()}"
+
+
+def _add(digest: blake2b, folder: str) -> None:
+    with os.scandir(folder) as found:
+        entries = sorted(found, key=lambda entry: entry.name)
+    for entry in entries:
+        if entry.name.endswith(".py"):
+            digest.update(f"\0{entry.name}\0".encode())
+            with open(entry.path, "rb") as source:
+                digest.update(source.read())
+        elif entry.is_dir() and entry.name != "__pycache__":
+            _add(digest, entry.path)

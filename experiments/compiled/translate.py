@@ -1,0 +1,32 @@
+"""One call of mypyc in a process of its own: `python -m experiments.compiled.translate FOLDER`, from the folder above
+the packages.
+
+A process of its own, since mypyc ends the process for an error, and setuptools has its say in the modules of Python.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+
+from mypyc.build import mypycify
+from setuptools import Distribution
+
+from experiments.compiled.modules import MODULES, file_of
+
+# Types are checked by `make lint`, with stubs that a user need not have.
+MYPY = ("--config-file=", "--ignore-missing-imports")
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as temporary:
+        modules = mypycify([*MYPY, f"--cache-dir={temporary}/mypy", *map(file_of, MODULES)], opt_level="2",
+                           debug_level="0", target_dir=f"{temporary}/c")
+        building = Distribution({"name": "marconet-compiled", "ext_modules": modules}).get_command_obj("build_ext")
+        building.build_lib, building.build_temp = sys.argv[1], f"{temporary}/objects"
+        building.ensure_finalized()
+        building.run()
+
+
+if __name__ == "__main__":
+    main()
