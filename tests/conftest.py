@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import os
 
-os.environ.setdefault("MARCONET_COMPILED", "0")
-
 from hypothesis import HealthCheck, settings
 
-import experiments      # noqa: E402  # reads the variable
+os.environ.setdefault("MARCONET_COMPILED", "0")
+
+import experiments  # reads the variable
 
 if os.environ["MARCONET_COMPILED"] == "1":
     assert experiments.CODE == "compiled", experiments.CODE

@@ -1,4 +1,4 @@
-"""The emulator's inner loops as C: mypyc translates the modules of `modules.MODULES`, unchanged, into extension modules.
+"""The emulator's inner loops as C: mypyc translates the modules of `modules.MODULES`, unchanged, to extension modules.
 
     sources --marconet compile--> cache, under a name made from their content --import experiments--> used instead
 
