@@ -15,15 +15,13 @@ from __future__ import annotations
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simpy.events import Event, Timeout
 
 from firmware_sim.local_clock import LocalClock
-
-if TYPE_CHECKING:
-    from fmus.plant import Plant
-    from netem.node import Node
+from fmus.plant import Plant
+from netem.node import Node
 
 
 @dataclass

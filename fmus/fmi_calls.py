@@ -11,10 +11,11 @@ from __future__ import annotations
 import ctypes as c
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import Any, Final
-from weakref import WeakValueDictionary
+from weakref import WeakValueDictionary, finalize
 
 from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
@@ -72,11 +73,31 @@ class _Callbacks(c.Structure):
                 ("environment", c.c_void_p))
 
 
+def _function(library: c.CDLL, prefix: str, description: PlantDescription, name: str, result: Any = c.c_int) -> Call:
+    try:
+        found = getattr(library, prefix + name)
+    except AttributeError:
+        raise PlantError(f"{description.file}: its binary lacks the function {prefix}{name}: "
+                         f"it is no complete FMI {description.fmi} binary; export it again") from None
+    found.restype = result
+    return found    # type: ignore[no-any-return]
+
+
+def _end(function: Callable[..., Call], handle: Any, in_step_mode: list[bool], _kept: object) -> None:
+    """Runs at the latest before the interpreter exits, so that no FMU calls back into a dead one. What the instance
+    may still use is kept until then."""
+    if in_step_mode[0]:
+        function("Terminate")(handle)
+    function("FreeInstance", None)(handle)
+
+
 class Fmu:
-    """One instance, from instantiation to `free`. Subclasses say how their version of FMI spells each call."""
+    """One instance, from instantiation until `release` is called or nobody uses it any more. Subclasses say how their
+    version of FMI spells each call."""
 
     prefix: str
     types: dict[str, tuple[str, Any]]
+    _callbacks: _Callbacks | None = None
 
     def __init__(self, description: PlantDescription, instance_name: str, logging: bool) -> None:
         self.description = description
@@ -94,6 +115,9 @@ class Fmu:
                 if description.once_per_process else "see the FMU's documentation for what it needs"
             raise PlantError(f"{description.file}: cannot be instantiated as {instance_name!r}{self.told()}: {hint}")
         self.handle = c.c_void_p.from_param(handle)
+        self.in_step_mode = [False]                 # `Terminate` is due
+        self.release = finalize(self, _end, partial(_function, self._library, self.prefix, description), self.handle,
+                                self.in_step_mode, (self.messages, self._callbacks))
         self.time = c.c_double()                    # communication point of the next step [s]
         self.h = c.c_double()                       # its size [s]
         self.last = c.c_double(float("nan"))        # where the last step ended [s], where the FMU tells
@@ -101,13 +125,7 @@ class Fmu:
         self.flags = c.c_uint16.from_buffer(self._flags)    # not 0: the FMU ended the step early or asks to end
 
     def function(self, name: str, result: Any = c.c_int) -> Call:
-        try:
-            found = getattr(self._library, self.prefix + name)
-        except AttributeError:
-            raise PlantError(f"{self.description.file}: its binary lacks the function {self.prefix}{name}: "
-                             f"it is no complete FMI {self.description.fmi} binary; export it again") from None
-        found.restype = result
-        return found    # type: ignore[no-any-return]
+        return _function(self._library, self.prefix, self.description, name, result)
 
     def told(self) -> str:
         """The FMU's own messages since the last look, ready to append to an error."""
@@ -122,9 +140,6 @@ class Fmu:
         values = (c_type * sum(variable.elements for variable in variables))()
         return self.function(verb + infix), (self.handle, c.byref(references), c.c_size_t.from_param(len(variables)),
                                              c.byref(values), *self._tail(values)), values
-
-    def free(self) -> None:
-        self.function("FreeInstance", None)(self.handle)
 
     def step(self) -> tuple[Call, tuple[Any, ...]]:
         raise NotImplementedError

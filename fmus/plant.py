@@ -14,7 +14,6 @@ Needs only ctypes and msgspec: FMPy reads the description elsewhere (`fmus.descr
 from __future__ import annotations
 
 import struct
-import weakref
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
 from numbers import Integral, Real
@@ -44,20 +43,20 @@ class InputGroup:
 
     def write(self, values: Sequence[float]) -> None:
         """Set all inputs of the group, in the order in which they were named, from now on."""
+        plant = self._plant
+        if plant.stopped is not None:
+            plant.check_running()
         try:
             self._pack(self._values, 0, *values)
             sound = self._trusted or isfinite(sum(values))
         except (struct.error, TypeError):
-            raise PlantError(f"{self._plant.place()}: {', '.join(self.names)}: expected {len(self.names)} numbers, "
+            raise PlantError(f"{plant.place()}: {', '.join(self.names)}: expected {len(self.names)} numbers, "
                              f"got {values!r}") from None
         if not sound:                   # a trusted FMU refuses such a value below, and leaves all as they were
-            self._plant.check_finite(self.names, values, "a value must be finite")
+            plant.check_finite(self.names, values, "a value must be finite")
         if status := self._call(*self._arguments):
-            self._plant.check_finite(self.names, values, "a value must be finite")
-            self._plant.check(status, f"setting {', '.join(self.names)}")
-
-    def stop(self, refuse: Callable[..., int]) -> None:
-        self._call = refuse
+            plant.check_finite(self.names, values, "a value must be finite")
+            plant.check(status, f"setting {', '.join(self.names)}")
 
 
 class OutputGroup:
@@ -72,15 +71,15 @@ class OutputGroup:
 
     def read(self) -> tuple[float, ...]:
         """The values at `plant.now_ns`, in the order in which they were named."""
+        plant = self._plant
+        if plant.stopped is not None:
+            plant.check_running()
         if status := self._call(*self._arguments):
-            self._plant.check(status, f"reading {', '.join(self.names)}")
-        values = self._unpack(self._values)
+            plant.check(status, f"reading {', '.join(self.names)}")
+        values: tuple[float, ...] = self._unpack(self._values)
         if not self._trusted and not isfinite(sum(values)):
-            self._plant.check_finite(self.names, values, "the FMU gave a value that is not finite")
+            plant.check_finite(self.names, values, "the FMU gave a value that is not finite")
         return values
-
-    def stop(self, refuse: Callable[..., int]) -> None:
-        self._call = refuse
 
 
 class Plant:
@@ -95,7 +94,7 @@ class Plant:
                  fixed_step_ns: int | None = None, logging: bool = True) -> None:
         self.description = description
         self.now_ns = 0
-        self._stopped: str | None = None
+        self.stopped: str | None = None        # why no call may reach the instance any more
         self._where = f"{description.file}: {instance_name}"
         self._fixed_ns: int | None = None
         if not description.variable_step:
@@ -103,13 +102,10 @@ class Plant:
             self._fixed_ns = fixed_step_ns or (round(declared_s * 1e9) if declared_s else None)
         start = self._checked_start(start or {})
         self._fmu = fmu = (Fmu3 if description.fmi == "3.0" else Fmu2)(description, instance_name, logging)
-        self._alive = [False]       # in step mode: `terminate` is due
-        self._release = weakref.finalize(self, _release, fmu, self._alive)
-        self._groups: weakref.WeakSet[InputGroup | OutputGroup] = weakref.WeakSet()
         self._set_start(start)
         for name, call, arguments in fmu.initialize():
             self.check(call(*arguments), fmu.prefix + name)
-        self._alive[0] = True
+        fmu.in_step_mode[0] = True
         self._do_step, self._arguments = fmu.step()
         self._h_ns = -1         # no step prepared yet
         self._time, self._h, self._last, self._flags = fmu.time, fmu.h, fmu.last, fmu.flags
@@ -129,6 +125,8 @@ class Plant:
                 self._h.value = h_ns / 1e9
             elif h_ns == 0 or not self._prepare(h_ns, t_ns):
                 return
+        if self.stopped is not None:
+            self.check_running()
         self._time.value = now_ns / 1e9
         if status := self._do_step(*self._arguments):
             self.check(status, f"a step of {h_ns / 1e9:.9g} s")
@@ -138,7 +136,7 @@ class Plant:
 
     def set(self, name: str, value: Value) -> None:
         """Set an input, or a tunable parameter, from now on."""
-        self._check_running()
+        self.check_running()
         variable = self.description.variable(name)
         if not variable.settable_while_stepping:
             raise PlantError(f"{self.place()}: {name} is {_kind(variable)}: only inputs and tunable parameters can be "
@@ -149,7 +147,7 @@ class Plant:
 
     def get(self, name: str) -> Any:
         """The value at `now_ns`: float, int, bool or str by the variable's type, a tuple for an array."""
-        self._check_running()
+        self.check_running()
         variable = self.description.variable(name)
         if variable.type not in self._fmu.types:
             raise PlantError(f"{self.place()}: {name} is of type {variable.type}, which cannot be read here")
@@ -168,20 +166,16 @@ class Plant:
             if not variable.settable_while_stepping:
                 raise PlantError(f"{self._where}: {variable.name} is {_kind(variable)}, not an input; "
                                  f"inputs are {', '.join(self.description.names('input')) or 'none'}")
-        group = InputGroup(self, self._fmu, variables)
-        self._groups.add(group)
-        return group
+        return InputGroup(self, self._fmu, variables)
 
     def output_group(self, names: Sequence[str], units: Sequence[str | None] | None = None) -> OutputGroup:
         """Variables to be read together; `units`, where given, have to be the FMU's."""
-        group = OutputGroup(self, self._fmu, self._floats(names, units))
-        self._groups.add(group)
-        return group
+        return OutputGroup(self, self._fmu, self._floats(names, units))
 
     def close(self) -> None:
         """Terminate and free the instance; the plant cannot be used afterwards."""
         self._stop("the plant is closed")
-        self._release()
+        self._fmu.release()
 
     def __enter__(self) -> Plant:
         return self
@@ -195,9 +189,9 @@ class Plant:
         if status in (0, 1):
             return
         why = f"{what} failed with status {status_name(status)}{self._fmu.told()}"
-        self._alive[0] = False          # FMI allows no `terminate` after an error,
+        self._fmu.in_step_mode[0] = False   # FMI allows no `Terminate` after an error,
         if status == FATAL:
-            self._release.detach()      # and after a fatal one not even to free the instance
+            self._fmu.release.detach()      # and after a fatal one not even to free the instance
         self._stop(f"it stopped after {why}")
         raise PlantError(f"{self.place()}: {why}")
 
@@ -210,17 +204,11 @@ class Plant:
 
     def _stop(self, why: str) -> None:
         """Let no call reach the instance from now on."""
-        def refuse(*_arguments: Any) -> int:
-            raise PlantError(f"{self.place()}: {why}")
+        self.stopped = why
 
-        self._stopped = why
-        self._do_step = refuse
-        for group in self._groups:
-            group.stop(refuse)
-
-    def _check_running(self) -> None:
-        if self._stopped:
-            raise PlantError(f"{self.place()}: {self._stopped}")
+    def check_running(self) -> None:
+        if self.stopped is not None:
+            raise PlantError(f"{self.place()}: {self.stopped}")
 
     def _prepare(self, h_ns: int, t_ns: int) -> bool:
         """Make ready for a step of `h_ns`; False if all of the way was gone already, in several fixed steps."""
@@ -253,7 +241,7 @@ class Plant:
         raise PlantError(f"{self.place()}: {why}")
 
     def _floats(self, names: Sequence[str], units: Sequence[str | None] | None) -> list[Variable]:
-        self._check_running()
+        self.check_running()
         if not names:
             raise PlantError(f"{self._where}: a group needs at least one variable")
         variables = [self.description.variable(name, unit)
@@ -302,13 +290,6 @@ class Plant:
         given = _flat(value)
         values[:] = [each.encode() if isinstance(each, str) else each for each in given]
         self.check(call(*arguments), f"setting {variable.name}={value}")
-
-
-def _release(fmu: Fmu, alive: list[bool]) -> None:
-    """Runs at the latest before the interpreter exits, so that no FMU calls back into a dead one."""
-    if alive[0]:
-        fmu.function("Terminate")(fmu.handle)
-    fmu.free()
 
 
 def _kind(variable: Variable) -> str:

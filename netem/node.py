@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
+from heapq import heappop
 from typing import Any, Final
 
 import simpy
@@ -195,7 +196,8 @@ class Node:
 
     def _run_before(self, limit_ns: int) -> None:
         """Run the node's own events before `limit_ns`, and take the samples that lie before the last of them."""
-        queue, step = self.env.queue, self.env.step
+        env = self.env
+        queue = env.queue
         instant_ns, events = -1, 0
         while queue and (time_ns := queue[0][0]) < limit_ns:
             if self._next_sample_ns < time_ns:
@@ -207,7 +209,15 @@ class Node:
             events += 1
             if events > MAX_EVENTS_AT_ONE_INSTANT:
                 raise RuntimeError(f"{events - 1} events at {time_ns} ns: the program waits for no time to pass")
-            step()
+            event: Any = queue[0][3]
+            if not event._ok:
+                env.step()                      # a failure that nobody may have taken: SimPy knows
+                continue
+            heappop(queue)                      # what `env.step` does otherwise
+            env.move_to(time_ns)
+            callbacks, event.callbacks = event.callbacks, None
+            for callback in callbacks:
+                callback(event)
 
     def _sample_before(self, time_ns: int) -> None:
         while self._next_sample_ns < time_ns:

@@ -15,6 +15,7 @@ ROOT: Final = Path(__file__).parents[2]
 PACKAGES: Final = ("agents", "firmware_sim", "fmus", "netem")
 LAYOUT: Final = 1       # counts changes of `build` that change what it builds
 MODULES: Final = (
+    "fmus.plant",
     "netem.agenda",
     "netem.links",
     "netem.lockstep.conductor",
@@ -30,6 +31,7 @@ MODULES: Final = (
     "netem.transport.placement",
     "netem.transport.process_host",
     "netem.transport.zenoh_session",
+    "firmware_sim.board",
     "firmware_sim.local_clock",
     "firmware_sim.schedules.slotted_broadcast",
     "agents.synchronization.agreement_law",

@@ -183,7 +183,7 @@ def test_modes_are_kept_in_order(host: Host) -> None:
     assert host.call("ExitInitializationMode") == ERROR
     assert "cannot exit initialization mode: the instance is in step mode" in host.told()
     assert host.call("Terminate") == OK
-    host.plant._alive[0] = False
+    host.plant._fmu.in_step_mode[0] = False
     assert host.step(0.0, 0.1) == ERROR
     assert host.get(U) == 6.0       # values can still be read
 
