@@ -19,7 +19,8 @@ from firmware_sim.blocking.library_time import library_in_virtual_time
 from firmware_sim.blocking.node import BlockingNode
 from firmware_sim.blocking.program import BlockingProgram
 from firmware_sim.board import Board
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from netem.lockstep.messages import Grant
 from netem.media.can.frame import CanFrame, pack
 

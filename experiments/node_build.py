@@ -17,7 +17,8 @@ import msgspec
 
 from experiments.own_modules import class_for
 from firmware_sim.board import Board
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from fmus.description import PlantDescription
 from fmus.plant import Plant
 from netem.media.sensing.sight import Body, pack_body

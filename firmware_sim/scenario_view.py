@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-from firmware_sim.local_clock import ClockSettings
+from firmware_sim.clock_settings import ClockSettings
 
 
 class AgentView(Protocol):

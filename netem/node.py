@@ -16,12 +16,14 @@ from heapq import heappop
 from typing import Any, Final
 
 import simpy
+from mypy_extensions import mypyc_attr
 from simpy.events import NORMAL, Event
 
 from netem.agenda import NEVER_NS
 from netem.lockstep.messages import Grant, Hello, Offer, Report, Sample
 from netem.node_environment import Alarm, NodeEnvironment
 
+FrameBytes = bytes | bytearray | memoryview | Any       # Any: what else comes is refused by name, compiled or not
 WHOLE_NANOSECONDS: Final = "times are int; wait with whole nanoseconds, timeout(1_000_000), not timeout(1e6)"
 MAX_EVENTS_AT_ONE_INSTANT: Final = 100_000
 
@@ -45,8 +47,8 @@ class Port:
         self.answers = True
         self._waiting: simpy.Store = simpy.Store(node.env)
 
-    def send(self, data: bytes) -> None:
-        """Hand `data` out now."""
+    def send(self, data: FrameBytes) -> None:
+        """Hand `data` out now: bytes, or a bytearray or memoryview as it is now."""
         self.node.hand_out(self.index, data)
 
     def receive(self) -> Event:
@@ -58,6 +60,7 @@ class Port:
         self._waiting.put(data)
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Node:
     def __init__(self, name: str, ports: Sequence[str], sample_period_ns: int = 0) -> None:
         if sample_period_ns < 0:
@@ -106,8 +109,8 @@ class Node:
         """
         self._unless_heard_ns = time_ns
 
-    def hand_out(self, port: int, data: bytes) -> None:
-        now_ns = self.env.time_ns()
+    def hand_out(self, port: int, data: FrameBytes) -> None:
+        now_ns: Any = self.env._now
         if type(now_ns) is not int:
             raise TypeError(f"{self._port_list[port].name}: a frame at {now_ns!r} ns: {WHOLE_NANOSECONDS}")
         if type(data) is not bytes:
@@ -182,7 +185,7 @@ class Node:
         if self._next_show_ns != NEVER_NS:
             self._show_before(limit_ns)
             firm_ns = min(firm_ns, self._next_show_ns)
-        soft_ns = queue[0][0] if queue else NEVER_NS
+        soft_ns: Any = queue[0][0] if queue else NEVER_NS
         if type(soft_ns) is not int:
             raise TypeError(f"{self.name}: its next event is at {soft_ns!r} ns: {WHOLE_NANOSECONDS}")
         if soft_ns < self._unless_heard_ns:
@@ -209,7 +212,7 @@ class Node:
             events += 1
             if events > MAX_EVENTS_AT_ONE_INSTANT:
                 raise RuntimeError(f"{events - 1} events at {time_ns} ns: the program waits for no time to pass")
-            event: Any = queue[0][3]
+            event = queue[0][3]
             if not event._ok:
                 env.step()                      # a failure that nobody may have taken: SimPy knows
                 continue

@@ -14,18 +14,19 @@ from netem.agenda import NEVER_NS
 class NodeEnvironment(simpy.Environment):
     """SimPy's environment in integer nanoseconds, whose time an arriving frame can move on as well as an event."""
 
-    _now: int
+    _now: Any           # int, unless a program waits for a float, which `Node` refuses
 
     def __init__(self) -> None:
         super().__init__(initial_time=0)
-        self.queue: list[tuple[int, Any, int, Event]] = self._queue     # type: ignore[assignment]  # a heap by time
+        self.queue: list[tuple[Any, Any, int, Any]] = self._queue        # a heap by time
 
     def next_ns(self) -> int:
         """Time of the next event, `NEVER_NS` if there is none."""
-        return self.queue[0][0] if self.queue else NEVER_NS
+        return int(self.queue[0][0]) if self.queue else NEVER_NS
 
     def time_ns(self) -> int:
-        return self._now
+        now_ns: int = self._now
+        return now_ns
 
     def move_to(self, time_ns: int) -> None:
         """Set the time; every event before `time_ns` has run."""

@@ -22,7 +22,7 @@ from random import Random
 
 from agents.synchronization.discovery_frame import frame_bytes
 from agents.synchronization.team import Team
-from firmware_sim.local_clock import ClockSettings
+from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.scenario_view import ImpairmentView
 from netem.impairments.table import IMPAIRMENTS
 

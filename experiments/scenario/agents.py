@@ -15,7 +15,7 @@ from experiments.scenario.program import check_program
 from experiments.scenario.sections import Reading, holds
 from experiments.scenario.shape import shape_of
 from experiments.scenario.units import siblings
-from firmware_sim.local_clock import ClockSettings
+from firmware_sim.clock_settings import ClockSettings
 
 
 @dataclass(frozen=True)

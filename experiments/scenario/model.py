@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from firmware_sim.local_clock import ClockSettings
+from firmware_sim.clock_settings import ClockSettings
 
 Link = tuple[str, str, str]             # (medium, sender, receiver)
 Window = tuple[int, int]                # [start_ns, end_ns)

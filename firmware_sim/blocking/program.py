@@ -29,7 +29,8 @@ from firmware_sim.blocking.here import enter
 from firmware_sim.blocking.program_thread import ProgramThread
 from firmware_sim.blocking.repeating import Repeating
 from firmware_sim.board import Board
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from netem.agenda import NEVER_NS
 
 CALLS_AT_ONE_INSTANT: Final = 1_000_000     # of what tells the time or looks for a frame, before it is called a spin

@@ -23,6 +23,8 @@ from functools import partial
 from random import Random
 from typing import ClassVar
 
+from mypy_extensions import mypyc_attr
+
 from netem.agenda import END_OF_FRAME, Agenda
 from netem.frames import Fate, Frame
 from netem.links import Links
@@ -34,6 +36,7 @@ from netem.records.ledger import Ledger
 from netem.topology import Position, Reach, Site
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class BroadcastRadio:
     Settings: ClassVar = RadioSettings
 

@@ -19,6 +19,8 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mypy_extensions import mypyc_attr
+
 from netem.frames import Fate, Frame
 from netem.records.ledger_hash import LedgerHash
 
@@ -46,6 +48,7 @@ class LedgerResult:
     by_medium: Mapping[str, Mapping[str, int]]
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Ledger:
     """`path` is the Parquet file to write, `metadata` goes into it beside the hash (scenario, seed)."""
 

@@ -3,7 +3,8 @@ from random import Random
 import pytest
 
 from firmware_sim.board import Board
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from netem.node import Node, PromiseBroken
 
 

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 
 DAY_NS = 86_400 * 10**9
 

@@ -10,7 +10,8 @@ from experiments.run_data import load_run
 from experiments.runner import run
 from experiments.scenario import ScenarioError, load
 from firmware_sim.board import Board
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from firmware_sim.radio_modem import RadioModem
 from netem.lockstep.messages import Grant
 from netem.media.radio_presets import PRESETS

@@ -17,7 +17,8 @@ from experiments.run_data import load_run
 from experiments.runner import run
 from experiments.scenario import ScenarioError, find, load
 from firmware_sim.board import Board
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from netem.lockstep.messages import Grant
 from netem.media.sensing.sight import LOOK, Detection, pack_detection, pack_nothing
 from netem.node import Node

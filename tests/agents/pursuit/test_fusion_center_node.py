@@ -7,7 +7,8 @@ import pytest
 from agents.pursuit.fusion_center_node import FusionCenterNode
 from agents.pursuit.team_frames import Charges, News, Report, Team, pack_report, unpack
 from firmware_sim.board import Board
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from netem.lockstep.messages import Grant
 from netem.node import Node
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from agents.pursuit.sensor_robot import SensorRobot
 from agents.pursuit.team_frames import Charges, News, Report, Team, pack_charges, pack_news, unpack
 from firmware_sim.board import Board
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from netem.lockstep.messages import Grant
 from netem.media.sensing.sight import LOOK, Detection, pack_detection, pack_nothing
 from netem.node import Node

@@ -18,7 +18,7 @@ from experiments.scenario.loader import Header
 from experiments.scenario.network import ImpairmentHeader
 from experiments.scenario.sections import SECTIONS
 from experiments.scenario.shape import shape_of
-from firmware_sim.local_clock import ClockSettings
+from firmware_sim.clock_settings import ClockSettings
 from netem.impairments.table import IMPAIRMENTS
 from netem.media.table import MEDIA
 

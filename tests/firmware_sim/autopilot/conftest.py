@@ -11,7 +11,8 @@ import pytest
 from firmware_sim.autopilot.autopilot import Autopilot
 from firmware_sim.autopilot.vehicle import Landed, Mode, Result, Target, Vector
 from firmware_sim.board import Board
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from fmus.build import MODELS, build_model
 from fmus.describe import read_model
 from fmus.describe_fmu import describe

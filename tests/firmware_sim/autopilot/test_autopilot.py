@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from firmware_sim.autopilot.autopilot import NO_PLANT, Autopilot
 from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
 from firmware_sim.autopilot.vehicle import Landed, Mode, Result
-from firmware_sim.local_clock import ClockSettings
+from firmware_sim.clock_settings import ClockSettings
 from netem.agenda import NEVER_NS
 from netem.lockstep.messages import Grant
 from netem.media.sensing.sight import Detection, pack_detection, pack_nothing

@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from firmware_sim.board import Board
+from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.drive_controller.drive_controller import DriveController
 from firmware_sim.drive_controller.drive_messages import (
     NO_AGE_MS,
@@ -25,7 +26,6 @@ from firmware_sim.drive_controller.drive_messages import (
     WheelSpeeds,
 )
 from firmware_sim.drive_controller.drive_settings import DriveSettings
-from firmware_sim.local_clock import ClockSettings
 from netem.media.can.frame import CanFrame, MalformedFrame, pack, unpack
 from netem.node import Node
 

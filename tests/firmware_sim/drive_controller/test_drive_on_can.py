@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from firmware_sim.board import Board
+from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.drive_controller.drive_controller import DriveController
 from firmware_sim.drive_controller.drive_messages import (
     DriveMessage,
@@ -22,7 +23,7 @@ from firmware_sim.drive_controller.drive_messages import (
     Status,
     WheelSpeeds,
 )
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.local_clock import LocalClock
 from fmus.build import build_model
 from fmus.describe_fmu import describe
 from fmus.plant import Plant

@@ -16,7 +16,8 @@ from pymavlink.dialects.v20 import common
 from firmware_sim.autopilot.airframe import Airframe
 from firmware_sim.autopilot.flight_controller import FlightController
 from firmware_sim.board import Board
-from firmware_sim.local_clock import ClockSettings, LocalClock
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from firmware_sim.mavlink.dialect import layout_of, message, pack
 from firmware_sim.mavlink.enums import Command
 from firmware_sim.mavlink.framing import build

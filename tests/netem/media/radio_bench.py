@@ -32,6 +32,16 @@ class RecordingLedger(Ledger):
         self.fates.setdefault((frame.sender, frame.number, receiver), []).append(fate)
 
 
+class RecordingRadio(BroadcastRadio):
+    def __init__(self, flights: list[tuple[str, int, int, int]], *arguments: Any) -> None:
+        super().__init__("radio", *arguments)
+        self.flights = flights
+
+    def start(self, frame: Frame, now_ns: int) -> None:
+        super().start(frame, now_ns)
+        self.flights.append((frame.sender, frame.number, frame.on_air_ns, frame.end_ns))
+
+
 class Bench:
     def __init__(self, nodes: Any, rng_for: Callable[[str], Any] = lambda place: Random(f"7/{place}"),
                  **settings: Any) -> None:
@@ -41,16 +51,8 @@ class Bench:
         self.flights: list[tuple[str, int, int, int]] = []          # (sender, number, start_ns, end_ns)
         self.bounds_ns: list[int] = []
         links = Links(self.ledger, self._deliver, {})
-        self.radio = BroadcastRadio("radio", RadioSettings(**settings), nodes, self.agenda, self.ledger, links,
+        self.radio = RecordingRadio(self.flights, RadioSettings(**settings), nodes, self.agenda, self.ledger, links,
                                     rng_for)
-
-        start = self.radio.start
-
-        def recorded(frame: Frame, now_ns: int) -> None:
-            start(frame, now_ns)
-            self.flights.append((frame.sender, frame.number, frame.on_air_ns, frame.end_ns))
-
-        self.radio.start = recorded  # type: ignore[method-assign]
 
     def _deliver(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> bool:
         assert all(arrival_ns >= bound_ns for bound_ns in self.bounds_ns)

@@ -44,9 +44,19 @@ def talkative(name):
     return node
 
 
+class RecordingRadio(BroadcastRadio):
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.offers = []
+
+    def offer(self, sender, data, now_ns):
+        self.offers.append((now_ns, sender, data))
+        super().offer(sender, data, now_ns)
+
+
 def radio_and_ledger(agenda, deliver, settings):
     ledger = Ledger()
-    radio = BroadcastRadio("radio", settings, NODES, agenda, ledger, Links(ledger, deliver, {}, END_NS), random.Random)
+    radio = RecordingRadio("radio", settings, NODES, agenda, ledger, Links(ledger, deliver, {}, END_NS), random.Random)
     return radio, ledger
 
 
@@ -56,10 +66,7 @@ def test_windows_decide_the_same_as_one_pass_over_all_offers(preset, mac):
     settings = RadioSettings(preset=preset, mac=mac, topology=SWITCHING)
     conductor = Conductor(Agenda(), InlineHost({name: partial(talkative, name) for name in NODES}), END_NS)
     radio, ledger = radio_and_ledger(conductor.agenda, conductor.deliver, settings)
-    offers = []
-    offer = radio.offer
-    radio.offer = lambda sender, data, now_ns: (offers.append((now_ns, sender, data)), offer(sender, data, now_ns))
-
+    offers = radio.offers
     conductor.admit(conductor.host.start(), {"radio": radio})
     conductor.run()
     radio.finish(END_NS)

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import msgspec
@@ -153,10 +154,9 @@ def test_messages_longer_than_zenoh_sends_whole_arrive_complete(conduct: Conduct
 def test_random_bytes_on_the_control_keys_are_counted_and_change_nothing(conduct: Conduct, tmp_path: Path) -> None:
     samples: list[Any] = []
     host = host_of({"a": "well", "b": "well"}, tmp_path)
-    start = host.start
 
     def start_then_disturb() -> Any:
-        hellos = start()
+        hellos = host.start()
         endpoint, run = host.reachable_at()
         with Session("another run", connect=endpoint) as intruder:
             outs = [intruder.sender(keys.report(run, name)) for name in ("a", "nobody")]
@@ -171,9 +171,9 @@ def test_random_bytes_on_the_control_keys_are_counted_and_change_nothing(conduct
             outs[-1].send(msgspec.msgpack.encode(Grant(0, END_NS, False, False, [])))       # of a window that is over
         return hellos
 
-    host.start = start_then_disturb     # type: ignore[method-assign]
+    disturbed = SimpleNamespace(start=start_then_disturb, exchange=host.exchange, stop=host.stop)
     try:
-        conductor = conduct({}, latency_ns=100_000, end_ns=END_NS, host=host, samples=samples)
+        conductor = conduct({}, latency_ns=100_000, end_ns=END_NS, host=disturbed, samples=samples)
     finally:
         host.stop()
 
