@@ -14,7 +14,8 @@ from math import cos, sin
 from pathlib import Path
 from time import perf_counter
 
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.records.ledger import Ledger
 from netem.records.ledger_table import hash_of, read_ledger
 from netem.records.signal_table import read_recording

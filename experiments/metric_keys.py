@@ -15,7 +15,7 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from types import MappingProxyType
 
-from netem.frames import Fate
+from netem.fate import Fate
 
 FATE_OF = {f"frames_{fate.value.replace(' ', '_')}": fate for fate in Fate}
 LEDGER_METRICS = ("frames_offered", *FATE_OF, "delivery_ratio", "age_of_information_max_s", "age_of_information_mean_s",

@@ -11,9 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from netem.agenda import NEVER_NS
-from netem.frames import Fate, Frame, Transit
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.impairments import Impairment
 from netem.records.ledger import Ledger
+from netem.transit import Transit
 
 Deliver = Callable[[str, str, int, bytes], bool]     # (receiver, medium, arrival_ns, data) -> False if the node is gone
 LinkName = tuple[str, str, str]                      # (medium, sender, receiver)

@@ -23,7 +23,7 @@ from benchmarks.lockstep.children import leave_on_sigterm
 from benchmarks.lockstep.marconet_member import MEDIUM, MarconetMember
 from benchmarks.lockstep.ring import Figure, Task, judge
 from netem.agenda import Agenda
-from netem.frames import Frame
+from netem.frame import Frame
 from netem.links import Links
 from netem.lockstep.conductor import Conductor
 from netem.records.ledger import Ledger

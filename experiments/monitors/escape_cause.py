@@ -22,7 +22,7 @@ from experiments.monitors.frames_in_words import frames_in_words
 from experiments.monitors.link_frames import LinkFrames, link_frames
 from experiments.monitors.outcome import seconds
 from experiments.monitors.records import Records
-from netem.frames import Fate
+from netem.fate import Fate
 
 NOT_SEEN = (Fate.OUT_OF_VIEW.value, Fate.OCCLUDED.value)     # these looks got through: nothing was there
 MOST_LINKS = 3                  # that are named, those that lost most

@@ -19,7 +19,7 @@ import polars as pl
 
 from experiments.report.thinning import keep
 from experiments.run_data import RunData
-from netem.frames import Fate
+from netem.fate import Fate
 from netem.records.signal_table import SignalTable
 
 Json = dict[str, Any]

@@ -12,7 +12,7 @@ from typing import Any
 
 from experiments.scenario.program import import_program
 from experiments.scenario.shape import shape_of
-from netem.frames import Fate
+from netem.fate import Fate
 from netem.impairments.table import IMPAIRMENTS
 
 

@@ -52,6 +52,9 @@ Instance *instance_new(const char *name, const char *token, Say say, void (*logg
     self->say = say;
     self->logger = logger;
     self->environment = environment;
+    for (unsigned i = 0; i < VALUES_COUNT; i++)
+        if (KIND[i] == 'o' || KIND[i] == 'c')
+            self->outputs[self->outputs_count++] = i;
     self->name = calloc(1, name ? strlen(name) + 1 : 1);
     if (self->name && name)
         strcpy(self->name, name);
@@ -106,9 +109,11 @@ static Status refresh(Instance *self)
     model_outputs(&state->values.named);
 #endif
     state->outputs_stale = false;
-    for (unsigned i = 0; i < VALUES_COUNT; i++)
-        if ((KIND[i] == 'o' || KIND[i] == 'c') && !isfinite(state->values.numbered[i]))
+    for (unsigned k = 0; k < self->outputs_count; k++) {
+        const unsigned i = self->outputs[k];
+        if (!isfinite(state->values.numbered[i]))
             return break_down(self, NAME[i], state->values.numbered[i], "at");
+    }
     return STATUS_OK;
 }
 

@@ -54,6 +54,8 @@ typedef struct Instance {
     void (*logger)(void); /* the host's callback, called by `say` in its own type */
     void *environment;    /* the host's, handed back to its callback */
     char *name;
+    unsigned outputs[VALUES_COUNT]; /* the values that a step computes */
+    unsigned outputs_count;
 } Instance;
 
 typedef void (*Say)(const Instance *self, Status status, const char *message);

@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Protocol
 
-from netem.frames import Fate, Transit
+from netem.fate import Fate
+from netem.transit import Transit
 
 
 class Impairment(Protocol):

@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import ClassVar
 
-from netem.frames import Fate, Transit
+from netem.fate import Fate
 from netem.impairments.checks import expect_ratio
+from netem.transit import Transit
 
 
 @dataclass

@@ -21,11 +21,12 @@ from typing import ClassVar, Literal
 
 from msgspec.structs import replace
 
-from netem.frames import Fate, Transit
+from netem.fate import Fate
 from netem.impairments.checks import expect_at_least, expect_correlation
 from netem.impairments.correlated_uniforms import correlated_uniforms
 from netem.impairments.csv_columns import RecordingError, read_columns
 from netem.impairments.delay_quantiles import JITTER_QUANTILES, Quantile, of_points, of_samples
+from netem.transit import Transit
 
 
 @dataclass

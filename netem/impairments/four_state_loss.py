@@ -18,8 +18,9 @@ from enum import Enum
 from random import Random
 from typing import ClassVar
 
-from netem.frames import Fate, Transit
+from netem.fate import Fate
 from netem.impairments.checks import expect_ratio
+from netem.transit import Transit
 
 
 class State(Enum):

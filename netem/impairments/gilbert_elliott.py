@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import ClassVar
 
-from netem.frames import Fate, Transit
+from netem.fate import Fate
 from netem.impairments.checks import expect_ratio_below_one
+from netem.transit import Transit
 
 
 @dataclass

@@ -19,8 +19,9 @@ from typing import ClassVar
 
 from msgspec.structs import replace
 
-from netem.frames import Fate, Transit
+from netem.fate import Fate
 from netem.impairments.checks import expect_at_least
+from netem.transit import Transit
 
 
 @dataclass

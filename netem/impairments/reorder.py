@@ -16,9 +16,10 @@ from typing import ClassVar
 
 from msgspec.structs import replace
 
-from netem.frames import Fate, Transit
+from netem.fate import Fate
 from netem.impairments.checks import expect_at_least, expect_ratio
 from netem.impairments.correlated_uniforms import correlated_uniforms
+from netem.transit import Transit
 
 
 @dataclass

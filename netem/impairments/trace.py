@@ -20,8 +20,9 @@ from typing import ClassVar, Literal
 
 from msgspec.structs import replace
 
-from netem.frames import Fate, Transit
+from netem.fate import Fate
 from netem.impairments.csv_columns import RecordingError, read_columns
+from netem.transit import Transit
 
 
 class TraceEnded(Exception):

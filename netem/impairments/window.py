@@ -11,8 +11,9 @@ from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-from netem.frames import Fate, Transit
+from netem.fate import Fate
 from netem.impairments import Impairment
+from netem.transit import Transit
 
 
 class Window:

@@ -26,14 +26,16 @@ from typing import ClassVar
 from mypy_extensions import mypyc_attr
 
 from netem.agenda import END_OF_FRAME, Agenda
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.links import Links
-from netem.media.decoding import OnAir
+from netem.media.decoding.on_air import OnAir
 from netem.media.decoding.table import DECODINGS
 from netem.media.mac.table import MACS
 from netem.media.radio_settings import RadioSettings
 from netem.records.ledger import Ledger
-from netem.topology import Position, Reach, Site
+from netem.topology import Position, Site
+from netem.topology.reach import Reach
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)

@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING
 
 from mypy_extensions import mypyc_attr
 
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.records.ledger_hash import LedgerHash
 
 if TYPE_CHECKING:

@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
+from netem.topology.reach import Reach
+
 Edge = tuple[str, str]          # (sender, receiver)
 Position = Sequence[float]      # [m], two or three coordinates
 
@@ -19,22 +21,6 @@ REFUSE_UNKNOWN_KEYS: Final = {"extra": "forbid"}        # what the scenario load
 
 class TopologyError(ValueError):
     """A mistake in a scenario's topology; the message holds every problem found, one a line."""
-
-
-@dataclass(frozen=True, slots=True)
-class Reach:
-    """Where a frame of one sender gets to.
-
-    - `receivers`: the intended ones, of whose copies the ledger keeps account, in the order of the nodes;
-    - `in_range`: who can decode it, senses it as a carrier, and loses what it overlaps under `radio_network`;
-    - `too_weak`: the receivers that are not in range;
-    - `rx_dbm`: the power at everyone who gets any, intended or not.
-    """
-
-    receivers: tuple[str, ...]
-    in_range: frozenset[str]
-    too_weak: frozenset[str]
-    rx_dbm: Mapping[str, float]
 
 
 Graph = dict[str, Reach]        # one entry for every node as a sender

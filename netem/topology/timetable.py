@@ -10,7 +10,8 @@ from bisect import bisect_right
 from collections.abc import Sequence
 
 from netem.agenda import NEVER_NS
-from netem.topology import Edge, Graph, Reach
+from netem.topology import Edge, Graph
+from netem.topology.reach import Reach
 
 
 class Timetable:

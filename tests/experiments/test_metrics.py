@@ -13,7 +13,8 @@ import pytest
 from experiments.metric_keys import FATE_OF, LEDGER_METRICS, STATISTICS, UnknownKeys, unknown_keys
 from experiments.metrics import evaluate, measure
 from experiments.run_data import RunData, empty_ledger, load_run
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.records.ledger import Ledger
 from netem.records.ledger_table import read_ledger
 from netem.records.signal_table import SignalTable

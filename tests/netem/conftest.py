@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import pytest
 
 from netem.agenda import Agenda
-from netem.frames import Frame
+from netem.frame import Frame
 from netem.links import Links
 from netem.lockstep.conductor import Conductor, Recorders
 from netem.lockstep.hosts import Host, InlineHost

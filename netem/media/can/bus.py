@@ -26,7 +26,8 @@ from random import Random
 from typing import Final, Protocol
 
 from netem.agenda import NEVER_NS, OFFER, TIMER, Agenda
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.links import Links
 from netem.media.can.admission import Admission
 from netem.media.can.attempt import Outcome, bits_to, outcome

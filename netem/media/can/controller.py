@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
-from netem.frames import Frame
+from netem.frame import Frame
 from netem.media.can.bus_off_recovery import BusOffRecovery
 from netem.media.can.fault_confinement import FaultConfinement, State
 from netem.media.can.transmit_queue import TransmitQueue

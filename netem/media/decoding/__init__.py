@@ -8,21 +8,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import msgspec
-
-from netem.frames import Fate, Frame
-from netem.topology import Reach
-
-
-class OnAir(msgspec.Struct, eq=False):
-    """One transmission of `sender`, on [start_ns, end_ns). `rivals` are those that overlapped it so far."""
-
-    sender: str
-    frame: Frame
-    reach: Reach
-    start_ns: int
-    end_ns: int
-    rivals: list[OnAir] = []
+from netem.fate import Fate
+from netem.media.decoding.on_air import OnAir
 
 
 class Decoding(Protocol):

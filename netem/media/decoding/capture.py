@@ -15,8 +15,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import log10
 
-from netem.frames import Fate
-from netem.media.decoding import OnAir
+from netem.fate import Fate
+from netem.media.decoding.on_air import OnAir
 
 
 @dataclass(frozen=True)

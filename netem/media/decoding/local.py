@@ -6,8 +6,8 @@ Source: the dissertation, subsection 1.2.5.
 
 from __future__ import annotations
 
-from netem.frames import Fate
-from netem.media.decoding import OnAir
+from netem.fate import Fate
+from netem.media.decoding.on_air import OnAir
 
 
 class Local:

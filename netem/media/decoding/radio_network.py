@@ -7,8 +7,8 @@ Not modelled: power; a node out of range disturbs nobody.
 
 from __future__ import annotations
 
-from netem.frames import Fate
-from netem.media.decoding import OnAir
+from netem.fate import Fate
+from netem.media.decoding.on_air import OnAir
 
 
 class RadioNetwork:

@@ -16,7 +16,8 @@ from random import Random
 from typing import Literal, Protocol
 
 from netem.agenda import Agenda
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 
 StreamFor = Callable[[str], Random]     # a node's own stream
 

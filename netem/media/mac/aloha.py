@@ -12,7 +12,8 @@ from collections.abc import Iterable
 from functools import partial
 
 from netem.agenda import OFFER
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.media.mac import Channel
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from netem.agenda import OFFER, TIMER
-from netem.frames import Frame
+from netem.frame import Frame
 from netem.media.mac import CarrierSense, Channel, StreamFor, draw_slots
 from netem.media.mac.listening_stations import ListeningStations, Station
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.media.mac import Channel
 
 

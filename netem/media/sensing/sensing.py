@@ -26,7 +26,7 @@ from functools import partial
 from random import Random
 
 from netem.agenda import TIMER, Agenda
-from netem.frames import Frame
+from netem.frame import Frame
 from netem.impairments.correlated_uniforms import SMALLEST, normal_quantile
 from netem.links import Links
 from netem.media.observation import MediumObserver
@@ -120,7 +120,8 @@ class Sensing:
             if not fixed and name in (observer, carrier):
                 continue
             frame = Frame(self.name, name, numbers[name], exposure_ns,
-                          self._detection(observer, name, exposure_ns, bodies[name]), b"", exposure_ns, exposure_ns)
+                          self._detection(observer, name, exposure_ns, bodies[name]))
+            frame.on_air_ns = frame.end_ns = exposure_ns
             self._ledger.expect(1, self.name)
             fate = self._view.fate(camera, bodies[name])
             if fate is None:

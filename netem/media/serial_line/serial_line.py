@@ -22,7 +22,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from random import Random
 
 from netem.agenda import Agenda
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.links import Links
 from netem.media.observation import MediumObserver
 from netem.media.serial_line.settings import SerialLineSettings

@@ -13,7 +13,8 @@ from random import Random
 
 import pytest
 
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.records.events import Level
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder

@@ -14,7 +14,8 @@ from typing import Any
 import pytest
 
 from experiments.report.build import write_report
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.records.ledger import Ledger
 from netem.records.ledger_table import read_metadata
 from netem.records.signals import SignalRecorder

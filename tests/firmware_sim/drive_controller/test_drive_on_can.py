@@ -28,7 +28,7 @@ from fmus.build import build_model
 from fmus.describe_fmu import describe
 from fmus.plant import Plant
 from netem.agenda import Agenda
-from netem.frames import Fate
+from netem.fate import Fate
 from netem.links import Links
 from netem.lockstep.conductor import Conductor, Recorders
 from netem.lockstep.hosts import InlineHost

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from netem.frames import Transit
+from netem.transit import Transit
 
 Frames = Callable[..., list[Transit]]
 

@@ -13,10 +13,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.frames import Fate, Transit
+from netem.fate import Fate
 from netem.impairments.table import IMPAIRMENTS
 from netem.impairments.window import Window
 from netem.random_streams import stream
+from netem.transit import Transit
 
 TRACE = "delay_ms,lost\n0,0\n2.5,0\n1,1\n0.000001,0\n"
 EXAMPLES = {

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.impairments.bernoulli_loss import BernoulliLoss
 from netem.impairments.corrupt import Corrupt
 from netem.impairments.delay import Delay

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from netem.frames import Fate
+from netem.fate import Fate
 from netem.impairments.scripted_loss import ScriptedLoss
 
 

@@ -4,11 +4,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.frames import Fate, Transit
+from netem.fate import Fate
 from netem.impairments.bernoulli_loss import BernoulliLoss
 from netem.impairments.rate_limit import RateLimit
 from netem.impairments.window import Window
 from netem.random_streams import stream
+from netem.transit import Transit
 
 
 def blackout(during_ns):

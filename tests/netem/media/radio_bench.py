@@ -8,7 +8,8 @@ from random import Random
 from typing import Any
 
 from netem.agenda import OFFER, Agenda
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.links import Links
 from netem.media.broadcast_radio import BroadcastRadio
 from netem.media.radio_settings import CarrierSenseSettings, RadioSettings

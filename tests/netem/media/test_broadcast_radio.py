@@ -1,6 +1,6 @@
 import pytest
 
-from netem.frames import Fate
+from netem.fate import Fate
 from netem.topology.path_loss import PathLoss
 from netem.topology.switching_graph import GraphChange, SwitchingGraph
 from tests.netem.media.radio_bench import BYTE_PER_US, US, Bench, graph

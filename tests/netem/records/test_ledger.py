@@ -14,7 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.frames import Fate, Frame
+from netem.fate import Fate
+from netem.frame import Frame
 from netem.records.ledger import COLUMNS, ConservationError, Ledger
 from netem.records.ledger_file import SCHEMA
 from netem.records.ledger_hash import LedgerHash, array_header_bytes

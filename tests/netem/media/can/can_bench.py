@@ -8,7 +8,7 @@ from random import Random
 from typing import Any
 
 from netem.agenda import OFFER, Agenda
-from netem.frames import Fate
+from netem.fate import Fate
 from netem.links import Links
 from netem.media.can.bus import CanBus
 from netem.media.can.frame import CanFrame, pack

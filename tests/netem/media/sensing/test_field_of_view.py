@@ -5,7 +5,7 @@ from random import Random
 
 import pytest
 
-from netem.frames import Fate
+from netem.fate import Fate
 from netem.media.sensing.field_of_view import FieldOfView, Obstacle
 from netem.media.sensing.sight import Body
 

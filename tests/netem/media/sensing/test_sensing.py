@@ -5,7 +5,7 @@ from random import Random
 import pytest
 
 from netem.agenda import OFFER, Agenda
-from netem.frames import Fate
+from netem.fate import Fate
 from netem.links import Links
 from netem.media.sensing.field_of_view import Obstacle
 from netem.media.sensing.sensing import Sensing

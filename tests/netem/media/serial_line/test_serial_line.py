@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from netem.agenda import OFFER, Agenda
-from netem.frames import Fate
+from netem.fate import Fate
 from netem.impairments.scripted_loss import ScriptedLoss
 from netem.links import Links
 from netem.media.serial_line.serial_line import SerialLine

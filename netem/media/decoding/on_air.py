@@ -1,0 +1,20 @@
+"""One transmission, as those see it who decode it or collide with it."""
+
+from __future__ import annotations
+
+from netem.frame import Frame
+from netem.topology.reach import Reach
+
+
+class OnAir:
+    """A frame of `sender`, on the air during [start_ns, end_ns). `rivals` are those that overlapped it so far."""
+
+    __slots__ = ("end_ns", "frame", "reach", "rivals", "sender", "start_ns")
+
+    def __init__(self, sender: str, frame: Frame, reach: Reach, start_ns: int, end_ns: int) -> None:
+        self.sender = sender
+        self.frame = frame
+        self.reach = reach
+        self.start_ns = start_ns
+        self.end_ns = end_ns
+        self.rivals: list[OnAir] = []

@@ -1,0 +1,20 @@
+"""What travels on a directed link."""
+
+from __future__ import annotations
+
+import msgspec
+
+
+class Transit(msgspec.Struct, gc=False):
+    """One copy of a frame on one directed link; impairments yield changed ones with `msgspec.structs.replace`.
+
+    `number` counts the copies that entered this link, from 0; duplicates keep the number of their original.
+    `sent_ns` is the instant at which the copy entered the link, `arrival_ns` (>= sent_ns) when it comes out.
+    """
+
+    number: int
+    sent_ns: int
+    arrival_ns: int
+    data: bytes
+    corrupt: bool = False
+    copy: int = 0               # 0 the original, 1.. duplicates
