@@ -35,7 +35,7 @@ def measure(nodes: int, windows: int) -> dict[int, float]:
     """Median microseconds per window, by how many nodes are granted at once."""
     found = {}
     with Session(RUN) as session:
-        reports = session.receiver(keys.report(RUN))
+        reports = session.receiver(keys.report(RUN), *(keys.report(RUN, str(index)) for index in range(nodes)))
         grants = [session.sender(keys.grant(RUN, str(index))) for index in range(nodes)]
         processes = [subprocess.Popen([sys.executable, "-m", "benchmarks.zenoh_exchange", session.endpoint, str(index)])
                      for index in range(nodes)]

@@ -71,7 +71,8 @@ class ProcessHost:
         self._logs.mkdir(parents=True, exist_ok=True)
         run = self._run
         self._session = Session(run)
-        self._reports: Receiver = self._session.receiver(keys.report(run))
+        self._reports: Receiver = self._session.receiver(
+            keys.report(run), *(keys.report(run, name) for name in (*self._specifications, "-")))
         self._alarm = self._session.sender(keys.report(run, "-"))
         self._processes = NodeProcesses(self._command, self._logs / FORK_SERVER_LOG, os.environ | ENVIRONMENT)
         for name, specification in self._specifications.items():

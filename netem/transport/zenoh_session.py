@@ -2,6 +2,8 @@
 
 - explicit endpoints, multicast scouting and gossip off: nothing is discovered, so it works in a container;
 - the emulator listens on port 0 and reads the port that the system chose from its own admin space;
+- every key in use is declared, for as long as it is in use: Zenoh remembers the way of a declared key, and works out
+  that of any other for each message;
 - congestion control BLOCK and express on every message; receiving is a FIFO handler, so no callback runs Python code;
 - the low-latency transport (no priorities), which does not fragment: longer messages are sent in parts. Each part is
   led by four bytes that belong to the run and one that says whether more follow; what is led by anything else is
@@ -13,7 +15,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from hashlib import blake2b
 from typing import Final
 
@@ -58,8 +60,9 @@ class Sender:
     def __init__(self, session: zenoh.Session, key: str, token: bytes) -> None:
         self.key = key
         self._last, self._more = token + b"\0", token + b"\1"
+        self._declared = session.declare_keyexpr(key)
         self._put = (publisher := session.declare_publisher(
-            key, congestion_control=zenoh.CongestionControl.BLOCK, express=True)).put
+            self._declared, congestion_control=zenoh.CongestionControl.BLOCK, express=True)).put
         self._publisher = publisher
 
     def send(self, message: bytes) -> None:
@@ -86,7 +89,8 @@ class Sender:
 class Receiver:
     """What arrives on a key expression, as (key, whole message)."""
 
-    def __init__(self, session: zenoh.Session, key: str, token: bytes) -> None:
+    def __init__(self, session: zenoh.Session, key: str, token: bytes, senders: Sequence[str]) -> None:
+        self._declared = [session.declare_keyexpr(sender) for sender in senders]
         self._receive = session.declare_subscriber(key).recv
         self._last, self._more = token + b"\0", token + b"\1"
         self._parts: dict[str, list[bytes]] = {}
@@ -126,8 +130,9 @@ class Session:
     def sender(self, key: str) -> Sender:
         return Sender(self._session, key, self._token)
 
-    def receiver(self, key: str) -> Receiver:
-        return Receiver(self._session, key, self._token)
+    def receiver(self, key: str, *senders: str) -> Receiver:
+        """`key` may be a pattern; `senders` are the keys that will be used, if it is."""
+        return Receiver(self._session, key, self._token, senders)
 
     def close(self) -> None:
         self._session.close()  # type: ignore[no-untyped-call]
