@@ -1,6 +1,7 @@
 """On which cores emulator and nodes run: all on one, or wherever the system puts them. Tried out while the run goes on.
 
     settle --> one core, all cores, one core, ... TRIAL_WINDOWS each --> the faster one for HELD_WINDOWS --> again
+                                           the same one again: held for twice as long, up to MOST_HELD_WINDOWS
 
 Where one node at a time has something to do, each hand-over to another core waits for that core to wake up, and finds
 its caches cold: one core for everybody is faster. Where many nodes work in parallel, or one works long, all cores are.
@@ -13,7 +14,6 @@ Not modelled: some nodes here and others there; groups of cores that share a cac
 from __future__ import annotations
 
 import os
-import statistics
 import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -21,9 +21,10 @@ from pathlib import Path
 from typing import Final
 
 SETTLE_WINDOWS: Final = 50
-TRIAL_WINDOWS: Final = 120
-TRIALS: Final = 6               # alternating
+TRIAL_WINDOWS: Final = 60
+TRIALS: Final = 4               # alternating; the best of each kind counts: something else may have run meanwhile
 HELD_WINDOWS: Final = 6_000
+MOST_HELD_WINDOWS: Final = 48_000
 WORTH_IT: Final = 0.97          # one core has to take less than this share of the time, or it is not worth its risk
 
 
@@ -40,6 +41,8 @@ class Placement:
         self._laps: list[float] = []        # seconds per grant of the trials so far, one core first
         self._grants = 0
         self._began_s = 0.0
+        self._held = 0
+        self._decision: bool | None = None
         self.on_one_core = False
 
     def exchanged(self, grants: int) -> None:
@@ -59,11 +62,13 @@ class Placement:
         if self._began_s:
             self._laps.append((now_s - self._began_s) / max(1, self._grants))
         if len(self._laps) == TRIALS:
-            one, many = statistics.median(self._laps[::2]), statistics.median(self._laps[1::2])
+            to_one = min(self._laps[::2]) < WORTH_IT * min(self._laps[1::2])
+            self._held = min(2 * self._held, MOST_HELD_WINDOWS) if to_one is self._decision else HELD_WINDOWS
+            self._decision = to_one
             self._laps.clear()
             self._began_s = 0.0
-            self._left = HELD_WINDOWS
-            self._move(one < WORTH_IT * many)
+            self._left = self._held
+            self._move(to_one)
             return
         self._move(len(self._laps) % 2 == 0)
         self._left, self._grants = TRIAL_WINDOWS, 0

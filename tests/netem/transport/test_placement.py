@@ -10,7 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from netem.transport.placement import HELD_WINDOWS, SETTLE_WINDOWS, TRIAL_WINDOWS, TRIALS, Placement, place_threads
+from netem.transport.placement import (
+    HELD_WINDOWS,
+    MOST_HELD_WINDOWS,
+    SETTLE_WINDOWS,
+    TRIAL_WINDOWS,
+    TRIALS,
+    Placement,
+    place_threads,
+)
 
 CORES = {0, 1, 2}
 WINDOWS_TO_DECIDE = SETTLE_WINDOWS + TRIALS * TRIAL_WINDOWS
@@ -66,6 +74,20 @@ def test_it_tries_again_when_the_load_may_have_changed() -> None:
     machine.run(1 + TRIALS * TRIAL_WINDOWS)
 
     assert not machine.placement.on_one_core
+
+
+def test_what_proves_itself_is_tried_out_less_often() -> None:
+    machine = Machine(1e-4, 2e-4)
+    machine.run(WINDOWS_TO_DECIDE + HELD_WINDOWS + TRIALS * TRIAL_WINDOWS)
+
+    on_one = machine.run(2 * HELD_WINDOWS - 1)
+    machine.run(1 + 60 * HELD_WINDOWS)
+    held = []
+    for _ in range(2 * MOST_HELD_WINDOWS):
+        held.append(machine.run(1))
+
+    assert on_one == 2 * HELD_WINDOWS - 1
+    assert 1 - sum(held) / len(held) <= (TRIALS / 2 * TRIAL_WINDOWS) * 2 / MOST_HELD_WINDOWS
 
 
 def test_all_processes_move_and_return_at_the_end() -> None:
