@@ -9,7 +9,7 @@ OUT    ?= runs/demo
 help:
 	@echo "make demo      install into $(VENV), build the plants, run the scenario output_sync, write its report"
 	@echo "make test      lint, types and every test that is not slow"
-	@echo "make test-all  the slow tests as well"
+	@echo "make test-all  the slow tests as well, and all but those on the compiled modules"
 	@echo "make lint      ruff and mypy"
 	@echo "make bench     which benchmarks there are"
 	@echo "make lock      renew requirements-dev.lock"
@@ -47,6 +47,8 @@ test: lint
 
 test-all: lint
 	$(BIN)/pytest -q
+	$(BIN)/marconet compile
+	MARCONET_COMPILED=1 $(BIN)/pytest -q -m "not slow"
 
 bench:
 	@grep -H -m1 -o '^"""[^"]*' benchmarks/*.py benchmarks/lockstep/compare.py | sed 's/:"""/: /'

@@ -19,6 +19,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from experiments import CODE
 from experiments.run_result import Progress
 from experiments.runner import HostName, run
 from experiments.scenario import find, load
@@ -54,8 +55,8 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--duration", type=float, default=None, help="seconds of robot time instead of the scenario's")
     options = parser.parse_args()
-    table = Table("scenario", "host", "x real time", "goal", "start s", "whole s", "MB", "hash",
-                  title=f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores, medians of {options.repeats}")
+    about = f"{CODE}; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores; medians of {options.repeats}"
+    table = Table("scenario", "host", "x real time", "goal", "start s", "whole s", "MB", "hash", title=about)
     hosts: tuple[HostName, ...] = ("process", "inline")
     for name in options.scenarios:
         for host in hosts:

@@ -63,6 +63,7 @@ class Summary(msgspec.Struct, frozen=True):
     verdicts: list[Verdict]
     report: str | None          # path of report.html, relative to the run folder
     guarantees: list[Standing] = []
+    code: str = ""              # "compiled", or "interpreted: " and why
 
     @property
     def holds(self) -> bool:

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
+from experiments import CODE
 from experiments.blocking_programs import is_blocking, refuse_blocking
 from experiments.event_levels import level_of
 from experiments.guarantee_watch import GuaranteeWatch
@@ -183,7 +184,7 @@ class _Run:
             scenario.name, scenario.question, scenario.seed, self.host_name, scenario.length_ns, wall_s,
             self.started_s - self.command_s, scenario.length_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
             self.result.hash, dict(self.result.by_fate), verdicts, "report.html" if self.wants_report else None,
-            self.guarantees.standings)
+            self.guarantees.standings, CODE)
         (self.folder / "summary.json").write_bytes(msgspec.json.encode(summary))
         if self.wants_report:
             write_report(self.folder)

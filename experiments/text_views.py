@@ -67,7 +67,8 @@ def print_summary(console: Console, summary: Summary) -> None:
         ("wall time", f"{summary.wall_s:.2f} s, {summary.start_up_s:.2f} s to start before"),
         ("real-time factor", f"{summary.real_time_factor:.1f}"),
         ("windows, grants", f"{summary.windows}, {summary.grants}"),
-        ("frame copies", by_fate(summary.frames)), ("ledger hash", summary.ledger_hash)])
+        ("frame copies", by_fate(summary.frames)), ("ledger hash", summary.ledger_hash),
+        ("code", summary.code)])
     if summary.guarantees:
         console.print()
         print_table(console, ["guarantee", "requires", "on", "worst", "margin", ""], [

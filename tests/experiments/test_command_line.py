@@ -32,8 +32,8 @@ loss_ratio = 0.1
 [expect]
 frames_lost = { min = 50 }
 """
-COMMANDS = [[], ["list"], ["check"], ["run"], ["report"], ["table"], ["fmu"], ["fmu", "list"], ["fmu", "info"],
-            ["fmu", "build"]]
+COMMANDS = [[], ["list"], ["check"], ["run"], ["report"], ["table"], ["compile"], ["fmu"], ["fmu", "list"],
+            ["fmu", "info"], ["fmu", "build"]]
 
 
 class StubRunner:

@@ -16,6 +16,9 @@ from agents.synchronization.sync_frame import SyncFrameCodec
 from experiments.node_build import build_node
 from experiments.runner import node_specifications
 from experiments.scenario import find, load
+from firmware_sim.board import Board
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from netem.lockstep.messages import Grant
 from netem.node import Node
 
@@ -61,12 +64,9 @@ def test_an_output_that_is_no_number_is_refused(value: float) -> None:
 
 def test_a_robot_needs_a_plant() -> None:
     scenario = load(find("output_sync"))
-
-    class Board:
-        node = Node("r1", ["radio"])
-        plant = None
-        team = dict(scenario.team) | prepare(scenario)
-        rng = Random(0)
+    node = Node("r1", ["radio"])
+    clock = LocalClock(ClockSettings(), node.env.time_ns)
+    board = Board(node, clock, None, dict(scenario.team) | prepare(scenario), Random(0))
 
     with pytest.raises(ValueError, match="r1: a synchronizing robot needs a plant"):
-        SyncRobot(Board())      # type: ignore[arg-type]
+        SyncRobot(board)

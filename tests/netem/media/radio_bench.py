@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from random import Random
 from typing import Any
@@ -10,7 +10,8 @@ from typing import Any
 from netem.agenda import OFFER, Agenda
 from netem.fate import Fate
 from netem.frame import Frame
-from netem.links import Links
+from netem.impairments import Impairment
+from netem.links import LinkName, Links
 from netem.media.broadcast_radio import BroadcastRadio
 from netem.media.radio_settings import CarrierSenseSettings, RadioSettings
 from netem.records.ledger import Ledger
@@ -45,13 +46,13 @@ class RecordingRadio(BroadcastRadio):
 
 class Bench:
     def __init__(self, nodes: Any, rng_for: Callable[[str], Any] = lambda place: Random(f"7/{place}"),
-                 **settings: Any) -> None:
+                 pipelines: Mapping[LinkName, Sequence[tuple[str, Impairment]]] | None = None, **settings: Any) -> None:
         self.agenda = Agenda()
         self.ledger = RecordingLedger()
         self.heard: list[tuple[int, str, bytes]] = []
         self.flights: list[tuple[str, int, int, int]] = []          # (sender, number, start_ns, end_ns)
         self.bounds_ns: list[int] = []
-        links = Links(self.ledger, self._deliver, {})
+        links = Links(self.ledger, self._deliver, pipelines or {})
         self.radio = RecordingRadio(self.flights, RadioSettings(**settings), nodes, self.agenda, self.ledger, links,
                                     rng_for)
 

@@ -1,6 +1,9 @@
+from random import Random
+
 import pytest
 
 from netem.fate import Fate
+from netem.impairments.corrupt import Corrupt
 from netem.topology.path_loss import PathLoss
 from netem.topology.switching_graph import GraphChange, SwitchingGraph
 from tests.netem.media.radio_bench import BYTE_PER_US, US, Bench, graph
@@ -187,13 +190,11 @@ def test_a_node_out_of_range_disturbs_under_capture_only(decode, fate):
     assert bench.fate("a", 0, "b") is fate
 
 
-@pytest.mark.parametrize("checksum", [True, False])
-def test_the_links_learn_whether_the_radio_has_a_checksum(checksum):
-    bench = Bench(["a", "b"], checksum=checksum, **BYTE_PER_US)
-    told = []
-    bench.radio._links.receive = lambda frame, receiver, arrival_ns, *, checksum: told.append(checksum)
+@pytest.mark.parametrize(("checksum", "fate"), [(True, Fate.CORRUPTED), (False, Fate.DELIVERED_CORRUPT)])
+def test_the_links_learn_whether_the_radio_has_a_checksum(checksum, fate):
+    noise = {("radio", "a", "b"): [("noise", Corrupt(frame_ratio=1.0, rng=Random(7)))]}
+    bench = Bench(["a", "b"], pipelines=noise, checksum=checksum, **BYTE_PER_US)
 
-    bench.offer(0, "a", 1)
-    bench.agenda.run_before(10 * US)
+    bench.run([(0, "a", 8)])
 
-    assert told == [checksum]
+    assert bench.fate("a", 0, "b") is fate

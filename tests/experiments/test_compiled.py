@@ -1,0 +1,135 @@
+"""The compiled modules give what their sources give, and are used exactly when they were made from them.
+
+The whole suite runs on the compiled modules with MARCONET_COMPILED=1 (`make test-all` does that).
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from experiments.compiled import build, finder, modules
+from experiments.compiled.build import CannotCompile, compile_modules
+from experiments.compiled.modules import MODULES, ROOT, compiled_folder, file_of
+
+SHORT = ("--duration", "0.3", "--host")
+SCENARIOS = ("output_sync", "output_sync_lossy", "tracking_individual", "p3at_chases_p3at")
+MARCONET = "from experiments.command_line import main; main()"
+WHICH = "import experiments, netem.node; print(experiments.CODE); print(netem.node.__file__)"
+
+
+@pytest.fixture(scope="module")
+def compiled() -> Path:
+    return compile_modules()
+
+
+def python(*arguments: str, **environment: str) -> str:
+    done = subprocess.run([sys.executable, *arguments], cwd=ROOT, env=os.environ | environment, text=True,
+                          capture_output=True, check=False)
+    assert done.returncode in (0, 1), done.stderr       # 1: a run that was cut short does not hold what it promises
+    return done.stdout
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_a_run_leaves_the_same_ledger_compiled_or_not(compiled: Path, tmp_path: Path, scenario: str) -> None:
+    summaries = []
+    for compiled_or_not, host in (("0", "inline"), ("1", "process")):
+        folder = tmp_path / f"{compiled_or_not}{host}"
+        python("-c", MARCONET, "run", scenario, *SHORT, host, "--out", str(folder), MARCONET_COMPILED=compiled_or_not)
+        summaries.append(msgspec.json.decode((folder / "summary.json").read_bytes()))
+
+    assert [summary["code"] for summary in summaries] == ["interpreted: MARCONET_COMPILED=0", "compiled"]
+    assert len({summary["ledger_hash"] for summary in summaries}) == 1
+    assert sum(summaries[0]["frames"].values()) > 0
+
+
+def test_what_is_imported_is_the_compiled_module(compiled: Path) -> None:
+    code, file = python("-c", WHICH, MARCONET_COMPILED="1").splitlines()
+
+    assert code == "compiled"
+    assert compiled in Path(file).parents
+
+
+def test_it_can_be_turned_off(compiled: Path) -> None:
+    code, file = python("-c", WHICH, MARCONET_COMPILED="0").splitlines()
+
+    assert code == "interpreted: MARCONET_COMPILED=0"
+    assert file == str(ROOT / "netem" / "node.py")
+
+
+def test_all_of_the_modules_are_used_or_none(compiled: Path) -> None:
+    code, file = python("-c", f"import firmware_sim.local_clock, {WHICH.removeprefix('import ')}",
+                        MARCONET_COMPILED="1").splitlines()
+
+    assert code == "interpreted: firmware_sim.local_clock was imported before experiments"
+    assert file == str(ROOT / "netem" / "node.py")
+
+
+def test_a_changed_source_of_any_package_is_not_what_was_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+                                                                  ) -> None:
+    for package in modules.PACKAGES:
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    before = compiled_folder()
+    monkeypatch.setattr(modules, "ROOT", tmp_path)
+    copied = compiled_folder()
+    found = [copied]
+    for package in modules.PACKAGES:
+        source = next((tmp_path / package).rglob("*.py"))
+        source.write_text(source.read_text() + "\n# changed\n")
+        found.append(compiled_folder())
+    (tmp_path / "netem" / "new.py").write_text("")
+    found.append(compiled_folder())
+
+    assert copied == before
+    assert len(set(found)) == 2 + len(modules.PACKAGES)
+
+
+def test_without_a_result_for_these_sources_the_sources_are_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+                                                                 ) -> None:
+    monkeypatch.setattr(finder, "compiled_folder", lambda: tmp_path / "nothing")
+    monkeypatch.setattr(finder, "MODULES", ("not.imported.yet",))
+    monkeypatch.delenv("MARCONET_COMPILED")
+
+    assert finder.use_compiled() == "interpreted: `marconet compile` was not called, or a source has changed since"
+
+
+@pytest.mark.parametrize(("missing", "message"), [
+    ("mypyc", "mypyc missing in this Python: pip install 'marconet\\[compiled\\]'"),
+    ("Python.h", "Python.h: no such file: install the headers of this Python"),
+    ("a translation", "compiling failed \\(exit code 1\\)"),
+])
+def test_what_compiling_takes_is_named_if_it_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: str,
+                                                        message: str) -> None:
+    monkeypatch.setattr(build, "compiled_folder", lambda: tmp_path / "result")
+    if missing == "mypyc":
+        monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "mypyc" else name)
+    elif missing == "Python.h":
+        monkeypatch.setattr("sysconfig.get_path", lambda name: str(tmp_path))
+    else:
+        monkeypatch.setattr(sys, "executable", shutil.which("false"))
+
+    with pytest.raises(CannotCompile, match=message):
+        compile_modules()
+
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_class_that_is_named_in_annotations_is_there_when_they_are_checked() -> None:
+    """A compiled module checks what it is given against the type itself: imported for type checkers only, it would be
+    no type, and the process would crash."""
+    wrong = []
+    for module in MODULES:
+        for node in ast.walk(ast.parse((ROOT / file_of(module)).read_text(encoding="utf-8"))):
+            if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+                wrong += [f"{module} imports {found.module}" for found in ast.walk(node)
+                          if isinstance(found, ast.ImportFrom) and found.module in MODULES]
+
+    assert wrong == []
