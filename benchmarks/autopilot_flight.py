@@ -1,6 +1,6 @@
 """Redraw docs/models/autopilot.svg: attitude, height and heading of the Hummingbird while it tracks waypoints.
 
-    python benchmarks/autopilot_flight.py
+    python -m benchmarks.autopilot_flight
 
 As Figure 3.11 of Tolic 2012: waypoints come one after the other, height and heading are held. The flight controller
 runs on its board, the plant is the FMU, motion capture has 100 frames a second, 1 mm of noise and 8 ms of latency. Also

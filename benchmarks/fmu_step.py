@@ -1,6 +1,6 @@
 """What one step of a plant costs: set 4 inputs, step 1 ms, get 13 outputs of the model `rigid_body`.
 
-    python benchmarks/fmu_step.py [--steps 20000]
+    python -m benchmarks.fmu_step [--steps 20000]
 
 Compares `fmus.plant.Plant` with FMPy's own wrapper on the same FMU, both FMI versions, in turns within one process.
 Times

@@ -1,6 +1,6 @@
 """Loss bursts and correlated delays against their laws: the figure of docs/models/impairments.md.
 
-    python benchmarks/impairment_laws.py [--frames 100000] [--out docs/models/impairments.svg]
+    python -m benchmarks.impairment_laws [--frames 100000] [--out docs/models/impairments.svg]
 
 Left: share of loss bursts longer than k frames. Right: distribution of a normal delay with correlation 0.9, and what
 netem's generator, which mixes the last draw with a new one, makes of the same settings.

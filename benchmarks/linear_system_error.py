@@ -1,6 +1,6 @@
 """Redraw docs/models/linear_system.svg: the error of one step of linear_system against exact integer arithmetic.
 
-    python benchmarks/linear_system_error.py
+    python -m benchmarks.linear_system_error
 
 Lines: the FMU. Crosses: the same step by scipy.linalg.expm of the augmented matrix, rounded where it adds exp(A h) x.
 """

@@ -1,6 +1,6 @@
 """Redraw docs/models/quadrotor.svg: error of a lively flight of the quadrotor over the length of its internal steps.
 
-    python benchmarks/quadrotor_error.py
+    python -m benchmarks.quadrotor_error
 
 Half a second with the inputs of fmus/quadrotor/reference.csv, held against SciPy's DOP853 at tolerances of 1e-12; each
 line is one group of states, its largest error at any of the 26 instants. A line of fourth order is drawn beside them.

@@ -1,6 +1,6 @@
 """Cost of one frame on the broadcast radio: offer, end event, links and ledger, nobody contending.
 
-    python benchmarks/radio_medium.py [--frames 100000]
+    python -m benchmarks.radio_medium [--frames 100000]
 
 Five nodes of the crazyflie_p2p preset on a ring of two receivers each, one frame a millisecond in turn.
 """

@@ -1,6 +1,6 @@
 """Throughput of the broadcast radio against its load: the figure of docs/models/broadcast_radio.md.
 
-    python benchmarks/radio_throughput.py [--frames 4000] [--out docs/models/broadcast_radio.svg]
+    python -m benchmarks.radio_throughput [--frames 4000] [--out docs/models/broadcast_radio.svg]
 
 Poisson arrivals at 40 nodes on a complete graph, `radio_network`, frames of 60 bytes. A frame counts as carried when a
 41st node, which only listens, gets it. Load and throughput are in frames per airtime.

@@ -1,6 +1,6 @@
 """What the records cost: closing copies, writing 50 000 ledger rows, 6 500 samples of 4 signals, reading both back.
 
-    python benchmarks/records.py [--rows 50000] [--repeats 5]
+    python -m benchmarks.records [--rows 50000] [--repeats 5]
 
 Prints the fastest of the repeats, wall clock of this thread; nothing is asserted.
 """

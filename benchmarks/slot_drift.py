@@ -1,6 +1,6 @@
 """Redraw docs/models/local_clock.svg: how far two slot clocks of +-50 ppm part, alone, with steps, with steps and trim.
 
-    python benchmarks/slot_drift.py
+    python -m benchmarks.slot_drift
 """
 
 from __future__ import annotations

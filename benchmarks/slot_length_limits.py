@@ -1,6 +1,6 @@
 """How long slots may be, by each bound and exactly: the figure of docs/models/output_synchronization.md.
 
-    python benchmarks/slot_length_limits.py [--scenario scenarios/output_sync_reference.toml] [--out FILE.svg]
+    python -m benchmarks.slot_length_limits [--scenario scenarios/output_sync_reference.toml] [--out FILE.svg]
 
 One panel for each topology that the scenario's `[team]` requests: the spectral radius of the exact round map over the
 slot length, without and with a transmission delay, and what each small-gain condition certifies.

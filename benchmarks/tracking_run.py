@@ -1,6 +1,6 @@
 """The 12 s run of section 4.6 without a network, with all policies and bounds: the figure of docs/models/tracking.md.
 
-    python benchmarks/tracking_run.py [--seed 1] [--out docs/models/tracking.svg] [--emulated]
+    python -m benchmarks.tracking_run [--seed 1] [--out docs/models/tracking.svg] [--emulated]
 
 Draws what Figures 4.5 and 4.6 show: states, norm of (x, e) and intersampling intervals, with individual gains (left)
 and the unified gain (right); red lines where the inputs of the reference change. Prints transmissions for each policy

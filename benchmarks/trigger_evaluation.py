@@ -1,6 +1,6 @@
 """What one evaluation of the input-output trigger costs: command, reachable set, matrix A and tau (4.37) together.
 
-    python benchmarks/trigger_evaluation.py [--rounds 40]
+    python -m benchmarks.trigger_evaluation [--rounds 40]
 
 Evaluates the measurements of the 12 s run of section 4.6 (start, noise, inputs), the bounds in turns in one process.
 Times are CPU times of this thread for one pass over all measurements, divided by their number: the median over passes,

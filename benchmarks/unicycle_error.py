@@ -1,6 +1,6 @@
 """Redraw docs/models/unicycle.svg: the error of one step of the unicycle against closed forms of the same motion.
 
-    python benchmarks/unicycle_error.py
+    python -m benchmarks.unicycle_error
 
 arc: constant wheel speeds. clothoid: wheels ramp in opposite directions (Fresnel integrals). decay: wheels tend to one
 speed from both sides (sine and cosine integrals). Crosses: SciPy's DOP853 at tolerances of 1e-12.

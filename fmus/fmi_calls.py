@@ -1,8 +1,8 @@
-"""The one file that calls FMI: one instance of a co-simulation FMU through ctypes, for FMI 2.0 and 3.0.
+"""The one file that knows FMI's functions: one instance of a co-simulation FMU, for FMI 2.0 and 3.0.
 
-Arguments are ctypes objects made once and passed without `argtypes`: on CPython that is the fastest way through ctypes,
-about 0.6 of the time of typed prototypes (benchmarks/fmu_step.py). So every call here spells its C types out. A call of
-an FMU of ours takes a microsecond: it keeps the interpreter, which other threads get between calls of others'.
+Most calls go through ctypes without `argtypes`, so every one of them spells its C types out. The three that a running
+plant lives on (step, set and get floating point values) are bound once, in C where that was compiled. A call of an FMU
+of ours takes a microsecond: it keeps the interpreter, which other threads get during calls of others'.
 
 Not used: event mode, early return, intermediate update, clocks, binary variables, saved states.
 """
@@ -15,11 +15,19 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 from weakref import WeakValueDictionary, finalize
 
 from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
+
+if TYPE_CHECKING:
+    from fmus.bound_calls import BoundStep, BoundValues
+else:
+    try:
+        from fmus.bound_calls import BoundStep, BoundValues
+    except ModuleNotFoundError:         # not compiled
+        from fmus.ctypes_calls import BoundStep, BoundValues
 
 STATUS: Final = ("ok", "warning", "discard", "error", "fatal", "pending")
 FATAL: Final = 4
@@ -97,6 +105,7 @@ class Fmu:
     version of FMI spells each call."""
 
     prefix: str
+    version: int
     types: dict[str, tuple[str, Any]]
     _callbacks: _Callbacks | None = None
 
@@ -115,15 +124,11 @@ class Fmu:
             hint = "the FMU allows one instance per process: give each its own process" \
                 if description.once_per_process else "see the FMU's documentation for what it needs"
             raise PlantError(f"{description.file}: cannot be instantiated as {instance_name!r}{self.told()}: {hint}")
+        self._address = handle
         self.handle = c.c_void_p.from_param(handle)
         self.in_step_mode = [False]                 # `Terminate` is due
         self.release = finalize(self, _end, partial(_function, self._library, self.prefix, description), self.handle,
                                 self.in_step_mode, (self.messages, self._callbacks))
-        self.time = c.c_double()                    # communication point of the next step [s]
-        self.h = c.c_double()                       # its size [s]
-        self.last = c.c_double(float("nan"))        # where the last step ended [s], where the FMU tells
-        self._flags = (c.c_bool * 4)()
-        self.flags = c.c_uint16.from_buffer(self._flags)    # not 0: the FMU ended the step early or asks to end
 
     def function(self, name: str, result: Any = c.c_int) -> Call:
         return _function(self._library, self.prefix, self.description, name, result)
@@ -142,16 +147,21 @@ class Fmu:
         return self.function(verb + infix), (self.handle, c.byref(references), c.c_size_t.from_param(len(variables)),
                                              c.byref(values), *self._tail(values)), values
 
-    def step(self) -> tuple[Call, tuple[Any, ...]]:
-        raise NotImplementedError
+    def step(self) -> BoundStep:
+        return BoundStep(self._address_of("DoStep"), self._address, self.version, self.description.ours)
+
+    def floats(self, verb: str, variables: Sequence[Variable]) -> BoundValues:
+        """To "Set" or "Get" all of `variables`, scalars of 64-bit floating point, together."""
+        infix, _ = self.types[variables[0].type]
+        return BoundValues(self._address_of(verb + infix), self._address, [each.reference for each in variables],
+                           self.version, self.description.ours)
+
+    def _address_of(self, name: str) -> int:
+        return c.cast(self.function(name), c.c_void_p).value or 0       # type: ignore[arg-type]
 
     def initialize(self) -> list[tuple[str, Call, tuple[Any, ...]]]:
         """The calls that lead from the start values to step mode, each with its name."""
         raise NotImplementedError
-
-    @property
-    def asks_to_end(self) -> bool:
-        return self._flags[0]
 
     def _instantiate(self, name: bytes, logging: bool) -> int | None:
         raise NotImplementedError
@@ -162,6 +172,7 @@ class Fmu:
 
 class Fmu2(Fmu):
     prefix = "fmi2"
+    version = 2
     types = TYPES_FMI2
 
     def _instantiate(self, name: bytes, logging: bool) -> int | None:
@@ -187,12 +198,10 @@ class Fmu2(Fmu):
                 ("EnterInitializationMode", self.function("EnterInitializationMode"), (self.handle,)),
                 ("ExitInitializationMode", self.function("ExitInitializationMode"), (self.handle,))]
 
-    def step(self) -> tuple[Call, tuple[Any, ...]]:
-        return self.function("DoStep"), (self.handle, self.time, self.h, c.c_int.from_param(1))
-
 
 class Fmu3(Fmu):
     prefix = "fmi3"
+    version = 3
     types = TYPES_FMI3
 
     def _instantiate(self, name: bytes, logging: bool) -> int | None:
@@ -212,8 +221,3 @@ class Fmu3(Fmu):
         return [("EnterInitializationMode", self.function("EnterInitializationMode"),
                  (self.handle, c.c_bool(False), none, none, c.c_bool(False), none)),
                 ("ExitInitializationMode", self.function("ExitInitializationMode"), (self.handle,))]
-
-    def step(self) -> tuple[Call, tuple[Any, ...]]:
-        terminate, early_return, event = (c.byref(self._flags, place) for place in (0, 1, 3))
-        return self.function("DoStep"), (self.handle, self.time, self.h, c.c_bool.from_param(True),
-                                         event, terminate, early_return, c.byref(self.last))

@@ -13,7 +13,6 @@ Needs only ctypes and msgspec: FMPy reads the description elsewhere (`fmus.descr
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
 from numbers import Integral, Real
@@ -36,8 +35,7 @@ class InputGroup:
 
     def __init__(self, plant: Plant, fmu: Fmu, variables: Sequence[Variable]) -> None:
         self.names = tuple(variable.name for variable in variables)
-        self._call, self._arguments, self._values = fmu.typed("Set", variables)
-        self._pack = struct.Struct(f"{len(variables)}d").pack_into
+        self._set = fmu.floats("Set", variables).set
         self._plant = plant
         self._trusted = plant.description.ours
 
@@ -47,14 +45,13 @@ class InputGroup:
         if plant.stopped is not None:
             plant.check_running()
         try:
-            self._pack(self._values, 0, *values)
-            sound = self._trusted or isfinite(sum(values))
-        except (struct.error, TypeError):
+            if not self._trusted and not isfinite(sum(values)):     # a trusted FMU refuses such a value by itself,
+                plant.check_finite(self.names, values, "a value must be finite")        # and leaves all as they were
+            status = self._set(values)
+        except TypeError:
             raise PlantError(f"{plant.place()}: {', '.join(self.names)}: expected {len(self.names)} numbers, "
                              f"got {values!r}") from None
-        if not sound:                   # a trusted FMU refuses such a value below, and leaves all as they were
-            plant.check_finite(self.names, values, "a value must be finite")
-        if status := self._call(*self._arguments):
+        if status:
             plant.check_finite(self.names, values, "a value must be finite")
             plant.check(status, f"setting {', '.join(self.names)}")
 
@@ -64,8 +61,7 @@ class OutputGroup:
 
     def __init__(self, plant: Plant, fmu: Fmu, variables: Sequence[Variable]) -> None:
         self.names = tuple(variable.name for variable in variables)
-        self._call, self._arguments, self._values = fmu.typed("Get", variables)
-        self._unpack = struct.Struct(f"{len(variables)}d").unpack_from
+        self._get = fmu.floats("Get", variables).get
         self._plant = plant
         self._trusted = plant.description.ours
 
@@ -74,9 +70,10 @@ class OutputGroup:
         plant = self._plant
         if plant.stopped is not None:
             plant.check_running()
-        if status := self._call(*self._arguments):
-            plant.check(status, f"reading {', '.join(self.names)}")
-        values: tuple[float, ...] = self._unpack(self._values)
+        values = self._get()
+        if isinstance(values, int):
+            plant.check(values, f"reading {', '.join(self.names)}")
+        assert isinstance(values, tuple)
         if not self._trusted and not isfinite(sum(values)):
             plant.check_finite(self.names, values, "the FMU gave a value that is not finite")
         return values
@@ -106,9 +103,9 @@ class Plant:
         for name, call, arguments in fmu.initialize():
             self.check(call(*arguments), fmu.prefix + name)
         fmu.in_step_mode[0] = True
-        self._do_step, self._arguments = fmu.step()
+        self._step = fmu.step()
+        self._do_step = self._step.do
         self._h_ns = -1         # no step prepared yet
-        self._time, self._h, self._last, self._flags = fmu.time, fmu.h, fmu.last, fmu.flags
         self._any_step = description.variable_step
         self._watched = description.fmi == "3.0" and not description.ours      # may a step end elsewhere?
 
@@ -122,15 +119,13 @@ class Plant:
         if h_ns != self._h_ns:
             if h_ns > 0 and self._any_step:
                 self._h_ns = h_ns
-                self._h.value = h_ns / 1e9
             elif h_ns == 0 or not self._prepare(h_ns, t_ns):
                 return
         if self.stopped is not None:
             self.check_running()
-        self._time.value = now_ns / 1e9
-        if status := self._do_step(*self._arguments):
+        if status := self._do_step(now_ns / 1e9, h_ns / 1e9):
             self.check(status, f"a step of {h_ns / 1e9:.9g} s")
-        if self._watched and (self._flags.value or self._last.value < t_ns / 1e9 - HALF_NS):
+        if self._watched and (self._step.ended or self._step.last < t_ns / 1e9 - HALF_NS):
             self._stopped_short(t_ns)
         self.now_ns = t_ns
 
@@ -228,14 +223,13 @@ class Plant:
                     self.advance_to(start_ns + k * self._fixed_ns)
                 return False
         self._h_ns = h_ns
-        self._fmu.h.value = h_ns / 1e9
         return True
 
     def _stopped_short(self, t_ns: int) -> None:
-        if self._fmu.asks_to_end:
+        if self._step.asks_to_end:
             why = f"the FMU asks to end the simulation{self._fmu.told()}"
         else:
-            why = (f"asked for t={t_ns / 1e9:.9g} s, but the FMU stopped at {self._last.value:.9g} s: it may have a "
+            why = (f"asked for t={t_ns / 1e9:.9g} s, but the FMU stopped at {self._step.last:.9g} s: it may have a "
                    f"fixed internal step; use instants that are multiples of it{self._fmu.told()}")
         self._stop(why)
         raise PlantError(f"{self.place()}: {why}")

@@ -43,6 +43,7 @@ MODULES: Final = (
     "agents.synchronization.robot",
     "agents.synchronization.sync_frame",
 )
+EXTENSIONS: Final = {"fmus.bound_calls": "fmus/bound_calls.c"}       # written in C
 
 
 def file_of(module: str) -> str:
@@ -57,6 +58,8 @@ def compiled_folder() -> Path:
     digest = blake2b(f"{LAYOUT} {sys.implementation.cache_tag} {get_platform()} {MODULES}".encode(), digest_size=8)
     for package in PACKAGES:
         _add(digest, str(ROOT / package))
+    for source in EXTENSIONS.values():
+        digest.update((ROOT / source).read_bytes())
     return cache_folder() / "compiled" / f"{sys.implementation.cache_tag}-{digest.hexdigest()}"
 
 

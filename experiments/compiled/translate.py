@@ -10,9 +10,9 @@ import sys
 import tempfile
 
 from mypyc.build import mypycify
-from setuptools import Distribution
+from setuptools import Distribution, Extension
 
-from experiments.compiled.modules import MODULES, file_of
+from experiments.compiled.modules import EXTENSIONS, MODULES, file_of
 
 # Types are checked by `make lint`, with stubs that a user need not have.
 MYPY = ("--config-file=", "--ignore-missing-imports")
@@ -22,6 +22,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         modules = mypycify([*MYPY, f"--cache-dir={temporary}/mypy", *map(file_of, MODULES)], opt_level="2",
                            debug_level="0", target_dir=f"{temporary}/c")
+        modules += [Extension(name, [source], extra_compile_args=["-O2"]) for name, source in EXTENSIONS.items()]
         building = Distribution({"name": "marconet-compiled", "ext_modules": modules}).get_command_obj("build_ext")
         building.build_lib, building.build_temp = sys.argv[1], f"{temporary}/objects"
         building.ensure_finalized()

@@ -1,0 +1,270 @@
+/* Calls of an FMU's functions with everything but their numbers bound beforehand; in Python's words: bound_calls.pyi.
+ *
+ *     BoundStep    fmi2DoStep, fmi3DoStep
+ *     BoundValues  fmi2SetReal, fmi3SetFloat64, fmi2GetReal, fmi3GetFloat64
+ *
+ * ctypes does the same (ctypes_calls.py), but works out where each argument goes at every call.
+ * An instance belongs to one thread at a time, as FMI asks. A call that is not `brief` lets other threads run.
+ */
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+#include <structmember.h>
+
+#include <stdbool.h>
+
+typedef int (*Step2)(void *, double, double, int);
+typedef int (*Step3)(void *, double, double, bool, bool *, bool *, bool *, double *);
+typedef int (*Values2)(void *, const unsigned *, size_t, double *);
+typedef int (*Values3)(void *, const unsigned *, size_t, double *, size_t);
+
+enum { WARNING = 1 };
+
+/* A data pointer and a pointer to a function have one size wherever FMUs are loaded at run time (POSIX, Windows). */
+typedef union {
+    void *address;
+    Step2 step2;
+    Step3 step3;
+    Values2 values2;
+    Values3 values3;
+} Function;
+
+typedef struct {
+    PyObject_HEAD
+    Function function;
+    void *instance;
+    int fmi;
+    int brief;
+    bool asks_to_end, early, event;
+    double last;
+} BoundStep;
+
+typedef struct {
+    PyObject_HEAD
+    Function function;
+    void *instance;
+    int fmi;
+    int brief;
+    Py_ssize_t count;
+    unsigned *references;
+    double *values;
+} BoundValues;
+
+static int known_version(int fmi)
+{
+    if (fmi == 2 || fmi == 3)
+        return 1;
+    PyErr_Format(PyExc_ValueError, "fmi=%d: expected 2 or 3", fmi);
+    return 0;
+}
+
+static PyObject *step_new(PyTypeObject *type, PyObject *arguments, PyObject *keywords)
+{
+    static char *names[] = {"function", "instance", "fmi", "brief", NULL};
+    unsigned long long function, instance;
+    int fmi, brief;
+    if (!PyArg_ParseTupleAndKeywords(arguments, keywords, "KKip", names, &function, &instance, &fmi, &brief)
+        || !known_version(fmi))
+        return NULL;
+    BoundStep *self = (BoundStep *)type->tp_alloc(type, 0);
+    if (!self)
+        return NULL;
+    self->function.address = (void *)(uintptr_t)function;
+    self->instance = (void *)(uintptr_t)instance;
+    self->fmi = fmi;
+    self->brief = brief;
+    self->last = Py_NAN;
+    return (PyObject *)self;
+}
+
+static int call_step(BoundStep *self, double time, double h)
+{
+    if (self->fmi == 2)
+        return self->function.step2(self->instance, time, h, 1);
+    return self->function.step3(self->instance, time, h, true, &self->event, &self->asks_to_end, &self->early,
+                                &self->last);
+}
+
+static PyObject *step_do(PyObject *object, PyObject *const *arguments, Py_ssize_t count)
+{
+    BoundStep *self = (BoundStep *)object;
+    int status;
+    if (count != 2)
+        return PyErr_Format(PyExc_TypeError, "%zd arguments: expected time and h", count);
+    const double time = PyFloat_AsDouble(arguments[0]), h = PyFloat_AsDouble(arguments[1]);
+    if ((time == -1 || h == -1) && PyErr_Occurred())
+        return NULL;
+    if (self->brief) {
+        status = call_step(self, time, h);
+    } else {
+        Py_BEGIN_ALLOW_THREADS
+        status = call_step(self, time, h);
+        Py_END_ALLOW_THREADS
+    }
+    return PyErr_Occurred() ? NULL : PyLong_FromLong(status);
+}
+
+static PyObject *step_ended(PyObject *object, void *closure)
+{
+    (void)closure;
+    return PyBool_FromLong(((BoundStep *)object)->asks_to_end || ((BoundStep *)object)->early);
+}
+
+static PyObject *step_asks_to_end(PyObject *object, void *closure)
+{
+    (void)closure;
+    return PyBool_FromLong(((BoundStep *)object)->asks_to_end);
+}
+
+static PyObject *values_new(PyTypeObject *type, PyObject *arguments, PyObject *keywords)
+{
+    static char *names[] = {"function", "instance", "references", "fmi", "brief", NULL};
+    unsigned long long function, instance;
+    PyObject *given, *references;
+    int fmi, brief;
+    if (!PyArg_ParseTupleAndKeywords(arguments, keywords, "KKOip", names, &function, &instance, &given, &fmi, &brief)
+        || !known_version(fmi))
+        return NULL;
+    references = PySequence_Fast(given, "references: expected a sequence of integers");
+    if (!references)
+        return NULL;
+    const Py_ssize_t count = PySequence_Fast_GET_SIZE(references);
+    BoundValues *self = (BoundValues *)type->tp_alloc(type, 0);
+    if (self) {
+        self->function.address = (void *)(uintptr_t)function;
+        self->instance = (void *)(uintptr_t)instance;
+        self->fmi = fmi;
+        self->brief = brief;
+        self->count = count;
+        self->references = PyMem_Calloc((size_t)count + 1, sizeof *self->references);
+        self->values = PyMem_Calloc((size_t)count + 1, sizeof *self->values);
+        if (!self->references || !self->values)
+            PyErr_NoMemory();
+        for (Py_ssize_t k = 0; k < count && !PyErr_Occurred(); k++)
+            self->references[k] = (unsigned)PyLong_AsUnsignedLong(PySequence_Fast_GET_ITEM(references, k));
+        if (PyErr_Occurred())
+            Py_CLEAR(self);
+    }
+    Py_DECREF(references);
+    return (PyObject *)self;
+}
+
+static void values_dealloc(PyObject *object)
+{
+    BoundValues *self = (BoundValues *)object;
+    PyMem_Free(self->references);
+    PyMem_Free(self->values);
+    PyTypeObject *type = Py_TYPE(object);
+    type->tp_free(object);
+    Py_DECREF(type);
+}
+
+static int call_values(BoundValues *self)
+{
+    const size_t count = (size_t)self->count;
+    if (self->fmi == 2)
+        return self->function.values2(self->instance, self->references, count, self->values);
+    return self->function.values3(self->instance, self->references, count, self->values, count);
+}
+
+static int exchange(BoundValues *self)
+{
+    int status;
+    if (self->brief)
+        return call_values(self);
+    Py_BEGIN_ALLOW_THREADS
+    status = call_values(self);
+    Py_END_ALLOW_THREADS
+    return status;
+}
+
+static PyObject *values_set(PyObject *object, PyObject *given)
+{
+    BoundValues *self = (BoundValues *)object;
+    PyObject *values = PySequence_Fast(given, "expected a sequence of numbers");
+    if (!values)
+        return NULL;
+    if (PySequence_Fast_GET_SIZE(values) != self->count)
+        PyErr_Format(PyExc_TypeError, "%zd values: expected %zd", PySequence_Fast_GET_SIZE(values), self->count);
+    for (Py_ssize_t k = 0; k < self->count && !PyErr_Occurred(); k++)
+        self->values[k] = PyFloat_AsDouble(PySequence_Fast_GET_ITEM(values, k));
+    Py_DECREF(values);
+    if (PyErr_Occurred())
+        return NULL;
+    const int status = exchange(self);
+    return PyErr_Occurred() ? NULL : PyLong_FromLong(status);
+}
+
+static PyObject *values_get(PyObject *object, PyObject *unused)
+{
+    (void)unused;
+    BoundValues *self = (BoundValues *)object;
+    const int status = exchange(self);
+    if (PyErr_Occurred())
+        return NULL;
+    if (status > WARNING || status < 0)
+        return PyLong_FromLong(status);
+    PyObject *values = PyTuple_New(self->count);
+    for (Py_ssize_t k = 0; values && k < self->count; k++) {
+        PyObject *value = PyFloat_FromDouble(self->values[k]);
+        if (!value)
+            Py_CLEAR(values);
+        else
+            PyTuple_SET_ITEM(values, k, value);
+    }
+    return values;
+}
+
+static void step_dealloc(PyObject *object)
+{
+    PyTypeObject *type = Py_TYPE(object);
+    type->tp_free(object);
+    Py_DECREF(type);
+}
+
+static PyMethodDef step_methods[] = {
+    {"do", (PyCFunction)(void (*)(void))step_do, METH_FASTCALL, NULL},
+    {NULL, NULL, 0, NULL},
+};
+static PyMemberDef step_members[] = {
+    {"last", T_DOUBLE, offsetof(BoundStep, last), READONLY, NULL},
+    {NULL, 0, 0, 0, NULL},
+};
+static PyGetSetDef step_properties[] = {
+    {"ended", step_ended, NULL, NULL, NULL},
+    {"asks_to_end", step_asks_to_end, NULL, NULL, NULL},
+    {NULL, NULL, NULL, NULL, NULL},
+};
+static PyType_Slot step_slots[] = {
+    {Py_tp_new, step_new}, {Py_tp_dealloc, step_dealloc}, {Py_tp_methods, step_methods},
+    {Py_tp_members, step_members}, {Py_tp_getset, step_properties}, {0, NULL},
+};
+static PyType_Spec step_type = {"fmus.bound_calls.BoundStep", sizeof(BoundStep), 0, Py_TPFLAGS_DEFAULT, step_slots};
+
+static PyMethodDef values_methods[] = {
+    {"set", values_set, METH_O, NULL},
+    {"get", values_get, METH_NOARGS, NULL},
+    {NULL, NULL, 0, NULL},
+};
+static PyType_Slot values_slots[] = {
+    {Py_tp_new, values_new}, {Py_tp_dealloc, values_dealloc}, {Py_tp_methods, values_methods}, {0, NULL},
+};
+static PyType_Spec values_type = {"fmus.bound_calls.BoundValues", sizeof(BoundValues), 0, Py_TPFLAGS_DEFAULT,
+                                  values_slots};
+
+static int add_types(PyObject *module)
+{
+    PyObject *step = PyType_FromSpec(&step_type), *values = PyType_FromSpec(&values_type);
+    const int failed = !step || !values || PyModule_AddObjectRef(module, "BoundStep", step) < 0
+                       || PyModule_AddObjectRef(module, "BoundValues", values) < 0;
+    Py_XDECREF(step);
+    Py_XDECREF(values);
+    return failed ? -1 : 0;
+}
+
+static PyModuleDef_Slot slots[] = {{Py_mod_exec, add_types}, {0, NULL}};
+static PyModuleDef module = {PyModuleDef_HEAD_INIT, "bound_calls", NULL, 0, NULL, slots, NULL, NULL, NULL};
+
+PyMODINIT_FUNC PyInit_bound_calls(void)
+{
+    return PyModuleDef_Init(&module);
+}
