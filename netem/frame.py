@@ -13,12 +13,13 @@ class Frame:
 
     __slots__ = ("data", "digest", "end_ns", "medium", "number", "offered_ns", "on_air_ns", "sender")
 
-    def __init__(self, medium: str, sender: str, number: int, offered_ns: int, data: bytes) -> None:
+    def __init__(self, medium: str, sender: str, number: int, offered_ns: int, data: bytes, on_air_ns: int = -1,
+                 end_ns: int = -1) -> None:
         self.medium = medium
         self.sender = sender
         self.number = number
         self.offered_ns = offered_ns
         self.data = data
         self.digest: bytes = blake2b(data, digest_size=8).digest()
-        self.on_air_ns = -1         # start on the air, -1 before
-        self.end_ns = -1            # first instant after the last bit
+        self.on_air_ns = on_air_ns      # start on the air, -1 before
+        self.end_ns = end_ns            # first instant after the last bit

@@ -120,8 +120,7 @@ class Sensing:
             if not fixed and name in (observer, carrier):
                 continue
             frame = Frame(self.name, name, numbers[name], exposure_ns,
-                          self._detection(observer, name, exposure_ns, bodies[name]))
-            frame.on_air_ns = frame.end_ns = exposure_ns
+                          self._detection(observer, name, exposure_ns, bodies[name]), exposure_ns, exposure_ns)
             self._ledger.expect(1, self.name)
             fate = self._view.fate(camera, bodies[name])
             if fate is None:

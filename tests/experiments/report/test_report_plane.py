@@ -30,7 +30,7 @@ def a_run(folder: Path, signals: dict[str, list[tuple[str, str]]]) -> RunData:
     for number, fate in ((0, Fate.DELIVERED), (1, Fate.OUT_OF_VIEW)):
         at_ns = (number + 1) * 300 * MS
         ledger.expect(1, "view")
-        ledger.close(Frame("view", "evader", number, at_ns, b"", b"", at_ns, at_ns), "companion", fate,
+        ledger.close(Frame("view", "evader", number, at_ns, b"", at_ns, at_ns), "companion", fate,
                      delivered_ns=at_ns + MS if fate is Fate.DELIVERED else -1)
     ledger.finish()
     scenario = {"name": "plane", "length_ns": 1_000 * MS, "media": {"view": {"kind": "sensing", "settings": SETTINGS}}}
