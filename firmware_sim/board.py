@@ -49,7 +49,7 @@ class Board:
     def until(self, local_ns: int) -> Timeout:
         """Event at the first true instant at which the clock, as it runs now, reads `local_ns`; or at once."""
         env = self.node.env
-        return env.timeout(max(0, self.clock.true_at(local_ns) - env.now))
+        return Timeout(env, max(0, self.clock.true_at(local_ns) - env.time_ns()))
 
     def wait_until(self, local_ns: int) -> Generator[Event, Any, None]:
         """`yield from` this: come back when the clock reads at least `local_ns`, whatever is done to it meanwhile."""
@@ -77,8 +77,7 @@ class Board:
         else:
             node.silent_until(true_ns)
         env = node.env
-        delay_ns = true_ns - env.time_ns()
-        return Timeout(env, delay_ns if delay_ns > 0 else 0)
+        return Timeout(env, max(0, true_ns - env.time_ns()))
 
     def _promise(self, true_ns: int) -> None:
         if self._steps_ahead:

@@ -17,11 +17,12 @@ from typing import Any, Final
 
 import simpy
 from mypy_extensions import mypyc_attr
-from simpy.events import NORMAL, Event
+from simpy.events import Event
 
 from netem.agenda import NEVER_NS
+from netem.alarm import call_in
 from netem.lockstep.messages import Grant, Hello, Offer, Report, Sample
-from netem.node_environment import Alarm, NodeEnvironment
+from netem.node_environment import NodeEnvironment
 
 FrameBytes = bytes | bytearray | memoryview | Any       # Any: what else comes is refused by name, compiled or not
 WHOLE_NANOSECONDS: Final = "times are int; wait with whole nanoseconds, timeout(1_000_000), not timeout(1e6)"
@@ -94,8 +95,9 @@ class Node:
 
     def call_in(self, delay_ns: int, action: Callable[[Event], None]) -> None:
         """Call `action` after `delay_ns`."""
-        env = self.env
-        env.schedule(Alarm(env, action), NORMAL, delay_ns)
+        if delay_ns < 0:
+            raise ValueError(f"{self.name}: delay_ns={delay_ns}: expected 0 or more")
+        call_in(self.env, delay_ns, action)
 
     def silent_until(self, time_ns: int) -> None:
         """Firm promise: hand out nothing before `time_ns`, whatever is heard. A promise given is never taken back."""
@@ -168,7 +170,8 @@ class Node:
                 self._sample_before(arrival_ns)
             if self._next_show_ns <= arrival_ns:
                 self._show_before(arrival_ns + 1)
-            env.move_to(arrival_ns)
+            assert env._now <= arrival_ns, f"{arrival_ns} ns lies before {env._now} ns"
+            env._now = arrival_ns
             to = ports[port]
             if to.answers:
                 self._unless_heard_ns = 0
@@ -217,7 +220,7 @@ class Node:
                 env.step()                      # a failure that nobody may have taken: SimPy knows
                 continue
             heappop(queue)                      # what `env.step` does otherwise
-            env.move_to(time_ns)
+            env._now = time_ns
             callbacks, event.callbacks = event.callbacks, None
             for callback in callbacks:
                 callback(event)

@@ -9,17 +9,22 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from math import isfinite
-from typing import Final, NamedTuple
+from typing import Any, Final
 
 MAGIC: Final = 0xD5
 _HEAD: Final = struct.Struct("<BBI")
 MAX_ROBOTS: Final = 255
 
 
-class SyncFrame(NamedTuple):
-    sender: int
-    slot: int                       # number of the sender's slot in its schedule
-    outputs: tuple[float, ...]
+class SyncFrame:
+    """What a frame says. `slot` is the number of the sender's slot in its schedule."""
+
+    __slots__ = ("outputs", "sender", "slot")
+
+    def __init__(self, sender: int, slot: int, outputs: tuple[float, ...]) -> None:
+        self.sender = sender
+        self.slot = slot
+        self.outputs = outputs
 
 
 class SyncFrameCodec:
@@ -42,8 +47,8 @@ class SyncFrameCodec:
     def unpack(self, data: bytes) -> SyncFrame | None:
         if len(data) != self._size:
             return None
-        values = self._unpack(data)
-        magic, sender, slot = values[:3]
+        values: tuple[Any, ...] = self._unpack(data)
+        magic, sender, slot = values[0], values[1], values[2]
         outputs = values[3:]
         if magic != MAGIC or sender >= self._robots:
             return None

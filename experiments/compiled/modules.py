@@ -17,6 +17,7 @@ LAYOUT: Final = 1       # counts changes of `build` that change what it builds
 MODULES: Final = (
     "fmus.plant",
     "netem.agenda",
+    "netem.alarm",
     "netem.frame",
     "netem.links",
     "netem.lockstep.conductor",
