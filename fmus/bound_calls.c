@@ -124,10 +124,10 @@ static PyObject *values_new(PyTypeObject *type, PyObject *arguments, PyObject *k
     if (!PyArg_ParseTupleAndKeywords(arguments, keywords, "KKOip", names, &function, &instance, &given, &fmi, &brief)
         || !known_version(fmi))
         return NULL;
-    references = PySequence_Fast(given, "references: expected a sequence of integers");
+    references = PySequence_Tuple(given); /* of our own: converting a number may run Python */
     if (!references)
         return NULL;
-    const Py_ssize_t count = PySequence_Fast_GET_SIZE(references);
+    const Py_ssize_t count = PyTuple_GET_SIZE(references);
     BoundValues *self = (BoundValues *)type->tp_alloc(type, 0);
     if (self) {
         self->function.address = (void *)(uintptr_t)function;
@@ -140,7 +140,7 @@ static PyObject *values_new(PyTypeObject *type, PyObject *arguments, PyObject *k
         if (!self->references || !self->values)
             PyErr_NoMemory();
         for (Py_ssize_t k = 0; k < count && !PyErr_Occurred(); k++)
-            self->references[k] = (unsigned)PyLong_AsUnsignedLong(PySequence_Fast_GET_ITEM(references, k));
+            self->references[k] = (unsigned)PyLong_AsUnsignedLong(PyTuple_GET_ITEM(references, k));
         if (PyErr_Occurred())
             Py_CLEAR(self);
     }
@@ -180,13 +180,13 @@ static int exchange(BoundValues *self)
 static PyObject *values_set(PyObject *object, PyObject *given)
 {
     BoundValues *self = (BoundValues *)object;
-    PyObject *values = PySequence_Fast(given, "expected a sequence of numbers");
+    PyObject *values = PySequence_Tuple(given);
     if (!values)
         return NULL;
-    if (PySequence_Fast_GET_SIZE(values) != self->count)
-        PyErr_Format(PyExc_TypeError, "%zd values: expected %zd", PySequence_Fast_GET_SIZE(values), self->count);
+    if (PyTuple_GET_SIZE(values) != self->count)
+        PyErr_Format(PyExc_TypeError, "%zd values: expected %zd", PyTuple_GET_SIZE(values), self->count);
     for (Py_ssize_t k = 0; k < self->count && !PyErr_Occurred(); k++)
-        self->values[k] = PyFloat_AsDouble(PySequence_Fast_GET_ITEM(values, k));
+        self->values[k] = PyFloat_AsDouble(PyTuple_GET_ITEM(values, k));
     Py_DECREF(values);
     if (PyErr_Occurred())
         return NULL;

@@ -48,7 +48,7 @@ class InputGroup:
             if not self._trusted and not isfinite(sum(values)):     # a trusted FMU refuses such a value by itself,
                 plant.check_finite(self.names, values, "a value must be finite")        # and leaves all as they were
             status = self._set(values)
-        except TypeError:
+        except (TypeError, ValueError, OverflowError):
             raise PlantError(f"{plant.place()}: {', '.join(self.names)}: expected {len(self.names)} numbers, "
                              f"got {values!r}") from None
         if status:

@@ -21,11 +21,11 @@ from simpy.events import Event
 
 from netem.agenda import NEVER_NS
 from netem.alarm import call_in
+from netem.lockstep.errors import WHOLE_NANOSECONDS
 from netem.lockstep.messages import Grant, Hello, Offer, Report, Sample
 from netem.node_environment import NodeEnvironment
 
 FrameBytes = bytes | bytearray | memoryview | Any       # Any: what else comes is refused by name, compiled or not
-WHOLE_NANOSECONDS: Final = "times are int; wait with whole nanoseconds, timeout(1_000_000), not timeout(1e6)"
 MAX_EVENTS_AT_ONE_INSTANT: Final = 100_000
 
 
@@ -77,7 +77,7 @@ class Node:
         self._events: list[tuple[int, str, str]] = []
         self._counters: Counter[str] = Counter()
         self._signals: list[tuple[str, str]] = []
-        self._reads: list[tuple[tuple[str, ...], Callable[[int], Sequence[float]]]] = []
+        self._reads: list[tuple[tuple[str, ...], Callable[[int], Sequence[Any]]]] = []
         self._sample_period_ns = sample_period_ns
         self._next_sample_ns = 0 if sample_period_ns else NEVER_NS
         self._shows: list[tuple[int, int, Callable[[int], bytes]]] = []     # (port, period_ns, read)
@@ -124,7 +124,7 @@ class Node:
                                 f"{max(self._firm_ns, self._unless_heard_ns)} ns")
         self._offers.append((now_ns, port, data))
 
-    def signals(self, names_and_units: Sequence[tuple[str, str]], read: Callable[[int], Sequence[float]]) -> None:
+    def signals(self, names_and_units: Sequence[tuple[str, str]], read: Callable[[int], Sequence[Any]]) -> None:
         """Sample these signals: `read(time_ns)` gives one value for each, at every sample instant."""
         known = {name for name, _ in self._signals}
         twice = [name for name, _ in names_and_units if name in known]
@@ -133,7 +133,7 @@ class Node:
         self._signals.extend(names_and_units)
         self._reads.append((tuple(name for name, _ in names_and_units), read))
 
-    def signal(self, name: str, unit: str, read: Callable[[int], float]) -> None:
+    def signal(self, name: str, unit: str, read: Callable[[int], Any]) -> None:
         self.signals([(name, unit)], lambda time_ns: (read(time_ns),))
 
     def show(self, port: str, period_ns: int, read: Callable[[int], bytes]) -> None:
@@ -229,7 +229,12 @@ class Node:
         while self._next_sample_ns < time_ns:
             values: list[float] = []
             for names, read in self._reads:
-                found = [float(value) for value in read(self._next_sample_ns)]
+                given = read(self._next_sample_ns)
+                try:
+                    found = [float(value) for value in given]
+                except (TypeError, ValueError) as error:
+                    raise ValueError(f"{self.name}: the signals {', '.join(names)} at {self._next_sample_ns} ns: "
+                                     f"{given!r}: expected numbers: {error}") from None
                 if len(found) != len(names):
                     raise ValueError(f"{self.name}: {len(found)} values for the signals {', '.join(names)} at "
                                      f"{self._next_sample_ns} ns: expected {len(names)}")

@@ -8,13 +8,15 @@ from __future__ import annotations
 import importlib.util
 import os
 import shlex
+import shutil
 import subprocess
 import sys
 import sysconfig
+from functools import partial
 from pathlib import Path
 from typing import Final
 
-from experiments.compiled.modules import ROOT, compiled_folder
+from experiments.compiled.modules import ROOT, compiled_folder, found_in
 from fmus.build import find_compiler
 from fmus.cache import kept
 
@@ -28,11 +30,14 @@ class CannotCompile(Exception):
 
 
 def compile_modules() -> Path:
-    """The folder with the compiled modules, made if it is not there yet."""
-    return kept(compiled_folder(), _compile)
+    """The folder with the compiled modules, made if it is not there yet, or not whole any more."""
+    folder = compiled_folder()
+    if not found_in(folder):
+        shutil.rmtree(folder, ignore_errors=True)
+    return kept(folder, partial(_compile, asked_for=folder))
 
 
-def _compile(draft: Path) -> None:
+def _compile(draft: Path, asked_for: Path) -> None:
     if missing := [name for name in NEEDED if importlib.util.find_spec(name) is None]:
         raise CannotCompile(f"{', '.join(missing)} missing in this Python: pip install 'marconet[compiled]'")
     header = Path(sysconfig.get_path("include")) / "Python.h"
@@ -44,3 +49,5 @@ def _compile(draft: Path) -> None:
                           stderr=subprocess.STDOUT, check=False)
     if done.returncode:
         raise CannotCompile(f"compiling failed (exit code {done.returncode}):\n{done.stdout[-4000:]}")
+    if compiled_folder() != asked_for:
+        raise CannotCompile("a source was changed meanwhile: call marconet compile again")

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
-from importlib.machinery import EXTENSION_SUFFIXES, ModuleSpec
+from collections.abc import Mapping, Sequence
+from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
-from experiments.compiled.modules import MODULES, compiled_folder
+from experiments.compiled.modules import MODULES, compiled_folder, found_in
 
 
 class CompiledModules:
-    """Finds the extension modules below `folder` by their place in it."""
-
-    def __init__(self, folder: Path) -> None:
-        self._files = {_module_of(file, folder): file for file in folder.rglob(f"*{EXTENSION_SUFFIXES[0]}")}
+    def __init__(self, files: Mapping[str, Path]) -> None:
+        self._files = files
 
     def find_spec(self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
                   ) -> ModuleSpec | None:
@@ -31,12 +29,11 @@ def use_compiled() -> str:
         return "interpreted: MARCONET_COMPILED=0"
     if early := [name for name in MODULES if name in sys.modules]:
         return f"interpreted: {early[0]} was imported before experiments"
-    folder = compiled_folder()
-    if not folder.is_dir():
+    try:
+        files = found_in(compiled_folder())
+    except OSError as error:
+        return f"interpreted: {error}"
+    if not files:
         return "interpreted: `marconet compile` was not called, or a source has changed since"
-    sys.meta_path.insert(0, CompiledModules(folder))
+    sys.meta_path.insert(0, CompiledModules(files))
     return "compiled"
-
-
-def _module_of(file: Path, folder: Path) -> str:
-    return ".".join(file.relative_to(folder).parts).removesuffix(EXTENSION_SUFFIXES[0])

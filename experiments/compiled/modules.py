@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from hashlib import blake2b
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from sysconfig import get_platform
 from typing import Final
@@ -55,8 +56,10 @@ def compiled_folder() -> Path:
     """Where the result for the sources as they are now is kept, or would be.
 
     A compiled module trusts what the annotations of all the others say, so every source of the packages counts.
+    OSError if one of them cannot be read.
     """
-    digest = blake2b(f"{LAYOUT} {sys.implementation.cache_tag} {get_platform()} {MODULES}".encode(), digest_size=8)
+    python = f"{sys.implementation.cache_tag} {get_platform()} {EXTENSION_SUFFIXES[0]}"
+    digest = blake2b(f"{LAYOUT} {python} {MODULES}".encode(), digest_size=8)
     for package in PACKAGES:
         _add(digest, str(ROOT / package))
     for source in EXTENSIONS.values():
@@ -64,13 +67,23 @@ def compiled_folder() -> Path:
     return cache_folder() / "compiled" / f"{sys.implementation.cache_tag}-{digest.hexdigest()}"
 
 
+def found_in(folder: Path) -> dict[str, Path]:
+    """The extension modules below `folder` by name; empty unless all are there."""
+    suffix = EXTENSION_SUFFIXES[0]
+    files = {".".join(file.relative_to(folder).parts).removesuffix(suffix): file
+             for file in folder.rglob(f"*{suffix}") if file.stat().st_size}
+    whole = files.keys() >= {*MODULES, *EXTENSIONS} and any(name.endswith("__mypyc") for name in files)
+    return files if whole else {}
+
+
 def _add(digest: blake2b, folder: str) -> None:
     with os.scandir(folder) as found:
         entries = sorted(found, key=lambda entry: entry.name)
     for entry in entries:
-        if entry.name.endswith(".py"):
+        if entry.name.endswith(".py") and entry.name[:-3].isidentifier():       # not an editor's .#node.py
             digest.update(f"\0{entry.name}\0".encode())
             with open(entry.path, "rb") as source:
                 digest.update(source.read())
         elif entry.is_dir() and entry.name != "__pycache__":
+            digest.update(f"\0{entry.name}/".encode())
             _add(digest, entry.path)

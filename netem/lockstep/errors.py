@@ -2,6 +2,17 @@
 
 from __future__ import annotations
 
+import re
+from typing import Final
+
+WHOLE_NANOSECONDS: Final = "times are int; wait with whole nanoseconds, timeout(1_000_000), not timeout(1e6)"
+
+
+def with_remedy(error: str) -> str:
+    """The text of a program's error; a compiled function that was handed a time of another type cannot say the rule."""
+    handed_a_float = re.search(r"\bint object expected; got (float|numpy\.\w+)$", error)
+    return f"{error}: {WHOLE_NANOSECONDS}" if handed_a_float else error
+
 
 class NodeFailure(Exception):
     """A node exited, hung, failed, broke its promise or spoke nonsense; the run is over, its folder is kept."""

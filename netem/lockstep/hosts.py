@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from netem.lockstep.errors import NodeFailure
+from netem.lockstep.errors import NodeFailure, with_remedy
 from netem.lockstep.messages import Grant, Hello, Report
 from netem.node import Node
 
@@ -48,7 +48,8 @@ class InlineHost:
             try:
                 reports.append((name, node.advance(grant)))
             except (Exception, SystemExit) as error:
-                raise NodeFailure(name, f"its program failed at {node.now_ns} ns: {type(error).__name__}: {error}",
+                raise NodeFailure(name, f"its program failed at {node.now_ns} ns: {type(error).__name__}: "
+                                  f"{with_remedy(str(error))}",
                                   detail=traceback.format_exc()) from error
         return reports
 

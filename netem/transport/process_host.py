@@ -24,7 +24,7 @@ from uuid import uuid4
 
 import msgspec
 
-from netem.lockstep.errors import NodeFailure
+from netem.lockstep.errors import NodeFailure, with_remedy
 from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
 from netem.transport import keys
 from netem.transport.errand import Errand
@@ -103,7 +103,7 @@ class ProcessHost:
         for name, report in reports.items():
             if report.error:
                 last_line = report.error.strip().rpartition("\n")[2]
-                raise NodeFailure(name, f"its program failed: {last_line}", detail=report.error)
+                raise NodeFailure(name, f"its program failed: {with_remedy(last_line)}", detail=report.error)
         self._placement.exchanged(len(grants))
         return [(name, reports[name]) for name, _ in grants]
 

@@ -92,6 +92,61 @@ def test_a_changed_source_of_any_package_is_not_what_was_compiled(tmp_path: Path
     assert len(set(found)) == 2 + len(modules.PACKAGES)
 
 
+def test_what_an_editor_leaves_beside_a_source_does_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for package in modules.PACKAGES:
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(modules, "ROOT", tmp_path)
+    before = compiled_folder()
+    (tmp_path / "netem" / ".#node.py").symlink_to("nowhere.py")
+
+    assert compiled_folder() == before
+
+
+def test_a_source_that_cannot_be_read_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(modules, "ROOT", tmp_path)
+    monkeypatch.setattr(finder, "MODULES", ("not.imported.yet",))
+    monkeypatch.delenv("MARCONET_COMPILED")
+
+    assert finder.use_compiled().startswith("interpreted: ")
+    assert str(tmp_path) in finder.use_compiled()
+
+
+@pytest.mark.parametrize("damage", ["netem/node", "__mypyc", "empty"])
+def test_a_result_that_is_not_whole_is_not_used_and_made_again(compiled: Path, tmp_path: Path,
+                                                               monkeypatch: pytest.MonkeyPatch, damage: str) -> None:
+    result = tmp_path / "result"
+    shutil.copytree(compiled, result)
+    assert modules.found_in(result)
+    for file in result.rglob("*.so"):
+        if damage == "empty" and "agenda" in file.name:
+            file.write_bytes(b"")
+        elif damage in str(file):
+            file.unlink()
+    monkeypatch.setattr(finder, "MODULES", ("not.imported.yet",))
+    monkeypatch.setattr(finder, "compiled_folder", lambda: result)
+    monkeypatch.setattr(build, "compiled_folder", lambda: result)
+    monkeypatch.setattr(build, "_compile",
+                        lambda draft, asked_for: shutil.copytree(compiled, draft, dirs_exist_ok=True))
+    monkeypatch.delenv("MARCONET_COMPILED")
+
+    state = finder.use_compiled()
+    mended = modules.found_in(compile_modules())
+
+    assert state.startswith("interpreted: ")
+    assert mended.keys() == modules.found_in(compiled).keys()
+
+
+def test_a_source_that_changes_meanwhile_leaves_no_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = iter([tmp_path / "before", tmp_path / "after"])
+    monkeypatch.setattr(build, "compiled_folder", lambda: next(names))
+    monkeypatch.setattr(sys, "executable", shutil.which("true"))
+
+    with pytest.raises(CannotCompile, match="a source was changed meanwhile"):
+        compile_modules()
+
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_without_a_result_for_these_sources_the_sources_are_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
                                                                  ) -> None:
     monkeypatch.setattr(finder, "compiled_folder", lambda: tmp_path / "nothing")

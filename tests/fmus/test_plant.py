@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import msgspec
 import pytest
@@ -122,7 +123,20 @@ def test_an_input_that_is_not_finite_is_refused_with_its_name_and_time(motor: Pl
             plant.set("u", value)
 
 
-@pytest.mark.parametrize("values", [[], [1.0, 2.0], ["1"], [None], 3.0])
+def test_a_number_may_change_the_list_that_it_stands_in(own: Own, version: str) -> None:
+    class Odd:
+        def __float__(self) -> float:
+            values.clear()
+            return 2.0
+
+    values: list[Any] = [Odd(), 3.0]
+    with Plant(own("rigid_body", version), "b") as plant:
+        plant.input_group(["thrust", "torque[1]"]).write(values)
+
+        assert (plant.get("thrust"), plant.get("torque[1]")) == (2.0, 3.0)
+
+
+@pytest.mark.parametrize("values", [[], [1.0, 2.0], ["1"], [None], 3.0, [10**400]])
 def test_a_group_refuses_what_is_not_its_numbers(motor: PlantDescription, values: object) -> None:
     with Plant(motor, "m") as plant, pytest.raises(PlantError, match="u: expected 1 numbers, got"):
         plant.input_group(["u"]).write(values)      # type: ignore[arg-type]

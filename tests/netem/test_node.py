@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from netem.lockstep.conductor import Conductor
-from netem.lockstep.errors import NodeFailure
+from netem.lockstep.errors import WHOLE_NANOSECONDS, NodeFailure, with_remedy
 from netem.node import Node
 
 Conduct = Callable[..., Conductor]
@@ -59,6 +59,23 @@ def test_a_program_that_never_lets_time_pass_is_named(conduct: Conduct) -> None:
 
     with pytest.raises(NodeFailure, match="100000 events at 0 ns: the program waits for no time to pass"):
         conduct({"a": build}, latency_ns=10, end_ns=10_000)
+
+
+def test_a_signal_that_is_no_number_is_named(conduct: Conduct) -> None:
+    def build() -> Node:
+        node = node_that(lambda node: None)()
+        node.signal("speed", "m/s", lambda t: None)
+        return node
+
+    with pytest.raises(NodeFailure, match=r"the signals speed at 0 ns: \(None,\): expected numbers"):
+        conduct({"a": build}, latency_ns=10, end_ns=10_000)
+
+
+@pytest.mark.parametrize(("error", "has_remedy"), [
+    ("int object expected; got float", True), ("TypeError: int object expected; got numpy.int64", True),
+    ("int object expected; got str", False), ("no such sensor", False)])
+def test_a_time_that_a_compiled_function_refuses_comes_with_the_rule(error: str, has_remedy: bool) -> None:
+    assert with_remedy(error) == (f"{error}: {WHOLE_NANOSECONDS}" if has_remedy else error)
 
 
 def test_buffers_are_frames_and_numpy_numbers_are_samples(conduct: Conduct) -> None:
