@@ -1,6 +1,6 @@
 """Compiles the modules into the cache: `marconet compile`.
 
-It takes mypy and setuptools (`pip install marconet[compiled]`), a C compiler, and the headers of this Python.
+It takes mypy and setuptools (the extra `compiled`), a C compiler, and the headers of this Python.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def compile_modules() -> Path:
 
 def _compile(draft: Path, asked_for: Path) -> None:
     if missing := [name for name in NEEDED if importlib.util.find_spec(name) is None]:
-        raise CannotCompile(f"{', '.join(missing)} missing in this Python: pip install 'marconet[compiled]'")
+        raise CannotCompile(f"{', '.join(missing)} missing in this Python: pip install 'mypy>=2.0' setuptools")
     header = Path(sysconfig.get_path("include")) / "Python.h"
     if not header.is_file():
         raise CannotCompile(f"{header}: no such file: install the headers of this Python (Debian: python3-dev)")

@@ -157,7 +157,7 @@ def test_without_a_result_for_these_sources_the_sources_are_used(tmp_path: Path,
 
 
 @pytest.mark.parametrize(("missing", "message"), [
-    ("mypyc", "mypyc missing in this Python: pip install 'marconet\\[compiled\\]'"),
+    ("mypyc", "mypyc missing in this Python: pip install 'mypy>=2.0' setuptools"),
     ("Python.h", "Python.h: no such file: install the headers of this Python"),
     ("a translation", "compiling failed \\(exit code 1\\)"),
 ])
