@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from experiments.runner import run
 from experiments.scenario import load
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
+HASHES: dict[str, str] = tomllib.loads(Path(__file__).with_name("ledger_hashes.toml").read_text())
 SCENARIOS = [pytest.param(path, id=path.stem) for path in sorted(FOLDER.glob("*.toml"))]
 
 
@@ -18,7 +20,7 @@ def test_none_is_missing() -> None:
 
 
 @pytest.mark.parametrize("path", SCENARIOS)
-def test_what_it_expects_holds(path: Path, tmp_path: Path) -> None:
+def test_what_it_expects_holds_and_its_ledger_is_the_recorded_one(path: Path, tmp_path: Path) -> None:
     scenario = load(path)
     if scenario.gateways:           # somebody outside is waited for; here nobody comes
         nowhere = [f"gateways.{name}.listen='127.0.0.1:0'" for name in scenario.gateways]
@@ -28,6 +30,8 @@ def test_what_it_expects_holds(path: Path, tmp_path: Path) -> None:
 
     assert [f"{verdict.key}={verdict.value}: {verdict.by_how_much()}" for verdict in summary.verdicts
             if not verdict.holds] == []
+    if not scenario.gateways:
+        assert summary.ledger_hash == HASHES[path.stem]
 
 
 @pytest.mark.parametrize("path", SCENARIOS)
