@@ -79,6 +79,9 @@ def run(scenario: Source, seed: Seed = None, duration: Duration = None,
 
 @app.command(epilog="Example: marconet report runs/third")
 def report(run_dir: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Folder of a run.")],
+           self_contained: Annotated[bool, typer.Option(
+               "--self-contained", help="With the drawing library inside, so that the page can be sent alone. Without "
+               "this it is so only where no other run lies beside this one.")] = False,
            traceback: Traceback = False) -> None:
     """Write report.html anew from the records of a run."""
     with errors_as_text(traceback):
@@ -87,7 +90,7 @@ def report(run_dir: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Fold
 
         if not (run_dir / "scenario.json").is_file():
             raise FileNotFoundError(f"{run_dir}: no run was recorded there: it has no scenario.json")
-        print_path(_console(), "report", write_report(run_dir))
+        print_path(_console(), "report", write_report(run_dir, "inside" if self_contained else "auto"))
 
 
 @app.command(epilog="Example: marconet table 3.1 --runs 20 --figures figures.html")
