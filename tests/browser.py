@@ -12,6 +12,7 @@ import os
 import select
 import shutil
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -26,6 +27,13 @@ NEEDED = "needs Chromium to draw the page: `apt-get install chromium`, or Google
 TIMEOUT_S = 60.0
 FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--hide-scrollbars",
          "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage")
+LAUNCH = """
+import fcntl, os, sys
+commands, answers = (fcntl.fcntl(int(number), fcntl.F_DUPFD, 10) for number in sys.argv[1:3])
+os.dup2(commands, 3)
+os.dup2(answers, 4)
+os.execv(sys.argv[3], sys.argv[3:])
+"""                     # `subprocess` gives a process no descriptors 3 and 4 of one's choice
 
 needs_browser = pytest.mark.skipif(EXECUTABLE is None, reason=NEEDED)
 
@@ -148,8 +156,8 @@ def browser(profile: Path) -> Iterator[Browser]:
     command_read, command_write = os.pipe()
     answer_read, answer_write = os.pipe()
     process = subprocess.Popen(
-        ["sh", "-c", f'exec "$@" 3<&{command_read} 4>&{answer_write}', "sh", EXECUTABLE, *FLAGS,
-         "--remote-debugging-pipe", f"--user-data-dir={profile}", "about:blank"],
+        [sys.executable, "-c", LAUNCH, str(command_read), str(answer_write), EXECUTABLE, *FLAGS, "--remote-debugging-pipe",
+         f"--user-data-dir={profile}", "about:blank"],
         pass_fds=(command_read, answer_write), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL)
     os.close(command_read)
