@@ -20,7 +20,7 @@ settings.load_profile("marconet")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--fail-on-skip", action="store_true", help="a test that lacks a tool fails, and says how to get it")
+    parser.addoption("--fail-on-skip", action="store_true", help="a skipped test fails, and says why")
 
 
 @pytest.hookimpl(wrapper=True)

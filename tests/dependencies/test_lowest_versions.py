@@ -1,4 +1,4 @@
-"""Every dependency at the lower bound that pyproject.toml declares: marconet installs, and runs three scenarios as ever."""
+"""With every dependency at the lower bound that pyproject.toml declares, three scenarios run and leave the known ledgers."""
 
 from __future__ import annotations
 
