@@ -1,4 +1,4 @@
-"""With every dependency at the lower bound that pyproject.toml declares, three scenarios run and leave the known ledgers."""
+"""At the lower bounds that pyproject.toml declares, three scenarios run and leave the known ledgers."""
 
 from __future__ import annotations
 
