@@ -156,8 +156,8 @@ def browser(profile: Path) -> Iterator[Browser]:
     command_read, command_write = os.pipe()
     answer_read, answer_write = os.pipe()
     process = subprocess.Popen(
-        [sys.executable, "-c", LAUNCH, str(command_read), str(answer_write), EXECUTABLE, *FLAGS, "--remote-debugging-pipe",
-         f"--user-data-dir={profile}", "about:blank"],
+        [sys.executable, "-c", LAUNCH, str(command_read), str(answer_write), EXECUTABLE, *FLAGS,
+         "--remote-debugging-pipe", f"--user-data-dir={profile}", "about:blank"],
         pass_fds=(command_read, answer_write), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL)
     os.close(command_read)

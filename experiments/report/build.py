@@ -24,7 +24,7 @@ from experiments.monitors.judge import VIOLATED
 from experiments.monitors.outcome import Standing
 from experiments.report import series
 from experiments.report.facts import facts, failure_of, seconds, unfinished, windows
-from experiments.report.moments import moments
+from experiments.report.moments import Moments, moments
 from experiments.report.palette import FATES, for_page
 from experiments.report.plane import plane
 from experiments.report.plotly_file import Where, plotly_source, shared_plotly
@@ -57,8 +57,8 @@ class Limits(NamedTuple):
 
 
 def write_report(run_dir: Path, plotly: Where = "auto") -> Path:
-    """`plotly` says where the drawing library is: "inside" the page, "beside" the run folder in a file that reports share,
-    or "auto": beside if another run's folder lies there."""
+    """`plotly` says where the drawing library is: "inside" the page, "beside" the run folder in a file that reports
+    share, or "auto": beside if another run's folder lies there."""
     path = run_dir / "report.html"
     part = run_dir / ".report.html.part"
     part.write_text(render(load_run(run_dir), run_dir, shared_plotly(run_dir, plotly)), encoding="utf-8")
@@ -69,14 +69,7 @@ def write_report(run_dir: Path, plotly: Where = "auto") -> Path:
 def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> str:
     verdicts, problems = verdicts_of(data)
     broke = moments(data, verdicts)
-    drawn = {"signals": question_first(data), "switching": series.switching(data),
-             "violated": series.violated(data), "spoken": series.spoken(data, broke.instants_ns),
-             "fates": series.fates(data), "ages": series.ages(data), "gaps": series.gaps(data), "nodes": data.nodes,
-             "plane": plane(data, broke.instants_ns),
-             "length_s": data.length_ns * 1e-9, "palette": for_page(),
-             "meanings": {fate.value: meaning for fate, meaning in MEANING.items()},
-             "moments": [{"t_s": moment.from_ns / 1e9, "words": f"{moment.what}, {moment.on}"} for moment in broke.shown
-                         if moment.from_ns is not None]}
+    drawn = _drawn(data, broke)
     listed = [event for event in data.events if event.kind != VIOLATED or not data.guarantees]
     guarantees = [outcome.standing for outcome in data.guarantees.values()]
     broken = [verdict for verdict in verdicts if not verdict.holds]
@@ -97,6 +90,17 @@ def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> s
         event_kinds=sorted(Counter(event.kind for event in data.events).items()), most_links=MOST_LINKS,
         data_json=_for_script(drawn), plotly_address=plotly_address,
         plotly=None if plotly_address else Markup(plotly_source()), script=_script(), style=_text(PAGE / "report.css"))
+
+
+def _drawn(data: RunData, broke: Moments) -> Json:
+    """What the page's script draws."""
+    return {"signals": question_first(data), "switching": series.switching(data), "violated": series.violated(data),
+            "spoken": series.spoken(data, broke.instants_ns), "fates": series.fates(data), "ages": series.ages(data),
+            "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, broke.instants_ns),
+            "length_s": data.length_ns * 1e-9, "palette": for_page(),
+            "meanings": {fate.value: meaning for fate, meaning in MEANING.items()},
+            "moments": [{"t_s": moment.from_ns / 1e9, "words": f"{moment.what}, {moment.on}"}
+                        for moment in broke.shown if moment.from_ns is not None]}
 
 
 def _contents(verdicts: Sequence[Verdict], broken: Sequence[Verdict], guarantees: Sequence[Standing], broke: int,

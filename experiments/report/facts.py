@@ -5,36 +5,21 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from experiments.run_data import RunData
+from experiments.run_result import lateness_in_words
 
 
 class Failure(NamedTuple):
     words: str
-    more: list[tuple[str, str]]         # what else the run told about it: (label, text)
-
-
-FURTHER = {"last_report": "Last report of the node", "stack": "Where it hung", "traceback": "Traceback",
-           "waiting_for": "Waited for"}
+    last_report: str        # of the node that failed; "" where none is known or the words hold it
 
 
 def failure_of(data: RunData) -> Failure | None:
-    """Why the run ended before its time, as summary.json or run.json has it; None if it did not fail."""
-    told = data.summary.get("failure") or data.run.get("failure")
-    if not told:
+    """Why the run ended before its time, as summary.json or else run.json has it; None if it did not fail."""
+    words = data.summary.get("failure") or data.run.get("failure")
+    if not words:
         return None
-    fields = dict(told) if isinstance(told, dict) else {"words": told}
-    words = next((str(fields.pop(key)) for key in ("words", "message", "error") if fields.get(key)), "The run failed.")
-    for key in FURTHER:
-        if key not in fields and data.summary.get(key):
-            fields[key] = data.summary[key]
-    more = [(FURTHER.get(key, key.replace("_", " ").capitalize()), _as_text(value)) for key, value in fields.items()
-            if value not in (None, "", [], {})]
-    return Failure(words, more)
-
-
-def _as_text(value: Any) -> str:
-    if isinstance(value, dict):
-        return "\n".join(f"{key}: {_as_text(part)}" for key, part in value.items())
-    return "\n".join(map(_as_text, value)) if isinstance(value, list) else str(value)
+    last_report = data.summary.get("last_report") or ""
+    return Failure(str(words), "" if last_report in words else str(last_report))
 
 
 def windows(data: RunData) -> dict[str, str]:
@@ -60,6 +45,7 @@ def facts(data: RunData) -> list[tuple[str, str]]:
         ("Length", seconds(data.length_ns)),
         ("Host", summary.get("host")),
         ("Real-time factor", _times(summary.get("real_time_factor"))),
+        ("Lateness", lateness_in_words(run["real_time"]) if run.get("real_time") else None),
         ("Wall clock", f"{summary['wall_s']:.2f} s" if summary.get("wall_s") else None),
         ("Windows", summary.get("windows")),
         ("Grants", summary.get("grants")),

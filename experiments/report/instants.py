@@ -44,8 +44,8 @@ def instant_of(verdict: Verdict, window: Window | None, data: RunData) -> Instan
             return _Frames(data, medium, window).instant(metric)
         case CountKey(pattern, counter):
             nodes = set(matching(pattern, data.nodes))
-            return next((Instant(event.time_ns, f"{event.node}: {event.kind}, for the first time") for event in data.events
-                         if event.kind == counter and event.node in nodes), None)
+            return next((Instant(event.time_ns, f"{event.node}: {event.kind}, for the first time")
+                         for event in data.events if event.kind == counter and event.node in nodes), None)
         case GuaranteeKey(name) if name in data.guarantees and (first := data.guarantees[name].standing.first):
             return Instant(first.from_ns, "the first violation")
     return None
@@ -104,7 +104,8 @@ class _Frames:
         if not rows.size:
             return None
         row = int(rows[self.column["offered_ns"][rows].argmin()])
-        return Instant(int(self.column["offered_ns"][row]), f"{self._link(row)}: the first copy {self.column['fate'][row]}")
+        return Instant(int(self.column["offered_ns"][row]),
+                       f"{self._link(row)}: the first copy {self.column['fate'][row]}")
 
     def _link(self, row: int) -> str:
         return f"{self.column['medium'][row]}: {self.column['sender'][row]} -> {self.column['receiver'][row]}"
@@ -155,6 +156,7 @@ class _Frames:
             at = int(gaps.argmin())
             if best is None or gaps[at] < best[0]:
                 row, words = int(rows[0]), "shortest" if shortest else "longest"
-                best = int(gaps[at]), Instant(int(starts[at + 1]), f"{self.column['medium'][row]}: "
-                                              f"{self.column['sender'][row]}: the {words} time between transmissions ends")
+                sender = f"{self.column['medium'][row]}: {self.column['sender'][row]}"
+                best = int(gaps[at]), Instant(int(starts[at + 1]),
+                                              f"{sender}: the {words} time between transmissions ends")
         return best and best[1]

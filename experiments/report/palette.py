@@ -1,7 +1,8 @@
 """The colours of report and picture, each once for light pages and once for dark ones.
 
-Every colour stands out from the card behind it by a contrast of at least 3 : 1, which WCAG 2.1 (1.4.11) asks of graphics.
-Curves take their hues from Okabe and Ito (2008), darkened or lightened, so that colour-blind readers tell them apart.
+Every colour stands out from the card behind it by a contrast of at least 3 : 1, which WCAG 2.1 (1.4.11) asks of
+graphics. Curves take their hues from Okabe and Ito (2008), darkened or lightened, so that colour-blind readers tell
+them apart.
 """
 
 from __future__ import annotations

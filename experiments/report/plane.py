@@ -32,8 +32,8 @@ DIGITS = 6          # micrometres
 
 
 def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
-    """Paths at common instants, those of `also_ns` among them, fields of view, obstacles and looks; None if nobody has a
-    place."""
+    """Paths at common instants, those of `also_ns` among them, fields of view, obstacles and looks; None if no node has
+    a place."""
     tracks = [(node, name, table, columns) for node, table in sorted(data.signals.items()) if table.time_ns.size
               for name, columns in _places(table)]
     bodies = [track for track in tracks if not track[1]]

@@ -1,8 +1,8 @@
 """Plotly for a page: inside it, or as one file that all reports of a folder share.
 
-The bundle is plotly.js's own `cartesian` one (1.5 MB; the complete one has 4.8), kept in `page/` as npm publishes it, see
-decision 0020. A report holds it, so that the page can be sent alone. Where a run folder lies beside those of other runs,
-the file lies once beside them, and each page names it as `../plotly-....js`; browsers load that without a network too.
+The bundle is plotly.js's own `cartesian` one (1.5 MB; the complete one has 4.8), kept in `page/` as npm publishes it,
+see decision 0020. A report holds it, so that the page can be sent alone. Where a run folder lies beside those of other
+runs, the file lies once beside them, and each page names it as `../plotly-....js`, which browsers load from the disk.
 """
 
 from __future__ import annotations

@@ -114,7 +114,8 @@ def spoken(data: RunData, around_ns: Sequence[int] = ()) -> Json:
         "number": shown["number"].to_list(), "heard": shown["heard"].to_list(), "copies": shown["copies"].to_list(),
         "bytes": shown["size_bytes"].to_list(),
     }
-    return columns | {"rows": shown.height, "total": table.height, "until_s": table["start_ns"][min(table.height, MOST_TRANSMISSIONS) - 1] * 1e-9,
+    until_ns = table["start_ns"][min(table.height, MOST_TRANSMISSIONS) - 1]
+    return columns | {"rows": shown.height, "total": table.height, "until_s": until_ns * 1e-9,
                       "around_s": AROUND_NS * 1e-9}
 
 

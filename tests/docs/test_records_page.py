@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from experiments.report.records_list import KINDS
 from netem.fate import Fate
 from netem.fate_meaning import MEANING
 
@@ -23,3 +24,9 @@ def test_the_page_gives_each_fate_the_meaning_that_the_report_shows() -> None:
     told = {fate: meaning for fate, (meaning,) in table("fate").items()}
 
     assert told == {fate.value: MEANING[fate] for fate in Fate}
+
+
+def test_the_page_names_every_file_that_the_report_links() -> None:
+    files = [kind.pattern for kind in KINDS if "*" not in kind.pattern]
+
+    assert [name for name in files if f"`{name}`" not in PAGE] == []

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from experiments.report.cause_text import CauseLine, cause_lines
 
 ESCAPE = ("pursuer_fast saw it last at 34.93 s, told at 34.97 s; pursuer_slow has never seen it; since 21.16 s radio: "
-          "fast -> slow: frames 189, 190, 191, 192 and 166 more lost (impairments[1] gilbert_elliott), frame 7 collided, "
-          "radio: slow -> fast: frame 3 on its way until 22.5 s, slowest 0.053375265 s (radio: fast -> center)")
+          "fast -> slow: frames 189, 190, 191, 192 and 166 more lost (impairments[1] gilbert_elliott), "
+          "frame 7 collided, radio: slow -> fast: frame 3 on its way until 22.5 s, slowest 0.053375265 s "
+          "(radio: fast -> center)")
 NAMES = st.from_regex(r"[a-z][a-z0-9_-]{0,8}", fullmatch=True)
 ENDINGS = st.sampled_from(["lost (impairments[0] bernoulli_loss)", "collided (r2)", "deaf", "queue full (40 of 40)",
                            "on its way until 7.007534 s", "delivered corrupt (impairments[3] corrupt)"])

@@ -11,6 +11,7 @@ import pytest
 from experiments.report.build import write_report
 from netem.fate import Fate
 from netem.frame import Frame
+from netem.records.events import Level
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder
 from tests.browser import Browser, browser, needs_browser
@@ -22,12 +23,12 @@ BROKEN_S = 1.23
 LENGTH_MS = 2_000
 VIOLATION = {"on": "radio: a -> b", "node": "b", "from_ns": 1_230 * MS, "until_ns": 1_400 * MS, "worst": 3.0,
              "cause": "frames 121, 122 and 1 more lost (impairments[0] scripted_loss)"}
-STANDING = {"name": "losses", "kind": "successive_losses", "on": "radio: a -> b", "requires": "at most 1 successive losses",
-            "unit": "", "expected": "holds", "judged": True, "violations": 1, "first": VIOLATION, "violated_ns": 170 * MS,
-            "worst": 3.0, "margin": -2.0}
-SCENARIO = {"name": "small", "seed": 1, "length_ns": LENGTH_MS * MS, "question": "Does b hear a?", "question_signal": "*.x",
-            "guarantees": {"losses": {"unit": ""}}, "media": {"radio": {"kind": "broadcast_radio"}},
-            "expect": {"b.x.max": {"max": 1.0}}}
+STANDING = {"name": "losses", "kind": "successive_losses", "on": "radio: a -> b",
+            "requires": "at most 1 successive losses", "unit": "", "expected": "holds", "judged": True,
+            "violations": 1, "first": VIOLATION, "violated_ns": 170 * MS, "worst": 3.0, "margin": -2.0}
+SCENARIO = {"name": "small", "seed": 1, "length_ns": LENGTH_MS * MS, "question": "Does b hear a?",
+            "question_signal": "*.x", "guarantees": {"losses": {"unit": ""}},
+            "media": {"radio": {"kind": "broadcast_radio"}}, "expect": {"b.x.max": {"max": 1.0}}}
 
 
 def small_run(folder: Path) -> Path:
@@ -48,7 +49,6 @@ def small_run(folder: Path) -> Path:
         for k in range(LENGTH_MS // 10):
             x = 1.5 if node == "b" and k == 123 else 0.4 * k / 100
             recorder.append(node, k * 10 * MS, (x, side, 0.0))
-    from netem.records.events import Level
     recorder.event(1_230 * MS, "b", "assumption violated", "age of information", Level.WARNING)
     recorder.event(1_230 * MS, "b", "guarantee violated", "losses: " + str(VIOLATION["cause"]), Level.WARNING)
     (folder / "scenario.json").write_text(json.dumps(SCENARIO))
@@ -86,7 +86,8 @@ def ranges(page: Browser) -> dict[str, list[float]]:
 def cursors(page: Browser) -> dict[str, list[float]]:
     """In seconds the lines that mark the chosen instant."""
     return {chart: [x / scale for x in page.run(
-        f"document.getElementById('plot-{chart}').layout.shapes.filter((s) => s.line && s.line.dash === 'dash').map((s) => s.x0)")]
+        f"document.getElementById('plot-{chart}').layout.shapes"
+        ".filter((shape) => shape.line && shape.line.dash === 'dash').map((shape) => shape.x0)")]
         for chart, scale in (("signal", 1), ("slots", 1000))}
 
 
@@ -165,7 +166,8 @@ def test_nothing_sticks_out_at_the_side(show, width: int) -> None:
     page.click(".moments .at")
 
     assert page.run("document.documentElement.scrollWidth") == width
-    assert page.run("[...document.querySelectorAll('.plot .main-svg')].filter((chart) => chart.getBoundingClientRect().right"
+    assert page.run("[...document.querySelectorAll('.plot .main-svg')].filter((chart) =>"
+                    " chart.getBoundingClientRect().right"
                     " > chart.closest('section').getBoundingClientRect().right + 1).length") == 0
     assert page.run("document.querySelectorAll('.js-plotly-plot').length") == 7
 
@@ -176,7 +178,8 @@ def test_the_words_of_the_charts_are_in_the_colours_of_the_page(show, dark: bool
 
     ink = page.run("css('--ink')")
     assert ink == ("#e6e9ec" if dark else "#1b1f24")
-    assert page.run("[...document.querySelectorAll('.js-plotly-plot')].map((chart) => chart.layout.font.color)") == [ink] * 7
+    assert page.run("[...document.querySelectorAll('.js-plotly-plot')]"
+                    ".map((chart) => chart.layout.font.color)") == [ink] * 7
     assert page.run("document.querySelector('#plot-fates').data.map((bar) => bar.marker.color)") == (
         ["#14c494", "#e69f00"] if dark else ["#008a63", "#b97d00"])
 

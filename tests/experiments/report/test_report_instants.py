@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
+from itertools import pairwise
 from random import Random
 
 import pytest
@@ -123,7 +123,7 @@ def test_losses_in_a_row_lead_to_the_first_frame_of_the_longest_row(data) -> Non
 @pytest.mark.parametrize(("which", "pick"), [("min", min), ("max", max)])
 def test_times_between_transmissions_lead_to_the_extreme_one(data, which, pick) -> None:
     starts = sorted({offered for sender, _, _, offered, _, _ in copies() if sender == "a"})
-    gap = pick(later - earlier for earlier, later in zip(starts, starts[1:], strict=False))
+    gap = pick(later - earlier for earlier, later in pairwise(starts))
 
     time_ns, _ = broken(data, f"inter_transmission_{which}_s", 0.1)
 

@@ -14,7 +14,8 @@ GRAPHICS = 3.0          # WCAG 2.1, 1.4.11
 TEXT = 4.5              # 1.4.3
 DRAWN = [*CURVES, VIOLATED, SWITCHED, LOW, MIDDLE, HIGH, *FATES.values()]
 STYLE = (files("experiments.report") / "page" / "report.css").read_text("utf-8")
-LIGHT, DARK = (dict(re.findall(r"--([\w-]+): (#\w{6});", block)) for block in re.findall(r":root \{(.*?)\}", STYLE, re.DOTALL))
+LIGHT, DARK = (dict(re.findall(r"--([\w-]+): (#\w{6});", block))
+               for block in re.findall(r":root \{(.*?)\}", STYLE, re.DOTALL))
 
 
 def luminance(colour: str) -> float:

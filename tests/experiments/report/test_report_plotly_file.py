@@ -78,4 +78,4 @@ def test_the_bundle_is_the_one_that_npm_publishes() -> None:
 
     assert told is not None
     assert sha512(plotly_source().encode()).hexdigest() == told[1]
-    assert PLOTLY == f"plotly-cartesian-{re.search(r'v([0-9.]+)', plotly_source()[:200])[1]}.min.js"
+    assert f"plotly-cartesian-{re.search(r'v([0-9.]+)', plotly_source()[:200])[1]}.min.js" == PLOTLY

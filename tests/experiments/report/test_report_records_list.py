@@ -9,7 +9,8 @@ from experiments.report.records_list import KINDS, OTHER, record_files
 
 
 def test_each_file_is_told_with_what_opens_it(tmp_path: Path) -> None:
-    for name in ("signals.mcap", "ledger.parquet", "can.log", "can.blf", "radio.pcapng", "logs/r1.log", "notes 100%.txt"):
+    for name in ("signals.mcap", "ledger.parquet", "can.log", "can.blf", "radio.pcapng", "logs/r1.log",
+                 "notes 100%.txt"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(b"12345")
 
