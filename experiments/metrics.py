@@ -20,16 +20,15 @@ not hold.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
-import polars as pl
 from numpy.typing import NDArray
 
+from experiments.frame_copies import FrameCopies
 from experiments.link_metrics import (
-    DELIVERED,
     NS_PER_S,
     age_of_information,
     successive_losses,
@@ -51,6 +50,7 @@ from experiments.metric_keys import (
 from experiments.monitors.outcome import Outcome
 from experiments.run_data import RunData
 from experiments.run_result import Verdict
+from experiments.sample_statistics import STATISTIC
 from netem.records.signal_table import SignalTable
 
 __all__ = ["Bound", "UnknownKeys", "evaluate", "measure", "unknown_keys"]
@@ -69,18 +69,6 @@ class Bound(Protocol):
     def during_ns(self) -> tuple[int, int] | None: ...
 
 
-STATISTIC: dict[str, Callable[[NDArray[np.float64]], float]] = {
-    "first": lambda values: float(values[0]),
-    "last": lambda values: float(values[-1]),
-    "last_abs": lambda values: abs(float(values[-1])),
-    "min": lambda values: float(values.min()),
-    "max": lambda values: float(values.max()),
-    "abs_max": lambda values: float(np.abs(values).max()),
-    "mean": lambda values: float(values.mean()),
-    "rms": lambda values: float(np.sqrt(np.mean(values * values))),
-}
-
-
 def evaluate(expect: Mapping[str, Bound], data: RunData) -> list[Verdict]:
     """One verdict per key, in the order of `expect`. Raises UnknownKeys for keys that name nothing in this run."""
     problems = unknown_keys(expect, _known_nodes(data), data.media, _known_guarantees(data))
@@ -93,10 +81,11 @@ def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
     """The value of one key; `bound` decides which node counts where several match."""
     match parse(key):
         case LedgerKey(metric, medium):
-            rows = data.ledger if medium is None else data.ledger.filter(pl.col("medium") == medium)
+            copies = data.ledger if medium is None else data.ledger.only(medium=medium)
             if bound is not None and bound.during_ns is not None:
-                rows = rows.filter(pl.col("offered_ns").is_between(*bound.during_ns, closed="left"))
-            return _of_ledger(metric, rows, data)
+                offered_ns, (start_ns, end_ns) = copies.ints("offered_ns"), bound.during_ns
+                copies = copies.taken((start_ns <= offered_ns) & (offered_ns < end_ns))
+            return _of_ledger(metric, copies, data)
         case SignalKey() as wanted:
             return _of_signals(wanted, data, bound)
         case CountKey(pattern, counter):
@@ -114,33 +103,31 @@ def _verdict(key: str, bound: Bound, value: float) -> Verdict:
     return Verdict(key, value, bound.min, bound.max, holds)
 
 
-def _of_ledger(metric: str, rows: pl.DataFrame, data: RunData) -> float:
+def _of_ledger(metric: str, copies: FrameCopies, data: RunData) -> float:
     if any(line.startswith("ledger.parquet") for line in data.missing):
         return math.nan
     match metric:
         case "frames_offered":
-            return float(rows.height)
+            return float(len(copies))
+        case "frames_not_delivered":
+            return float(len(copies) - int(copies.delivered.sum()))
         case "delivery_ratio":
-            return _count(rows, DELIVERED) / rows.height if rows.height else math.nan
+            return int(copies.delivered.sum()) / len(copies) if len(copies) else math.nan
         case "age_of_information_max_s":
-            return _extreme(age_of_information(rows, data.length_ns)["max_s"], max)
+            return _largest(age_of_information(copies, data.length_ns).max_s)
         case "age_of_information_mean_s":
-            return _extreme(age_of_information(rows, data.length_ns)["mean_s"], max)
+            return _largest(age_of_information(copies, data.length_ns).mean_s)
         case "max_successive_losses":
-            return _extreme(successive_losses(rows)["longest"], max)
+            return float(max(successive_losses(copies).values(), default=math.nan))
         case "inter_transmission_min_s":
-            return _extreme(times_between_transmissions(rows)["gap_s"], min)
+            return -_largest(-times_between_transmissions(copies).gap_s)
         case "inter_transmission_max_s":
-            return _extreme(times_between_transmissions(rows)["gap_s"], max)
-    return float(_count(rows, FATE_OF[metric].value))
+            return _largest(times_between_transmissions(copies).gap_s)
+    return float(copies.fate.among(FATE_OF[metric].value).sum())
 
 
-def _count(rows: pl.DataFrame, fate: str) -> int:
-    return int((rows["fate"] == fate).sum())
-
-
-def _extreme(values: pl.Series, pick: Callable[[list[float]], float]) -> float:
-    return float(pick(values.to_list())) if len(values) else math.nan
+def _largest(values: NDArray[np.float64]) -> float:
+    return float(values.max()) if values.size else math.nan
 
 
 def _of_signals(wanted: SignalKey, data: RunData, bound: Bound | None) -> float:

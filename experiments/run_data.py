@@ -14,14 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import polars as pl
 import pyarrow as pa
 
 from experiments.derived import derive
+from experiments.frame_copies import FrameCopies
 from experiments.monitors.outcome import Outcome
 from netem.records.events import Event
-from netem.records.ledger_file import SCHEMA
-from netem.records.ledger_table import read_ledger, read_metadata
+from netem.records.ledger_table import read_metadata
 from netem.records.signal_table import Recording, SignalTable, read_recording
 
 Json = dict[str, Any]
@@ -32,7 +31,7 @@ class RunData:
     """`ledger` and `signals` are empty when the run left none; `length_ns` is how much of the run there is to judge."""
 
     length_ns: int
-    ledger: pl.DataFrame
+    ledger: FrameCopies
     signals: Mapping[str, SignalTable] = field(default_factory=dict)
     counters: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
     events: Sequence[Event] = ()
@@ -49,25 +48,14 @@ class RunData:
         declared = self.scenario.get("agents")
         named = set(declared) if isinstance(declared, dict) else set()
         named |= set(self.signals) - set(self.scenario.get("derived") or ()) | set(self.counters)
-        for column in ("sender", "receiver"):
-            named |= set(self.ledger[column].unique().cast(pl.String).to_list())
+        named |= {node for link in self.ledger.link.names for node in link[1:]}
         return sorted(named - {""})
 
     @property
     def media(self) -> list[str]:
         declared = self.scenario.get("media")
         named = set(declared) if isinstance(declared, dict) else set()
-        return sorted(named | set(self.ledger["medium"].unique().cast(pl.String).to_list()))
-
-
-def empty_ledger() -> pl.DataFrame:
-    return frame_of(pa.Table.from_batches([], schema=SCHEMA))
-
-
-def frame_of(table: pa.Table) -> pl.DataFrame:
-    frame = pl.from_arrow(table)
-    assert isinstance(frame, pl.DataFrame)
-    return frame
+        return sorted(named | {link[0] for link in self.ledger.link.names})
 
 
 def load_run(run_dir: Path) -> RunData:
@@ -85,15 +73,14 @@ def load_run(run_dir: Path) -> RunData:
                    _guarantees(run_dir / "guarantees.json", missing) if scenario.get("guarantees") else {})
 
 
-def _length_ns(scenario: Json, run: Json, ledger: pl.DataFrame, recording: Recording) -> int:
+def _length_ns(scenario: Json, run: Json, ledger: FrameCopies, recording: Recording) -> int:
     """How far the run came, else how long it was meant to be, else the last instant on record."""
     for known in (run.get("reached_ns"), scenario.get("length_ns")):
         if isinstance(known, int):
             return known
     last = [int(table.time_ns[-1]) for table in recording.signals.values() if table.time_ns.size]
     for column in ("offered_ns", "end_ns", "delivered_ns"):
-        latest = ledger[column].max()
-        last += [latest] if isinstance(latest, int) else []
+        last += [int(ledger.ints(column).max())] if len(ledger) else []
     return max(last, default=0)
 
 
@@ -119,14 +106,14 @@ def _guarantees(path: Path, missing: list[str]) -> dict[str, Outcome]:
     return {}
 
 
-def _ledger(path: Path, missing: list[str]) -> tuple[pl.DataFrame, dict[str, str]]:
+def _ledger(path: Path, missing: list[str]) -> tuple[FrameCopies, dict[str, str]]:
     try:
-        return frame_of(read_ledger(path)), read_metadata(path)
+        return FrameCopies.of_file(path), read_metadata(path)
     except FileNotFoundError:
         missing.append(f"{path.name}: not there, so nothing is known about frames")
     except (pa.ArrowException, OSError) as error:
         missing.append(f"{path.name}: unreadable (the run was killed before it closed the file): {error}")
-    return empty_ledger(), {}
+    return FrameCopies.of_rows([]), {}
 
 
 def _recording(path: Path, missing: list[str]) -> Recording:

@@ -30,7 +30,6 @@ PAGE = files("experiments.report") / "page"
 MOST_EVENTS = 300
 MOST_OF_A_KIND = 30
 FEW_OF_A_KIND = 3           # of what a program tells at every step, so that it hides nothing else
-MOST_LINKS = 60
 MOST_VIOLATIONS = 60
 
 
@@ -69,7 +68,7 @@ def render(data: RunData, folder: str) -> str:
         violations=[(outcome.standing, outcome.violations[:MOST_VIOLATIONS]) for outcome in data.guarantees.values()
                     if outcome.violations],
         events=listed_events(listed), event_total=len(listed), level_name=level_name,
-        event_kinds=sorted(Counter(event.kind for event in data.events).items()), most_links=MOST_LINKS,
+        event_kinds=sorted(Counter(event.kind for event in data.events).items()),
         data_json=_for_script(drawn), plotly=_text(files("plotly") / "package_data" / "plotly.min.js"),
         script=_text(PAGE / "report.js"), style=_text(PAGE / "report.css"))
 
@@ -126,7 +125,7 @@ def facts(data: RunData) -> list[tuple[str, str]]:
         ("Wall clock", f"{summary['wall_s']:.2f} s" if summary.get("wall_s") else None),
         ("Windows", summary.get("windows")),
         ("Grants", summary.get("grants")),
-        ("Frame copies", f"{data.ledger.height:,}".replace(",", " ")),
+        ("Frame copies", f"{len(data.ledger):,}".replace(",", " ")),
         ("Ledger hash", data.ledger_metadata.get("hash")),
         ("Versions", ", ".join(f"{name} {text}" for name, text in (run.get("versions") or {}).items())),
     ]

@@ -15,7 +15,8 @@ from netem.records.ledger_hash import LedgerHash
 def read_ledger(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """The rows in the order in which they were closed; `columns`: only these. Text columns are dictionary-encoded, with
     one dictionary for all chunks."""
-    return pq.read_table(path, columns=columns).unify_dictionaries()
+    with pq.ParquetFile(path) as file:
+        return file.read(None if columns is None else list(columns)).unify_dictionaries()
 
 
 def read_metadata(path: Path) -> dict[str, str]:

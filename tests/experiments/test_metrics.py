@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from experiments.frame_copies import FrameCopies
 from experiments.metric_keys import FATE_OF, LEDGER_METRICS, STATISTICS, UnknownKeys, unknown_keys
 from experiments.metrics import evaluate, measure
-from experiments.run_data import RunData, empty_ledger, frame_of, load_run
+from experiments.run_data import RunData, load_run
 from netem.fate import Fate
 from netem.frame import Frame
 from netem.records.ledger import Ledger
-from netem.records.ledger_table import read_ledger
 from netem.records.signal_table import SignalTable
 
 MS = 1_000_000
@@ -39,7 +39,7 @@ def signals_run(**changes: object) -> RunData:
     signals = {"r1": table("r1", y=[3.0, -4.0, 1.0], u=[0.0, 0.0, 0.0]),
                "r2": table("r2", y=[1.0, 2.0, -2.0], u=[1.0, 1.0, 1.0]),
                "base": table("base", gap=[5.0, 4.0, 6.0])}
-    data = RunData(30 * MS, empty_ledger(), signals, {"r1": {"missed": 2, "heard": 5}, "r2": {"missed": 3}})
+    data = RunData(30 * MS, FrameCopies.of_rows([]), signals, {"r1": {"missed": 2, "heard": 5}, "r2": {"missed": 3}})
     return replace(data, **changes)  # type: ignore[arg-type]
 
 
@@ -57,7 +57,7 @@ def ledger_run(path: Path) -> RunData:
     close("radio", 5, Fate.DELIVERED, 52)
     close("can", 0, Fate.DELIVERED, 1)
     ledger.finish()
-    return RunData(100 * MS, frame_of(read_ledger(path / "ledger.parquet")))
+    return RunData(100 * MS, FrameCopies.of_file(path / "ledger.parquet"))
 
 
 @pytest.mark.parametrize(("key", "value"), [
@@ -132,7 +132,7 @@ EVERY_FORM = [*LEDGER_METRICS, *(f"radio.{metric}" for metric in LEDGER_METRICS)
 
 @pytest.mark.parametrize("scenario", [{}, {"agents": {"r1": {}}, "media": {"radio": {}}}])
 def test_every_metric_of_an_empty_run_is_zero_or_not_a_number(scenario: Mapping[str, object]) -> None:
-    empty = RunData(10 * MS, empty_ledger(), scenario=dict(scenario))
+    empty = RunData(10 * MS, FrameCopies.of_rows([]), scenario=dict(scenario))
 
     for key in EVERY_FORM:
         value = measure(key, empty)
