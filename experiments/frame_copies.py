@@ -92,7 +92,7 @@ class FrameCopies:
         LedgerUnreadable, which reading a column may raise later."""
         def read(columns: Sequence[str]) -> pa.Table:
             try:
-                return read_ledger(path, columns)
+                return read_ledger(path, list(columns))
             except FileNotFoundError:
                 raise
             except (pa.ArrowException, OSError) as error:

@@ -1,12 +1,14 @@
 """The numbers that `[expect]` bounds, from a run's ledger, signals and counters, and the verdicts on them.
 
-Frames: `frames_offered` counts frame copies, one per intended receiver and duplicate, `frames_<fate>` those that ended
-so; `delivery_ratio` = delivered / offered. Age of information and losses in a row are the worst link's, times between
-transmissions the extreme sender's (see `link_metrics`). Signals: statistics are over samples, `last_abs` = |last|,
-`spread_last` = largest minus smallest last value among the nodes that match, the disagreement at the end.
+Frames: `frames_offered` counts frame copies, one per intended receiver and duplicate; the keys of `fate_keys` count
+those that ended so; `delivery_ratio` = delivered / offered. Links: ages of information and losses in a row are those of
+the worst link, times between transmissions those of the extreme sender (see `link_metrics`). Signals: statistics are
+over samples, `last_abs` = |last|, `spread_last` = largest minus smallest last value among the nodes that match, the
+disagreement at the end.
 With `during` the samples of that part of the run count, and the frames that were handed out in it.
 
-A program counts what happens, so a counter that a node did not report is 0 there.
+A counter that one node reported is 0 at those that did not. One that no node reported never was: a misspelt name, or a
+program that does not declare what it may never count. It has no value.
 
 A pattern that matches several nodes asks for the bound at each of them: the value shown is that of the node nearest to
 breaking the bound, or furthest beyond it (without a bound the largest, for `min` the smallest).
@@ -27,6 +29,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.fate_keys import FATE_OF, NOT_DELIVERED
 from experiments.frame_copies import FrameCopies
 from experiments.link_metrics import (
     NS_PER_S,
@@ -35,7 +38,6 @@ from experiments.link_metrics import (
     times_between_transmissions,
 )
 from experiments.metric_keys import (
-    FATE_OF,
     SPREAD_LAST,
     CountKey,
     GuaranteeKey,
@@ -45,6 +47,7 @@ from experiments.metric_keys import (
     guarantee_figures,
     matching,
     parse,
+    uncounted,
     unknown_keys,
 )
 from experiments.monitors.outcome import Outcome
@@ -70,11 +73,9 @@ class Bound(Protocol):
 
 
 def evaluate(expect: Mapping[str, Bound], data: RunData) -> list[Verdict]:
-    """One verdict per key, in the order of `expect`. Raises UnknownKeys for keys that name nothing in this run."""
-    problems = unknown_keys(expect, _known_nodes(data), data.media, _known_guarantees(data))
-    if problems:
-        raise UnknownKeys("\n".join(problems))
-    return [_verdict(key, bound, measure(key, data, bound)) for key, bound in expect.items()]
+    """One verdict per key, in the order of `expect`. A key that names nothing in this run does not hold, and its
+    verdict says why."""
+    return [_verdict(key, bound, data) for key, bound in expect.items()]
 
 
 def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
@@ -89,16 +90,20 @@ def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
         case SignalKey() as wanted:
             return _of_signals(wanted, data, bound)
         case CountKey(pattern, counter):
-            counts = [data.counters[node].get(counter, 0) for node in matching(pattern, data.counters)]
+            counts = [data.counters[node][counter] for node in matching(pattern, data.counters)
+                      if counter in data.counters[node]]
             return float(sum(counts)) if counts else math.nan
         case GuaranteeKey(name, figure) if figure in _known_guarantees(data).get(name, ()):
             return _of_guarantee(data.guarantees.get(name), figure.removesuffix("_s"))
     raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))))
 
 
-def _verdict(key: str, bound: Bound, value: float) -> Verdict:
+def _verdict(key: str, bound: Bound, data: RunData) -> Verdict:
+    unknown = unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))
+    why = unknown[0].removeprefix(f"expect.{key}: ") if unknown else uncounted(key, data.counters)
+    value = math.nan if why else measure(key, data, bound)
     if math.isnan(value):
-        return Verdict(key, None, bound.min, bound.max, holds=False)
+        return Verdict(key, None, bound.min, bound.max, holds=False, why=why)
     holds = (bound.min is None or value >= bound.min) and (bound.max is None or value <= bound.max)
     return Verdict(key, value, bound.min, bound.max, holds)
 
@@ -109,7 +114,7 @@ def _of_ledger(metric: str, copies: FrameCopies, data: RunData) -> float:
     match metric:
         case "frames_offered":
             return float(len(copies))
-        case "frames_not_delivered":
+        case metric if metric == NOT_DELIVERED:
             return float(len(copies) - int(copies.delivered.sum()))
         case "delivery_ratio":
             return int(copies.delivered.sum()) / len(copies) if len(copies) else math.nan

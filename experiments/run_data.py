@@ -9,7 +9,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ import msgspec
 import pyarrow as pa
 
 from experiments.derived import derive
-from experiments.frame_copies import FrameCopies
+from experiments.frame_copies import FrameCopies, LedgerUnreadable
 from experiments.monitors.outcome import Outcome
 from netem.records.events import Event
 from netem.records.ledger_table import read_metadata
@@ -41,6 +42,11 @@ class RunData:
     ledger_metadata: Mapping[str, str] = field(default_factory=dict)
     missing: Sequence[str] = ()
     guarantees: Mapping[str, Outcome] = field(default_factory=dict)
+
+    def without_ledger(self, why: str) -> RunData:
+        """The same, if the ledger turns out to be unreadable."""
+        missing = [*self.missing, f"ledger.parquet: unreadable: {why}"]
+        return replace(self, ledger=FrameCopies.of_rows([]), missing=missing)
 
     @property
     def nodes(self) -> list[str]:
@@ -79,8 +85,9 @@ def _length_ns(scenario: Json, run: Json, ledger: FrameCopies, recording: Record
         if isinstance(known, int):
             return known
     last = [int(table.time_ns[-1]) for table in recording.signals.values() if table.time_ns.size]
-    for column in ("offered_ns", "end_ns", "delivered_ns"):
-        last += [int(ledger.ints(column).max())] if len(ledger) else []
+    with suppress(LedgerUnreadable):            # said where the figures of frames are worked out
+        for column in ("offered_ns", "end_ns", "delivered_ns") if len(ledger) else ():
+            last.append(int(ledger.ints(column).max()))
     return max(last, default=0)
 
 

@@ -30,6 +30,7 @@ from experiments.guarantee_watch import GuaranteeWatch
 from experiments.metrics import evaluate
 from experiments.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.own_modules import class_for
+from experiments.recorded_signals import refuse_unrecorded
 from experiments.report.build import write_report
 from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
@@ -44,6 +45,7 @@ from netem.impairments.window import Window
 from netem.links import LinkName, Links
 from netem.lockstep.conductor import Conductor, Recorders
 from netem.lockstep.hosts import Host, InlineHost
+from netem.lockstep.messages import Hello
 from netem.media import Medium
 from netem.media.can.bus import CanBus
 from netem.media.observation import MediumObserver, ObservedMedium
@@ -134,6 +136,7 @@ class _Run:
             for name in self.scenario.agents:
                 self.signals.declare(name, hellos[name].signals)
             self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
+            refuse_unrecorded(self.scenario, self._recorded(hellos))
             self._observe_media()
             self.conductor.admit(hellos, self.media)
             self.started_s = time.monotonic()
@@ -192,6 +195,12 @@ class _Run:
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))
+
+    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
+        """The names of the signals of each agent and medium."""
+        found = {name: getattr(medium, "signals", ()) for name, medium in self.media.items()}
+        found |= {name: hellos[name].signals for name in self.scenario.agents}
+        return {name: [signal for signal, _ in signals] for name, signals in found.items()}
 
     def _observe_media(self) -> None:
         for name, medium in self.media.items():
@@ -287,7 +296,9 @@ def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Med
     for medium in media.values():
         if isinstance(medium, ObservedMedium):
             for node, found in medium.counters().items():
-                counters.setdefault(node, {}).update(found)
+                own = counters.setdefault(node, {})
+                for name, count in found.items():
+                    own[name] = own.get(name, 0) + count
     return counters
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+from itertools import pairwise
 from random import Random
 
 import numpy as np
@@ -107,6 +109,47 @@ def test_the_exact_integral_agrees_with_brute_force_on_a_grid(seed: int, frames:
     for share, quantile in zip(shares, quantiles, strict=True):
         on_grid = np.quantile(ages, share, method="inverted_cdf") * 1e-3
         assert abs(quantile - on_grid) <= 0.5e-3 + 1e-12       # half a cell of the grid
+
+
+DAY_NS = 86_400 * 10**9
+INSTANTS = st.integers(0, DAY_NS - 1)
+
+
+@given(st.lists(st.tuples(INSTANTS, st.integers(1, DAY_NS)), max_size=40), st.integers(DAY_NS // 2, DAY_NS))
+@settings(max_examples=200, deadline=None)
+def test_over_a_day_at_nanoseconds_the_mean_age_is_that_of_exact_fractions(frames: list[tuple[int, int]],
+                                                                          length_ns: int) -> None:
+    deliveries = [(offered, offered + takes) for offered, takes in frames]
+
+    table = age_of_information(ledger_ns(deliveries), length_ns)
+
+    mean_ns, max_ns = exact_ages(deliveries, length_ns)
+    # each piece is wrong by a few roundings of float64, and so is the sum of n of them
+    assert abs(Fraction(only(table, "mean_s")) - mean_ns / 10**9) <= mean_ns / 10**9 * (len(frames) + 8) / 2**53
+    assert only(table, "max_s") == max_ns / 1e9
+    assert 0 <= only(table, "mean_s") <= only(table, "max_s")
+    low, high = age_quantiles(ledger_ns(deliveries), length_ns, table.links, [0.0, 1.0])[table.links[0]]
+    assert 0 <= low <= only(table, "mean_s") * (1 + 1e-12)
+    assert high == only(table, "max_s")
+
+
+def ledger_ns(deliveries: list[tuple[int, int]]) -> FrameCopies:
+    """A link that also lost a frame, so that it is there without deliveries; (offered_ns, delivered_ns)."""
+    rows: list[Row] = [("radio", "a", 0, "b", 0, 0, 0, 1, -1, 10, b"", "lost", "")]
+    rows += [("radio", "a", number, "b", 0, offered, offered, offered + 1, delivered, 10, b"", "delivered", "")
+             for number, (offered, delivered) in enumerate(deliveries, 1)]
+    return FrameCopies.of_rows(rows)
+
+
+def exact_ages(deliveries: list[tuple[int, int]], length_ns: int) -> tuple[Fraction, int]:
+    """Mean and largest age [ns] in Python's integers: the area under the sawtooth, piece by piece."""
+    edges = sorted({0, length_ns, *(delivered for _, delivered in deliveries if delivered < length_ns)})
+    area, largest = Fraction(0), 0
+    for start, end in pairwise(edges):
+        newest = max([0, *(offered for offered, delivered in deliveries if delivered <= start)])
+        area += Fraction((end - start) * ((start - newest) + (end - newest)), 2)
+        largest = max(largest, end - newest)
+    return area / length_ns, largest
 
 
 def test_links_are_kept_apart() -> None:
