@@ -240,7 +240,8 @@ def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path, r
     print_path(console, "report" if written.is_file() else "records", written if written.is_file() else result.folder)
     for verdict in result.summary.verdicts:
         if not verdict.holds:
-            typer.echo(f"expect.{verdict.key}={verdict.value}: {verdict.by_how_much()}", err=True)
+            value = "" if verdict.value is None else f"={verdict.value}"
+            typer.echo(f"expect.{verdict.key}{value}: {verdict.by_how_much()}", err=True)
     for standing in result.summary.guarantees:
         if not standing.as_expected:
             typer.echo(f"guarantees.{standing.name}: {standing.in_words()}", err=True)

@@ -19,7 +19,8 @@ import msgspec
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from experiments.metrics import UnknownKeys, evaluate
+from experiments.frame_copies import LedgerUnreadable
+from experiments.metrics import evaluate
 from experiments.monitors.judge import VIOLATED
 from experiments.monitors.outcome import Standing
 from experiments.report import series
@@ -41,8 +42,6 @@ PAGE = files("experiments.report") / "page"
 MOST_EVENTS = 300
 MOST_OF_A_KIND = 30
 FEW_OF_A_KIND = 3           # of what a program tells at every step, so that it hides nothing else
-MOST_LINKS = 60
-
 
 KIND_NAMES = {"guarantee": "guarantee violated", "assumption": "assumption violated", "warning": "warning",
               "expectation": "expectation broken"}
@@ -60,14 +59,19 @@ def write_report(run_dir: Path, plotly: Where = "auto") -> Path:
     """`plotly` says where the drawing library is: "inside" the page, "beside" the run folder in a file that reports
     share, or "auto": beside if another run's folder lies there."""
     path = run_dir / "report.html"
+    data, address = load_run(run_dir), shared_plotly(run_dir, plotly)
+    try:
+        page = render(data, run_dir, address)
+    except LedgerUnreadable as error:
+        page = render(data.without_ledger(str(error)), run_dir, address)
     part = run_dir / ".report.html.part"
-    part.write_text(render(load_run(run_dir), run_dir, shared_plotly(run_dir, plotly)), encoding="utf-8")
+    part.write_text(page, encoding="utf-8")
     os.replace(part, path)
     return path
 
 
 def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> str:
-    verdicts, problems = verdicts_of(data)
+    verdicts = verdicts_of(data)
     broke = moments(data, verdicts)
     drawn = _drawn(data, broke)
     listed = [event for event in data.events if event.kind != VIOLATED or not data.guarantees]
@@ -79,7 +83,7 @@ def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> s
     environment.filters |= {"number": number, "seconds": seconds, "size": size, "code": code, "explained": explained}
     return environment.get_template("report.html.j2").render(
         name=data.scenario.get("name") or run_dir.absolute().name, question=data.scenario.get("question") or "",
-        verdicts=verdicts, broken=broken, missing=[*data.missing, *problems],
+        verdicts=verdicts, broken=broken, missing=data.missing,
         notes=[note for note in (no_such_signal(data),) if note], failure=failure_of(data),
         windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
         table=series.node_table(data), guarantees=guarantees, moments=broke, kind_names=KIND_NAMES,
@@ -87,7 +91,7 @@ def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> s
                      if any(fate.value in link["fates"] for link in drawn["fates"])],
         contents=_contents(verdicts, broken, guarantees, len(broke.shown), drawn, records),
         events=listed_events(listed), event_total=len(listed), level_name=level_name, records=records,
-        event_kinds=sorted(Counter(event.kind for event in data.events).items()), most_links=MOST_LINKS,
+        event_kinds=sorted(Counter(event.kind for event in data.events).items()),
         data_json=_for_script(drawn), plotly_address=plotly_address,
         plotly=None if plotly_address else Markup(plotly_source()), script=_script(), style=_text(PAGE / "report.css"))
 
@@ -138,17 +142,14 @@ def listed_events(events: Sequence[Event]) -> list[Event]:
     return shown[:MOST_EVENTS]
 
 
-def verdicts_of(data: RunData) -> tuple[list[Verdict], list[str]]:
-    """The run's own verdicts, or where it left none those on the scenario's `expect`; and what cannot be judged."""
+def verdicts_of(data: RunData) -> list[Verdict]:
+    """The run's own verdicts, or where it left none those on the scenario's `expect`."""
     recorded = data.summary.get("verdicts")
     if recorded:
-        return msgspec.convert(recorded, list[Verdict]), []
+        return msgspec.convert(recorded, list[Verdict])
     expect = {key: Limits(bound.get("min"), bound.get("max"), bound.get("during_ns"))
               for key, bound in (data.scenario.get("expect") or {}).items()}
-    try:
-        return evaluate(expect, data), []
-    except UnknownKeys as error:
-        return [], str(error).splitlines()
+    return evaluate(expect, data)
 
 
 def number(value: float | None) -> str:

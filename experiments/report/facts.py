@@ -49,7 +49,7 @@ def facts(data: RunData) -> list[tuple[str, str]]:
         ("Wall clock", f"{summary['wall_s']:.2f} s" if summary.get("wall_s") else None),
         ("Windows", summary.get("windows")),
         ("Grants", summary.get("grants")),
-        ("Frame copies", f"{data.ledger.height:,}".replace(",", " ")),
+        ("Frame copies", f"{len(data.ledger):,}".replace(",", " ")),
         ("Ledger hash", data.ledger_metadata.get("hash")),
         ("Versions", ", ".join(f"{name} {text}" for name, text in (run.get("versions") or {}).items())),
     ]

@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.link_metrics import DELIVERED
-from experiments.metric_keys import FATE_OF, CountKey, GuaranteeKey, LedgerKey, SignalKey, matching, parse
+from experiments.fate_keys import FATE_OF
+from experiments.frame_copies import Ints, Mask
+from experiments.metric_keys import CountKey, GuaranteeKey, LedgerKey, SignalKey, matching, parse
 from experiments.run_data import RunData
 from experiments.run_result import Verdict
 
@@ -40,7 +41,7 @@ def instant_of(verdict: Verdict, window: Window | None, data: RunData) -> Instan
     match parse(verdict.key):
         case SignalKey() as wanted:
             return _of_signal(wanted, verdict, window or (0, 2**63 - 1), data)
-        case LedgerKey(metric, medium) if data.ledger.height:
+        case LedgerKey(metric, medium) if len(data.ledger):
             return _Frames(data, medium, window).instant(metric)
         case CountKey(pattern, counter):
             nodes = set(matching(pattern, data.nodes))
@@ -73,24 +74,21 @@ def _of_signal(wanted: SignalKey, verdict: Verdict, window: Window, data: RunDat
 
 
 class _Frames:
-    """The copies that were judged, as columns in the order of the ledger."""
+    """The copies that were judged, in the order of the ledger."""
 
     def __init__(self, data: RunData, medium: str | None, window: Window | None) -> None:
         self.length_ns = data.length_ns
-        columns = {name: np.asarray(data.ledger[name]) for name in
-                   ("medium", "sender", "receiver", "number", "offered_ns", "on_air_ns", "delivered_ns", "fate")}
-        chosen = np.ones(data.ledger.height, dtype=bool) if medium is None else columns["medium"] == medium
+        self.copies = data.ledger if medium is None else data.ledger.taken(data.ledger.end_of(medium=medium))
         if window is not None:
-            chosen &= (columns["offered_ns"] >= window[0]) & (columns["offered_ns"] < window[1])
-        self.column = {name: values[chosen] for name, values in columns.items()}
+            offered_ns = self.copies.ints("offered_ns")
+            self.copies = self.copies.taken((offered_ns >= window[0]) & (offered_ns < window[1]))
 
     def instant(self, metric: str) -> Instant | None:
-        fates = self.column["fate"]
         if metric in FATE_OF:
-            return self._first(fates == FATE_OF[metric].value)
+            return self._first(self.copies.fate.among(FATE_OF[metric].value))
         match metric:
             case "delivery_ratio" | "frames_not_delivered":
-                return self._first(fates != DELIVERED)
+                return self._first(~self.copies.delivered)
             case "age_of_information_max_s" | "age_of_information_mean_s":
                 return self._oldest()
             case "max_successive_losses":
@@ -99,31 +97,33 @@ class _Frames:
                 return self._gap(metric == "inter_transmission_min_s")
         return None
 
-    def _first(self, chosen: NDArray[np.bool_]) -> Instant | None:
+    def _first(self, chosen: Mask) -> Instant | None:
         rows = np.flatnonzero(chosen)
         if not rows.size:
             return None
-        row = int(rows[self.column["offered_ns"][rows].argmin()])
-        return Instant(int(self.column["offered_ns"][row]),
-                       f"{self._link(row)}: the first copy {self.column['fate'][row]}")
+        offered_ns = self.copies.ints("offered_ns")
+        row = int(rows[offered_ns[rows].argmin()])
+        fate = self.copies.fate.names[self.copies.fate.codes[row]]
+        return Instant(int(offered_ns[row]), f"{self._link(row)}: the first copy {fate}")
 
     def _link(self, row: int) -> str:
-        return f"{self.column['medium'][row]}: {self.column['sender'][row]} -> {self.column['receiver'][row]}"
+        medium, sender, receiver = self.copies.link.names[self.copies.link.codes[row]]
+        return f"{medium}: {sender} -> {receiver}"
 
-    def _by_link(self, *order: str) -> list[NDArray[np.intp]]:
-        """Rows of each link, sorted by the columns `order`."""
-        keys = [self.column[name] for name in (*reversed(order),)]
-        _, link = np.unique(np.array([self._link(row) for row in range(self.column["fate"].size)]), return_inverse=True)
-        rows = np.lexsort((*keys, link))
-        return np.split(rows, np.flatnonzero(np.diff(link[rows])) + 1) if rows.size else []
+    def _by_link(self, order: str) -> list[Ints]:
+        """Rows of each link, sorted by the column `order`."""
+        link = self.copies.link.codes
+        rows = np.lexsort((self.copies.ints(order), link))
+        return np.split(rows, np.flatnonzero(np.diff(link[rows].astype(np.int64))) + 1) if rows.size else []
 
     def _oldest(self) -> Instant | None:
         """Just before the delivery that ends the largest age, or the end of the run."""
         best: tuple[int, Instant] | None = None
+        delivered = self.copies.delivered
         for rows in self._by_link("delivered_ns"):
-            got = rows[self.column["fate"][rows] == DELIVERED]
-            newest = np.maximum.accumulate(np.concatenate([[0], self.column["offered_ns"][got]]))
-            ends = np.concatenate([self.column["delivered_ns"][got], [self.length_ns]])
+            got = rows[delivered[rows]]
+            newest = np.maximum.accumulate(np.append(0, self.copies.ints("offered_ns")[got]))
+            ends = np.append(self.copies.ints("delivered_ns")[got], self.length_ns)
             at = int((ends - newest).argmax())
             age = int(ends[at] - newest[at])
             if best is None or age > best[0]:
@@ -132,31 +132,31 @@ class _Frames:
 
     def _longest_loss(self) -> Instant | None:
         best: tuple[int, Instant] | None = None
+        delivered = self.copies.delivered
         for rows in self._by_link("number"):
-            numbers, first = np.unique(self.column["number"][rows], return_index=True)
-            arrived = np.maximum.reduceat((self.column["fate"][rows] == DELIVERED).astype(np.int64), first)
+            numbers, first = np.unique(self.copies.ints("number")[rows], return_index=True)
+            arrived = np.logical_or.reduceat(delivered[rows], first)
             bounds = np.concatenate([[-1], np.flatnonzero(arrived), [numbers.size]])
             lost = np.diff(bounds) - 1
             at = int(lost.argmax())
             if lost[at] and (best is None or lost[at] > best[0]):
                 row = int(rows[first[bounds[at] + 1]])
-                best = int(lost[at]), Instant(int(self.column["offered_ns"][row]),
+                best = int(lost[at]), Instant(int(self.copies.ints("offered_ns")[row]),
                                               f"{self._link(row)}: {lost[at]} frames in a row are lost from here on")
         return best and best[1]
 
     def _gap(self, shortest: bool) -> Instant | None:
         best: tuple[int, Instant] | None = None
-        on_air = self.column["on_air_ns"]
+        on_air_ns = self.copies.ints("on_air_ns")
         for rows in self._by_link("number"):
-            rows = rows[on_air[rows] >= 0]
-            starts = np.unique(on_air[rows])
+            rows = rows[on_air_ns[rows] >= 0]
+            starts = np.unique(on_air_ns[rows])
             if starts.size < 2:
                 continue
             gaps = np.diff(starts) * (1 if shortest else -1)
             at = int(gaps.argmin())
             if best is None or gaps[at] < best[0]:
-                row, words = int(rows[0]), "shortest" if shortest else "longest"
-                sender = f"{self.column['medium'][row]}: {self.column['sender'][row]}"
+                sender, words = self._link(int(rows[0])).partition(" -> ")[0], "shortest" if shortest else "longest"
                 best = int(gaps[at]), Instant(int(starts[at + 1]),
                                               f"{sender}: the {words} time between transmissions ends")
         return best and best[1]

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from experiments.frame_copies import FrameCopies
 from experiments.monitors.records import Records
 from experiments.monitors.reported import Reported, number_in
 from experiments.monitors.signal import Signal
-from experiments.run_data import empty_ledger
 from netem.records.events import Event
 from netem.records.signal_table import SignalTable
 
@@ -22,13 +22,13 @@ GAIN = ("robot", "gain product")
 
 def told(*values: tuple[int, str], length: int = 100) -> Records:
     events = [Event(time, "robot", "gain product", detail) for time, detail in values]
-    return Records(length, empty_ledger(), {}, events)
+    return Records(length, FrameCopies.of_rows([]), {}, events)
 
 
 def sampled(times: list[int], values: list[float], length: int = 100) -> Records:
     table = SignalTable("robot", ("other", "gain"), ("1", "1"), np.array(times, dtype=np.int64),
                         np.column_stack([np.zeros(len(values)), values]) if values else np.zeros((0, 2)))
-    return Records(length, empty_ledger(), {"robot": table})
+    return Records(length, FrameCopies.of_rows([]), {"robot": table})
 
 
 def test_a_product_that_reaches_one_violates_from_its_report_to_the_next_below_one() -> None:
