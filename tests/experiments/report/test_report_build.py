@@ -131,8 +131,10 @@ def test_a_run_that_failed_says_so_in_words_on_top(tmp_path: Path, make_run: Mak
     words = "NodeFailure: r3 died of signal 11 (SIGSEGV) at 0.25 s"
     (run / "run.json").write_text(json.dumps(facts | {"reached_ns": 250_000_000, "failure": words}))
 
-    text = Page(write_report(run)).text
+    page = Page(write_report(run))
 
+    text = page.text
+    assert page.moments[0] == (0.25, "the run failed")
     assert f"The run failed {words} The run was broken off at 0.25 s of 1 s" in text
     assert text.index("The run failed") < text.index("expectation")
 
