@@ -161,13 +161,13 @@ def level_name(level: int) -> str:
 
 
 def size(size_bytes: int) -> str:
-    """With a unit that leaves one to three digits before the point: 987 B, 1.2 MB."""
+    """With a unit that leaves one to three digits before the point: 987 B, 1.2 MB, 345 kB."""
     value, unit = float(size_bytes), "B"
     for larger in ("kB", "MB", "GB"):
         if value < 999.5:
             break
         value, unit = value / 1000, larger
-    return f"{value:.0f} {unit}" if unit == "B" or value >= 99.5 else f"{value:.1f} {unit}"
+    return f"{value:.0f} {unit}" if unit == "B" or value >= 99.95 else f"{value:.1f} {unit}"
 
 
 def code(text: str) -> Markup:
