@@ -84,7 +84,7 @@ def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> s
     return environment.get_template("report.html.j2").render(
         name=data.scenario.get("name") or run_dir.absolute().name, question=data.scenario.get("question") or "",
         verdicts=verdicts, broken=broken, missing=data.missing,
-        notes=[note for note in (no_such_signal(data),) if note], failure=failure_of(data),
+        notes=[note for note in (no_such_signal(data),) if note], failure=failure_of(data), reached_ns=data.length_ns,
         windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
         table=series.node_table(data), guarantees=guarantees, moments=broke, kind_names=KIND_NAMES,
         fates_shown=[(fate.value, MEANING[fate], *FATES[fate]) for fate in Fate
@@ -162,13 +162,13 @@ def level_name(level: int) -> str:
 
 
 def size(size_bytes: int) -> str:
-    """With a unit that leaves one to three digits before the point: 987 B, 1.2 MB."""
+    """With a unit that leaves one to three digits before the point: 987 B, 1.2 MB, 345 kB."""
     value, unit = float(size_bytes), "B"
     for larger in ("kB", "MB", "GB"):
         if value < 999.5:
             break
         value, unit = value / 1000, larger
-    return f"{value:.0f} {unit}" if unit == "B" or value >= 99.5 else f"{value:.1f} {unit}"
+    return f"{value:.0f} {unit}" if unit == "B" or value >= 99.95 else f"{value:.1f} {unit}"
 
 
 def code(text: str) -> Markup:

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from experiments.report.build import write_report
+from experiments.report import series
+from experiments.report.build import size, write_report
+from experiments.run_data import load_run
 from netem.fate import Fate
 from netem.fate_meaning import MEANING
 from netem.frame import Frame
@@ -125,14 +127,30 @@ def test_each_broken_expectation_leads_to_an_instant(page: Page, whole_run: Path
     assert any(abs(start_ms / 1e3 - first_missing_s) < 1e-3 for start_ms in page.data["spoken"]["start_ms"])
 
 
+def test_the_slot_chart_holds_frames_around_what_broke(whole_run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(series, "MOST_TRANSMISSIONS", 100)
+    whole = series.spoken(load_run(whole_run))
+
+    around = series.spoken(load_run(whole_run), [6_000_000_000])
+
+    first_ms, more_ms = around["start_ms"][:100], around["start_ms"][100:]
+    assert first_ms == whole["start_ms"]
+    assert around["until_s"] == whole["until_s"] == pytest.approx(first_ms[-1] / 1e3)
+    assert 5750 <= more_ms[0] < 5752
+    assert 6248 < more_ms[-1] < 6250
+    assert around["rows"] == len(around["start_ms"]) == len(around["number"])
+
+
 def test_a_run_that_failed_says_so_in_words_on_top(tmp_path: Path, make_run: MakeRun) -> None:
     run = make_run(tmp_path / "failed", 1.0)
     facts = json.loads((run / "run.json").read_text())
     words = "NodeFailure: r3 died of signal 11 (SIGSEGV) at 0.25 s"
     (run / "run.json").write_text(json.dumps(facts | {"reached_ns": 250_000_000, "failure": words}))
 
-    text = Page(write_report(run)).text
+    page = Page(write_report(run))
 
+    text = page.text
+    assert page.moments[0] == (0.25, "the run failed")
     assert f"The run failed {words} The run was broken off at 0.25 s of 1 s" in text
     assert text.index("The run failed") < text.index("expectation")
 
@@ -318,3 +336,9 @@ def test_derived_signals_are_drawn_together_and_first(whole_run: Path, tmp_path:
     assert (first["name"], first["unit"]) == ("gap: difference, sum", "m")
     assert [curve["label"] for curve in first["curves"]] == ["difference", "sum"]
     assert "gap" not in page.data["nodes"]
+
+
+@pytest.mark.parametrize(("size_bytes", "text"), [(0, "0 B"), (999, "999 B"), (1_000, "1.0 kB"), (99_949, "99.9 kB"),
+                                                  (99_950, "100 kB"), (999_999, "1.0 MB"), (2_345_678_901, "2.3 GB")])
+def test_sizes_have_a_unit_of_their_own(size_bytes: int, text: str) -> None:
+    assert size(size_bytes) == text
