@@ -38,6 +38,7 @@ from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
 from fmus.build import build_model, own_models
 from fmus.describe_fmu import describe
+from fmus.description import PlantDescription
 from fmus.parameters import expand_parameters
 from netem.agenda import Agenda
 from netem.impairments import Impairment
@@ -258,8 +259,10 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
         elif (prepare := getattr(program, "prepare", None)) is not None:
             team.update(prepare(scenario))
     folder = str(scenario.folder)
+    fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
+    described = {fmu: describe(build_model(fmu) if fmu in own_models() else Path(fmu)) for fmu in sorted(fmus)}
     return {name: NodeSpecification(name, agent.program, agent.parameters, _kinds(scenario, agent), agent.clock,
-                                    _plant(agent), team, scenario.sample_period_ns, scenario.seed, folder,
+                                    _plant(agent, described), team, scenario.sample_period_ns, scenario.seed, folder,
                                     agent.program in blocking, _own_frames(scenario, agent), _shown(scenario, agent))
             for name, agent in scenario.agents.items()}
 
@@ -279,12 +282,10 @@ def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
                  and agent.name in settings.bodies)
 
 
-def _plant(agent: AgentSpec) -> PlantSpecification | None:
+def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription]) -> PlantSpecification | None:
     if agent.plant is None:
         return None
-    fmu = agent.plant.fmu
-    description = describe(build_model(fmu) if fmu in own_models() else Path(fmu))
-    return PlantSpecification(description, expand_parameters(agent.plant.parameters))
+    return PlantSpecification(described[agent.plant.fmu], expand_parameters(agent.plant.parameters))
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,

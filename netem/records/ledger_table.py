@@ -16,7 +16,7 @@ def read_ledger(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """The rows in the order in which they were closed; `columns`: only these. Text columns are dictionary-encoded, with
     one dictionary for all chunks."""
     with pq.ParquetFile(path) as file:
-        return file.read(None if columns is None else list(columns)).unify_dictionaries()
+        return file.read(None if columns is None else list(columns), use_threads=False).unify_dictionaries()
 
 
 def read_metadata(path: Path) -> dict[str, str]:
