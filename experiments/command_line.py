@@ -193,7 +193,7 @@ def _table(number: str, runs: int | None, figures: Path | None) -> bool:
     runs = runs or found.runs
     with counting_view(console, f"table {number}", found.steps(runs)) as progress:
         values = list(found.measure(runs, progress))
-    console.print(f"{found.title} ({runs} runs)", soft_wrap=True)
+    console.print(f"{found.title} ({runs} runs)\n{found.judged_by}", soft_wrap=True)
     print_measured(console, values)
     if figures is not None:
         from experiments.tables.figures import DRAWN_RUNS, write_figures
