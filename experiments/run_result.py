@@ -33,13 +33,14 @@ class Verdict(msgspec.Struct, frozen=True):
     min: float | None
     max: float | None
     holds: bool
+    why: str = ""               # it has no value, where that is known
 
     def by_how_much(self) -> str:
         """Why it does not hold, in words: empty where it does."""
         if self.holds:
             return ""
         if self.value is None:
-            return "the run has no such figure"
+            return self.why or "the run has no such figure"
         if self.min is not None and self.value < self.min:
             return f"{self.min - self.value:.6g} below the least allowed, {self.min:.6g}"
         if self.max is not None and self.value > self.max:

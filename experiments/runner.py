@@ -12,9 +12,10 @@ import platform
 import random
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from datetime import datetime
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from random import Random
@@ -29,6 +30,7 @@ from experiments.guarantee_watch import GuaranteeWatch
 from experiments.metrics import evaluate
 from experiments.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.own_modules import class_for
+from experiments.recorded_signals import refuse_unrecorded
 from experiments.report.build import write_report
 from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
@@ -36,6 +38,7 @@ from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
 from fmus.build import build_model, own_models
 from fmus.describe_fmu import describe
+from fmus.description import PlantDescription
 from fmus.parameters import expand_parameters
 from netem.agenda import Agenda
 from netem.impairments import Impairment
@@ -43,6 +46,7 @@ from netem.impairments.window import Window
 from netem.links import LinkName, Links
 from netem.lockstep.conductor import Conductor, Recorders
 from netem.lockstep.hosts import Host, InlineHost
+from netem.lockstep.messages import Hello
 from netem.media import Medium
 from netem.media.can.bus import CanBus
 from netem.media.observation import MediumObserver, ObservedMedium
@@ -83,7 +87,29 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.json").write_bytes(msgspec.json.encode(scenario.resolved()))
-    return _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time).run()
+    with _collecting_only_what_the_run_makes():
+        return _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time).run()
+
+
+@contextmanager
+def _collecting_only_what_the_run_makes() -> Iterator[None]:
+    """The garbage collector passes over everything that was there before, seldom looks during the run, and frees the
+    run's own cycles at its end: for a run of 0.2 s a collection of the whole process takes longer than the run."""
+    threshold = gc.get_threshold()
+    gc.freeze()
+    gc.set_threshold(100_000, 50, 100)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*threshold)
+        gc.collect()
+        gc.unfreeze()
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Of Python and of the packages that a result depends on; looking them up takes longer than a short run."""
+    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
 
 
 class NeedsRealTime(ValueError):
@@ -124,15 +150,12 @@ class _Run:
 
     def run(self) -> RunResult:
         failure: BaseException | None = None
-        gc.collect()
-        gc.freeze()
-        threshold = gc.get_threshold()
-        gc.set_threshold(100_000, 50, 100)
         try:
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.signals.declare(name, hellos[name].signals)
             self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
+            refuse_unrecorded(self.scenario, self._recorded(hellos))
             self._observe_media()
             self.conductor.admit(hellos, self.media)
             self.started_s = time.monotonic()
@@ -144,8 +167,6 @@ class _Run:
             failure = error
             raise
         finally:
-            gc.set_threshold(*threshold)
-            gc.unfreeze()
             self.host.stop()
             if self.conductor.pace is not None:
                 self.conductor.pace.close()
@@ -161,7 +182,7 @@ class _Run:
             "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
             "counters": _counters(self.conductor.counters, self.media),
             "real_time": self._real_time(),
-            "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
+            "versions": _versions(),
         }
         (self.folder / "run.json").write_bytes(msgspec.json.encode(run))
         for log in self.can_logs:
@@ -191,6 +212,12 @@ class _Run:
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))
+
+    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
+        """The names of the signals of each agent and medium."""
+        found = {name: getattr(medium, "signals", ()) for name, medium in self.media.items()}
+        found |= {name: hellos[name].signals for name in self.scenario.agents}
+        return {name: [signal for signal, _ in signals] for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, "", kind, detail, level_of(kind), wall_clock=True)
@@ -232,8 +259,10 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
         elif (prepare := getattr(program, "prepare", None)) is not None:
             team.update(prepare(scenario))
     folder = str(scenario.folder)
+    fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
+    described = {fmu: describe(build_model(fmu) if fmu in own_models() else Path(fmu)) for fmu in sorted(fmus)}
     return {name: NodeSpecification(name, agent.program, agent.parameters, _kinds(scenario, agent), agent.clock,
-                                    _plant(agent), team, scenario.sample_period_ns, scenario.seed, folder,
+                                    _plant(agent, described), team, scenario.sample_period_ns, scenario.seed, folder,
                                     agent.program in blocking, _own_frames(scenario, agent), _shown(scenario, agent))
             for name, agent in scenario.agents.items()}
 
@@ -253,12 +282,10 @@ def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
                  and agent.name in settings.bodies)
 
 
-def _plant(agent: AgentSpec) -> PlantSpecification | None:
+def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription]) -> PlantSpecification | None:
     if agent.plant is None:
         return None
-    fmu = agent.plant.fmu
-    description = describe(build_model(fmu) if fmu in own_models() else Path(fmu))
-    return PlantSpecification(description, expand_parameters(agent.plant.parameters))
+    return PlantSpecification(described[agent.plant.fmu], expand_parameters(agent.plant.parameters))
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
@@ -297,7 +324,9 @@ def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Med
     for medium in media.values():
         if isinstance(medium, ObservedMedium):
             for node, found in medium.counters().items():
-                counters.setdefault(node, {}).update(found)
+                own = counters.setdefault(node, {})
+                for name, count in found.items():
+                    own[name] = own.get(name, 0) + count
     return counters
 
 
