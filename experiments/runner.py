@@ -297,11 +297,11 @@ def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]
     for spec in scenario.impairments:
         kind = impairment_class(spec.kind, scenario.folder)
         for link in spec.links:
-            place = f"{spec.place}/{link[0]}: {link[1]} -> {link[2]}"
+            place = f"{spec.called}/{link[0]}: {link[1]} -> {link[2]}"
             impairment: Any = kind(**spec.fields, **_randomness(kind, scenario.seed, place))
             if spec.windows_ns:
                 impairment = Window(impairment, spec.windows_ns)
-            pipelines.setdefault(link, []).append((f"{spec.place} {spec.kind}", impairment))
+            pipelines.setdefault(link, []).append((f"{spec.called} {spec.kind}", impairment))
     return pipelines
 
 

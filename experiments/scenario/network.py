@@ -22,6 +22,7 @@ from netem.media.sensing.settings import SensingSettings
 class ImpairmentHeader:
     on: str
     during_ns: tuple[Any, ...] = ()
+    name: str = ""
 
 
 class Network:
@@ -73,7 +74,21 @@ class Network:
         if not isinstance(tables, list):
             self.problems.add(("impairments",), "expected a list: write [[impairments]]", tables)
             return ()
+        self._check_names(tables)
         return tuple(self._impairment(table, ("impairments", index), media) for index, table in enumerate(tables))
+
+    def _check_names(self, tables: Sequence[Any]) -> None:
+        first: dict[str, Place] = {}
+        for index, table in enumerate(tables):
+            name = table.get("name") if isinstance(table, dict) else None
+            if not isinstance(name, str):
+                continue
+            place: Place = ("impairments", index, "name")
+            self.reading.check_name(place, name)
+            if name in first:
+                self.problems.add(place, f"the name of {path_text(first[name])} too, so both would draw the same; "
+                                         "give each a name of its own", name)
+            first.setdefault(name, ("impairments", index))
 
     def _impairment(self, table: Any, place: Place, media: Mapping[str, MediumSpec]) -> ImpairmentSpec:
         cls = (self._own_kind(table, place) if _names_a_class(table)
@@ -93,7 +108,8 @@ class Network:
             if filled.complete:
                 self._try(cls, fields, windows, table, place)
         links = self._links(values.get("on"), place, media)
-        return ImpairmentSpec(path_text(place), values.get("on", ""), links, windows, str(table.get("kind")), fields)
+        return ImpairmentSpec(path_text(place), values.get("on", ""), links, windows, str(table.get("kind")), fields,
+                              values.get("name", ""))
 
     def _try(self, cls: Any, fields: Mapping[str, Any], windows: Sequence[Window], table: Any, place: Place) -> None:
         """Construct the impairment, so that what it refuses is said before the run."""

@@ -6,6 +6,7 @@
 u[k] is uniform, with lag-1 rank correlation `correlation` (see correlated_uniforms); the distribution stays exact.
 Negative delays are cut at 0, which puts the probability q^-1(-delay_ns/jitter_ns) there and raises the mean.
 Jitter reorders, as in netem; `keep_order` lets no copy overtake the one carried before it, which adds delay to some.
+The promise of `keep_order` holds past the end of a time window: a copy that enters later waits for those still delayed.
 
 Not modelled: delay that depends on frame length (see `rate_limit`) or on time (see `trace`).
 Differs from netem: without `distribution` there is no jitter (netem takes uniform).
@@ -26,6 +27,7 @@ from netem.impairments.checks import expect_at_least, expect_correlation
 from netem.impairments.correlated_uniforms import correlated_uniforms
 from netem.impairments.csv_columns import RecordingError, read_columns
 from netem.impairments.delay_quantiles import JITTER_QUANTILES, Quantile, of_points, of_samples
+from netem.impairments.order import not_before
 from netem.transit import Transit
 
 
@@ -81,6 +83,10 @@ class Delay:
         if self.keep_order:
             arrival_ns = self._latest_ns = max(arrival_ns, self._latest_ns)
         yield replace(transit, arrival_ns=arrival_ns)
+
+    def carry_outside(self, transit: Transit) -> Transit:
+        """A copy that enters outside the time window: with `keep_order` it does not overtake one that entered inside."""
+        return not_before(transit, self._latest_ns)
 
     def least_delay_ns(self, size_bytes: int) -> int:
         """No copy comes out earlier than this after it went in."""

@@ -6,6 +6,8 @@
 A copy waits during [arrival, start); the one being sent is not in the queue. A copy that has to wait is dropped when
 `queue_frames` already wait, or when it would make more than `queue_bytes` wait, overhead included.
 First in, first out in the order of entering, not of arrival: put `rate_limit` before a `delay` with jitter.
+The queue drains in order past the end of a time window. A copy that enters later comes out no earlier than the last one
+of the queue; it has no sending time of its own, takes no place in the queue and is never dropped.
 
 Not modelled: tokens saved up for bursts (`tc tbf`), more than one queue, active queue management.
 """
@@ -21,6 +23,7 @@ from msgspec.structs import replace
 
 from netem.fate import Fate
 from netem.impairments.checks import expect_at_least
+from netem.impairments.order import not_before
 from netem.transit import Transit
 
 
@@ -58,6 +61,10 @@ class RateLimit:
             self._waiting_bytes += size
         self.free_ns = start_ns + self._sending_ns(size)
         yield replace(transit, arrival_ns=self.free_ns)
+
+    def carry_outside(self, transit: Transit) -> Transit:
+        """A copy that enters outside the time window: it comes out after what is still in the queue."""
+        return not_before(transit, self.free_ns)
 
     def least_delay_ns(self, size_bytes: int) -> int:
         """No copy of this size comes out earlier than this after it went in."""
