@@ -15,6 +15,8 @@ from experiments.scenario.refusals import refuse
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
 from experiments.scenario.units import spellings
+from netem.impairments.construct import construct_impairment
+from netem.impairments.recordings import Recordings
 from netem.media.sensing.settings import SensingSettings
 
 
@@ -31,6 +33,7 @@ class Network:
         self.problems = reading.problems
         self.folder = reading.folder
         self.vocabulary = reading.vocabulary
+        self.recordings = Recordings()
 
     def media(self, tables: Mapping[str, Any], agents: Mapping[str, AgentSpec],
               gateways: Mapping[str, GatewaySpec]) -> dict[str, MediumSpec]:
@@ -114,7 +117,7 @@ class Network:
     def _try(self, cls: Any, fields: Mapping[str, Any], windows: Sequence[Window], table: Any, place: Place) -> None:
         """Construct the impairment, so that what it refuses is said before the run."""
         try:
-            impairment = cls(**fields, **({"rng": Random(0)} if "rng" in cls.__dataclass_fields__ else {}))
+            impairment = construct_impairment(cls, fields, Random(0), self.recordings)
             if windows:
                 self.vocabulary.try_windows(impairment, windows)
         except (ValueError, OSError) as error:

@@ -16,6 +16,8 @@ from hypothesis import strategies as st
 
 from netem.fate import Fate
 from netem.frame import Frame
+from netem.impairments.construct import PASSED_IN
+from netem.impairments.recordings import Recordings
 from netem.impairments.table import IMPAIRMENTS
 from netem.impairments.window import Window
 from netem.links import Links
@@ -236,7 +238,7 @@ def may_overtake(example: str, earlier: Transit, later: Transit) -> bool:
 
 
 @examples
-@settings(max_examples=100, deadline=None)
+@few
 @given(link=across_edges)
 def test_across_the_edges_of_three_windows_nothing_overtakes_but_by_the_kind_itself(example, recording, link):
     out = carried(Window(build(example, recording), WINDOWS_NS), undelayed(link))
@@ -312,15 +314,14 @@ def test_a_copy_that_enters_when_nothing_is_under_way_any_more_passes_at_once(ex
 def test_fields_are_the_toml_keys_and_a_generator_passed_by_keyword(name):
     kind = IMPAIRMENTS[name]
     types = typing.get_type_hints(kind)
-    keys = [field for field in dataclasses.fields(kind) if field.init and field.name != "rng"]
+    keys = [field for field in dataclasses.fields(kind) if field.init and field.name not in PASSED_IN]
 
     assert isinstance(kind.loses_as, Fate)
     for key in keys:
         assert not key.kw_only
-        assert types[key.name] in (int, list[int]) or not key.name.endswith("_ns")
-    for rng in (field for field in dataclasses.fields(kind) if field.name == "rng"):
-        assert types["rng"] is Random
-        assert rng.kw_only
+        assert types[key.name] in (int, int | None, list[int]) or not key.name.endswith("_ns")
+    passed_in = [field for field in dataclasses.fields(kind) if field.name in PASSED_IN]
+    assert all(field.kw_only and types[field.name] in (Random, Recordings) for field in passed_in)
 
 
 @examples
