@@ -8,7 +8,8 @@ A member may have three more methods; the caller takes the default where one is 
 
     carry_outside(transit)      a copy that enters outside the impairment's time window; default: the copy, unchanged
     least_delay_ns(size_bytes)  no copy of this size comes out earlier than this after it went in; default: 0
-    most_delay_ns(flow)         no copy of this flow comes out later than this after it went in; default: not known
+    most_delay_ns(flow)         adds at most this to the greatest delay of the copies of this flow; default: not known
+    most_copies                 a constant: how many copies come out for one at most; default: 1
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Columns of numbers from a CSV file with a header, for recorded delays and losses.
 
-    time_s, delay_ms      named by their unit, _s, _ms, _us or _ns; come out as int nanoseconds, rounded from the decimal
-                          digits (half to even), without a detour through binary fractions
+    time_s, delay_ms      named by their unit, _s, _ms, _us or _ns; come out as int nanoseconds, rounded from the
+                          decimal digits (half to even), without a detour through binary fractions
     lost, received        0 or 1, false or true; come out as whether the copy was lost
     probability           a number from 0 to 1
 

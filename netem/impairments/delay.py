@@ -25,9 +25,10 @@ from msgspec.structs import replace
 
 from netem.fate import Fate
 from netem.impairments.checks import expect_at_least, expect_correlation
-from netem.impairments.correlated_uniforms import correlated_uniforms
+from netem.impairments.correlated_uniforms import LARGEST, correlated_uniforms
 from netem.impairments.csv_columns import RecordingError, read_columns
 from netem.impairments.delay_quantiles import JITTER_QUANTILES, Quantile, of_points, of_samples
+from netem.impairments.flow import Flow
 from netem.impairments.order import not_before
 from netem.impairments.recordings import Recordings
 from netem.transit import Transit
@@ -91,12 +92,16 @@ class Delay:
         yield replace(transit, arrival_ns=arrival_ns)
 
     def carry_outside(self, transit: Transit) -> Transit:
-        """A copy that enters outside the time window: with `keep_order` it does not overtake one that entered inside."""
+        """A copy that enters outside the time window does not overtake one from inside, with `keep_order`."""
         return not_before(transit, self._latest_ns)
 
     def least_delay_ns(self, size_bytes: int) -> int:
         """No copy comes out earlier than this after it went in."""
         return max(0, round(self.delay_ns + (self._quantile(0.0) if self._quantile is not None else 0)))
+
+    def most_delay_ns(self, flow: Flow) -> int:
+        """The delay of the greatest number that the generator can draw; `keep_order` adds nothing to the greatest."""
+        return max(0, round(self.delay_ns + (self._quantile(LARGEST) if self._quantile is not None else 0)))
 
     def _empirical(self) -> Quantile:
         if self.file:

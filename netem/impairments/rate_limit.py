@@ -23,6 +23,7 @@ from msgspec.structs import replace
 
 from netem.fate import Fate
 from netem.impairments.checks import expect_at_least
+from netem.impairments.flow import Flow
 from netem.impairments.order import not_before
 from netem.transit import Transit
 
@@ -69,6 +70,20 @@ class RateLimit:
     def least_delay_ns(self, size_bytes: int) -> int:
         """No copy of this size comes out earlier than this after it went in."""
         return self._sending_ns(size_bytes + self.overhead_bytes)
+
+    def most_delay_ns(self, flow: Flow) -> int:
+        """By Lindley's recursion: the time that all frames of one interval of the flow take, if they fit into it.
+
+        Otherwise the queue fills up: then one copy is being sent, and the full queue waits, this one included.
+        """
+        sending_ns = [self._sending_ns(size + self.overhead_bytes) for size in flow.sizes_bytes]
+        interval_ns = flow.copies * sum(sending_ns)
+        if interval_ns <= flow.every_ns:
+            return interval_ns
+        full_ns = self.queue_frames * max(sending_ns)
+        if self.queue_bytes is not None:
+            full_ns = min(full_ns, self._sending_ns(self.queue_bytes) + self.queue_frames)      # each rounded up
+        return max(sending_ns) + full_ns
 
     def _sending_ns(self, size_bytes: int) -> int:
         return -(-8_000_000_000 * size_bytes // self.rate_bps)

@@ -20,6 +20,7 @@ from msgspec.structs import replace
 from netem.fate import Fate
 from netem.impairments.checks import expect_at_least, expect_ratio
 from netem.impairments.correlated_uniforms import correlated_uniforms
+from netem.impairments.flow import Flow
 from netem.impairments.order import not_before
 from netem.transit import Transit
 
@@ -54,6 +55,10 @@ class Reorder:
             arrival_ns = transit.arrival_ns + self.hold_ns
             self._latest_ns = max(arrival_ns, self._latest_ns)
             yield replace(transit, arrival_ns=arrival_ns)
+
+    def most_delay_ns(self, flow: Flow) -> int:
+        """The hold; a copy that waits for a held one after the window entered later than that one."""
+        return self.hold_ns
 
     def carry_outside(self, transit: Transit) -> Transit:
         """A copy that enters outside the time window: it is not chosen, so it overtakes no held one."""

@@ -5,8 +5,8 @@
     ,1                         [its time, the next row's time), the last one as long as the one before it
 
 Time in the file counts from `start_ns`, its first row where `start_ns` is not given, so a file may have times of an
-epoch. `delay_*` and `lost` (or `received`) may each be missing: no delay, no loss; a lost copy needs no delay. `columns`
-says what the file calls them: {"delay_ms": "rtt"}. Other columns are passed over.
+epoch. `delay_*` and `lost` (or `received`) may each be missing: no delay, no loss; a lost copy needs no delay.
+`columns` says what the file calls them: {"delay_ms": "rtt"}. Other columns are passed over.
 Past the end the trace starts again (`wrap`), its last row holds (`hold`), or the run stops with `TraceEnded` (`error`).
 Time is when the copy entered the link.
 
@@ -23,6 +23,7 @@ from typing import ClassVar, Literal
 from msgspec.structs import replace
 
 from netem.fate import Fate
+from netem.impairments.flow import Flow
 from netem.impairments.recordings import Recordings
 from netem.impairments.trace_rows import LOST, read_rows
 from netem.transit import Transit
@@ -42,7 +43,7 @@ class Trace:
     by: Literal["frame", "time"] = "frame"
     at_end: Literal["wrap", "hold", "error"] = "wrap"
     columns: dict[str, str] = field(default_factory=dict)   # own name with unit -> name in the file
-    start_ns: int | None = None                             # of the file's clock, at the start of the run; None: first row
+    start_ns: int | None = None                             # of the file's clock, when the run starts; None: first row
     recordings: Recordings = field(default_factory=Recordings, kw_only=True, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -70,6 +71,10 @@ class Trace:
     def least_delay_ns(self, size_bytes: int) -> int:
         """No copy that comes out does so earlier than this after it went in."""
         return self._least_ns
+
+    def most_delay_ns(self, flow: Flow) -> int:
+        """No copy that comes out does so later than this after it went in."""
+        return self._most_ns
 
     def _past_the_end(self, place: int) -> int:
         if self.at_end == "wrap":

@@ -42,12 +42,14 @@ def read_rows(file: str, by_time: bool, columns: Mapping[str, str], start_ns: in
         length = int(2 * times_ns[-1] - times_ns[-2])
         first = int(np.searchsorted(times_ns, 0, "right")) - 1
         if first < 0 or length <= 0:
-            raise RecordingError(f"{file}: start_ns={start_ns}: expected an instant within the recording, which begins "
-                                 f"at {int(times_ns[0]) + (start_ns or 0)} ns and ends at {length + (start_ns or 0)} ns")
+            raise RecordingError(f"start_ns={start_ns}: expected an instant within {file}, which begins "
+                                 f"at {int(times_ns[0]) + (start_ns or 0)} ns and ends at {length + (start_ns or 0)}"
+                                 " ns")
         delays_ns, times_ns = delays_ns[first:], np.maximum(times_ns[first:], 0)
     coming_out = delays_ns[delays_ns != LOST]
-    return TraceRows(array("q", delays_ns.astype("=i8").tobytes()), array("q", times_ns.astype("=i8").tobytes()), length,
-                     int(coming_out.min()) if len(coming_out) else 0, int(coming_out.max()) if len(coming_out) else 0)
+    return TraceRows(array("q", delays_ns.astype("=i8").tobytes()), array("q", times_ns.astype("=i8").tobytes()),
+                     length, int(coming_out.min()) if len(coming_out) else 0,
+                     int(coming_out.max()) if len(coming_out) else 0)
 
 
 def _times(found: Columns, file: str, start_ns: int | None) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

@@ -4,7 +4,7 @@ A copy that enters outside is never lost, changed, doubled or counted, and the i
 out when it went in, unless copies that entered inside are still under way and the impairment promises their order: then
 its `carry_outside` delays the copy until it overtakes none of them. An impairment without this method lets it pass.
 
-    rate_limit            the queue drains at its rate; later copies come out after its last one, at no rate of their own
+    rate_limit            the queue drains at its rate; later copies come out after its last one, at once
     delay, keep_order     later copies come out after the last delayed one
     reorder               later copies come out after the last held one
     all others            promise no order: later copies pass, also those still delayed

@@ -1,4 +1,4 @@
-"""Impairments with a time window, run: nothing is overtaken at its end, no copy is missing, and a name keeps its draws."""
+"""Impairments with a time window, run: nothing is overtaken at its end, no copy is missing; a name keeps its draws."""
 
 from __future__ import annotations
 

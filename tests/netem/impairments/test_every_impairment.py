@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import typing
+from itertools import accumulate
 from pathlib import Path
 from random import Random
 
@@ -17,6 +18,7 @@ from hypothesis import strategies as st
 from netem.fate import Fate
 from netem.frame import Frame
 from netem.impairments.construct import PASSED_IN
+from netem.impairments.flow import Flow
 from netem.impairments.recordings import Recordings
 from netem.impairments.table import IMPAIRMENTS
 from netem.impairments.window import Window
@@ -296,6 +298,35 @@ def test_every_copy_across_the_edges_ends_in_one_fate(example, recording, link):
     result = ledger.finish()                    # raises if copies are missing
     assert result.rows == result.expected >= len(link)
     assert len(arrived) == sum(count for fate, count in result.by_fate.items() if fate.startswith("delivered"))
+
+
+@examples
+@few
+@given(gaps=st.lists(st.integers(0, 3_000_000), max_size=30), late=st.lists(st.integers(0, 9_000), min_size=31),
+       windowed=st.booleans(), every_ns=st.sampled_from([2_000, 9_000_000]))
+def test_no_copy_comes_later_than_the_bound_that_the_kind_gives(example, recording, gaps, late, windowed, every_ns):
+    """Frames of 10 bytes, `every_ns` apart at least; an impairment before this one delayed each by up to 9 us."""
+    impairment = build(example, recording)
+    if not hasattr(impairment, "most_delay_ns"):
+        return
+    most_ns = 9_000 + impairment.most_delay_ns(Flow((10,), every_ns))
+    window = Window(impairment, [(0, 10_000_000), (20_000_000, 25_000_000)]) if windowed else impairment
+    sent_ns = list(accumulate(gaps, lambda at_ns, gap_ns: at_ns + every_ns + gap_ns, initial=0))
+
+    out = carried(window, [Transit(n, at_ns, at_ns + late[n], b"0123456789") for n, at_ns in enumerate(sent_ns)])
+
+    assert all(copy.arrival_ns - copy.sent_ns <= most_ns for yielded in out for copy in yielded)
+    assert all(len(yielded) <= getattr(impairment, "most_copies", 1) for yielded in out)
+
+
+@examples
+def test_what_delays_says_how_much_at_most(example, recording, frames):
+    impairment = build(example, recording)
+
+    out = carried(impairment, frames(500))
+
+    delays = any(copy.arrival_ns > copy.sent_ns for yielded in out for copy in yielded)
+    assert hasattr(impairment, "most_delay_ns") or not delays or example.startswith("own")
 
 
 @examples

@@ -79,7 +79,8 @@ def test_delay_or_loss_may_be_missing(recording, frames):
     ("delay_s,lost\n0,0.5\n", "frame", "trace.csv:2: lost=0.5: expected 0 or 1"),
     ("delay_s\n0\n", "time", "by=time needs a column time_s"),
     ("time_s,lost\n0,0\n", "time", "needs two rows"),
-    ("time_s,lost\n0,0\n2,0\n2,0\n", "time", "trace.csv:4: the time does not rise: 2000000000 ns after 2000000000 ns; sort the rows"),
+    ("time_s,lost\n0,0\n2,0\n2,0\n", "time",
+     "trace.csv:4: the time does not rise: 2000000000 ns after 2000000000 ns; sort the rows"),
 ])
 def test_a_trace_that_cannot_be_replayed_is_refused(text, by, message, recording):
     with pytest.raises(RecordingError, match=message):
@@ -100,8 +101,8 @@ def test_time_counts_from_the_instant_that_a_key_names_and_rows_before_it_are_pa
     file = recording("time_s,delay_ns\n1700000000,10\n1700000001,11\n1700000002,12\n1700000004,13\n")
     trace = Trace(file, by="time", start_ns=1_700_000_001 * S + S // 2)
 
-    found = replayed(trace, [Transit(0, at_ns, at_ns, b"") for at_ns in (0, S // 2 - 1, S // 2, 5 * S // 2, 9 * S // 2 - 1,
-                                                                         9 * S // 2)])
+    found = replayed(trace, [Transit(0, at_ns, at_ns, b"") for at_ns in (
+        0, S // 2 - 1, S // 2, 5 * S // 2, 9 * S // 2 - 1, 9 * S // 2)])
 
     assert found == [11, 11, 12, 13, 13, 11]        # ends at 1700000006 s, 4.5 s after the start, and starts again
 
