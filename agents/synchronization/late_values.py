@@ -83,8 +83,8 @@ def late_values(team: Team, medium: str, graphs: Mapping[str, Floats], slots_ns:
         yield (f"{' and '.join(places)}: {medium}: {sender} -> {receiver}{others}: a value may come "
                f"{own_ns + most_ns} ns after its slot began, {most_ns} ns of them by impairments: expected less than "
                f"{slots_ns[name]} ns, the slot of {name}, or nothing proves that the team synchronizes ((6.20) takes "
-               "no delay, the exact loop less than a slot); shorten the delay, or set team.sure = false to run it all the "
-               "same")
+               "no delay, the exact loop less than a slot); shorten the delay, or set team.sure = false to run it "
+               "all the same")
 
 
 def oldest_value_ns(team: Team, medium: str, graphs: Mapping[str, Floats],

@@ -66,14 +66,11 @@ def read_text(file: str, known: Collection[str], columns: Mapping[str, str]) -> 
     if not header_text:
         raise RecordingError(f"{file}: empty: expected a header and rows")
     separator = max(SEPARATORS, key=header_text.count)
-    header = [name.strip() for name in next(csv.reader([header_text], delimiter=separator), [])]
+    try:
+        header = [name.strip() for name in next(csv.reader([header_text], delimiter=separator), [])]
+    except csv.Error as reason:
+        raise RecordingError(f"{file}:{lines_above}: cannot be read as the header of a CSV file: {reason}") from reason
     places = _places(file, lines_above, header, separator, known, columns)
-    uneven: list[tuple[int, str]] = []      # (row, number of its values), of rows with more or fewer than the header
-
-    def skip(row: Any) -> str:
-        uneven.append((row.number - 1, str(row.actual_columns)))
-        return "skip"
-
     names = [f"c{place}" for place in range(len(header))]
     wanted = [names[place] for place in places.values()]
     try:
@@ -81,16 +78,15 @@ def read_text(file: str, known: Collection[str], columns: Mapping[str, str]) -> 
             BytesIO(content or b"\n"),
             read_options=arrow_csv.ReadOptions(use_threads=False, column_names=names,
                                                block_size=min(max(len(content), 1 << 16), _BLOCK_BYTES)),
-            parse_options=arrow_csv.ParseOptions(delimiter=separator, invalid_row_handler=skip),
+            parse_options=arrow_csv.ParseOptions(delimiter=separator),
             convert_options=arrow_csv.ConvertOptions(include_columns=wanted, strings_can_be_null=False,
                                                      column_types=dict.fromkeys(wanted, pa.string())))
-    except (pa.ArrowInvalid, pa.ArrowException, OSError) as reason:
-        raise RecordingError(f"{file}: cannot be read as CSV: {' '.join(str(reason).split())[:200]}") from reason
+    except (pa.ArrowException, OSError) as reason:
+        report(_uneven_rows(file, content, header, separator, lines_above))
+        raise RecordingError(f"{file}: cannot be read as CSV: {printable(str(reason))[:200]}") from reason
     text = TextColumns(file, table.num_rows, {own: table[names[place]] for own, place in places.items()},
                        {own: header[place] for own, place in places.items()}, _shown(header), content, separator,
                        lines_above)
-    report(first_of(uneven, text, lambda count: f"{count} value{'' if count == '1' else 's'} in the row: expected "
-                    f"{len(header)}, as the header has (separated by {SEPARATORS[separator]})"))
     if not table.num_rows:
         raise RecordingError(f"{file}: no rows below the header")
     return text
@@ -106,9 +102,28 @@ def report(problems: Iterable[str]) -> None:
 def first_of(rows: Sequence[tuple[int, str]], text: TextColumns, describe: Callable[[str], str]) -> Iterator[str]:
     """One problem for each of the first (row, value), and how many more there are."""
     for row, value in rows[:REPORTED]:
-        yield f"{text.file}:{text.line(row)}: {describe(' '.join(value.split())[:40] or 'nothing')}"
+        yield f"{text.file}:{text.line(row)}: {describe(printable(value)[:40] or 'nothing')}"
     if len(rows) > REPORTED:
         yield f"{text.file}: and {len(rows) - REPORTED} more"
+
+
+def _uneven_rows(file: str, content: bytes, header: list[str], separator: str, lines_above: int) -> list[str]:
+    """Problems of the first rows with more or fewer values than the header; read once more, by lines."""
+    problems: list[str] = []
+    reader = csv.reader(StringIO(content.decode(errors="replace"), newline=""), delimiter=separator)
+    try:
+        for row in reader:
+            if row and len(row) != len(header) and len(problems) < REPORTED:
+                problems.append(f"{file}:{lines_above + reader.line_num}: {len(row)} value{'s'[:len(row) != 1]} in the "
+                                f"row: expected {len(header)}, as the header has (separated by {SEPARATORS[separator]})")
+    except csv.Error:
+        pass                                # a value beyond the module's limit: the rows reached so far
+    return problems
+
+
+def printable(text: str) -> str:
+    """For one line of a message: blanks as single spaces, other characters that cannot be shown as `?`."""
+    return "".join(letter if letter.isprintable() else "?" for letter in " ".join(text.split()))
 
 
 def _utf8(file: str) -> bytes:
@@ -164,7 +179,7 @@ def _places(file: str, line: int, header: list[str], separator: str, known: Coll
         raise RecordingError(
             f"{file}:{line}: none of its columns is known ({_shown(header)}; separated by {SEPARATORS[separator]}): "
             f"expected of {_shown(known)}; say others' names as in columns = {{ {next(iter(known))} = "
-            f'"{_shown(header[:1])}" }}')
+            '"NAME" }')
     return places
 
 
@@ -175,9 +190,9 @@ def _stem(name: str) -> str:
 
 def _nearest(name: str, names: Collection[str]) -> str:
     near = get_close_matches(name, names, 1)
-    return f"nearest: {near[0]}" if near else f"there are {_shown(names)}"
+    return f"nearest: {printable(near[0])}" if near else f"there are {_shown(names)}"
 
 
 def _shown(names: Collection[str]) -> str:
-    text = ", ".join(" ".join(name.split()) for name in names)
+    text = ", ".join(map(printable, names))
     return text if len(text) <= 200 else text[:197] + "..."

@@ -1,7 +1,8 @@
-"""A delay of a slot or more on a needed link is refused with its number; `sure = false` runs it, and the robots tell."""
+"""A delay of a slot or more on a needed link is refused with its number; `sure = false` runs it, and robots tell."""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import sqrt
 from pathlib import Path
 
@@ -44,8 +45,8 @@ def test_a_delay_that_breaks_the_proof_is_refused_in_one_line_with_its_number(ca
 
     line, = error.value.problems
     assert line.startswith(f"{case}.toml: impairments[0]: radio: r2 -> r1 and 7 more: a value may come {delay_ns} ns "
-                           f"after its slot began, {delay_ns} ns of them by impairments: expected less than {L2_NS} ns, "
-                           "the slot of team.requests[1]")
+                           f"after its slot began, {delay_ns} ns of them by impairments: expected less than {L2_NS} "
+                           "ns, the slot of team.requests[1]")
     assert "set team.sure = false to run it all the same" in line
 
 
@@ -72,7 +73,7 @@ def test_where_the_topology_is_discovered_airtime_counts_too():
     ("kind='delay', delay_us=900", 900_000),
     ("kind='delay', delay_us=800, distribution='uniform', jitter_us=100", 900_000),
     ("kind='delay', delay_us=100, distribution='normal', jitter_us=100", 100_000 + 820_954),    # at u = 1 - 2^-53
-    ("kind='delay', distribution='pareto', jitter_us=1", round(1000 * (2 ** (53 / 3) - 1.5) / (sqrt(3) / 2))),    # likewise
+    ("kind='delay', distribution='pareto', jitter_us=1", round(1000 * (2 ** (53 / 3) - 1.5) / (sqrt(3) / 2))),
     ("kind='delay', distribution='empirical', samples_us=[1, 900, 2]", 900_000),
     ("kind='delay', distribution='empirical', quantiles_us=[1, 900]", 900_000),
     ("kind='delay', delay_us=900, keep_order=true, during_s=[0.1, 0.2]", 900_000),
@@ -155,12 +156,12 @@ def test_a_growing_queue_is_reported_each_time_that_the_age_has_doubled(tmp_path
     ages_ns = [int(event.detail.split(" is ")[1].split()[0]) for event in load_run(tmp_path).events
                if event.kind == "assumption violated"]
     assert ages_ns[0] == 3_333_334
-    assert all(later >= 2 * earlier for earlier, later in zip(ages_ns, ages_ns[1:], strict=False))
+    assert all(later >= 2 * earlier for earlier, later in pairwise(ages_ns))
     assert len(ages_ns) >= 2
 
 
 def test_a_slot_length_of_ones_own_needs_the_word_that_nothing_is_proved():
-    with pytest.raises(ScenarioError, match=r"team.slot_us=9900.0: the slot length follows from \(6.20\); set team.sure"):
+    with pytest.raises(ScenarioError, match=r"team.slot_us=9900.0: the slot length follows from \(6.20\); set"):
         scenario(TOLD, more=["team.slot_us=9900"])
 
 
