@@ -115,7 +115,7 @@ def _uneven_rows(file: str, content: bytes, header: list[str], separator: str, l
         for row in reader:
             if row and len(row) != len(header) and len(problems) < REPORTED:
                 problems.append(f"{file}:{lines_above + reader.line_num}: {len(row)} value{'s'[:len(row) != 1]} in the "
-                                f"row: expected {len(header)}, as the header has (separated by {SEPARATORS[separator]})")
+                                f"row: expected {len(header)}, as the header has ({SEPARATORS[separator]}-separated)")
     except csv.Error:
         pass                                # a value beyond the module's limit: the rows reached so far
     return problems

@@ -60,10 +60,10 @@ def test_all_problems_come_at_once_with_their_lines(read):
         read("delay_s,lost\n1,0\n\n1\n1,0,\n")
 
     assert [line.split("values.csv")[1] for line in str(refusal.value).splitlines()] == [
-        ":5: 1 value in the row: expected 2, as the header has (separated by comma)"]
+        ":5: 1 value in the row: expected 2, as the header has (comma-separated)"]
     assert [line.split("values.csv")[1] for line in str(uneven.value).splitlines()] == [
-        ":4: 1 value in the row: expected 2, as the header has (separated by comma)",
-        ":5: 3 values in the row: expected 2, as the header has (separated by comma)"]
+        ":4: 1 value in the row: expected 2, as the header has (comma-separated)",
+        ":5: 3 values in the row: expected 2, as the header has (comma-separated)"]
 
 
 def test_every_value_that_is_none_is_named_with_its_line_and_rule(read):
