@@ -18,7 +18,6 @@ from datetime import datetime
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
-from random import Random
 from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
@@ -42,6 +41,8 @@ from fmus.description import PlantDescription
 from fmus.parameters import expand_parameters
 from netem.agenda import Agenda
 from netem.impairments import Impairment
+from netem.impairments.construct import construct_impairment
+from netem.impairments.recordings import Recordings
 from netem.impairments.window import Window
 from netem.links import LinkName, Links
 from netem.lockstep.conductor import Conductor, Recorders
@@ -333,19 +334,16 @@ def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Med
 def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
     """Each directed link's own impairments in the order of the scenario, each with its own random stream."""
     pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
+    recordings = Recordings()
     for spec in scenario.impairments:
         kind = impairment_class(spec.kind, scenario.folder)
         for link in spec.links:
-            place = f"{spec.place}/{link[0]}: {link[1]} -> {link[2]}"
-            impairment: Any = kind(**spec.fields, **_randomness(kind, scenario.seed, place))
+            place = f"{spec.called}/{link[0]}: {link[1]} -> {link[2]}"
+            impairment: Any = construct_impairment(kind, spec.fields, stream(scenario.seed, place), recordings)
             if spec.windows_ns:
                 impairment = Window(impairment, spec.windows_ns)
-            pipelines.setdefault(link, []).append((f"{spec.place} {spec.kind}", impairment))
+            pipelines.setdefault(link, []).append((f"{spec.called} {spec.kind}", impairment))
     return pipelines
-
-
-def _randomness(kind: type[Any], seed: int, place: str) -> dict[str, Random]:
-    return {"rng": stream(seed, place)} if "rng" in kind.__dataclass_fields__ else {}
 
 
 def _changes(medium: Medium, until_ns: int) -> Sequence[int]:
