@@ -1,6 +1,7 @@
 """The standard library's time and threads, in virtual time for the threads of a blocking program, as ever for others.
 
-    time       sleep, monotonic and perf_counter on the node's oscillator; time on its local clock, 0 is 1 January 1970
+    time       sleep, monotonic and perf_counter on the node's oscillator; time on its local clock, 0 is 1 January 1970;
+               clock_gettime for both
     threading  Lock, RLock, and with them Condition, Event, Semaphore, Barrier, Timer; Thread: start, join, is_alive
     queue      Queue, SimpleQueue         signal  handlers are kept for the end of the run        asyncio  refused
 
@@ -23,6 +24,7 @@ from functools import wraps
 from typing import Any, Final
 
 from firmware_sim.blocking.here import running
+from firmware_sim.blocking.library_polls import POLLS
 from firmware_sim.blocking.program import BlockingProgram
 from firmware_sim.blocking.program_thread import ProgramThread
 from firmware_sim.blocking.seconds import duration_ns
@@ -30,6 +32,9 @@ from firmware_sim.blocking.virtual_lock import VirtualLock
 
 NO_ASYNCIO: Final = ("asyncio does not run in virtual time: its event loop waits for the operating system. Use "
                      "blocking calls (bus.recv, time.sleep), threads or can.Notifier without a loop")
+TIME_OF_DAY: Final = (time.CLOCK_REALTIME, time.CLOCK_TAI)
+SINCE_START: Final = (time.CLOCK_MONOTONIC, time.CLOCK_MONOTONIC_RAW, time.CLOCK_BOOTTIME)
+_clock_gettime_really = time.clock_gettime_ns
 _threads: dict[threading.Thread, ProgramThread] = {}
 
 
@@ -55,6 +60,16 @@ def _time(program: BlockingProgram) -> float:
 
 def _monotonic(program: BlockingProgram) -> float:
     return _monotonic_ns(program) / 1e9
+
+
+def _clock_gettime_ns(program: BlockingProgram, clock: int) -> int:
+    if clock in TIME_OF_DAY:
+        return _time_ns(program)
+    return _monotonic_ns(program) if clock in SINCE_START else _clock_gettime_really(clock)
+
+
+def _clock_gettime(program: BlockingProgram, clock: int) -> float:
+    return _clock_gettime_ns(program, clock) / 1e9
 
 
 def _lock(program: BlockingProgram) -> VirtualLock:
@@ -116,6 +131,8 @@ REPLACED: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
     (time, "monotonic_ns", _monotonic_ns),
     (time, "perf_counter", _monotonic),
     (time, "perf_counter_ns", _monotonic_ns),
+    (time, "clock_gettime", _clock_gettime),
+    (time, "clock_gettime_ns", _clock_gettime_ns),
     (threading, "_time", _monotonic),
     (threading, "Lock", _lock),
     (threading, "_allocate_lock", _lock),
@@ -128,6 +145,7 @@ REPLACED: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
     (queue, "SimpleQueue", _simple_queue),
     (signal, "signal", _signal),
     (asyncio.BaseEventLoop, "run_forever", _run_forever),
+    *POLLS,
 ]
 
 
