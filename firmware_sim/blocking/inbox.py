@@ -24,7 +24,6 @@ class Inbox(Generic[T]):
         self._room = room
         self._items: deque[T] = deque()
         self._takers: deque[ProgramThread] = deque()
-        self._closed = False
 
     def __len__(self) -> int:
         return len(self._items)
@@ -38,12 +37,6 @@ class Inbox(Generic[T]):
         if self._takers:
             self._program.wake(self._takers[0])
         return fits
-
-    def close(self) -> None:
-        """Nothing more will come: every thread that waits in `take` goes on at this instant, with None."""
-        self._closed = True
-        for taker in self._takers:
-            self._program.wake(taker)
 
     def take(self, timeout_ns: int | None) -> T | None:
         """The oldest item; None if there is none within `timeout_ns` of the node's clock (None: wait for ever)."""
@@ -59,7 +52,7 @@ class Inbox(Generic[T]):
         thread = program.thread()
         self._takers.append(thread)
         try:
-            while not self._items and not self._closed and program.wait(until_ns, hears=True):
+            while not self._items and program.wait(until_ns, hears=True):
                 pass
             return self._items.popleft() if self._items else None
         finally:

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from firmware_sim.blocking.program import BlockingProgram
 
-_get_really, _put_really = queue.Queue.get, queue.Queue.put
+_get_really, _put_really, _acquire_really = queue.Queue.get, queue.Queue.put, threading.Semaphore.acquire
 
 
 def _get(program: BlockingProgram, *args: Any, **kwargs: Any) -> Any:
@@ -33,12 +33,20 @@ def _put(program: BlockingProgram, *args: Any, **kwargs: Any) -> None:
         raise
 
 
+def _acquire(program: BlockingProgram, *args: Any, **kwargs: Any) -> bool:
+    acquired = _acquire_really(*args, **kwargs)
+    if not acquired:
+        program.note_call()
+    return acquired
+
+
 def _counted(real: Callable[..., Any], *answers: object) -> Callable[..., Any]:
-    """`real`, counted as a call if it gives one of `answers`."""
+    """`real`, counted as a call if it gives one of `answers`, and then asked anew: the call may have taken time."""
     def asked(program: BlockingProgram, *args: Any, **kwargs: Any) -> Any:
         answer = real(*args, **kwargs)
         if answer in answers:
             program.note_call()
+            answer = real(*args, **kwargs)
         return answer
 
     return asked
@@ -53,6 +61,6 @@ POLLS: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
     (queue._PySimpleQueue, "empty", _counted(queue._PySimpleQueue.empty, True)),            # type: ignore[attr-defined]
     (queue._PySimpleQueue, "qsize", _counted(queue._PySimpleQueue.qsize, 0)),               # type: ignore[attr-defined]
     (threading.Event, "is_set", _counted(threading.Event.is_set, True, False)),
-    (threading.Semaphore, "acquire", _counted(threading.Semaphore.acquire, False)),
+    (threading.Semaphore, "acquire", _acquire),
     (concurrent.futures.Future, "done", _counted(concurrent.futures.Future.done, False)),
 ]

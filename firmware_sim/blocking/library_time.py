@@ -102,7 +102,11 @@ def _join(program: BlockingProgram, thread: threading.Thread, timeout: float | N
 def _is_alive(program: BlockingProgram, thread: threading.Thread) -> bool:
     """The real answer would depend on how far the operating system is with ending a thread that has ended."""
     known = _threads.get(thread)
-    return _is_alive_really(thread) if known is None else not known.ended
+    if known is None:
+        return _is_alive_really(thread)
+    if not known.ended:
+        program.note_call()
+    return not known.ended
 
 
 def _excepthook(program: BlockingProgram, args: threading.ExceptHookArgs) -> None:

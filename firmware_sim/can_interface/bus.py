@@ -127,7 +127,6 @@ class MarconetBus(BusABC):
         super().shutdown()
         if self in self._channel.buses:
             self._channel.buses.remove(self)
-            self._inbox.close()
 
     @property
     def state(self) -> BusState:
