@@ -23,6 +23,7 @@ from fmus.description import PlantDescription
 from fmus.plant import Plant
 from netem.media.sensing.sight import Body, pack_body
 from netem.node import Node
+from netem.outside_guard import guarded
 from netem.random_streams import stream
 
 
@@ -90,6 +91,11 @@ def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None) -
 
     node = BlockingNode(specification.name, list(specification.media), specification.sample_period_ns)
     folder = Path(specification.folder)
+    can_buses = [medium for medium, kind in specification.media.items() if kind == "can"]
+    if can_buses and guarded():
+        from firmware_sim.can_interface.other_interfaces import only_our_interface
+
+        at_end.enter_context(only_our_interface(specification.name, can_buses))
     at_end.enter_context(own_process(node, _board(specification, node), specification.program, folder,
                                      partial(class_for, specification.program, folder), specification.parameters,
                                      specification.media, specification.own_frames))
