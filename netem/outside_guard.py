@@ -1,7 +1,7 @@
 """In virtual time nothing leaves a program but through the ports of its node: any other way out is refused.
 
     socket: connect, bind, sendto, sendmsg, look-up of a name --audit event--> _hear  --+
-    Zenoh: open, scout (`entrances`) ------------------------replaced--------> _wrapped --> OutsideGuard.refuse
+    Zenoh: open, scout (`entrances`) ------------------------replaced--------> _refuse --> OutsideGuard.refuse
 
 A message that passes around the emulator takes no emulated time and is in no record, so the run would answer a question
 that nobody asked. Sockets of the families in `SOCKETS` are refused. A pair of connected Unix sockets, as asyncio makes
@@ -26,7 +26,7 @@ import sys
 import sysconfig
 import threading
 from collections.abc import Callable, Iterable, Sequence
-from functools import wraps
+from functools import partial, wraps
 from ipaddress import ip_address
 from operator import itemgetter
 from pathlib import Path
@@ -46,8 +46,7 @@ SOCKETS: Final = {int(getattr(socket, family)): kind for family, kind in KINDS_O
 VERBS: Final = {"socket.connect": "connecting", "socket.bind": "binding", "socket.sendto": "sending on",
                 "socket.sendmsg": "sending on"}
 LOOK_UPS: Final = frozenset({"socket.getaddrinfo", "socket.gethostbyname", "socket.gethostbyaddr"})
-STARTS: Final = frozenset({"_thread.start_new_thread", "_thread.start_joinable_thread"})
-HEARD: Final = frozenset({*VERBS, *LOOK_UPS, *STARTS})
+HEARD: Final = frozenset({*VERBS, *LOOK_UPS})
 OWN_PACKAGES: Final = ("agents", "experiments", "firmware_sim", "fmus", "marconet", "netem")
 
 Entrance = tuple[ModuleType, str, str]      # (module, name of a function, what calling it does)
@@ -74,8 +73,9 @@ class OutsideGuard:
             _hooked.append(True)
             sys.addaudithook(_hear)
         self._thread = threading.get_ident()
-        for entrance in self._entrances:
-            _replace(*entrance)
+        for module, name, doing in self._entrances:
+            _replace(module, name, partial(_refuse, doing))
+        _replace(threading.Thread, "start", _adopt)
         _on_duty.append(self)
 
     def end(self) -> None:
@@ -99,9 +99,9 @@ class OutsideGuard:
         """The text of a program's error, its last line the refusal if there was one."""
         return error if self.refusal is None else f"{error}{self.refusal}"
 
-    def adopt(self, bootstrap: object) -> None:
-        """A program starts a thread with this function, a method of its Thread."""
-        if isinstance(thread := getattr(bootstrap, "__self__", None), threading.Thread):
+    def adopt(self, thread: threading.Thread) -> None:
+        """If a program starts `thread`, that is running the program too."""
+        if self.watches():
             self._started.add(thread)
 
     def refuse(self, doing: str, remedy: str = REMEDY) -> NoReturn:
@@ -124,9 +124,7 @@ def _hear(event: str, args: tuple[Any, ...]) -> None:
         return
     for guard in _on_duty:
         if guard.watches():
-            if event in STARTS:
-                guard.adopt(args[0])
-            elif doing := _doing(event, args):
+            if doing := _doing(event, args):
                 guard.refuse(doing, CAN_REMEDY if "CAN" in doing else REMEDY)
 
 
@@ -159,18 +157,32 @@ def _is_local(host: Any) -> bool:
     return True
 
 
-def _replace(module: ModuleType, name: str, doing: str) -> None:
-    """Let `module.name` ask the guards first, also where a module has imported it under a name of its own."""
-    real: Callable[..., Any] = getattr(module, name)
-    if hasattr(real, "__wrapped__"):
+def _refuse(doing: str, *args: Any) -> None:
+    for guard in _on_duty:
+        if guard.watches():
+            guard.refuse(doing)
+
+
+def _adopt(thread: threading.Thread) -> None:
+    for guard in _on_duty:
+        guard.adopt(thread)
+
+
+def _replace(place: Any, name: str, before: Callable[..., None]) -> None:
+    """Let `place.name` call `before` first, also where a module has imported it under a name of its own."""
+    real: Callable[..., Any] = getattr(place, name)
+    if hasattr(real, "asks_guards"):
         return
 
     @wraps(real)
     def _wrapped(*args: Any, **kwargs: Any) -> Any:
-        for guard in _on_duty:
-            if guard.watches():
-                guard.refuse(doing)
+        before(*args)
         return real(*args, **kwargs)
+
+    vars(_wrapped)["asks_guards"] = True
+    setattr(place, name, _wrapped)
+    if not isinstance(place, ModuleType):
+        return
 
     for holder in list(sys.modules.values()):
         for known, value in list(getattr(holder, "__dict__", {}).items()):
