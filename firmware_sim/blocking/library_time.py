@@ -8,7 +8,9 @@
 Names are replaced in the modules (`REPLACED`), so a module must be imported afterwards to find the new ones under
 `from time import sleep`; a blocking program and what it imports is. The replacement asks which thread calls.
 
-Not replaced: `datetime.now()`, sockets, `select`, files, processes. What waits in these holds the node up.
+    Questions that do not wait (`library_polls.py`) and readings of a clock are counted as calls (`calls_in_a_row.py`).
+
+Not replaced: `datetime.now()`, `select`, files, processes. What waits in these holds the node up.
 """
 
 from __future__ import annotations
