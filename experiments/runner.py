@@ -53,6 +53,7 @@ from netem.media.can.bus import CanBus
 from netem.media.observation import MediumObserver, ObservedMedium
 from netem.media.sensing.settings import SensingSettings
 from netem.media.table import MEDIA
+from netem.outside_guard import OutsideGuard
 from netem.random_streams import stream
 from netem.real_time.pace import Pace
 from netem.real_time.udp_gateway import UdpGateway
@@ -60,6 +61,7 @@ from netem.records.events_file import write_events
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder
 from netem.transport.process_host import ProcessHost
+from netem.transport.zenoh_session import ENTRANCES
 
 if TYPE_CHECKING:
     from netem.records.can_log import CanLog
@@ -136,7 +138,7 @@ class _Run:
         self.signals = SignalRecorder(folder / "signals.mcap")
         self.guarantees = GuaranteeWatch(scenario, self.signals)
         self.specifications = node_specifications(scenario)
-        self.host = _host(host, self.specifications, folder, scenario.node_timeout_s, shuffle_start)
+        self.host = _host(host, self.specifications, folder, scenario.node_timeout_s, shuffle_start, real_time)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
                                    Recorders(self.guarantees.sample, self._event), self._progress)
         links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
@@ -290,9 +292,10 @@ def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription]) -> Plant
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
-          shuffle_start: int | None) -> Host:
+          shuffle_start: int | None, real_time: bool) -> Host:
     if host == "inline":
-        return InlineHost({name: partial(build_node, specification) for name, specification in specifications.items()})
+        return InlineHost({name: partial(build_node, specification) for name, specification in specifications.items()},
+                          None if real_time else OutsideGuard(ENTRANCES))
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)
@@ -301,7 +304,7 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
     return ProcessHost([sys.executable, "-P", "-m", "experiments.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
-                       logs=folder / "logs", timeout_s=timeout_s)
+                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time)
 
 
 def _medium(scenario: Scenario, name: str, agenda: Agenda, ledger: Ledger, links: Links) -> Medium:
