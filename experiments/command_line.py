@@ -61,6 +61,7 @@ def run(scenario: Source, seed: Seed = None, duration: Duration = None,
         overrides: Overrides = None,
         out: Annotated[Path | None, typer.Option(
             "--out", metavar="DIR", help="Folder for the records; default: a new one in ./runs.")] = None,
+        no_report: Annotated[bool, typer.Option("--no-report", help="Write the records without report.html.")] = False,
         real_time: Annotated[bool, typer.Option(
             "--real-time", help="At the wall clock's pace; a scenario with gateways to the outside needs it.")] = False,
         traceback: Traceback = False) -> None:
@@ -72,7 +73,7 @@ def run(scenario: Source, seed: Seed = None, duration: Duration = None,
         found = _load(scenario, seed, duration, overrides)
         folder = _run_folder(found, out)
     with errors_as_text(traceback, kept=folder):
-        holds = _run(found, host, folder, real_time)
+        holds = _run(found, host, folder, real_time, report=not no_report)
     if not holds:
         raise typer.Exit(ExitCode.EXPECTATION_BROKEN)
 
@@ -196,7 +197,7 @@ def _table(number: str, runs: int | None, figures: Path | None) -> bool:
     runs = runs or found.runs
     with counting_view(console, f"table {number}", found.steps(runs)) as progress:
         values = list(found.measure(runs, progress))
-    console.print(f"{found.title} ({runs} runs)", soft_wrap=True)
+    console.print(f"{found.title} ({runs} runs)\n{found.judged_by}", soft_wrap=True)
     print_measured(console, values)
     if figures is not None:
         from experiments.tables.figures import DRAWN_RUNS, write_figures
@@ -226,14 +227,15 @@ def _run_folder(scenario: Scenario, out: Path | None) -> Path:
     return folder
 
 
-def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path, real_time: bool) -> bool:
+def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path, real_time: bool, report: bool) -> bool:
     from experiments import runner
     from experiments.live_view import live_view
     from experiments.text_views import print_path, print_summary
 
     console = _console()
     with live_view(console, scenario.name, scenario.length_ns * 1e-9) as progress:
-        result = runner.run(scenario, host=host, out=folder, progress=progress, real_time=real_time)
+        result = runner.run(scenario, host=host, out=folder, progress=progress, real_time=real_time,
+                            report=report)
     print_summary(console, result.summary)
     console.print()
     written = result.folder / (result.summary.report or ".")

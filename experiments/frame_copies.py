@@ -1,8 +1,9 @@
 """The frame copies of a run as figures need them: one NumPy array per column of the ledger, one row per copy.
 
-A column is read when a figure first asks for it, and kept. Text columns are codes into a tuple of sorted names, so that
-codes compare as the names do. `link` has (medium, sender, receiver) as its names; `by_link` gives the rows link after
-link in portions of bounded size, so that a figure over millions of copies needs little memory of its own.
+Text columns are codes into a tuple of sorted names, so that codes compare as the names do. `link` has (medium, sender,
+receiver) as its names. Links and fates are kept, a few bytes per copy; any other column is read whenever it is asked
+for, so that memory holds the columns of one figure and not of all. `by_link` gives the rows link after link in portions
+of bounded size, so that a figure over millions of copies needs little memory of its own.
 
 Invariants:
 - rows stand in the order of the ledger, also in a selection;
@@ -81,10 +82,8 @@ class FrameCopies:
 
     def __init__(self, count: int, ints: Callable[[str], Ints], coded: Callable[[str], Coded]) -> None:
         self._count = count
-        self._read_ints = ints
-        self._read_coded = coded
-        self._ints: dict[str, Ints] = {}
-        self._coded: dict[str, Coded] = {}
+        self.ints = ints
+        self.coded = coded
 
     @staticmethod
     def of_file(path: Path) -> FrameCopies:
@@ -116,21 +115,11 @@ class FrameCopies:
     def __len__(self) -> int:
         return self._count
 
-    def ints(self, name: str) -> Ints:
-        if name not in self._ints:
-            self._ints[name] = self._read_ints(name)
-        return self._ints[name]
-
-    def coded(self, name: str) -> Coded:
-        if name not in self._coded:
-            self._coded[name] = self._read_coded(name)
-        return self._coded[name]
-
-    @property
+    @cached_property
     def link(self) -> Coded:
         return self.coded("link")
 
-    @property
+    @cached_property
     def fate(self) -> Coded:
         return self.coded("fate")
 
@@ -153,7 +142,12 @@ class FrameCopies:
     def taken(self, rows: Mask | NDArray[np.integer[Any]]) -> FrameCopies:
         """These rows alone: a mask, or indices in the order that is wanted."""
         chosen = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows
-        return FrameCopies(chosen.size, lambda name: self.ints(name)[chosen], lambda name: self.coded(name)[chosen])
+
+        def coded(name: str) -> Coded:
+            whole = self.link if name == "link" else self.fate if name == "fate" else self.coded(name)
+            return whole[chosen]
+
+        return FrameCopies(chosen.size, lambda name: self.ints(name)[chosen], coded)
 
     def by_link(self) -> Iterator[Portion]:
         ends = np.cumsum(self.link.counts())

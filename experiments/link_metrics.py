@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.frame_copies import DELIVERED, Coded, FrameCopies, Ints, LinkName, Mask, Portion
+from experiments.frame_copies import DELIVERED, Coded, FrameCopies, Ints, LinkName, Mask, Portion, smallest
 from experiments.groups import largest_so_far, new_group
 from netem.fate import Fate
 
@@ -72,13 +72,18 @@ class Gaps:
 
 def teeth(copies: FrameCopies, length_ns: int, links: Collection[tuple[str, ...]] | None = None) -> Iterator[Teeth]:
     """Of every link in range, or of those of `links`; each link is in one of the portions as a whole."""
+    delivered_ns, offered_ns = copies.ints("delivered_ns"), copies.ints("offered_ns")
     for portion in copies.by_link():
         first, end, _ = portion
         wanted = _in_range(copies, portion)
         if links is not None:
             wanted &= np.array([name in links for name in copies.link.names[first:end]], dtype=np.bool_)
         if wanted.any():
-            yield _teeth(copies, portion, wanted, length_ns)
+            heard = portion.rows[copies.fate[portion.rows].among(DELIVERED)]
+            heard = heard[delivered_ns[heard] < length_ns]
+            heard = heard[wanted[copies.link.codes[heard].astype(np.int64) - first]]
+            yield _teeth(np.flatnonzero(wanted) + first, copies.link.codes[heard].astype(np.int64),
+                         delivered_ns[heard], offered_ns[heard], length_ns)
 
 
 def age_of_information(copies: FrameCopies, length_ns: int) -> LinkAges:
@@ -119,13 +124,14 @@ def age_quantiles(copies: FrameCopies, length_ns: int, links: Collection[tuple[s
 def successive_losses(copies: FrameCopies) -> dict[LinkName, int]:
     """Per link: the longest row of frames of which no copy was delivered; frames under way at the end do not count."""
     longest: dict[LinkName, int] = {}
+    numbers = copies.ints("number")
     for portion in copies.by_link():
         chosen = portion.rows[_in_range(copies, portion)[copies.link.codes[portion.rows].astype(np.int64)
                                                          - portion.first]]
-        own = copies.taken(chosen[~copies.fate[chosen].among(Fate.UNFINISHED.value)])
-        link, number = own.link.codes.astype(np.int64), own.ints("number")
+        chosen = chosen[~copies.fate[chosen].among(Fate.UNFINISHED.value)]
+        link, number = copies.link.codes[chosen].astype(np.int64), numbers[chosen]
         order = np.lexsort((number, link))
-        link, heard = link[order], own.delivered[order]
+        link, heard = link[order], copies.fate[chosen[order]].among(DELIVERED)
         frames = np.flatnonzero(new_group(link, number[order]))
         if not frames.size:
             continue
@@ -159,7 +165,7 @@ def sources(copies: FrameCopies) -> Coded:
     """(medium, sender) of every copy."""
     names: list[SenderName] = sorted({name[:2] for name in copies.link.names})
     place = {name: code for code, name in enumerate(names)}
-    of_link = np.array([place[name[:2]] for name in copies.link.names], dtype=np.uint32)
+    of_link = smallest(np.array([place[name[:2]] for name in copies.link.names], dtype=np.int64), len(names))
     return Coded(of_link[copies.link.codes] if names else copies.link.codes, tuple(names))
 
 
@@ -170,15 +176,11 @@ def _in_range(copies: FrameCopies, portion: Portion) -> Mask:
     return np.bincount(link[audible], minlength=portion.end - portion.first) > 0
 
 
-def _teeth(copies: FrameCopies, portion: Portion, wanted: Mask, length_ns: int) -> Teeth:
-    rows = portion.rows[copies.fate[portion.rows].among(DELIVERED)]
-    rows = rows[copies.ints("delivered_ns")[rows] < length_ns]
-    rows = rows[wanted[copies.link.codes[rows].astype(np.int64) - portion.first]]
-    links = np.flatnonzero(wanted) + portion.first
+def _teeth(links: Ints, link: Ints, delivered_ns: Ints, offered_ns: Ints, length_ns: int) -> Teeth:
+    """Of all `links`; the other columns are those of the copies that were delivered within the run."""
     zeros = np.zeros(links.size, dtype=np.int64)
-    link = np.concatenate([links, copies.link.codes[rows].astype(np.int64)])
-    from_ns = np.concatenate([zeros, copies.ints("delivered_ns")[rows]])
-    newest_ns = np.concatenate([zeros, copies.ints("offered_ns")[rows]])
+    link = np.concatenate([links, link])
+    from_ns, newest_ns = np.concatenate([zeros, delivered_ns]), np.concatenate([zeros, offered_ns])
     order = np.lexsort((newest_ns, from_ns, link))
     link, from_ns, newest_ns = link[order], from_ns[order], newest_ns[order]
     last = np.r_[link[1:] != link[:-1], True]

@@ -23,6 +23,7 @@ from fmus.description import PlantDescription
 from fmus.plant import Plant
 from netem.media.sensing.sight import Body, pack_body
 from netem.node import Node
+from netem.outside_guard import guarded
 from netem.random_streams import stream
 
 
@@ -91,9 +92,19 @@ def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None) -
     node = BlockingNode(specification.name, list(specification.media), specification.sample_period_ns)
     folder = Path(specification.folder)
     at_end.enter_context(own_process(node, _board(specification, node), specification.program, folder,
-                                     partial(class_for, specification.program, folder), specification.parameters,
+                                     partial(_load_blocking, specification, at_end), specification.parameters,
                                      specification.media, specification.own_frames))
     return node
+
+
+def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:
+    """The function. Its own thread calls this: python-can, imported here, has to find the node's time and locks."""
+    buses = [medium for medium, kind in specification.media.items() if kind == "can"]
+    if buses and guarded():
+        from firmware_sim.can_interface.other_interfaces import only_our_interface
+
+        at_end.enter_context(only_our_interface(specification.name, buses))
+    return class_for(specification.program, Path(specification.folder))
 
 
 def _board(specification: NodeSpecification, node: Node) -> Board:

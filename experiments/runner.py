@@ -18,7 +18,6 @@ from datetime import datetime
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
-from random import Random
 from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
@@ -42,6 +41,8 @@ from fmus.description import PlantDescription
 from fmus.parameters import expand_parameters
 from netem.agenda import Agenda
 from netem.impairments import Impairment
+from netem.impairments.construct import construct_impairment
+from netem.impairments.recordings import Recordings
 from netem.impairments.window import Window
 from netem.links import LinkName, Links
 from netem.lockstep.conductor import Conductor, Recorders
@@ -52,6 +53,7 @@ from netem.media.can.bus import CanBus
 from netem.media.observation import MediumObserver, ObservedMedium
 from netem.media.sensing.settings import SensingSettings
 from netem.media.table import MEDIA
+from netem.outside_guard import OutsideGuard
 from netem.random_streams import stream
 from netem.real_time.pace import Pace
 from netem.real_time.udp_gateway import UdpGateway
@@ -59,6 +61,7 @@ from netem.records.events_file import write_events
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder
 from netem.transport.process_host import ProcessHost
+from netem.transport.zenoh_session import ENTRANCES
 
 if TYPE_CHECKING:
     from netem.records.can_log import CanLog
@@ -135,7 +138,7 @@ class _Run:
         self.signals = SignalRecorder(folder / "signals.mcap")
         self.guarantees = GuaranteeWatch(scenario, self.signals)
         self.specifications = node_specifications(scenario)
-        self.host = _host(host, self.specifications, folder, scenario.node_timeout_s, shuffle_start)
+        self.host = _host(host, self.specifications, folder, scenario.node_timeout_s, shuffle_start, real_time)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
                                    Recorders(self.guarantees.sample, self._event), self._progress)
         links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
@@ -213,6 +216,12 @@ class _Run:
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))
 
+    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
+        """The names of the signals of each agent and medium."""
+        found = {name: getattr(medium, "signals", ()) for name, medium in self.media.items()}
+        found |= {name: hellos[name].signals for name in self.scenario.agents}
+        return {name: [signal for signal, _ in signals] for name, signals in found.items()}
+
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, "", kind, detail, level_of(kind), wall_clock=True)
 
@@ -223,12 +232,6 @@ class _Run:
     def _real_time(self) -> dict[str, int] | None:
         """Lateness of a run in real time; None in virtual time."""
         return None if self.conductor.pace is None else self.conductor.pace.lateness.figures()
-
-    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
-        """The names of the signals of each agent and medium."""
-        found = {name: getattr(medium, "signals", ()) for name, medium in self.media.items()}
-        found |= {name: hellos[name].signals for name in self.scenario.agents}
-        return {name: [signal for signal, _ in signals] for name, signals in found.items()}
 
     def _observe_media(self) -> None:
         for name, medium in self.media.items():
@@ -289,9 +292,10 @@ def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription]) -> Plant
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
-          shuffle_start: int | None) -> Host:
+          shuffle_start: int | None, real_time: bool) -> Host:
     if host == "inline":
-        return InlineHost({name: partial(build_node, specification) for name, specification in specifications.items()})
+        return InlineHost({name: partial(build_node, specification) for name, specification in specifications.items()},
+                          None if real_time else OutsideGuard(ENTRANCES))
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)
@@ -300,7 +304,7 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
     return ProcessHost([sys.executable, "-P", "-m", "experiments.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
-                       logs=folder / "logs", timeout_s=timeout_s)
+                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time)
 
 
 def _medium(scenario: Scenario, name: str, agenda: Agenda, ledger: Ledger, links: Links) -> Medium:
@@ -333,19 +337,16 @@ def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Med
 def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
     """Each directed link's own impairments in the order of the scenario, each with its own random stream."""
     pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
+    recordings = Recordings()
     for spec in scenario.impairments:
         kind = impairment_class(spec.kind, scenario.folder)
         for link in spec.links:
-            place = f"{spec.place}/{link[0]}: {link[1]} -> {link[2]}"
-            impairment: Any = kind(**spec.fields, **_randomness(kind, scenario.seed, place))
+            place = f"{spec.called}/{link[0]}: {link[1]} -> {link[2]}"
+            impairment: Any = construct_impairment(kind, spec.fields, stream(scenario.seed, place), recordings)
             if spec.windows_ns:
                 impairment = Window(impairment, spec.windows_ns)
-            pipelines.setdefault(link, []).append((f"{spec.place} {spec.kind}", impairment))
+            pipelines.setdefault(link, []).append((f"{spec.called} {spec.kind}", impairment))
     return pipelines
-
-
-def _randomness(kind: type[Any], seed: int, place: str) -> dict[str, Random]:
-    return {"rng": stream(seed, place)} if "rng" in kind.__dataclass_fields__ else {}
 
 
 def _changes(medium: Medium, until_ns: int) -> Sequence[int]:

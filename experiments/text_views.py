@@ -115,8 +115,9 @@ def print_measured(console: Console, values: Iterable[Measured]) -> None:
         rows.append((row.what, quantity, _four(row.printed), ours,
                      "" if error is None else f"+- {error:.4f}", _range(row.low, row.high),
                      _short(row.printed_variance), _short(value.variance),
-                     {True: "met", False: "MISSED", None: ""}[value.met]))
-    print_table(console, ["", "", "printed", "ours", "s.e.", "to meet", "variance printed", "ours", ""], rows)
+                     {True: "met", False: "MISSED", None: "not judged"}[value.met]
+                     + (", not reproduced" if row.reproduced is False else "")))
+    print_table(console, ["", "", "printed", "ours", "s.e.", "band", "variance printed", "ours", "ours, printed"], rows)
 
 
 def print_path(console: Console, what: str, path: Path) -> None:

@@ -219,7 +219,7 @@ def gaps(data: RunData) -> list[Json]:
 
 
 def node_table(data: RunData) -> Json:
-    """Per node: frames sent, copies heard, mean rate, samples, and the program's own counters."""
+    """Per node: frames sent, copies heard, mean rate, samples, and the counters that counted something at any node."""
     sent: Counter[str] = Counter()
     source = transmissions(data.ledger).source
     for (_, sender), frames in zip(source.names, source.counts().tolist(), strict=True):
@@ -228,7 +228,7 @@ def node_table(data: RunData) -> Json:
     link = data.ledger.link[data.ledger.delivered]
     for (_, _, receiver), copies in zip(link.names, link.counts().tolist(), strict=True):
         heard[receiver] += copies
-    names = sorted({name for counters in data.counters.values() for name in counters})
+    names = sorted({name for counters in data.counters.values() for name, count in counters.items() if count})
     length_s = data.length_ns * 1e-9
     rows = [{"node": node, "sent": sent[node], "rate_hz": sent[node] / length_s if length_s else 0.0,
              "heard": heard[node], "samples": data.signals[node].time_ns.size if node in data.signals else 0,

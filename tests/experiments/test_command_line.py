@@ -44,8 +44,9 @@ class StubRunner:
         self.error: BaseException | None = None
         self.calls: list[tuple[object, str, Path]] = []
 
-    def run(self, scenario, *, host, out, progress, real_time=False):
+    def run(self, scenario, *, host, out, progress, real_time=False, report=True):
         self.calls.append((scenario, host, out))
+        self.reports = report
         out.mkdir(parents=True)
         (out / "scenario.json").write_text("{}")
         progress(Progress(0, scenario.length_ns, 0.0, 0, {}))
@@ -106,7 +107,7 @@ def test_the_examples_of_run_and_check_can_be_run(stub, here):
 
 def test_help_needs_no_heavy_module():
     code = ("import sys, experiments.command_line\n"
-            "print([m for m in ('pydantic', 'zenoh', 'numpy', 'polars', 'fmpy', 'scipy') if m in sys.modules])")
+            "print([m for m in ('pydantic', 'zenoh', 'numpy', 'pyarrow', 'fmpy', 'scipy') if m in sys.modules])")
 
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
@@ -146,6 +147,13 @@ def test_options_reach_the_runner(stub, here):
     assert scenario.impairments[0].fields == {"loss_ratio": 0.9}
     assert folder.parent == Path("runs")
     assert folder.name.startswith("talk-")
+    assert stub.reports
+
+
+def test_a_run_can_do_without_its_report(stub, here):
+    assert marconet("run", "talk.toml", "--no-report").exit_code == 0
+
+    assert not stub.reports
 
 
 def test_bad_input_exits_with_2_and_all_problems_and_no_traceback(stub, here):

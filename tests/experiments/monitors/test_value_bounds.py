@@ -112,3 +112,13 @@ def test_it_is_violated_at_exactly_the_nanoseconds_at_which_the_last_value_is_ou
 def test_bounds_that_guarantee_nothing_or_the_impossible_are_refused(fields: dict[str, float], says: str) -> None:
     with pytest.raises(ValueError, match=says):
         Signal(**fields)
+
+
+def test_an_event_that_no_node_told_is_named_with_the_nearest() -> None:
+    records = Records(100, FrameCopies.of_rows([]), {}, [Event(5, "robot", "gain product", "0.5"),
+                                                         Event(5, "other", "gain produt", "0.5")])
+
+    finding = Reported(below=1.0).watch([("robot", "gain produt")], records)
+
+    assert not finding.judged
+    assert finding.why == "no node that it names told an event 'gain produt'; nearest: 'gain product'"
