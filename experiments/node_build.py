@@ -28,7 +28,8 @@ from netem.random_streams import stream
 
 class PlantSpecification(msgspec.Struct, frozen=True):
     description: PlantDescription
-    start: dict[str, float | bool | str]
+    start: dict[str, Any]
+    step_ns: int | None = None          # of an FMU that takes steps of one size and does not say which
 
 
 class Shown(msgspec.Struct, frozen=True):

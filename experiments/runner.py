@@ -37,7 +37,6 @@ from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
 from fmus.build import build_model, own_models
 from fmus.describe_fmu import describe
-from fmus.parameters import expand_parameters
 from netem.agenda import Agenda
 from netem.impairments import Impairment
 from netem.impairments.window import Window
@@ -248,7 +247,7 @@ def _plant(agent: AgentSpec) -> PlantSpecification | None:
         return None
     fmu = agent.plant.fmu
     description = describe(build_model(fmu) if fmu in own_models() else Path(fmu))
-    return PlantSpecification(description, expand_parameters(agent.plant.parameters))
+    return PlantSpecification(description, agent.plant.parameters, agent.plant.step_ns)
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,

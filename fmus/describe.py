@@ -23,6 +23,7 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from fmus.bounds import outside
+from fmus.description import Variable
 from fmus.errors import PlantError
 from fmus.units import base_units
 
@@ -107,6 +108,16 @@ def read_model(file: Path) -> Model:
     if problems:
         raise PlantError("\n".join(f"{file}: {problem}" for problem in problems))
     return Model(str(name), table.get("description", ""), tuple(rows), tuple(functions), table.get("memory"))
+
+
+def variables_of(model: Model) -> dict[str, Variable]:
+    """The variables of the model's FMU as its description will say them, known without building it."""
+    return {scalar.name: Variable(
+        name=scalar.name, reference=reference, type="Float64", causality=scalar.kind,
+        variability="fixed" if scalar.kind == "parameter" else "continuous",
+        initial="calculated" if scalar.computed else "exact", unit=scalar.unit,
+        start=None if scalar.start is None else repr(scalar.start), about=scalar.about, min=scalar.min, max=scalar.max)
+        for reference, scalar in enumerate(model.scalars())}
 
 
 def _row(place: int, row: dict[str, Any], problems: list[str]) -> Row:
