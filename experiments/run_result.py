@@ -64,6 +64,7 @@ class Summary(msgspec.Struct, frozen=True):
     report: str | None          # path of report.html, relative to the run folder
     guarantees: list[Standing] = []
     code: str = ""              # "compiled", or "interpreted: " and why
+    ended: str = ""             # why the run ended before its length, and when; figures are up to there
 
     @property
     def holds(self) -> bool:

@@ -67,7 +67,7 @@ _numbers = count(1)
 def _note(environment: int | None, status: int, text: bytes | None) -> None:
     messages = _messages.get(environment or 0)
     if messages is not None and text:
-        messages.append((status, text.decode(errors="replace").strip()[:1000]))
+        messages.append((status, " ".join(text.decode(errors="replace").split())[:1000]))
 
 
 def status_name(status: int) -> str:

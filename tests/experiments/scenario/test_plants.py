@@ -9,6 +9,8 @@ import pytest
 from experiments.scenario import ScenarioError, load
 from fmus.build import build_model, model_folder
 
+A_ENDS = "A ends with A[8,8]; a larger plant is a model folder of your own or an FMU"
+
 
 def with_plant(text, plant):
     return text.replace('{ fmu = "linear_system", parameters_from = "team.models.r1" }', plant)
@@ -48,8 +50,8 @@ def test_a_start_value_that_does_not_fit_is_refused(parameters, line, valid, wri
 
 
 @pytest.mark.parametrize(("value", "reason"), [
-    ("[[[1.0]]]", "the model has no A[1,1,1]; A ends with A[8,8]; a larger plant is a model folder of your own or an FMU"),
-    ("[[" + "1.0, " * 9 + "]]", "the model has no A[1,9]; A ends with A[8,8]; a larger plant is a model folder of your own or an FMU"),
+    ("[[[1.0]]]", f"the model has no A[1,1,1]; {A_ENDS}"),
+    ("[[" + "1.0, " * 9 + "]]", f"the model has no A[1,9]; {A_ENDS}"),
     ("[]", "an empty list: leave the key out to keep the FMU's start value"),
     ("[[1.0], 2.0]", "its rows differ in length: a matrix is a list of rows of equal length"),
 ])
