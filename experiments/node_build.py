@@ -31,6 +31,7 @@ class PlantSpecification(msgspec.Struct, frozen=True):
     description: PlantDescription
     start: dict[str, Any]
     step_ns: int | None = None          # of an FMU that takes steps of one size and does not say which
+    idle_outputs: list[str] = []        # that are 0 for good: not recorded
 
 
 class Shown(msgspec.Struct, frozen=True):
@@ -71,8 +72,8 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     program = class_for(specification.program, Path(specification.folder))(board, **specification.parameters)
     if hasattr(program, "run"):
         node.start(program.run())
-    if board.plant is not None:
-        record_outputs(node, board.plant)
+    if board.plant is not None and specification.plant is not None:
+        record_outputs(node, board.plant, specification.plant.idle_outputs)
     return node
 
 
@@ -97,8 +98,8 @@ def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None) -
     at_end.enter_context(own_process(node, board, specification.program, folder,
                                      partial(class_for, specification.program, folder), specification.parameters,
                                      specification.media, specification.own_frames))
-    if board.plant is not None:
-        record_outputs(node, board.plant)
+    if board.plant is not None and specification.plant is not None:
+        record_outputs(node, board.plant, specification.plant.idle_outputs)
     return node
 
 

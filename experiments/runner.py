@@ -35,7 +35,8 @@ from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
-from fmus.build import build_model, own_models
+from fmus.build import build_model, model_folder, own_models
+from fmus.describe import read_model
 from fmus.describe_fmu import describe
 from netem.agenda import Agenda
 from netem.impairments import Impairment
@@ -249,8 +250,11 @@ def _plant(agent: AgentSpec) -> PlantSpecification | None:
     if agent.plant is None:
         return None
     fmu = agent.plant.fmu
-    description = describe(build_model(fmu) if fmu in own_models() else Path(fmu))
-    return PlantSpecification(description, agent.plant.parameters, agent.plant.step_ns)
+    parameters, step_ns = agent.plant.parameters, agent.plant.step_ns
+    if fmu not in own_models():
+        return PlantSpecification(describe(Path(fmu)), parameters, step_ns)
+    idle = read_model(model_folder(fmu) / "variables.toml").idle_outputs(parameters)
+    return PlantSpecification(describe(build_model(fmu)), parameters, step_ns, idle)
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,

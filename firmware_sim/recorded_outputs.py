@@ -9,7 +9,7 @@ Not recorded: text, binary values, clocks.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import product
 from math import nan
 from typing import Final
@@ -23,14 +23,15 @@ MOST_RECORDED: Final = 64
 NUMBERS: Final = frozenset({*REALS, *RANGES, "Boolean", "Enumeration"})
 
 
-def record_outputs(node: Node, plant: Plant) -> None:
-    """Declare the signals; called when the program has declared its own."""
+def record_outputs(node: Node, plant: Plant, idle: Collection[str] = ()) -> None:
+    """Declare the signals; called when the program has declared its own. `idle` outputs are 0 for good: left out."""
     taken = node.signal_names
     chosen: list[Variable] = []
     signals: list[tuple[str, str]] = []
     left_out = 0
     for variable in plant.description.variables.values():
-        if variable.causality != "output" or variable.type not in NUMBERS:
+        if variable.causality != "output" or variable.type not in NUMBERS \
+                or variable.name in idle:
             continue
         names = elements(variable)
         if not taken.isdisjoint(names):
@@ -43,8 +44,12 @@ def record_outputs(node: Node, plant: Plant) -> None:
     if left_out:
         node.event("outputs not recorded", f"{left_out} of {left_out + len(signals)} numbers: at most {MOST_RECORDED} "
                                            "of a plant are; a program can record others with node.signal")
-    if signals:
-        node.signals(signals, _Reading(plant, chosen, len(signals)).at)
+    if not signals:
+        return
+    if all(variable.is_float64 for variable in chosen):
+        node.signals(signals, plant.output_group([variable.name for variable in chosen], finite=False).read_at)
+    else:
+        node.signals(signals, _Reading(plant, chosen).at)
 
 
 def elements(variable: Variable) -> list[str]:
@@ -56,23 +61,20 @@ def elements(variable: Variable) -> list[str]:
 
 
 class _Reading:
-    def __init__(self, plant: Plant, variables: Sequence[Variable], width: int) -> None:
+    """Outputs of several types, or arrays: those that no group can hold are read one by one."""
+
+    def __init__(self, plant: Plant, variables: Sequence[Variable]) -> None:
         self._plant = plant
-        self._nothing = [nan] * width
         floats = [variable.name for variable in variables if variable.is_float64]
         self._group = plant.output_group(floats, finite=False) if floats else None
-        self._one_by_one = len(floats) < len(variables)
         self._variables = variables
 
     def at(self, time_ns: int) -> Sequence[float]:
         """The outputs at a sample; not numbers once the plant has stopped."""
         plant = self._plant
         if plant.stopped is not None:
-            return self._nothing
+            return [nan] * sum(variable.elements for variable in self._variables)
         plant.advance_to(time_ns)
-        if not self._one_by_one:
-            assert self._group is not None
-            return self._group.read()
         together = iter(self._group.read() if self._group is not None else ())
         values: list[float] = []
         for variable in self._variables:

@@ -3,8 +3,9 @@
 A row is one variable with `name`, `kind` (input, output, parameter), `unit` and `about`; `size = [rows, columns]` makes
 it an array whose elements are the scalar variables `A[1,1]`, `A[1,2]`, ...; `start` is one number for all elements or
 one each. An output with a start value is a state that may be set before the first step; one without is computed by the
-model. `min` and `max`, both allowed values themselves, bound the start values of all elements. The position of a scalar
-is its value reference. All variables are 64-bit floating point numbers.
+model. `min` and `max`, both allowed values themselves, bound the start values of all elements. `filled_by`, at an output,
+names parameters: elements of the output beyond the last row that their start values fill stay 0 and are not recorded.
+The position of a scalar is its value reference. All variables are 64-bit floating point numbers.
 
 Not covered: integers, strings, clocks, tunable parameters, display units.
 """
@@ -16,6 +17,7 @@ import math
 import re
 import tomllib
 import uuid
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -25,6 +27,7 @@ from xml.sax.saxutils import quoteattr
 from fmus.bounds import outside
 from fmus.description import Variable
 from fmus.errors import PlantError
+from fmus.parameters import Nested, expand_parameters
 from fmus.units import base_units
 
 KINDS = ("input", "output", "parameter")
@@ -60,6 +63,7 @@ class Row:
     starts: tuple[float, ...] | None
     min: float | None = None
     max: float | None = None
+    filled_by: tuple[str, ...] = ()
 
     def scalars(self) -> list[Scalar]:
         indices = list(product(*(range(1, extent + 1) for extent in self.size)))
@@ -81,6 +85,22 @@ class Model:
 
     def scalars(self) -> list[Scalar]:
         return [scalar for row in self.rows for scalar in row.scalars()]
+
+    def idle_outputs(self, start: Mapping[str, Nested]) -> list[str]:
+        """The elements of outputs that these start values leave without effect, as `filled_by` has it."""
+        values = {scalar.name: scalar.start for scalar in self.scalars()} | expand_parameters(start)
+        last: dict[str, int] = {}
+        for name, value in values.items():
+            base, _, index = name.partition("[")
+            if index and value:
+                last[base] = max(last.get(base, 0), _first(index))
+        return [scalar.name for row in self.rows if row.filled_by for scalar in row.scalars()
+                if _first(scalar.name.partition("[")[2]) > max(1, *(last.get(base, 0) for base in row.filled_by))]
+
+
+def _first(index: str) -> int:
+    """The row of an index: 2 of `2,1]`."""
+    return int(index.rstrip("]").partition(",")[0])
 
 
 def read_model(file: Path) -> Model:
@@ -143,15 +163,20 @@ def _row(place: int, row: dict[str, Any], problems: list[str]) -> Row:
     if isinstance(start, list) and len(start) != count:
         problems.append(f"{where}.start: {len(start)} numbers for {count} elements")
         start = 0.0
-    if unknown := set(row) - {"name", "kind", "unit", "about", "size", "start", "min", "max"}:
+    if unknown := set(row) - {"name", "kind", "unit", "about", "size", "start", "min", "max", "filled_by"}:
         problems.append(f"{where}: unknown keys {', '.join(sorted(unknown))}")
     starts = None if start is None else tuple(map(float, start)) if isinstance(start, list) else (float(start),) * count
     low, high = _bound(f"{where}.min", row.get("min"), problems), _bound(f"{where}.max", row.get("max"), problems)
     for value in starts or ():
         if problem := outside(value, low, high):
             problems.append(f"{where}.start={value:g}: {problem}")
+    filled_by = row.get("filled_by", [])
+    if not isinstance(filled_by, list) or not all(isinstance(name, str) for name in filled_by) or \
+            (filled_by and (row.get("kind") != "output" or not size)):
+        problems.append(f"{where}.filled_by={filled_by!r}: expected names of parameters, at an output with a size")
+        filled_by = []
     return Row(row.get("name", ""), row.get("kind", ""), row.get("unit", ""), row.get("about", ""), size, starts, low,
-               high)
+               high, tuple(filled_by))
 
 
 def _bound(where: str, value: Any, problems: list[str]) -> float | None:

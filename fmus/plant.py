@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from math import isfinite
+from math import isfinite, nan
 from types import TracebackType
 from typing import Any
 
@@ -108,6 +108,19 @@ class OutputGroup:
         assert isinstance(values, tuple)
         if not self._trusted and not isfinite(sum(values)):
             plant.check_finite(self.names, values, "the FMU gave a value that is not finite")
+        return values
+
+
+    def read_at(self, t_ns: int) -> tuple[float, ...]:
+        """Step to `t_ns`, and the values there: for a record. Not numbers once the plant has stopped."""
+        plant = self._plant
+        if plant.stopped is not None:
+            return (nan,) * len(self.names)
+        plant.advance_to(t_ns)
+        values = self._get()
+        if isinstance(values, int):
+            plant.check(values, f"reading {', '.join(self.names)}")
+        assert isinstance(values, tuple)
         return values
 
 
