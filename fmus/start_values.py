@@ -196,7 +196,7 @@ def _real(variable: Variable, value: Any) -> float:
         raise Misfit("a value must be finite")
     if variable.type == "Float32":
         try:
-            struct.pack("f", number)
+            struct.pack("<f", number)
         except OverflowError:
             raise Misfit("expected a number within the range of 32-bit floating point, +-3.4e38") from None
     return number

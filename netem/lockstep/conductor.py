@@ -235,7 +235,7 @@ class Conductor:
 
         Frames that are handed out from then on go nowhere; samples and events after it are not recorded.
         """
-        end_ns = max(report.ends_ns, self.reached_ns, self.agenda.now_ns)
+        end_ns = max(report.ends_ns, self.reached_ns, self.agenda.now_ns + 1)
         if end_ns < self.end_ns or not self.ended_by:
             self.end_ns = min(end_ns, self.end_ns)
             self.ended_by, self.ended_because = name, report.ends_because
