@@ -99,7 +99,7 @@ def judge(path: Path, look: Callable[[], object], tally: Counter[str]) -> None:
 
 
 def mutated_archives(count: int, seed: int, folder: Path) -> Counter[str]:
-    """Describe each; where the binary is one of ours, which judges what it is given, build the plant and step it too."""
+    """Describe each; where the binary is one of ours, which judges what it is given, build and step the plant too."""
     sources = {"ours3": build_model("wheel_motor"), "ours2": build_model("wheel_motor", "2.0"),
                "types": types_fmi3(folder), "stair": stair(folder), "steps": steps(folder, 0.004)}
     tally: Counter[str] = Counter()
