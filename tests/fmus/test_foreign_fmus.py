@@ -119,8 +119,8 @@ def test_a_model_that_asks_to_end_the_simulation_ends_it_with_its_own_words(arra
         plant.advance_to(10 * MS)
         plant.set("mood", 2)
 
-        with pytest.raises(PlantEnded, match=r"a: the model ended the simulation by itself at t=0\.025 s; the FMU says: "
-                                             r"\[warning\] mood is 100%"):
+        with pytest.raises(PlantEnded, match=r"a: the model ended the simulation by itself at t=0\.025 s; the FMU "
+                                             r"says: \[warning\] mood is 100%"):
             plant.advance_to(25 * MS)
 
 
