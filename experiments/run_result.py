@@ -66,6 +66,7 @@ class Summary(msgspec.Struct, frozen=True):
     guarantees: list[Standing] = []
     code: str = ""              # "compiled", or "interpreted: " and why
     real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.real_time.lateness`
+    ended: str = ""             # why the run ended before its length, and when; figures are up to there
 
     @property
     def holds(self) -> bool:
