@@ -24,6 +24,15 @@ class Progress(msgspec.Struct, frozen=True):
         """Robot time per wall time; above 1 is faster than real time."""
         return self.now_ns * 1e-9 / self.wall_s if self.wall_s > 0 else 0.0
 
+    @property
+    def left_s(self) -> float:
+        """Wall time until the end at the pace so far; 0 at the end, and while there is no pace yet."""
+        return self.wall_s * (self.end_ns - self.now_ns) / self.now_ns if self.now_ns > 0 else 0.0
+
+
+def by_fate(frames: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {fate}" for fate, count in frames.items() if count) or "no frames yet"
+
 
 class Verdict(msgspec.Struct, frozen=True):
     """One line of `[expect]` and what became of it. `value` is None where the run has no such figure."""

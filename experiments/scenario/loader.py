@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field
+from annotated_types import Ge, Gt
 
 from experiments.scenario import overrides as overriding
 from experiments.scenario.agents import Agents
@@ -34,10 +34,10 @@ from experiments.scenario.vocabulary import Vocabulary
 class Header:
     """The single values at the top of the file."""
 
-    seed: Annotated[int, Field(ge=0)]
-    length_ns: Annotated[int, Field(gt=0)]
-    sample_period_ns: Annotated[int, Field(ge=0)] = 10_000_000      # 0: no samples
-    node_timeout_s: Annotated[float, Field(gt=0)] = 30.0            # wall clock: stays in seconds
+    seed: Annotated[int, Ge(0)]
+    length_ns: Annotated[int, Gt(0)]
+    sample_period_ns: Annotated[int, Ge(0)] = 10_000_000      # 0: no samples
+    node_timeout_s: Annotated[float, Gt(0)] = 30.0            # wall clock: stays in seconds
 
 
 def load(source: Path, *, seed: int | None = None, duration_s: float | None = None, overrides: Sequence[str] = (),
