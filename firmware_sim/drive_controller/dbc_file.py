@@ -9,12 +9,12 @@ import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from cantools.database import Database, Message, load_file
-from cantools.database.errors import Error, UnsupportedDatabaseFormatError
+if TYPE_CHECKING:                       # a scenario is checked without cantools, which takes as long as all the rest
+    from cantools.database import Database, Message
 
-__all__ = ["REMEDY", "DbcError", "Error", "Message", "message_with", "read_dbc"]
+__all__ = ["REMEDY", "DbcError", "Message", "codec_error", "message_with", "read_dbc"]
 
 REMEDY: Final = "correct it there; `python -m cantools dump FILE` shows what a DBC file says"
 
@@ -29,6 +29,9 @@ class DbcError(ValueError):
 
 def read_dbc(file: Path) -> Database:
     """The messages of a DBC file."""
+    from cantools.database import Database, load_file
+    from cantools.database.errors import Error, UnsupportedDatabaseFormatError
+
     try:
         found = load_file(file, database_format="dbc")
     except OSError as error:
@@ -39,6 +42,13 @@ def read_dbc(file: Path) -> Database:
         raise DbcError(f"{file}: {_complaint(f'{type(error).__name__}: {error}', file)}; {REMEDY}") from None
     assert isinstance(found, Database)
     return found
+
+
+def codec_error() -> type[Exception]:
+    """What a message of a DBC file raises for values or bytes that do not fit it, beside Python's own errors."""
+    from cantools.database.errors import Error
+
+    return Error
 
 
 def message_with(database: Database, file: Path, name: str, signals: Iterable[str]) -> Message:
