@@ -60,7 +60,8 @@ def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[N
         if show_traceback:
             traceback.print_exception(error)
         code = exit_code_of(error)
-        lines = [str(error) or type(error).__name__]
+        said = getattr(error, "in_full", str(error)) if show_traceback else str(error)
+        lines = [said or type(error).__name__]
         if code is ExitCode.DEFECT and not show_traceback:
             lines = [f"{type(error).__name__}: {error}", "this is a defect of marconet; --verbose shows where"]
         _tell(*lines, _what_is_left(kept))

@@ -22,6 +22,7 @@ from firmware_sim.local_clock import LocalClock
 from fmus.description import PlantDescription
 from fmus.plant import Plant
 from netem.media.sensing.sight import Body, pack_body
+from netem.named import Named
 from netem.node import Node
 from netem.random_streams import stream
 
@@ -68,7 +69,11 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     program = class_for(specification.program, Path(specification.folder))(_board(specification, node),
                                                                            **specification.parameters)
     if hasattr(program, "run"):
-        node.start(program.run())
+        running = program.run()
+        if not hasattr(running, "throw"):
+            raise TypeError(f"{type(program).__name__}.run() gave {running!r}: expected a generator; write `run` with "
+                            "`yield from self.board.wait_until(local_ns)` in it")
+        node.start(running)
     return node
 
 
@@ -103,4 +108,5 @@ def _board(specification: NodeSpecification, node: Node) -> Board:
         plant = Plant(specification.plant.description, specification.name, specification.plant.start)
         for shown in specification.shown:
             _show(node, plant, shown)
-    return Board(node, clock, plant, specification.team, stream(specification.seed, f"agents.{specification.name}"))
+    team = Named(specification.team, specification.name, "key of [team]", "the scenario has no [team]")
+    return Board(node, clock, plant, team, stream(specification.seed, f"agents.{specification.name}"))

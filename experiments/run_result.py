@@ -72,6 +72,7 @@ class Summary(msgspec.Struct, frozen=True):
     verdicts: list[Verdict]
     report: str | None          # path of report.html, relative to the run folder
     guarantees: list[Standing] = []
+    warnings: list[str] = []    # mistakes of programs that end no run, such as frames that no medium carries
     code: str = ""              # "compiled", or "interpreted: " and why
 
     @property

@@ -13,6 +13,7 @@ import random
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import asdict
 from datetime import datetime
 from functools import partial
@@ -35,10 +36,12 @@ from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
+from experiments.wall_clock_sleep import sleep_refused
 from fmus.build import build_model, own_models
 from fmus.describe_fmu import describe
 from fmus.parameters import expand_parameters
 from netem.agenda import Agenda
+from netem.fate import Fate
 from netem.impairments import Impairment
 from netem.impairments.window import Window
 from netem.links import LinkName, Links
@@ -122,6 +125,7 @@ class _Run:
                                         for spec in scenario.gateways.values()],
                                        lambda time_ns, kind, detail: self._event("", time_ns, kind, detail))
         self.started_s = self.ended_s = command_s
+        self.at_end = ExitStack()
 
     def run(self) -> RunResult:
         failure: BaseException | None = None
@@ -130,6 +134,8 @@ class _Run:
         threshold = gc.get_threshold()
         gc.set_threshold(100_000, 50, 100)
         try:
+            if self.host_name == "inline":
+                self.at_end.enter_context(sleep_refused())
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.signals.declare(name, hellos[name].signals)
@@ -148,6 +154,7 @@ class _Run:
             gc.set_threshold(*threshold)
             gc.unfreeze()
             self.host.stop()
+            self.at_end.close()
             if self.conductor.pace is not None:
                 self.conductor.pace.close()
             self._close(failure)
@@ -184,11 +191,19 @@ class _Run:
             scenario.name, scenario.question, scenario.seed, self.host_name, scenario.length_ns, wall_s,
             self.started_s - self.command_s, scenario.length_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
             self.result.hash, dict(self.result.by_fate), verdicts, "report.html" if self.wants_report else None,
-            self.guarantees.standings, CODE)
+            self.guarantees.standings, code=CODE, warnings=self._malformed())
         (self.folder / "summary.json").write_bytes(msgspec.json.encode(summary))
         if self.wants_report:
             write_report(self.folder)
         return RunResult(self.folder, summary)
+
+    def _malformed(self) -> list[str]:
+        """A line for each node and reason, if frames were no frames of their medium."""
+        if not self.result.by_fate.get(Fate.MALFORMED.value):
+            return []
+        from netem.records.malformed import malformed_frames
+
+        return malformed_frames(self.folder / "ledger.parquet")
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))

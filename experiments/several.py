@@ -38,19 +38,21 @@ class Batch:
         def one(source: str) -> ScenarioOutcome:
             from experiments.text_views import print_scenario
 
-            scenario = _load(source, seed, duration_s, overrides)
-            if len(sources) == 1:
-                print_scenario(self.console, scenario)
-            resolved = scenario.resolved() if self.json_key else None
-            return ScenarioOutcome(scenario.name, source, ExitCode.DONE, [], resolved=resolved)
+            with errors_as_text(self.verbose):
+                scenario = _load(source, seed, duration_s, overrides)
+                if len(sources) == 1:
+                    print_scenario(self.console, scenario)
+                resolved = scenario.resolved() if self.json_key else None
+                return ScenarioOutcome(scenario.name, source, ExitCode.DONE, [], resolved=resolved)
 
         return self._each(sources, "check", one)
 
     def run(self, sources: Sequence[str], seed: int | None, duration_s: float | None, overrides: Sequence[str],
             out: Path | None, **options: Any) -> int:
         def one(source: str) -> ScenarioOutcome:
-            scenario = _load(source, seed, duration_s, overrides)
-            folder = run_folder(scenario, out / scenario.name if out and len(sources) > 1 else out)
+            with errors_as_text(self.verbose):
+                scenario = _load(source, seed, duration_s, overrides)
+                folder = run_folder(scenario, out / scenario.name if out and len(sources) > 1 else out)
             with errors_as_text(self.verbose, kept=folder):
                 return self._run(source, scenario, folder, len(sources) == 1, options)
 
@@ -61,8 +63,7 @@ class Batch:
             for source in sources:
                 name = Path(source).stem if source.endswith(".toml") else source
                 try:
-                    with errors_as_text(self.verbose):
-                        self.outcomes.append(one(source))
+                    self.outcomes.append(one(source))
                 except Ended as ended:
                     self.outcomes.append(ScenarioOutcome(name, source, ended.exit_code, ended.lines))
                     if ended.exit_code >= INTERRUPTED_FROM:
@@ -86,6 +87,8 @@ class Batch:
             written = result.folder / (result.summary.report or ".")
             print_path(self.console, "report" if written.is_file() else "records",
                        written if written.is_file() else result.folder)
+        for line in result.summary.warnings:
+            print(f"warning: {line}" if in_full else f"{scenario.name}: warning: {line}", file=sys.stderr)
         problems = what_does_not_hold(result.summary)
         for line in problems:
             print(line if in_full else f"{scenario.name}: {line}", file=sys.stderr)

@@ -12,6 +12,7 @@ from experiments.monitors.subjects import subjects_of
 from experiments.monitors.table import MONITORS
 from experiments.scenario.medium_links import medium_links
 from experiments.scenario.plant_parameters import PlantNames, StartValue
+from experiments.scenario.files_there import near_file, plants_in
 from experiments.scenario.problems import near
 from experiments.scenario.vocabulary import Position, Vocabulary
 from fmus.build import build_model, model_folder, own_models
@@ -61,8 +62,7 @@ def plant_names(fmu: str, folder: Path) -> PlantNames:
                           tuple(scalar.name for scalar in model.scalars() if scalar.kind == "output"))
     path = (folder / fmu).absolute()
     if not path.exists():
-        there = [str(other.relative_to(folder)) for other in sorted(path.parent.glob("*.fmu"))]
-        raise ValueError(f"no such file; {near(fmu, there)}")
+        raise ValueError(f"no such file; {near_file(fmu, plants_in(folder))}")
     try:
         archive = build_model(path) if path.is_dir() else path
         presets = _presets(path) if path.is_dir() else {}

@@ -48,7 +48,7 @@ class PlantNames:
         """What is wrong with a start value, "" if nothing."""
         types = {**self.others, **self.parameters}
         if key not in types and key not in {base(name) for name in types}:
-            return f"no such parameter; {near(key, dict.fromkeys(map(base, self.parameters)))}"
+            return f"no such parameter or start value; {near(key, dict.fromkeys(map(base, types)))}"
         if isinstance(value, dict):
             return "expected a number or lists of them"
         if key in types:

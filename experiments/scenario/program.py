@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any, Final, get_type_hints
@@ -17,7 +17,9 @@ import msgspec
 from experiments.own_modules import module_for
 from experiments.scenario.fill import fill
 from experiments.scenario.problems import Place, Problems, near
+from experiments.scenario.program_run import complaint_about_run
 from experiments.scenario.shape import Shape
+from experiments.scenario.units import spellings
 
 NO_PROGRAM: Final = {
     inspect.iscoroutinefunction: "is a coroutine, and asyncio does not run in virtual time; write blocking code",
@@ -49,6 +51,8 @@ def import_program(program: str, folder: Path) -> Callable[..., Any]:
     for is_one, why_not in NO_PROGRAM.items():
         if is_one(found):
             raise ValueError(f"{class_name} {why_not}")
+    if isinstance(found, type) and (complaint := complaint_about_run(found)):
+        raise ValueError(complaint)
     program_found: Callable[..., Any] = found
     return program_found
 
@@ -71,7 +75,21 @@ def check_program(program: str, parameters: dict[str, Any], place: Place, proble
     if shape is None:
         return cls, parameters
     filled = fill(shape, parameters, (*place, "parameters"), problems, folder)
+    _check_periods(cls, filled.values, parameters, (*place, "parameters"), problems)
     return cls, msgspec.to_builtins(filled.values, enc_hook=str)
+
+
+def _check_periods(cls: Callable[..., Any], values: Mapping[str, Any], written: Mapping[str, Any], place: Place,
+                   problems: Problems) -> None:
+    """A period is more than 0, or 0 for "never" where the program's own default says so."""
+    for name, value in values.items():
+        if not (name == "period_ns" or name.endswith("_period_ns")) or not isinstance(value, int):
+            continue
+        may_be_0 = inspect.signature(cls).parameters[name].default == 0
+        if value < 0 or (value == 0 and not may_be_0):
+            key = next(key for key in spellings(name) if key in written)
+            problems.add((*place, key), f"expected {'>= 0' if may_be_0 else '> 0'}; a program that waits for its next "
+                         "period would never get past the first instant", written[key])
 
 
 def _keywords(cls: Callable[..., Any]) -> tuple[Shape | None, str]:

@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from netem.lockstep.errors import NodeFailure, with_remedy
+from netem.lockstep.errors import programs_failed
 from netem.lockstep.messages import Grant, Hello, Report
 from netem.node import Node
 
@@ -34,23 +34,27 @@ class InlineHost:
         self._nodes: dict[str, Node] = {}
 
     def start(self) -> dict[str, Hello]:
+        failed: dict[str, tuple[str, str]] = {}
         for name, build in self._build.items():
             try:
                 self._nodes[name] = build()
-            except (Exception, SystemExit) as error:
-                raise NodeFailure(name, f"could not start: {error}", detail=traceback.format_exc()) from error
+            except (Exception, SystemExit):
+                failed[name] = "could not start", traceback.format_exc()
+        if failed:
+            raise programs_failed(failed)
         return {name: node.hello() for name, node in self._nodes.items()}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         reports = []
+        failed: dict[str, tuple[str, str]] = {}
         for name, grant in grants:
             node = self._nodes[name]
             try:
                 reports.append((name, node.advance(grant)))
-            except (Exception, SystemExit) as error:
-                raise NodeFailure(name, f"its program failed at {node.now_ns} ns: {type(error).__name__}: "
-                                  f"{with_remedy(str(error))}",
-                                  detail=traceback.format_exc()) from error
+            except (Exception, SystemExit):
+                failed[name] = f"its program failed at {node.now_ns} ns", traceback.format_exc()
+        if failed:
+            raise programs_failed(failed)
         return reports
 
     def stop(self) -> None:
