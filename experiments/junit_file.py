@@ -23,7 +23,7 @@ def write_junit(file: Path, verb: str, outcomes: Iterable[ScenarioOutcome]) -> N
         for case in _cases(outcome, verb):
             suite.add_testcase(case)
         document.add_testsuite(suite)
-    document.update_statistics()
+    document.update_statistics()        # type: ignore[no-untyped-call]
     file.parent.mkdir(parents=True, exist_ok=True)
     document.write(str(file), pretty=True)
 

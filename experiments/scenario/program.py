@@ -51,8 +51,6 @@ def import_program(program: str, folder: Path) -> Callable[..., Any]:
     for is_one, why_not in NO_PROGRAM.items():
         if is_one(found):
             raise ValueError(f"{class_name} {why_not}")
-    if isinstance(found, type) and (complaint := complaint_about_run(found)):
-        raise ValueError(complaint)
     program_found: Callable[..., Any] = found
     return program_found
 
@@ -67,6 +65,9 @@ def check_program(program: str, parameters: dict[str, Any], place: Place, proble
         return None, parameters
     except Exception as error:
         problems.add((*place, "program"), f"importing it failed: {type(error).__name__}: {error}", program)
+        return None, parameters
+    if isinstance(cls, type) and (complaint := complaint_about_run(cls)):
+        problems.add((*place, "program"), complaint, program)
         return None, parameters
     shape, complaint = _keywords(cls)
     if complaint:
