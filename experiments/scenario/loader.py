@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -105,8 +106,10 @@ def _ask_programs(scenario: Scenario, programs: Mapping[type, str], problems: Pr
         if check is None:
             continue
         try:
-            found: Iterable[str] = check(scenario) or ()
-            for problem in found:
-                problems.say(problem)
+            with warnings.catch_warnings():         # figures beyond all bounds are told as what they break
+                warnings.simplefilter("ignore", RuntimeWarning)
+                found: Iterable[str] = check(scenario) or ()
+                for problem in found:
+                    problems.say(problem)
         except (ValueError, ArithmeticError) as error:
             problems.say(f"{program}: {error}")

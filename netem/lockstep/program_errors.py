@@ -34,8 +34,7 @@ def what_failed(trace: str) -> str:
             return (f"{place}yield of the generator {generator['name']}: it waits only if it is delegated to; write "
                     f"`yield from ...{name}(...)`")
         return f"{place}yield {wrong['value']}: {NO_EVENT}"
-    source = trace.strip().splitlines()
-    if "'NoneType' object has no attribute" in last and any(".plant" in line for line in source[-4:-1]):
+    if "'NoneType' object has no attribute" in last and re.search(r"^    .*\.plant\.", trace, re.MULTILINE):
         return f"{last}: this agent has no plant; give it one, plant = {{ fmu = \"...\" }}"
     return _OUR_TYPE.sub("", last)
 
