@@ -50,6 +50,13 @@ def try_windows(impairment: Any, windows_ns: Sequence[tuple[int, int]]) -> None:
 
 def plant_names(fmu: str, folder: Path) -> PlantNames:
     """An own model is known without a compiler; a model folder is built; of an FMU its own description is read."""
+    try:
+        return _plant_names(fmu, folder)
+    except OSError as error:                # a name that is too long for the file system, a folder that is not ours
+        raise ValueError(f"cannot be read: {error.strerror or error}") from error
+
+
+def _plant_names(fmu: str, folder: Path) -> PlantNames:
     if "/" not in fmu and not fmu.endswith(".fmu") and not (folder / fmu / "variables.toml").is_file():
         if fmu not in own_models():
             raise ValueError(f"no such model; {near(fmu, own_models())} (or give the path of a .fmu)")

@@ -113,3 +113,5 @@ def _ask_programs(scenario: Scenario, programs: Mapping[type, str], problems: Pr
                     problems.say(problem)
         except (ValueError, ArithmeticError) as error:
             problems.say(f"{program}: {error}")
+        except Exception as error:
+            problems.say(f"{program}: its check of the scenario failed: {type(error).__name__}: {error}")
