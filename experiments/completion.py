@@ -28,7 +28,8 @@ def complete_scenario(context: click.Context, parameter: click.Parameter, incomp
     """Names from `marconet list` that begin as typed, and paths."""
     from experiments.scenario.library import catalog
 
-    names = [CompletionItem(entry.name, help=entry.question) for entry in catalog() if entry.name.startswith(incomplete)]
+    names = [CompletionItem(entry.name, help=entry.question) for entry in catalog()
+             if entry.name.startswith(incomplete)]
     return [*names, CompletionItem(incomplete, type="file")]
 
 

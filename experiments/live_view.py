@@ -90,7 +90,8 @@ def _duration(seconds: float) -> str:
 
 
 def _bar(console: RichConsole) -> Bar:
-    from rich.progress import BarColumn, Progress as Bar, TextColumn        # late: a pipe needs no bar
+    from rich.progress import BarColumn, TextColumn  # late: a pipe needs no bar
+    from rich.progress import Progress as Bar
 
     return Bar(TextColumn("{task.description}", markup=False), BarColumn(bar_width=24),
                TextColumn("{task.fields[figures]}", markup=False), console=console, auto_refresh=False, transient=True)

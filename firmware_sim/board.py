@@ -90,9 +90,9 @@ class Board:
         self._waits_over = self._waits_over + 1 if now_ns == self._waited_at_ns else 1
         self._waited_at_ns = now_ns
         if self._waits_over > MAX_WAITS_AT_ONE_INSTANT:
-            raise RuntimeError(f"{MAX_WAITS_AT_ONE_INSTANT} waits in a row at {now_ns} ns for instants that had passed, "
-                               f"the last for {local_ns} ns of local time: no robot time passes; wait for later ones, "
-                               "as with a period of more than 0")
+            raise RuntimeError(f"{MAX_WAITS_AT_ONE_INSTANT} waits in a row at {now_ns} ns for instants that had passed"
+                               f", the last for {local_ns} ns of local time: no robot time passes; wait for later "
+                               "ones, as with a period of more than 0")
 
     def _promise(self, true_ns: int) -> None:
         if self._steps_ahead:

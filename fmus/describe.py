@@ -261,6 +261,6 @@ def build_description(model: Model, source_files: list[str]) -> str:
 
 def _quoted(text: str) -> str:
     """`text` as an XML attribute's value with its quotes."""
-    from xml.sax.saxutils import quoteattr      # late: it brings urllib, and reading variables.toml needs no XML
+    from xml.sax.saxutils import quoteattr  # late: it brings urllib, and reading variables.toml needs no XML
 
     return quoteattr(text)

@@ -42,7 +42,7 @@ def read_derived(tables: Mapping[str, Any], agents: Collection[str], reading: Re
 
 def _check(table: Table, place: Place, agents: Collection[str], known: Mapping[str, Collection[str]],
            reading: Reading) -> None:
-    from experiments.derived import function_for    # late: it brings numpy, and few scenarios derive signals
+    from experiments.derived import function_for  # late: it brings numpy, and few scenarios derive signals
 
     problems = reading.problems
     try:

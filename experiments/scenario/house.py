@@ -10,9 +10,9 @@ from typing import Any
 from experiments.metric_keys import over_a_window, unknown_keys
 from experiments.monitors.subjects import subjects_of
 from experiments.monitors.table import MONITORS
+from experiments.scenario.files_there import near_file, plants_in
 from experiments.scenario.medium_links import medium_links
 from experiments.scenario.plant_parameters import PlantNames, StartValue
-from experiments.scenario.files_there import near_file, plants_in
 from experiments.scenario.problems import near
 from experiments.scenario.vocabulary import Position, Vocabulary
 from fmus.build import build_model, model_folder, own_models

@@ -49,11 +49,12 @@ ABOUT: Final = {
 def scenario_schema() -> Schema:
     vocabulary = house_vocabulary()
     header = _table(shape_of(Header))
+    media: Mapping[str, Any] = vocabulary.media
     sections: Schema = {
         "team": {"type": "object"},
         "agents": _named(_table(shape_of(AgentTable), complete=False)),
         "agents_defaults": _table(shape_of(AgentTable), complete=False),
-        "media": _named(_kinds({kind: shape_of(cls.Settings) for kind, cls in vocabulary.media.items()})),
+        "media": _named(_kinds({kind: shape_of(cls.Settings) for kind, cls in media.items()})),
         "gateways": _named(_table(shape_of(gateways.Table))),
         "impairments": {"type": "array", "items": _kinds(
             {kind: shape_of(cls) for kind, cls in vocabulary.impairments.items()}, shape_of(ImpairmentHeader),

@@ -26,7 +26,8 @@ def complaint_about_run(cls: type) -> str:
         return _never_started(cls)
     run = run.__func__ if isinstance(run, staticmethod | classmethod) else run
     if inspect.iscoroutinefunction(run) or inspect.isasyncgenfunction(run):
-        return f"{cls.__name__}.run is async, and asyncio does not run in virtual time; write `def run(self):` and {REMEDY}"
+        return (f"{cls.__name__}.run is async, and asyncio does not run in virtual time; write `def run(self):` and "
+                f"{REMEDY}")
     if isinstance(run, FunctionType) and not inspect.isgeneratorfunction(run) and not _returns_something(run.__code__):
         return (f"{cls.__name__}.run is no generator, as it has no `yield`: it would run through before time starts; "
                 f"{REMEDY}")

@@ -24,7 +24,7 @@ def typed(shape: Shape, prepared: Prepared, ready: Mapping[str, Any]) -> dict[st
     """Values of the right types; a field with a problem is left out."""
     if not prepared.wrong and (plain := plain_values(shape, ready)) is not None:
         return plain
-    from pydantic import ValidationError        # late: a correct scenario does without it
+    from pydantic import ValidationError  # late: a correct scenario does without it
 
     model = _model(shape)
     try:

@@ -11,13 +11,10 @@ from __future__ import annotations
 from enum import IntEnum
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from firmware_sim.drive_controller.dbc_file import DbcError, codec_error, message_with, read_dbc
+from netem.media.can.dbc_file import DbcError, Error, Message, read_dbc
 from netem.media.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame, pack
-
-if TYPE_CHECKING:
-    from firmware_sim.drive_controller.dbc_file import Message
 
 DRIVE_DBC: Final = Path(__file__).with_name("drive.dbc")
 UNITS: Final = 16
@@ -79,12 +76,11 @@ class DriveMessages:
         """DbcError if `file` does not parse or lacks a message; ValueError for a `unit` that does not exist."""
         if not 0 <= unit < UNITS:
             raise ValueError(f"unit={unit}: expected 0 to {UNITS - 1}, each drive of a bus its own")
-        database = read_dbc(file)
-        self._codec_error = codec_error()
+        found = read_dbc(file)
         self._by_kind: dict[type[DriveMessage], Message] = {}
         self._by_id: dict[tuple[int, bool], tuple[Message, type[DriveMessage]]] = {}
         for name, kind in MESSAGES.items():
-            message = message_with(database, file, name, kind._fields)
+            message = found.message_with(name, kind._fields)
             if message.length > 8:
                 raise DbcError(f"{file}: message {name} has {message.length} bytes; classical CAN carries at most 8")
             key = (message.frame_id + unit, message.is_extended_frame)
@@ -115,7 +111,7 @@ class DriveMessages:
         layout = self._by_kind[type(message)]
         try:
             data = layout.encode(message._asdict())
-        except (self._codec_error, ValueError, OverflowError) as error:
+        except (Error, ValueError, OverflowError) as error:
             raise ValueError(f"{message}: {error}") from None
         return pack(CanFrame(layout.frame_id + self._unit, data, layout.is_extended_frame))
 
@@ -137,7 +133,7 @@ class DriveMessages:
                                f"expected {message.length}")
         try:
             values: dict[str, Any] = message.decode_simple(frame.data, decode_choices=False)
-        except (self._codec_error, ValueError, LookupError) as error:
+        except (Error, ValueError, LookupError) as error:
             raise FrameRefused(f"{message.name}: {error}") from None
         for signal in message.signals:
             self._check(message.name, signal.name, values[signal.name], signal.minimum, signal.maximum)

@@ -15,6 +15,6 @@ class ToldApartBy:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """What pydantic asks a marker that it finds in `Annotated`."""
-        from pydantic import Field         # late: only a table that is judged by pydantic needs it
+        from pydantic import Field  # late: only a table that is judged by pydantic needs it
 
         return handler(Annotated[source, Field(discriminator=self.key)])

@@ -104,7 +104,8 @@ def test_the_examples_of_run_and_check_can_be_run(stub, here):
 
 def test_help_needs_no_heavy_module():
     code = ("import sys, experiments.command_line\n"
-            "print([m for m in ('pydantic', 'rich', 'msgspec', 'zenoh', 'numpy', 'polars', 'fmpy', 'scipy') if m in sys.modules])")
+            "print([m for m in ('pydantic', 'rich', 'msgspec', 'zenoh', "
+            "'numpy', 'polars', 'fmpy', 'scipy') if m in sys.modules])")
 
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 

@@ -140,8 +140,8 @@ def test_check_of_several_scenarios_tells_each(here):
 # --- as a process of its own
 
 def command(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "experiments.command_line", *arguments], capture_output=True, text=True,
-                          env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), **environment}, check=False)
+    return subprocess.run([sys.executable, "-m", "experiments.command_line", *arguments], capture_output=True,
+                          text=True, env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), **environment}, check=False)
 
 
 def test_version_is_that_of_the_package(here):
@@ -170,7 +170,8 @@ def test_the_completion_script_is_shown_and_installed_below_home(shell, here):
 
 def test_colours_are_asked_for_and_refused_by_the_environment(here):
     forced = command("check", "good.toml", FORCE_COLOR="1", NO_COLOR="")
-    refused = command("run", "good.toml", "--host", "inline", "--out", "out", FORCE_COLOR="1", NO_COLOR="1", TERM="xterm")
+    refused = command("run", "good.toml", "--host", "inline", "--out", "out", FORCE_COLOR="1", NO_COLOR="1",
+                      TERM="xterm")
 
     colours = [f"\x1b[{number}m" for number in range(30, 48)]
     assert "\x1b[1m" in forced.stdout

@@ -1,7 +1,7 @@
 """Mutates scenarios and reads each as `marconet check` does: `python tests/fuzz/scenarios.py 10000 --seed 1`.
 
-What is accepted is fine. What is refused has to come as a ScenarioError whose problems are one line each, begin with the
-name of the file and hold neither a traceback nor an address in memory. Prints every mutant that breaks this.
+What is accepted is fine. What is refused has to come as a ScenarioError whose problems are one line each, begin with
+the name of the file and hold neither a traceback nor an address in memory. Prints every mutant that breaks this.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ from experiments.scenario import ScenarioError, load
 ROOT = Path(__file__).parents[2]
 SLOW_S = 10.0
 VALUES = ["-1", "0", "1", "0.5", "-0.5", "1e9", "1e300", "9223372036854775807", "99999999999999999999", "nan", "inf",
-          "true", "false", '""', '"x"', '"../x"', '"a:b"', '"r1"', '"* -> *"', '"\\u0000"', '"\\U0001f916"', "[]", "[1]",
-          "[[1.0, 2.0]]", '["r1"]', "{}", "{ a = 1 }", "{ kind = 1 }", "2026-11-29", "07:00:00", '"' + "y" * 300 + '"']
+          "true", "false", '""', '"x"', '"../x"', '"a:b"', '"r1"', '"* -> *"', '"\\u0000"', '"\\U0001f916"', "[]",
+          "[1]", "[[1.0, 2.0]]", '["r1"]', "{}", "{ a = 1 }", "{ kind = 1 }", "2026-11-29", "07:00:00",
+          '"' + "y" * 300 + '"']
 ADDRESS = re.compile(r"\b0x[0-9a-f]{8,}")
 ASSIGNMENT = re.compile(r"^(\s*(?:[\w.\"*'-]+)\s*=\s*)(.+)$")
 LEAF = re.compile(r"""(?<![\w."'-])(-?\d[\d_.eE+-]*|true|false|"[^"]*")(?![\w."'-])""")

@@ -27,10 +27,11 @@ class Inner:
             raise ValueError(f"width={self.width}: expected >= 0")
 
 
-HINTS: list[Any] = [int, float, str, bool, int | None, Annotated[int, Ge(0)], Annotated[float, Gt(0.5)], tuple[int, ...],
-                    tuple[float, float], list[str], dict[str, float], Literal["a", "b", 3], Inner, Inner | None,
-                    tuple[Inner, ...], TopologySettings, float | str, Any]
-LEAVES = st.one_of(st.none(), st.booleans(), st.integers(-2**62, 2**62), st.floats(allow_nan=False, allow_infinity=False),
+HINTS: list[Any] = [int, float, str, bool, int | None, Annotated[int, Ge(0)], Annotated[float, Gt(0.5)], 
+                    tuple[int, ...], tuple[float, float], list[str], dict[str, float], Literal["a", "b", 3], Inner,
+                    Inner | None, tuple[Inner, ...], TopologySettings, float | str, Any]
+LEAVES = st.one_of(st.none(), st.booleans(), st.integers(-2**62, 2**62),
+                   st.floats(allow_nan=False, allow_infinity=False),
                    st.sampled_from(["a", "b", "c", "fixed", "positions", ""]))
 JSON = st.recursive(LEAVES, lambda inner: st.one_of(
     st.lists(inner, max_size=3),
