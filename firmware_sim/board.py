@@ -58,6 +58,8 @@ class Board:
         """`yield from` this: come back when the clock reads at least `local_ns`, whatever is done to it meanwhile."""
         if self.clock.now_ns() >= local_ns:
             self._note_wait_that_is_over(local_ns)
+            return
+        yield self.until(local_ns)
         while self.clock.now_ns() < local_ns:
             yield self.until(local_ns)
 

@@ -44,8 +44,8 @@ MISBEHAVING = {
     "StrSignal": "node bad: its program failed at 0 ns: ValueError: bad: the signals bad at 0 ns: ('foo',): expected ",
     "InfYield": "node bad: its program failed at 0 ns: RuntimeError: 100000 waits in a row at 0 ns for instants ",
     "SurrogateEvent": "node bad: its program failed at 200000000 ns: ValueError: event 'k\\udce4': 'd\\ud800': ",
-    "SendHuge": "warning: radio: bad handed out a frame that nobody can receive: longer than 60 bytes (the first at 0.2 "
-                "s has 50000000 bytes)",
+    "SendHuge": "warning: radio: bad handed out a frame that nobody can receive: longer than 60 bytes (the first at "
+                "0.2 s has 50000000 bytes)",
 }
 
 

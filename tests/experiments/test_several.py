@@ -141,7 +141,8 @@ def test_check_of_several_scenarios_tells_each(here):
 
 def command(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-m", "experiments.command_line", *arguments], capture_output=True,
-                          text=True, env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), **environment}, check=False)
+                          text=True, check=False,
+                          env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), **environment})
 
 
 def test_version_is_that_of_the_package(here):

@@ -27,7 +27,7 @@ class Inner:
             raise ValueError(f"width={self.width}: expected >= 0")
 
 
-HINTS: list[Any] = [int, float, str, bool, int | None, Annotated[int, Ge(0)], Annotated[float, Gt(0.5)], 
+HINTS: list[Any] = [int, float, str, bool, int | None, Annotated[int, Ge(0)], Annotated[float, Gt(0.5)],
                     tuple[int, ...], tuple[float, float], list[str], dict[str, float], Literal["a", "b", 3], Inner,
                     Inner | None, tuple[Inner, ...], TopologySettings, float | str, Any]
 LEAVES = st.one_of(st.none(), st.booleans(), st.integers(-2**62, 2**62),
