@@ -13,7 +13,7 @@ import random
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from functools import cache, partial
 from importlib.metadata import version
@@ -35,11 +35,13 @@ from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
+from experiments.wall_clock_sleep import sleep_refused
 from fmus.build import build_model, model_folder, own_models
 from fmus.describe import read_model
 from fmus.describe_fmu import describe
 from fmus.description import PlantDescription
 from netem.agenda import Agenda
+from netem.fate import Fate
 from netem.impairments import Impairment
 from netem.impairments.construct import construct_impairment
 from netem.impairments.recordings import Recordings
@@ -150,10 +152,13 @@ class _Run:
                         for spec in scenario.gateways.values()]
             self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s
+        self.at_end = ExitStack()
 
     def run(self) -> RunResult:
         failure: BaseException | None = None
         try:
+            if self.host_name == "inline":
+                self.at_end.enter_context(sleep_refused())
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.signals.declare(name, hellos[name].signals)
@@ -173,6 +178,7 @@ class _Run:
             raise
         finally:
             self.host.stop()
+            self.at_end.close()
             if self.conductor.pace is not None:
                 self.conductor.pace.close()
             self._close(failure)
@@ -210,11 +216,20 @@ class _Run:
             scenario.name, scenario.question, scenario.seed, self.host_name, scenario.length_ns, wall_s,
             self.started_s - self.command_s, conductor.end_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
             self.result.hash, dict(self.result.by_fate), verdicts, "report.html" if self.wants_report else None,
-            self.guarantees.standings, CODE, self._real_time(), _end_in_words(conductor))
+            self.guarantees.standings, code=CODE, real_time=self._real_time(), ended=_end_in_words(conductor),
+            warnings=self._malformed())
         (self.folder / "summary.json").write_bytes(msgspec.json.encode(summary))
         if self.wants_report:
             write_report(self.folder)
         return RunResult(self.folder, summary)
+
+    def _malformed(self) -> list[str]:
+        """A line for each node and reason, if frames were no frames of their medium."""
+        if not self.result.by_fate.get(Fate.MALFORMED.value):
+            return []
+        from netem.records.malformed import malformed_frames
+
+        return malformed_frames(self.folder / "ledger.parquet")
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))
