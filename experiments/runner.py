@@ -13,7 +13,7 @@ import random
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from functools import cache, partial
 from importlib.metadata import version
@@ -35,11 +35,13 @@ from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
-from fmus.build import build_model, own_models
+from experiments.wall_clock_sleep import sleep_refused
+from fmus.build import build_model, model_folder, own_models
+from fmus.describe import read_model
 from fmus.describe_fmu import describe
 from fmus.description import PlantDescription
-from fmus.parameters import expand_parameters
 from netem.agenda import Agenda
+from netem.fate import Fate
 from netem.impairments import Impairment
 from netem.impairments.construct import construct_impairment
 from netem.impairments.recordings import Recordings
@@ -150,10 +152,13 @@ class _Run:
                         for spec in scenario.gateways.values()]
             self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s
+        self.at_end = ExitStack()
 
     def run(self) -> RunResult:
         failure: BaseException | None = None
         try:
+            if self.host_name == "inline":
+                self.at_end.enter_context(sleep_refused())
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.signals.declare(name, hellos[name].signals)
@@ -165,12 +170,15 @@ class _Run:
             self.conductor.run()
             self.ended_s = time.monotonic()
             for medium in self.media.values():
-                medium.finish(self.scenario.length_ns)
+                medium.finish(self.conductor.end_ns)
+            if self.conductor.ended_by:
+                self._event(self.conductor.ended_by, self.conductor.end_ns, "run ended", self.conductor.ended_because)
         except BaseException as error:
             failure = error
             raise
         finally:
             self.host.stop()
+            self.at_end.close()
             if self.conductor.pace is not None:
                 self.conductor.pace.close()
             self._close(failure)
@@ -178,9 +186,10 @@ class _Run:
 
     def _close(self, failure: BaseException | None) -> None:
         """Write the records; ends in a ConservationError if copies of a complete run are missing."""
-        reached_ns = self.scenario.length_ns if failure is None else self.conductor.reached_ns
+        reached_ns = self.conductor.end_ns if failure is None else self.conductor.reached_ns
         run = {
             "reached_ns": reached_ns,
+            "ended": _end_in_words(self.conductor),
             "failure": None if failure is None else f"{type(failure).__name__}: {failure}",
             "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
             "counters": _counters(self.conductor.counters, self.media),
@@ -205,13 +214,22 @@ class _Run:
         scenario, conductor = self.scenario, self.conductor
         summary = Summary(
             scenario.name, scenario.question, scenario.seed, self.host_name, scenario.length_ns, wall_s,
-            self.started_s - self.command_s, scenario.length_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
+            self.started_s - self.command_s, conductor.end_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
             self.result.hash, dict(self.result.by_fate), verdicts, "report.html" if self.wants_report else None,
-            self.guarantees.standings, CODE, self._real_time())
+            self.guarantees.standings, code=CODE, real_time=self._real_time(), ended=_end_in_words(conductor),
+            warnings=self._malformed())
         (self.folder / "summary.json").write_bytes(msgspec.json.encode(summary))
         if self.wants_report:
             write_report(self.folder)
         return RunResult(self.folder, summary)
+
+    def _malformed(self) -> list[str]:
+        """A line for each node and reason, if frames were no frames of their medium."""
+        if not self.result.by_fate.get(Fate.MALFORMED.value):
+            return []
+        from netem.records.malformed import malformed_frames
+
+        return malformed_frames(self.folder / "ledger.parquet")
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))
@@ -241,7 +259,7 @@ class _Run:
                 medium.observe(MediumObserver(self._event_on_medium, self.signals.append))
 
     def _event_on_medium(self, time_ns: int, node: str, kind: str, detail: str) -> None:
-        if time_ns < self.scenario.length_ns:       # a medium may know ahead how a frame will end
+        if time_ns < self.conductor.end_ns:         # a medium may know ahead how a frame will end
             self.signals.event(time_ns, node, kind, detail, level_of(kind))
 
     def _progress(self, now_ns: int) -> None:
@@ -288,7 +306,12 @@ def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
 def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription]) -> PlantSpecification | None:
     if agent.plant is None:
         return None
-    return PlantSpecification(described[agent.plant.fmu], expand_parameters(agent.plant.parameters))
+    fmu, plant = agent.plant.fmu, described[agent.plant.fmu]
+    parameters, step_ns = agent.plant.parameters, agent.plant.step_ns
+    if fmu not in own_models():
+        return PlantSpecification(plant, parameters, step_ns)
+    idle = read_model(model_folder(fmu) / "variables.toml").idle_outputs(parameters)
+    return PlantSpecification(plant, parameters, step_ns, idle)
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
@@ -320,6 +343,13 @@ def _can_log(scenario: Scenario, bus: CanBus, folder: Path) -> CanLog:
     log = CanLog(folder, bus.name, bus.settings.log, scenario.length_ns)
     bus.logs.append(log)
     return log
+
+
+def _end_in_words(conductor: Conductor) -> str:
+    """Why the run ended before its length, "" if it did not."""
+    if not conductor.ended_by:
+        return ""
+    return f"at {conductor.end_ns / 1e9:.9g} s, by node {conductor.ended_by}: {conductor.ended_because}"
 
 
 def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Medium]) -> dict[str, dict[str, int]]:

@@ -84,7 +84,8 @@ def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> s
     return environment.get_template("report.html.j2").render(
         name=data.scenario.get("name") or run_dir.absolute().name, question=data.scenario.get("question") or "",
         verdicts=verdicts, broken=broken, missing=data.missing,
-        notes=[note for note in (no_such_signal(data),) if note], failure=failure_of(data), reached_ns=data.length_ns,
+        notes=[note for note in (no_such_signal(data), *data.summary.get("warnings", ())) if note],
+        failure=failure_of(data), reached_ns=data.length_ns,
         windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
         table=series.node_table(data), guarantees=guarantees, moments=broke, kind_names=KIND_NAMES,
         fates_shown=[(fate.value, MEANING[fate], *FATES[fate]) for fate in Fate
