@@ -245,6 +245,14 @@ def test_an_empty_folder_gives_a_page_that_says_what_is_missing(tmp_path: Path) 
         assert absent in text
 
 
+def test_what_the_summary_warns_of_is_shown(tmp_path: Path, make_run: MakeRun) -> None:
+    run = make_run(tmp_path / "warned", 0.2)
+    summary = json.loads((run / "summary.json").read_text())
+    (run / "summary.json").write_text(json.dumps(summary | {"warnings": ["r1 sent 3 frames that are too long"]}))
+
+    assert "r1 sent 3 frames that are too long" in Page(write_report(run)).text
+
+
 def test_a_run_that_was_killed_gives_a_page_from_what_is_readable(tmp_path: Path, make_run: MakeRun) -> None:
     run = make_run(tmp_path / "killed", 1.0)
     for name in ("ledger.parquet", "signals.mcap"):
