@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from simpy.events import Event
 
@@ -34,6 +34,8 @@ from agents.synchronization.topology_source import TopologySource
 from firmware_sim.board import Board
 from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 from firmware_sim.slot_sync import SlotSync
+
+COUNTERS: Final = ("adoptions", "fallbacks", "unreadable frames")
 
 
 class SyncRobot:
@@ -70,6 +72,8 @@ class SyncRobot:
         self._since_ns = 0                      # local time from which the schedule is in force
         self._source, plan = self._start_topology()
         self._follow(plan, self._first_schedule(plan))
+        for counter in COUNTERS:
+            board.node.count(counter, 0)
         board.node.signals([(f"y{suffix}", "1") for suffix in _suffixes(agent.outputs)]
                            + [(f"u{suffix}", "1") for suffix in _suffixes(agent.inputs)], self._sample)
         if team.every_output_known:

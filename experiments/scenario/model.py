@@ -25,6 +25,7 @@ class Bound(msgspec.Struct, frozen=True):
 class PlantSpec(msgspec.Struct, frozen=True):
     fmu: str                            # name of an own model, or the absolute path of a .fmu
     parameters: dict[str, Any]
+    step_ns: int | None = None          # of an FMU whose description does not say it
 
 
 class AgentSpec(msgspec.Struct, frozen=True):
