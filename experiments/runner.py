@@ -13,12 +13,11 @@ import random
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
-from random import Random
 from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
@@ -36,12 +35,16 @@ from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
-from fmus.build import build_model, own_models
+from experiments.wall_clock_sleep import sleep_refused
+from fmus.build import build_model, model_folder, own_models
+from fmus.describe import read_model
 from fmus.describe_fmu import describe
 from fmus.description import PlantDescription
-from fmus.parameters import expand_parameters
 from netem.agenda import Agenda
+from netem.fate import Fate
 from netem.impairments import Impairment
+from netem.impairments.construct import construct_impairment
+from netem.impairments.recordings import Recordings
 from netem.impairments.window import Window
 from netem.links import LinkName, Links
 from netem.lockstep.conductor import Conductor, Recorders
@@ -52,6 +55,7 @@ from netem.media.can.bus import CanBus
 from netem.media.observation import MediumObserver, ObservedMedium
 from netem.media.sensing.settings import SensingSettings
 from netem.media.table import MEDIA
+from netem.outside_guard import OutsideGuard
 from netem.random_streams import stream
 from netem.real_time.pace import Pace
 from netem.real_time.udp_gateway import UdpGateway
@@ -59,6 +63,7 @@ from netem.records.events_file import write_events
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder
 from netem.transport.process_host import ProcessHost
+from netem.transport.zenoh_session import ENTRANCES
 
 if TYPE_CHECKING:
     from netem.records.can_log import CanLog
@@ -135,7 +140,7 @@ class _Run:
         self.signals = SignalRecorder(folder / "signals.mcap")
         self.guarantees = GuaranteeWatch(scenario, self.signals)
         self.specifications = node_specifications(scenario)
-        self.host = _host(host, self.specifications, folder, scenario.node_timeout_s, shuffle_start)
+        self.host = _host(host, self.specifications, folder, scenario.node_timeout_s, shuffle_start, real_time)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
                                    Recorders(self.guarantees.sample, self._event), self._progress)
         links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
@@ -147,10 +152,13 @@ class _Run:
                         for spec in scenario.gateways.values()]
             self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s
+        self.at_end = ExitStack()
 
     def run(self) -> RunResult:
         failure: BaseException | None = None
         try:
+            if self.host_name == "inline":
+                self.at_end.enter_context(sleep_refused())
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.signals.declare(name, hellos[name].signals)
@@ -162,12 +170,15 @@ class _Run:
             self.conductor.run()
             self.ended_s = time.monotonic()
             for medium in self.media.values():
-                medium.finish(self.scenario.length_ns)
+                medium.finish(self.conductor.end_ns)
+            if self.conductor.ended_by:
+                self._event(self.conductor.ended_by, self.conductor.end_ns, "run ended", self.conductor.ended_because)
         except BaseException as error:
             failure = error
             raise
         finally:
             self.host.stop()
+            self.at_end.close()
             if self.conductor.pace is not None:
                 self.conductor.pace.close()
             self._close(failure)
@@ -175,9 +186,10 @@ class _Run:
 
     def _close(self, failure: BaseException | None) -> None:
         """Write the records; ends in a ConservationError if copies of a complete run are missing."""
-        reached_ns = self.scenario.length_ns if failure is None else self.conductor.reached_ns
+        reached_ns = self.conductor.end_ns if failure is None else self.conductor.reached_ns
         run = {
             "reached_ns": reached_ns,
+            "ended": _end_in_words(self.conductor),
             "failure": None if failure is None else f"{type(failure).__name__}: {failure}",
             "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
             "counters": _counters(self.conductor.counters, self.media),
@@ -202,13 +214,22 @@ class _Run:
         scenario, conductor = self.scenario, self.conductor
         summary = Summary(
             scenario.name, scenario.question, scenario.seed, self.host_name, scenario.length_ns, wall_s,
-            self.started_s - self.command_s, scenario.length_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
+            self.started_s - self.command_s, conductor.end_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
             self.result.hash, dict(self.result.by_fate), verdicts, "report.html" if self.wants_report else None,
-            self.guarantees.standings, CODE, self._real_time())
+            self.guarantees.standings, code=CODE, real_time=self._real_time(), ended=_end_in_words(conductor),
+            warnings=self._malformed())
         (self.folder / "summary.json").write_bytes(msgspec.json.encode(summary))
         if self.wants_report:
             write_report(self.folder)
         return RunResult(self.folder, summary)
+
+    def _malformed(self) -> list[str]:
+        """A line for each node and reason, if frames were no frames of their medium."""
+        if not self.result.by_fate.get(Fate.MALFORMED.value):
+            return []
+        from netem.records.malformed import malformed_frames
+
+        return malformed_frames(self.folder / "ledger.parquet")
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))
@@ -238,7 +259,7 @@ class _Run:
                 medium.observe(MediumObserver(self._event_on_medium, self.signals.append))
 
     def _event_on_medium(self, time_ns: int, node: str, kind: str, detail: str) -> None:
-        if time_ns < self.scenario.length_ns:       # a medium may know ahead how a frame will end
+        if time_ns < self.conductor.end_ns:         # a medium may know ahead how a frame will end
             self.signals.event(time_ns, node, kind, detail, level_of(kind))
 
     def _progress(self, now_ns: int) -> None:
@@ -285,13 +306,19 @@ def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
 def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription]) -> PlantSpecification | None:
     if agent.plant is None:
         return None
-    return PlantSpecification(described[agent.plant.fmu], expand_parameters(agent.plant.parameters))
+    fmu, plant = agent.plant.fmu, described[agent.plant.fmu]
+    parameters, step_ns = agent.plant.parameters, agent.plant.step_ns
+    if fmu not in own_models():
+        return PlantSpecification(plant, parameters, step_ns)
+    idle = read_model(model_folder(fmu) / "variables.toml").idle_outputs(parameters)
+    return PlantSpecification(plant, parameters, step_ns, idle)
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
-          shuffle_start: int | None) -> Host:
+          shuffle_start: int | None, real_time: bool) -> Host:
     if host == "inline":
-        return InlineHost({name: partial(build_node, specification) for name, specification in specifications.items()})
+        return InlineHost({name: partial(build_node, specification) for name, specification in specifications.items()},
+                          None if real_time else OutsideGuard(ENTRANCES))
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)
@@ -300,7 +327,7 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
     return ProcessHost([sys.executable, "-P", "-m", "experiments.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
-                       logs=folder / "logs", timeout_s=timeout_s)
+                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time)
 
 
 def _medium(scenario: Scenario, name: str, agenda: Agenda, ledger: Ledger, links: Links) -> Medium:
@@ -318,6 +345,13 @@ def _can_log(scenario: Scenario, bus: CanBus, folder: Path) -> CanLog:
     return log
 
 
+def _end_in_words(conductor: Conductor) -> str:
+    """Why the run ended before its length, "" if it did not."""
+    if not conductor.ended_by:
+        return ""
+    return f"at {conductor.end_ns / 1e9:.9g} s, by node {conductor.ended_by}: {conductor.ended_because}"
+
+
 def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Medium]) -> dict[str, dict[str, int]]:
     """What programs counted and what media counted, by node; a medium's own under its name."""
     counters = {node: dict(found) for node, found in of_nodes.items()}
@@ -333,19 +367,16 @@ def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Med
 def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
     """Each directed link's own impairments in the order of the scenario, each with its own random stream."""
     pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
+    recordings = Recordings()
     for spec in scenario.impairments:
         kind = impairment_class(spec.kind, scenario.folder)
         for link in spec.links:
-            place = f"{spec.place}/{link[0]}: {link[1]} -> {link[2]}"
-            impairment: Any = kind(**spec.fields, **_randomness(kind, scenario.seed, place))
+            place = f"{spec.called}/{link[0]}: {link[1]} -> {link[2]}"
+            impairment: Any = construct_impairment(kind, spec.fields, stream(scenario.seed, place), recordings)
             if spec.windows_ns:
                 impairment = Window(impairment, spec.windows_ns)
-            pipelines.setdefault(link, []).append((f"{spec.place} {spec.kind}", impairment))
+            pipelines.setdefault(link, []).append((f"{spec.called} {spec.kind}", impairment))
     return pipelines
-
-
-def _randomness(kind: type[Any], seed: int, place: str) -> dict[str, Random]:
-    return {"rng": stream(seed, place)} if "rng" in kind.__dataclass_fields__ else {}
 
 
 def _changes(medium: Medium, until_ns: int) -> Sequence[int]:

@@ -109,6 +109,8 @@ def windows(data: RunData) -> dict[str, str]:
 
 def unfinished(data: RunData) -> str:
     meant = data.scenario.get("length_ns")
+    if ended := data.run.get("ended"):
+        return f"The run ended {ended}; all figures are up to there."
     if isinstance(meant, int) and data.length_ns < meant:
         return f"The run was broken off at {seconds(data.length_ns)} of {seconds(meant)}; all figures are up to there."
     if not data.summary and data.scenario:

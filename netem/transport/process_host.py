@@ -24,7 +24,7 @@ from uuid import uuid4
 
 import msgspec
 
-from netem.lockstep.errors import NodeFailure, with_remedy
+from netem.lockstep.errors import NodeFailure, programs_failed
 from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
 from netem.transport import keys
 from netem.transport.errand import Errand
@@ -48,11 +48,12 @@ class ProcessHost:
     """`command` starts the process that nodes are forked from; `specifications` maps each node's name to its bytes."""
 
     def __init__(self, command: Sequence[str], specifications: Mapping[str, bytes], *, logs: Path,
-                 timeout_s: float) -> None:
+                 timeout_s: float, real_time: bool = False) -> None:
         self._command = list(command)
         self._specifications = specifications
         self._logs = logs
         self._timeout_s = timeout_s
+        self._virtual_time = not real_time
         self._run = uuid4().hex[:12]
         self._session: Session | None = None
         self._processes: NodeProcesses | None = None
@@ -76,13 +77,14 @@ class ProcessHost:
         self._alarm = self._session.sender(keys.report(run, "-"))
         self._processes = NodeProcesses(self._command, self._logs / FORK_SERVER_LOG, os.environ | ENVIRONMENT)
         for name, specification in self._specifications.items():
-            self._spawn(name, Errand(self._session.endpoint, run, name, self._timeout_s, specification))
+            self._spawn(name, Errand(self._session.endpoint, run, name, self._timeout_s, specification,
+                                     self._virtual_time))
             self._senders[name] = self._session.sender(keys.grant(run, name))
         threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
         hellos = self._collect(set(self._errands), msgspec.msgpack.Decoder(Hello).decode, "to say that it is ready")
+        if failed := {name: ("could not start", hellos[name].error) for name in self._senders if hellos[name].error}:
+            raise programs_failed(failed)
         for name, sender in self._senders.items():
-            if hellos[name].error:
-                raise NodeFailure(name, "could not start", detail=hellos[name].error)
             try:
                 sender.await_subscriber(self._timeout_s, give_up=partial(self._has_ended, name))
             except NotReachable as error:
@@ -100,10 +102,9 @@ class ProcessHost:
         window = grants[0][1].window if grants else 0
         awaited = {name for name, _ in grants}
         reports = self._collect(awaited, self._decode_report, f"to report window {window}", window)
-        for name, report in reports.items():
-            if report.error:
-                last_line = report.error.strip().rpartition("\n")[2]
-                raise NodeFailure(name, f"its program failed: {with_remedy(last_line)}", detail=report.error)
+        if failed := {name: (f"its program failed at {reports[name].soft_ns} ns", reports[name].error)
+                      for name, _ in grants if reports[name].error}:
+            raise programs_failed(failed)
         self._placement.exchanged(len(grants))
         return [(name, reports[name]) for name, _ in grants]
 
