@@ -20,6 +20,7 @@ from experiments.monitors.outcome import Standing
 from experiments.monitors.records import Records
 from experiments.monitors.sample_tee import SampleTee
 from experiments.monitors.table import MONITORS
+from experiments.run_data import frame_of
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError, near
 from netem.media.sensing.settings import SensingSettings
@@ -80,8 +81,8 @@ class GuaranteeWatch:
             return
         sensing = {name: medium.settings for name, medium in self._scenario.media.items()
                    if isinstance(medium.settings, SensingSettings)}
-        records = Records(reached_ns, read_ledger(folder / "ledger.parquet"), self._signals(), self._recorder.events,
-                          sensing)
+        ledger = frame_of(read_ledger(folder / "ledger.parquet"))
+        records = Records(reached_ns, ledger, self._signals(), self._recorder.events, sensing)
         outcomes = judge(self._scenario.guarantees, records)
         for event in events(outcomes):
             self._recorder.event(event.time_ns, event.node, event.kind, event.detail, event.level)

@@ -61,7 +61,11 @@ class RunData:
 
 
 def empty_ledger() -> pl.DataFrame:
-    frame = pl.from_arrow(pa.Table.from_batches([], schema=SCHEMA))
+    return frame_of(pa.Table.from_batches([], schema=SCHEMA))
+
+
+def frame_of(table: pa.Table) -> pl.DataFrame:
+    frame = pl.from_arrow(table)
     assert isinstance(frame, pl.DataFrame)
     return frame
 
@@ -117,7 +121,7 @@ def _guarantees(path: Path, missing: list[str]) -> dict[str, Outcome]:
 
 def _ledger(path: Path, missing: list[str]) -> tuple[pl.DataFrame, dict[str, str]]:
     try:
-        return read_ledger(path), read_metadata(path)
+        return frame_of(read_ledger(path)), read_metadata(path)
     except FileNotFoundError:
         missing.append(f"{path.name}: not there, so nothing is known about frames")
     except (pa.ArrowException, OSError) as error:

@@ -12,7 +12,7 @@ import pytest
 
 from experiments.metric_keys import FATE_OF, LEDGER_METRICS, STATISTICS, UnknownKeys, unknown_keys
 from experiments.metrics import evaluate, measure
-from experiments.run_data import RunData, empty_ledger, load_run
+from experiments.run_data import RunData, empty_ledger, frame_of, load_run
 from netem.fate import Fate
 from netem.frame import Frame
 from netem.records.ledger import Ledger
@@ -57,7 +57,7 @@ def ledger_run(path: Path) -> RunData:
     close("radio", 5, Fate.DELIVERED, 52)
     close("can", 0, Fate.DELIVERED, 1)
     ledger.finish()
-    return RunData(100 * MS, read_ledger(path / "ledger.parquet"))
+    return RunData(100 * MS, frame_of(read_ledger(path / "ledger.parquet")))
 
 
 @pytest.mark.parametrize(("key", "value"), [
