@@ -1,6 +1,6 @@
 """Reading a signals file back: one table per node, the events, the metadata and the scenario, in one pass.
 
-A file whose writer was killed has no index; it is read up to where it ends, and `whole` is False.
+Where a run was killed only the file's part is there; it is read up to its last whole chunk, and `whole` is False.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
 from netem.records.events import Event, Level
+from netem.records.part_file import part_of
 from netem.records.signals import EVENTS_TOPIC, SCENARIO
 
 
@@ -64,7 +65,7 @@ def read_recording(path: Path) -> Recording:
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
     messages: dict[int, list[Message]] = {}
-    with path.open("rb") as stream:
+    with (path if path.exists() or not part_of(path).exists() else part_of(path)).open("rb") as stream:
         try:
             for record in StreamReader(stream).records:
                 if isinstance(record, Message):
