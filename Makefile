@@ -36,7 +36,7 @@ $(VENV)/.installed-dev: pyproject.toml requirements-dev.lock | $(BIN)/python
 demo: $(VENV)/.installed
 	@$(BIN)/marconet fmu build
 	@$(BIN)/marconet compile --if-possible
-	@$(BIN)/marconet run output_sync --out $(OUT)
+	@$(BIN)/marconet run output_sync --out $(OUT) --overwrite
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .

@@ -16,6 +16,7 @@ from experiments.exits import ExitCode, errors_as_text
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from experiments.inline_parent import Child
     from experiments.scenario import Scenario
 
 app = typer.Typer(name="marconet", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
@@ -24,6 +25,8 @@ app = typer.Typer(name="marconet", no_args_is_help=True, add_completion=False, p
 fmu = typer.Typer(no_args_is_help=True, help="Look at plants and build them.",
                   epilog="Example: marconet fmu info linear_system")
 app.add_typer(fmu, name="fmu")
+
+ON_ITS_OWN = "this process is the command's own, so it may fork"
 
 Source = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name from `marconet list`, or the path of a .toml.")]
 Seed = Annotated[int | None, typer.Option("--seed", help="Instead of the scenario's seed.")]
@@ -54,7 +57,7 @@ def check(scenario: Source, seed: Seed = None, duration: Duration = None, overri
 
 
 @app.command(epilog="Example: marconet run output_sync --seed 3 --set 'impairments[0].loss_ratio=0.3' --out runs/third")
-def run(scenario: Source, seed: Seed = None, duration: Duration = None,
+def run(context: typer.Context, scenario: Source, seed: Seed = None, duration: Duration = None,
         host: Annotated[Literal["process", "inline"], typer.Option(
             "--host", help="One process for each robot, or all of them in this one: faster, and the same result.")]
         = "process",
@@ -63,18 +66,31 @@ def run(scenario: Source, seed: Seed = None, duration: Duration = None,
             "--out", metavar="DIR", help="Folder for the records; default: a new one in ./runs.")] = None,
         real_time: Annotated[bool, typer.Option(
             "--real-time", help="At the wall clock's pace; a scenario with gateways to the outside needs it.")] = False,
+        overwrite: Annotated[bool, typer.Option(
+            "--overwrite", help="Replace the records of an earlier run in the folder.")] = False,
         traceback: Traceback = False) -> None:
     r"""Run a scenario and write its records and report.
 
     Exits with 0 if every \[expect] of the scenario holds, 1 if one does not, 2 for bad input, 3 when a node failed.
     """
-    with errors_as_text(traceback):
-        found = _load(scenario, seed, duration, overrides)
-        folder = _run_folder(found, out)
-    with errors_as_text(traceback, kept=folder):
-        holds = _run(found, host, folder, real_time)
-    if not holds:
-        raise typer.Exit(ExitCode.EXPECTATION_BROKEN)
+    def command(child: Child | None = None) -> int:
+        with errors_as_text(traceback):
+            found = _load(scenario, seed, duration, overrides)
+            folder = _run_folder(found, out)
+            if child is not None:
+                child.begins(folder, list(found.agents), found.node_timeout_s)
+        with errors_as_text(traceback, kept=folder):
+            holds = _run(found, host, folder, real_time, overwrite, None if child is None else child.running)
+        return ExitCode.DONE if holds else ExitCode.EXPECTATION_BROKEN
+
+    if host == "inline" and context.obj is ON_ITS_OWN:
+        from experiments.inline_parent import run_in_child
+
+        code = run_in_child(command)
+    else:
+        code = command()
+    if code != ExitCode.DONE:
+        raise typer.Exit(code)
 
 
 @app.command(epilog="Example: marconet report runs/third")
@@ -82,11 +98,16 @@ def report(run_dir: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Fold
            traceback: Traceback = False) -> None:
     """Write report.html anew from the records of a run."""
     with errors_as_text(traceback):
+        from experiments.completion import complete, is_unfinished
         from experiments.report.build import write_report
+        from experiments.run_folder import owner
         from experiments.text_views import print_path
 
         if not (run_dir / "scenario.json").is_file():
             raise FileNotFoundError(f"{run_dir}: no run was recorded there: it has no scenario.json")
+        if is_unfinished(run_dir) and not owner(run_dir):
+            for problem in complete(run_dir):
+                typer.echo(problem, err=True)
         print_path(_console(), "report", write_report(run_dir))
 
 
@@ -210,7 +231,7 @@ def _table(number: str, runs: int | None, figures: Path | None) -> bool:
 
 
 def _run_folder(scenario: Scenario, out: Path | None) -> Path:
-    """The folder of the run, without the conclusions of an earlier one."""
+    """The folder of the run."""
     folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     above = next((parent for parent in folder.parents if parent.exists()), None)
     if above is not None and not above.is_dir():
@@ -218,19 +239,19 @@ def _run_folder(scenario: Scenario, out: Path | None) -> Path:
                                  "a path where one can be made; name another")
     if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / "scenario.json").exists())):
         raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
-    for conclusion in ("guarantees.json", "summary.json", "report.html"):
-        (folder / conclusion).unlink(missing_ok=True)
     return folder
 
 
-def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path, real_time: bool) -> bool:
+def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path, real_time: bool,
+         overwrite: bool, running: memoryview | None) -> bool:
     from experiments import runner
     from experiments.live_view import live_view
     from experiments.text_views import print_path, print_summary
 
     console = _console()
     with live_view(console, scenario.name, scenario.length_ns * 1e-9) as progress:
-        result = runner.run(scenario, host=host, out=folder, progress=progress, real_time=real_time)
+        result = runner.run(scenario, host=host, out=folder, progress=progress, real_time=real_time,
+                            overwrite=overwrite, running=running)
     print_summary(console, result.summary)
     console.print()
     written = result.folder / (result.summary.report or ".")
@@ -254,4 +275,4 @@ def _console() -> Console:
 
 
 def main() -> None:
-    app()
+    app(obj=ON_ITS_OWN)

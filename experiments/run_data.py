@@ -4,11 +4,14 @@
     summary.json    verdicts, hashes, speed          signals.mcap     signals, events, and the scenario again
     run.json        switching instants, counters, how far the run came, versions
     guarantees.json what became of each guarantee, where the scenario states any
+
+Of a run that was killed the streams are read, up to the last piece that is whole.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,9 +22,11 @@ import pyarrow as pa
 
 from experiments.derived import derive
 from experiments.monitors.outcome import Outcome
-from netem.records.events import Event
-from netem.records.ledger_file import SCHEMA
+from netem.records.events import Event, in_order
+from netem.records.events_file import read_event_stream
+from netem.records.ledger_file import SCHEMA, stream_of
 from netem.records.ledger_table import read_ledger, read_metadata
+from netem.records.part_file import part_of
 from netem.records.signal_table import Recording, SignalTable, read_recording
 
 Json = dict[str, Any]
@@ -77,6 +82,8 @@ def load_run(run_dir: Path) -> RunData:
     run = _json(run_dir / "run.json", missing)
     ledger, metadata = _ledger(run_dir / "ledger.parquet", missing)
     recording = _recording(run_dir / "signals.mcap", missing)
+    if not recording.whole and not recording.events:
+        recording.events = in_order(read_event_stream(run_dir / "ledger_events.parquet"))
     if not scenario and recording.scenario:
         scenario = msgspec.json.decode(recording.scenario, type=Json)
     signals = derive(scenario.get("derived") or {}, recording.signals, Path(scenario.get("path", "")).parent, missing)
@@ -102,6 +109,8 @@ def _json(path: Path, missing: list[str]) -> Json:
         return msgspec.json.decode(path.read_bytes(), type=Json)
     except FileNotFoundError:
         missing.append(f"{path.name}: not there")
+        with suppress(msgspec.MsgspecError, OSError):
+            return msgspec.json.decode(part_of(path).read_bytes(), type=Json)       # as it stood when it was killed
     except (msgspec.MsgspecError, OSError) as error:
         missing.append(f"{path.name}: unreadable: {error}")
     return {}
@@ -120,6 +129,8 @@ def _guarantees(path: Path, missing: list[str]) -> dict[str, Outcome]:
 
 
 def _ledger(path: Path, missing: list[str]) -> tuple[pl.DataFrame, dict[str, str]]:
+    if not path.exists() and stream_of(path).exists():
+        missing.append(f"{path.name}: not there (the run was killed); its stream is read as far as it goes")
     try:
         return frame_of(read_ledger(path)), read_metadata(path)
     except FileNotFoundError:

@@ -64,10 +64,13 @@ class Summary(msgspec.Struct, frozen=True):
     report: str | None          # path of report.html, relative to the run folder
     guarantees: list[Standing] = []
     code: str = ""              # "compiled", or "interpreted: " and why
+    failure: str = ""           # what ended the run before its end, in words; empty if nothing did
+    last_report: str = ""       # of the node that failed, where the failure is one of a node
+    reached_ns: int | None = None
 
     @property
     def holds(self) -> bool:
-        return all(verdict.holds for verdict in self.verdicts)
+        return not self.failure and all(verdict.holds for verdict in self.verdicts)
 
 
 class RunResult(msgspec.Struct, frozen=True):

@@ -25,6 +25,7 @@ from experiments.report.plane import plane
 from experiments.run_data import RunData, load_run
 from experiments.run_result import Verdict
 from netem.records.events import Event, Level
+from netem.records.part_file import write_whole
 
 PAGE = files("experiments.report") / "page"
 MOST_EVENTS = 300
@@ -45,7 +46,7 @@ class Limits(NamedTuple):
 def write_report(run_dir: Path) -> Path:
     data = load_run(run_dir)
     path = run_dir / "report.html"
-    path.write_text(render(data, run_dir.name), encoding="utf-8")
+    write_whole(path, render(data, run_dir.name).encode())
     return path
 
 
@@ -107,9 +108,17 @@ def windows(data: RunData) -> dict[str, str]:
 
 
 def unfinished(data: RunData) -> str:
+    """Why the run is not whole, how far it came, and what the node that failed had reported last."""
     meant = data.scenario.get("length_ns")
+    failure = data.summary.get("failure") or data.run.get("failure")
+    cause = f" {failure.rstrip('.')}." if failure else ""
+    if data.summary.get("last_report") and data.summary["last_report"] not in cause:
+        cause += f" Last report of the node: {data.summary['last_report']}."
     if isinstance(meant, int) and data.length_ns < meant:
-        return f"The run was broken off at {seconds(data.length_ns)} of {seconds(meant)}; all figures are up to there."
+        return (f"The run was broken off at {seconds(data.length_ns)} of {seconds(meant)}; all figures are up to there."
+                f"{cause}")
+    if failure:
+        return f"The run failed.{cause}"
     if not data.summary and data.scenario:
         return "The run left no summary: it was broken off, or is still going on."
     return ""

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
-from netem.lockstep.errors import NodeFailure, with_remedy
+from netem.agenda import NEVER_NS
+from netem.lockstep.errors import NodeFailure, is_interruption, with_remedy
 from netem.lockstep.messages import Grant, Hello, Report
 from netem.node import Node
 
@@ -22,36 +23,63 @@ class Host(Protocol):
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         """Send every grant, wait for every report; raises `NodeFailure` for a node that does not answer."""
 
+    def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
+        """After a failure: the reports of the nodes that still answer a last grant; raises for none that does not."""
+
     def stop(self) -> None:
         """End every node, whatever happened; leaves no process and no socket."""
 
 
 class InlineHost:
-    """All nodes in this process. `build` maps a node's name to the function that makes it."""
+    """All nodes in this process. `build` maps a node's name to the function that makes it.
 
-    def __init__(self, build: Mapping[str, Callable[[], Node]]) -> None:
+    `running` is shared with whoever has to say which node ended this process: `running[0]` is the place of the node
+    in `build` whose code runs, counted from 1.
+    """
+
+    def __init__(self, build: Mapping[str, Callable[[], Node]], running: memoryview | None = None) -> None:
         self._build = build
         self._nodes: dict[str, Node] = {}
+        self._places = {name: place for place, name in enumerate(build, 1)}
+        self._running: Any = running if running is not None else [0]
 
     def start(self) -> dict[str, Hello]:
         for name, build in self._build.items():
+            self._running[0] = self._places[name]
             try:
                 self._nodes[name] = build()
-            except (Exception, SystemExit) as error:
+            except BaseException as error:
+                if is_interruption(error):
+                    raise
                 raise NodeFailure(name, f"could not start: {error}", detail=traceback.format_exc()) from error
+        self._running[0] = 0
         return {name: node.hello() for name, node in self._nodes.items()}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         reports = []
         for name, grant in grants:
             node = self._nodes[name]
+            self._running[0] = self._places[name]
             try:
                 reports.append((name, node.advance(grant)))
-            except (Exception, SystemExit) as error:
-                raise NodeFailure(name, f"its program failed at {node.now_ns} ns: {type(error).__name__}: "
-                                  f"{with_remedy(str(error))}",
-                                  detail=traceback.format_exc()) from error
+            except BaseException as error:
+                if is_interruption(error):
+                    raise
+                failure = NodeFailure(name, f"its program failed at {node.now_ns} ns: {type(error).__name__}: "
+                                      f"{with_remedy(str(error))}", detail=traceback.format_exc())
+                failure.counters = node.counters()
+                raise failure from error
+        self._running[0] = 0
         return reports
+
+    def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
+        """What the nodes have counted; no code of theirs runs for it."""
+        return [(name, Report(grant.window, NEVER_NS, NEVER_NS, [], [], [], self._nodes[name].counters(), ""))
+                for name, grant in grants if name in self._nodes]
+
+    def counters(self) -> dict[str, dict[str, int]]:
+        """What every node has counted up to now."""
+        return {name: node.counters() for name, node in self._nodes.items()}
 
     def stop(self) -> None:
         self._nodes.clear()

@@ -38,7 +38,7 @@ class Report(msgspec.Struct, array_like=True, gc=False):
     offers: list[Offer]
     samples: list[Sample]
     events: list[Event]
-    counters: dict[str, int]            # only in the last report
+    counters: dict[str, int]            # only in the last report, and in that of an error
     error: str                          # traceback of the program, "" if all is well
 
 

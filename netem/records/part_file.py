@@ -40,20 +40,27 @@ def write_whole(path: Path, data: bytes) -> None:
 class ReservedFile:
     """A small file whose space on the disk is taken before it is needed, so that it can be written on a full disk.
 
-    A file system that copies on write may still refuse it, and one that cannot reserve is written like any other.
+    A file system that copies on write may still refuse it.
     """
 
     def __init__(self, path: Path, size_bytes: int) -> None:
         self._path = path
-        with part_of(path).open("wb") as file:
-            try:
-                os.posix_fallocate(file.fileno(), 0, size_bytes)
-            except (AttributeError, OSError):
-                file.write(b" " * size_bytes)       # not every platform and file system can reserve; JSON may be padded
+        self._size_bytes = size_bytes
+
+    def reserve(self) -> None:
+        part_of(self._path).write_bytes(b" " * self._size_bytes)
+
+    def update(self, text: bytes) -> None:
+        """Say how things stand, in text that may be padded with spaces (JSON). The file keeps its name and space."""
+        with part_of(self._path).open("r+b", buffering=0) as file:
+            file.write(text.ljust(self._size_bytes))
 
     def write(self, data: bytes) -> None:
-        """Fill the file and give it its final name."""
-        with part_of(self._path).open("r+b") as file:
+        """Fill the file and give it its final name, whether or not its space was reserved."""
+        if not part_of(self._path).exists():
+            write_whole(self._path, data)
+            return
+        with part_of(self._path).open("r+b", buffering=0) as file:
             file.write(data)
             file.truncate()
         publish(self._path)

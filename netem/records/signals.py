@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from mcap.writer import CompressionType, IndexType, Writer
@@ -69,7 +70,8 @@ class SignalRecorder:
         self._path = path
         self._event_stream = events
         self._stream = Journal(part_of(path))
-        self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD,
+        stream: Any = self._stream
+        self._writer = Writer(stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD,
                               index_types=IndexType.ATTACHMENT | IndexType.METADATA)
         self._writer.start(profile="", library="marconet")
         self._topics: dict[str, _Topic] = {}
@@ -108,7 +110,7 @@ class SignalRecorder:
         disk, keeps them in memory for the next call."""
         with uninterrupted():
             self._write_samples()
-            self._writer.flush()
+            self._writer.flush()  # type: ignore[no-untyped-call]
             self._stream.commit()
             if self._event_stream is not None:
                 self._event_stream.keep(self._events)

@@ -63,7 +63,8 @@ def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
             try:
                 message = encode(node.advance(grant))
             except Exception:
-                out.send(encode(Report(window, NEVER_NS, NEVER_NS, [], [], [], {}, traceback.format_exc())))
+                out.send(encode(Report(window, NEVER_NS, NEVER_NS, [], [], [], node.counters(),
+                                       traceback.format_exc())))
                 return 1
             out.send(message)
             if grant.last:

@@ -1,0 +1,114 @@
+"""Makes the records of a run that was killed: from its streams, up to the last piece that is whole.
+
+    ledger.arrows.part -> ledger.parquet            ledger_events.arrows.part -> ledger_events.parquet
+    signals.mcap.part -> signals.mcap               run.json.part -> run.json, summary.json with the failure
+
+What cannot be made (a disk that is still full) stays as a stream, and reports read the stream.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from experiments.run_folder import RunFolder
+from experiments.run_result import Summary
+from netem.records.events import in_order
+from netem.records.events_file import read_event_stream, write_events
+from netem.records.ledger_file import to_parquet
+from netem.records.ledger_table import hash_of, read_ledger
+from netem.records.part_file import part_of
+from netem.records.signal_table import read_recording
+from netem.records.signals import SignalRecorder
+
+KILLED = "the emulator's process was killed"
+
+
+def is_unfinished(folder: Path) -> bool:
+    """Whether a run began in `folder` that left no summary."""
+    return (folder / "scenario.json").exists() and not (folder / "summary.json").exists()
+
+
+def complete(folder: Path, failure: str = KILLED, last_report: str = "", **known: Any) -> list[str]:
+    """Make the records of the run in `folder`; returns what could not be made, and why.
+
+    FolderTaken if the run still goes on. `known` are further fields of the summary.
+    """
+    owned = RunFolder.left(folder)
+    try:
+        return _complete(owned, failure, last_report, known)
+    finally:
+        owned.release()
+
+
+def _complete(owned: RunFolder, failure: str, last_report: str, known: dict[str, Any]) -> list[str]:
+    folder = owned.path
+    problems: list[str] = []
+    scenario = _read(folder / "scenario.json")
+    standing = _read(folder / "run.json") or _read(part_of(folder / "run.json"))
+    names = {"scenario": str(scenario.get("name", "")), "seed": str(scenario.get("seed", ""))}
+
+    def attempt(name: str, make: Callable[[], object]) -> None:
+        try:
+            make()
+        except OSError as error:
+            problems.append(f"{name}: {error.strerror or error}; what is in its stream can be read all the same")
+
+    attempt("ledger.parquet", lambda: _ledger(folder / "ledger.parquet", names))
+    attempt("signals.mcap", lambda: _signals(folder, names))
+    attempt("ledger_events.parquet", lambda: _events(folder / "ledger_events.parquet"))
+    ledger = read_ledger(folder / "ledger.parquet", ["fate"])
+    frames = {found["values"]: found["counts"] for found in ledger["fate"].combine_chunks().value_counts().to_pylist()}
+    reached_ns = int(standing.get("reached_ns") or 0)
+    standing = {"reached_ns": reached_ns, "counters": {}} | standing | {"failure": failure}
+    attempt("run.json", lambda: owned.run.write(msgspec.json.encode(standing)))
+    summary = Summary(names["scenario"], str(scenario.get("question", "")), int(scenario.get("seed") or 0),
+                      known.get("host", ""), int(scenario.get("length_ns") or 0), 0.0, 0.0, 0.0, 0, 0,
+                      hash_of(folder / "ledger.parquet"), frames, [], "report.html", failure=failure,
+                      last_report=last_report, reached_ns=reached_ns)
+    attempt("summary.json", lambda: owned.summary.write(msgspec.json.encode(summary)))
+    return problems
+
+
+def _ledger(path: Path, names: dict[str, str]) -> None:
+    if not path.exists():
+        to_parquet(path, names | {"hash": hash_of(path)})
+
+
+def _events(path: Path) -> None:
+    if not path.exists():
+        write_events(path, read_event_stream(path))
+
+
+def _signals(folder: Path, names: dict[str, str]) -> None:
+    """Write the file anew: the part has no end, and its last chunk may be cut off."""
+    path = folder / "signals.mcap"
+    if path.exists() or not part_of(path).exists():
+        return
+    recording = read_recording(path)
+    draft = folder / "signals.again.mcap"
+    recorder = SignalRecorder(draft)
+    try:
+        for node, table in recording.signals.items():
+            recorder.declare(node, list(zip(table.names, table.units, strict=True)))
+            for time_ns, values in zip(table.time_ns.tolist(), table.values.tolist(), strict=True):
+                recorder.append(node, time_ns, values)
+        for event in in_order(read_event_stream(folder / "ledger_events.parquet")):
+            recorder.event(event.time_ns, event.node, event.kind, event.detail, event.level,
+                           wall_clock=event.wall_clock)
+        recorder.finish(names, (folder / "scenario.json").read_bytes())
+        draft.replace(path)
+        part_of(path).unlink()
+    finally:
+        draft.unlink(missing_ok=True)
+        part_of(draft).unlink(missing_ok=True)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    with suppress(OSError, msgspec.MsgspecError):
+        return msgspec.json.decode(path.read_bytes(), type=dict[str, Any])
+    return {}
