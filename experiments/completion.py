@@ -33,19 +33,19 @@ def is_unfinished(folder: Path) -> bool:
     return (folder / "scenario.json").exists() and not (folder / "summary.json").exists()
 
 
-def complete(folder: Path, failure: str = KILLED, last_report: str = "", **known: Any) -> list[str]:
+def complete(folder: Path, failure: str = KILLED, host: str = "") -> list[str]:
     """Make the records of the run in `folder`; returns what could not be made, and why.
 
-    FolderTaken if the run still goes on. `known` are further fields of the summary.
+    FolderTaken if the run still goes on.
     """
     owned = RunFolder.left(folder)
     try:
-        return _complete(owned, failure, last_report, known)
+        return _complete(owned, failure, host)
     finally:
         owned.release()
 
 
-def _complete(owned: RunFolder, failure: str, last_report: str, known: dict[str, Any]) -> list[str]:
+def _complete(owned: RunFolder, failure: str, host: str) -> list[str]:
     folder = owned.path
     problems: list[str] = []
     scenario = _read(folder / "scenario.json")
@@ -67,9 +67,9 @@ def _complete(owned: RunFolder, failure: str, last_report: str, known: dict[str,
     standing = {"reached_ns": reached_ns, "counters": {}} | standing | {"failure": failure}
     attempt("run.json", lambda: owned.run.write(msgspec.json.encode(standing)))
     summary = Summary(names["scenario"], str(scenario.get("question", "")), int(scenario.get("seed") or 0),
-                      known.get("host", ""), int(scenario.get("length_ns") or 0), 0.0, 0.0, 0.0, 0, 0,
+                      host, int(scenario.get("length_ns") or 0), 0.0, 0.0, 0.0, 0, 0,
                       hash_of(folder / "ledger.parquet"), frames, [], "report.html", failure=failure,
-                      last_report=last_report, reached_ns=reached_ns)
+                      reached_ns=reached_ns)
     attempt("summary.json", lambda: owned.summary.write(msgspec.json.encode(summary)))
     return problems
 

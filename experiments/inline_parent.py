@@ -3,7 +3,7 @@
     parent --fork--> child: scenario, emulator, robot programs, records
     parent <--pipe-- the folder, the names of the nodes, at last the exit code
 
-What a robot program does to its process (a crash in a plant, `os._exit`, `kill`) then ends the child alone. A child that
+What a robot program does to its process (a crash in a plant, `os._exit`) then ends the child alone. A child that
 ends without a word ends as a failed program: the parent names the node whose code ran, says what happened and where,
 and makes the records from the streams. It forwards the signals that end a command, and leaves no process behind.
 
@@ -195,15 +195,15 @@ def _conclude(told: Told, status: int, stopped: bool, place: int, stack: BinaryI
     print(what, *([where] if where else []), sep="\n", file=sys.stderr)
     folder = Path(told.folder)
     if told.folder and (folder / "scenario.json").exists() and not (folder / "summary.json").exists():
-        _make_records(folder, what, where)
+        _make_records(folder, f"{what}\n{where}".rstrip())
     return ExitCode.NODE_FAILED
 
 
-def _make_records(folder: Path, what: str, where: str) -> None:
-    from experiments.completion import complete         # late: only where something went wrong
+def _make_records(folder: Path, failure: str) -> None:
+    from experiments.completion import complete  # late: only where something went wrong
     from experiments.report.build import write_report
 
-    for problem in complete(folder, what, where, host="inline"):
+    for problem in complete(folder, failure, host="inline"):
         print(problem, file=sys.stderr)
     with suppress(OSError):
         write_report(folder)
