@@ -8,6 +8,7 @@ and a report that say what ended it; one whose process is killed leaves streams,
 
 from __future__ import annotations
 
+import errno
 import gc
 import os
 import platform
@@ -16,7 +17,6 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
 from datetime import datetime
 from functools import partial
 from importlib.metadata import version
@@ -113,6 +113,12 @@ class NeedsRealTime(ValueError):
     exit_code = 2
 
 
+class CannotRecord(OSError):
+    """The disk has no room for the records of a run."""
+
+    exit_code = 2
+
+
 class _Run:
     def __init__(self, scenario: Scenario, host: HostName, folder: RunFolder,
                  progress: Callable[[Progress], None] | None, report: bool, shuffle_start: int | None,
@@ -140,9 +146,9 @@ class _Run:
         self.can_logs = [_can_log(scenario, medium, self.folder) for medium in self.media.values()
                          if isinstance(medium, CanBus) and medium.settings.log]
         if real_time:
-            self.conductor.pace = Pace([UdpGateway(spec.name, spec.medium, spec.listen, spec.peer)
-                                        for spec in scenario.gateways.values()],
-                                       lambda time_ns, kind, detail: self._event("", time_ns, kind, detail))
+            gateways = [UdpGateway(spec.name, spec.medium, spec.listen, spec.peer, event=self._gateway_event)
+                        for spec in scenario.gateways.values()]
+            self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s
         self.kept_s = command_s
         self.process = os.getpid()
@@ -167,7 +173,7 @@ class _Run:
             for medium in self.media.values():
                 medium.finish(self.scenario.length_ns)
         except BaseException as error:
-            self.failure = error
+            self._fails(error)
         self._leave_if_forked()
         with uninterrupted(drop=True) as came:
             gc.set_threshold(*threshold)
@@ -208,8 +214,15 @@ class _Run:
         try:
             step()
         except BaseException as error:
-            if self.failure is None:
-                self.failure = error
+            self._fails(error)
+
+    def _fails(self, error: BaseException) -> None:
+        """The first failure is that of the run."""
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+            error = CannotRecord(f"{self.folder}: cannot write the records: {error.strerror}: free space, or name "
+                                 "another folder with --out; what was written before can be read")
+        if self.failure is None:
+            self.failure = error
 
     def _finish_ledger(self) -> None:
         complete = self.failure is None
@@ -224,7 +237,7 @@ class _Run:
             "failure": None if self.failure is None else in_words(self.failure),
             "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
             "counters": _counters(self._counted(), self.media),
-            "real_time": None if self.conductor.pace is None else asdict(self.conductor.pace.lateness),
+            "real_time": self._real_time(),
             "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
             if versions else {},
         })
@@ -236,7 +249,7 @@ class _Run:
         try:
             return evaluate(self.scenario.expect, load_run(self.folder))
         except Exception as error:
-            self.failure = error
+            self._fails(error)
             return []
 
     def _summary(self, verdicts: list[Verdict], reached_ns: int) -> Summary:
@@ -248,7 +261,7 @@ class _Run:
             conductor.grants, self.result.hash if self.result else "",
             {fate.value: copies for fate, copies in self.ledger.closed.items() if copies}, verdicts,
             "report.html" if self.wants_report else None, self.guarantees.standings, CODE,
-            "" if failure is None else in_words(failure),
+            self._real_time(), "" if failure is None else in_words(failure),
             failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns)
 
     def _keep(self, reached_ns: int) -> None:
@@ -264,6 +277,17 @@ class _Run:
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))
+
+    def _wall_clock_event(self, time_ns: int, kind: str, detail: str) -> None:
+        self.signals.event(time_ns, "", kind, detail, level_of(kind), wall_clock=True)
+
+    def _gateway_event(self, kind: str, detail: str) -> None:
+        assert self.conductor.pace is not None
+        self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail)
+
+    def _real_time(self) -> dict[str, int] | None:
+        """Lateness of a run in real time; None in virtual time."""
+        return None if self.conductor.pace is None else self.conductor.pace.lateness.figures()
 
     def _observe_media(self) -> None:
         for name, medium in self.media.items():
