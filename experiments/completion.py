@@ -61,10 +61,10 @@ def _complete(owned: RunFolder, failure: str, host: str) -> list[str]:
     attempt("ledger.parquet", lambda: _ledger(folder / "ledger.parquet", names))
     attempt("signals.mcap", lambda: _signals(folder, names))
     attempt("ledger_events.parquet", lambda: _events(folder / "ledger_events.parquet"))
-    ledger = read_ledger(folder / "ledger.parquet", ["fate"])
+    ledger = read_ledger(folder / "ledger.parquet", ["fate", "offered_ns"])
     frames = {found["values"]: found["counts"] for found in ledger["fate"].combine_chunks().value_counts().to_pylist()}
-    reached_ns = int(standing.get("reached_ns") or 0)
-    standing = {"reached_ns": reached_ns, "counters": {}} | standing | {"failure": failure}
+    reached_ns = int(standing.get("reached_ns") or max(ledger["offered_ns"].to_pylist(), default=0))
+    standing = {"counters": {}} | standing | {"reached_ns": reached_ns, "failure": failure}
     attempt("run.json", lambda: owned.run.write(msgspec.json.encode(standing)))
     summary = Summary(names["scenario"], str(scenario.get("question", "")), int(scenario.get("seed") or 0),
                       host, int(scenario.get("length_ns") or 0), 0.0, 0.0, 0.0, 0, 0,

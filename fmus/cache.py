@@ -20,17 +20,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-import msgspec
-
 from fmus.errors import PlantError
 
-FILES: Final = ".files.json"
-
-
-class KeptFile(msgspec.Struct, array_like=True):
-    size: int
-    changed_ns: int
-    digest: str
+FILES: Final = ".files"             # a line for each file: size, time of change [ns], digest, name
 
 
 def cache_folder() -> Path:
@@ -78,18 +70,18 @@ def kept(folder: Path, make: Callable[[Path], None]) -> Path:
 def damage_in(folder: Path) -> str:
     """How the files in `folder` differ from those that were put there, in words; empty if they do not."""
     try:
-        listed = msgspec.json.decode((folder / FILES).read_bytes(), type=dict[str, KeptFile])
-    except (OSError, msgspec.MsgspecError):
-        return f"{FILES} is missing or unreadable"
-    for name, put in listed.items():
-        try:
+        lines = (folder / FILES).read_text(encoding="utf-8").splitlines()
+        listed = [line.split(" ", 3) for line in lines]
+        for size, changed_ns, digest, name in listed:
             found = (folder / name).stat()
-        except OSError as error:
-            return f"{name}: {error.strerror}"
-        if found.st_size != put.size:
-            return f"{name} has {found.st_size} bytes instead of {put.size}"
-        if found.st_mtime_ns != put.changed_ns and _digest(folder / name) != put.digest:
-            return f"{name} was changed"
+            if found.st_size != int(size):
+                return f"{name} has {found.st_size} bytes instead of {size}"
+            if found.st_mtime_ns != int(changed_ns) and _digest(folder / name) != digest:
+                return f"{name} was changed"
+    except OSError as error:
+        return f"{Path(error.filename or FILES).name}: {error.strerror}"
+    except ValueError:
+        return f"{FILES} is not as it was written"
     return ""
 
 
@@ -108,18 +100,18 @@ def why_untrusted(folder: Path) -> str:
     by_others = found.st_mode & stat.S_IWOTH
     by_group = found.st_mode & stat.S_IWGRP and found.st_gid != os.getgid()     # one's own group is mostly private
     if by_others or by_group:
-        return (f"{folder}: others may write to it, and what is in a cache is run: chmod go-w it, or set MARCONET_CACHE "
-                "to a folder that only you can write to")
+        return (f"{folder}: others may write to it, and what is in a cache is run: chmod go-w it, or set "
+                "MARCONET_CACHE to a folder that only you can write to")
     return ""
 
 
 def _list_files(folder: Path) -> None:
-    listed = {}
+    lines = []
     for path in sorted(folder.rglob("*")):
-        if path.is_file():
+        if path.is_file() and path.name != FILES:
             found = path.stat()
-            listed[str(path.relative_to(folder))] = KeptFile(found.st_size, found.st_mtime_ns, _digest(path))
-    (folder / FILES).write_bytes(msgspec.json.encode(listed))
+            lines.append(f"{found.st_size} {found.st_mtime_ns} {_digest(path)} {path.relative_to(folder)}\n")
+    (folder / FILES).write_text("".join(lines), encoding="utf-8")
 
 
 def _digest(path: Path) -> str:

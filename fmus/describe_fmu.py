@@ -21,7 +21,7 @@ from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
 from fmus.platform_names import library_suffix, platform_fmi2, platform_fmi3
 
-LAYOUT = 3              # counts changes of what is kept
+LAYOUT = 4              # counts changes of what is kept
 
 
 def describe(path: str | Path, cache: Path | None = None) -> PlantDescription:
