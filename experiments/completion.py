@@ -1,9 +1,9 @@
-"""Makes the records of a run that was killed: from its streams, up to the last piece that is whole.
+"""Makes the records of a run that was killed: from its journals, up to the last piece that is whole.
 
-    ledger.arrows.part -> ledger.parquet            ledger_events.arrows.part -> ledger_events.parquet
-    signals.mcap.part -> signals.mcap               run.json.part -> run.json, summary.json with the failure
+    ledger.rows.part -> ledger.parquet              signals.rows.part -> signals.mcap, ledger_events.parquet
+    run.json.part -> run.json, summary.json with the failure
 
-What cannot be made (a disk that is still full) stays as a stream, and reports read the stream.
+What cannot be made (a disk that is still full) stays as a journal, and reports read the journal.
 """
 
 from __future__ import annotations
@@ -17,13 +17,12 @@ import msgspec
 
 from experiments.run_folder import RunFolder
 from experiments.run_result import Summary
-from netem.records.events import in_order
-from netem.records.events_file import read_event_stream, write_events
-from netem.records.ledger_file import to_parquet
+from netem.records.events_file import write_events
+from netem.records.ledger_file import write_from_journal
 from netem.records.ledger_table import hash_of, read_ledger
 from netem.records.part_file import part_of
-from netem.records.signal_table import read_recording
-from netem.records.signals import SignalRecorder
+from netem.records.signal_table import Recording, read_recording
+from netem.records.signals import SignalRecorder, journal_of
 
 KILLED = "the emulator's process was killed"
 
@@ -56,11 +55,12 @@ def _complete(owned: RunFolder, failure: str, host: str) -> list[str]:
         try:
             make()
         except OSError as error:
-            problems.append(f"{name}: {error.strerror or error}; what is in its stream can be read all the same")
+            problems.append(f"{name}: {error.strerror or error}; what is in its journal can be read all the same")
 
+    recording = read_recording(folder / "signals.mcap")
     attempt("ledger.parquet", lambda: _ledger(folder / "ledger.parquet", names))
-    attempt("signals.mcap", lambda: _signals(folder, names))
-    attempt("ledger_events.parquet", lambda: _events(folder / "ledger_events.parquet"))
+    attempt("ledger_events.parquet", lambda: _events(folder / "ledger_events.parquet", recording))
+    attempt("signals.mcap", lambda: _signals(folder, names, recording))
     ledger = read_ledger(folder / "ledger.parquet", ["fate", "offered_ns"])
     frames = {found["values"]: found["counts"] for found in ledger["fate"].combine_chunks().value_counts().to_pylist()}
     reached_ns = int(standing.get("reached_ns") or max(ledger["offered_ns"].to_pylist(), default=0))
@@ -76,36 +76,34 @@ def _complete(owned: RunFolder, failure: str, host: str) -> list[str]:
 
 def _ledger(path: Path, names: dict[str, str]) -> None:
     if not path.exists():
-        to_parquet(path, names | {"hash": hash_of(path)})
+        write_from_journal(path, names | {"hash": hash_of(path)})
 
 
-def _events(path: Path) -> None:
+def _events(path: Path, recording: Recording) -> None:
     if not path.exists():
-        write_events(path, read_event_stream(path))
+        write_events(path, recording.events)
 
 
-def _signals(folder: Path, names: dict[str, str]) -> None:
-    """Write the file anew: the part has no end, and its last chunk may be cut off."""
-    path = folder / "signals.mcap"
-    if path.exists() or not part_of(path).exists():
+def _signals(folder: Path, names: dict[str, str], recording: Recording) -> None:
+    path, draft = folder / "signals.mcap", folder / "signals.again.mcap"
+    if path.exists():
         return
-    recording = read_recording(path)
-    draft = folder / "signals.again.mcap"
     recorder = SignalRecorder(draft)
     try:
         for node, table in recording.signals.items():
             recorder.declare(node, list(zip(table.names, table.units, strict=True)))
             for time_ns, values in zip(table.time_ns.tolist(), table.values.tolist(), strict=True):
                 recorder.append(node, time_ns, values)
-        for event in in_order(read_event_stream(folder / "ledger_events.parquet")):
+        for event in recording.events:
             recorder.event(event.time_ns, event.node, event.kind, event.detail, event.level,
                            wall_clock=event.wall_clock)
         recorder.finish(names, (folder / "scenario.json").read_bytes())
         draft.replace(path)
-        part_of(path).unlink()
     finally:
-        draft.unlink(missing_ok=True)
-        part_of(draft).unlink(missing_ok=True)
+        for left in (draft, part_of(draft), journal_of(draft)):
+            left.unlink(missing_ok=True)
+    journal_of(path).unlink(missing_ok=True)
+    part_of(path).unlink(missing_ok=True)
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -5,7 +5,7 @@
 
 What a robot program does to its process (a crash in a plant, `os._exit`) then ends the child alone. A child that
 ends without a word ends as a failed program: the parent names the node whose code ran, says what happened and where,
-and makes the records from the streams. It forwards the signals that end a command, and leaves no process behind.
+and makes the records from the journals. It forwards the signals that end a command, and leaves no process behind.
 
 The parent forks before anything heavy is imported. The child ends when its parent does (Linux).
 """

@@ -5,7 +5,7 @@
     run.json        switching instants, counters, how far the run came, versions
     guarantees.json what became of each guarantee, where the scenario states any
 
-Of a run that was killed the streams are read, up to the last piece that is whole.
+Of a run that was killed the journals are read, up to the last piece that is whole.
 """
 
 from __future__ import annotations
@@ -22,9 +22,8 @@ import pyarrow as pa
 
 from experiments.derived import derive
 from experiments.monitors.outcome import Outcome
-from netem.records.events import Event, in_order
-from netem.records.events_file import read_event_stream
-from netem.records.ledger_file import SCHEMA, stream_of
+from netem.records.events import Event
+from netem.records.ledger_file import SCHEMA, journal_of
 from netem.records.ledger_table import read_ledger, read_metadata
 from netem.records.part_file import part_of
 from netem.records.signal_table import Recording, SignalTable, read_recording
@@ -82,8 +81,6 @@ def load_run(run_dir: Path) -> RunData:
     run = _json(run_dir / "run.json", missing)
     ledger, metadata = _ledger(run_dir / "ledger.parquet", missing)
     recording = _recording(run_dir / "signals.mcap", missing)
-    if not recording.whole and not recording.events:
-        recording.events = in_order(read_event_stream(run_dir / "ledger_events.parquet"))
     if not scenario and recording.scenario:
         scenario = msgspec.json.decode(recording.scenario, type=Json)
     signals = derive(scenario.get("derived") or {}, recording.signals, Path(scenario.get("path", "")).parent, missing)
@@ -129,8 +126,8 @@ def _guarantees(path: Path, missing: list[str]) -> dict[str, Outcome]:
 
 
 def _ledger(path: Path, missing: list[str]) -> tuple[pl.DataFrame, dict[str, str]]:
-    if not path.exists() and stream_of(path).exists():
-        missing.append(f"{path.name}: not there (the run was killed); its stream is read as far as it goes")
+    if not path.exists() and journal_of(path).exists():
+        missing.append(f"{path.name}: not there (the run was killed); its journal is read as far as it goes")
     try:
         return frame_of(read_ledger(path)), read_metadata(path)
     except FileNotFoundError:

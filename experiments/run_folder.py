@@ -31,7 +31,7 @@ LOCK: Final = "run.lock"
 RESERVED_BYTES: Final = 1 << 16
 RECORDS: Final = ("scenario.json", "ledger.parquet", "ledger_events.parquet", "signals.mcap", "run.json",
                   "guarantees.json", "summary.json", "report.html", "outputs.svg")
-STREAMS: Final = ("ledger.arrows", "ledger_events.arrows")
+JOURNALS: Final = ("ledger.rows", "signals.rows")
 
 
 class FolderTaken(ValueError):
@@ -106,7 +106,7 @@ def clear(path: Path) -> None:
     """Remove the records of a run, whole or in parts; what else is in the folder stays."""
     for name in _can_logs(path):
         (path / name).unlink(missing_ok=True)
-    for name in (*RECORDS, *STREAMS):
+    for name in (*RECORDS, *JOURNALS):
         (path / name).unlink(missing_ok=True)
         (path / (name + SUFFIX)).unlink(missing_ok=True)
     shutil.rmtree(path / "logs", ignore_errors=True)

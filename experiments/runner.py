@@ -3,7 +3,7 @@
     scenario -> node specifications -> host -> conductor -> ledger, signals -> metrics -> summary, report
 
 The folder is there whatever happens. A run that fails or is broken off leaves its records up to there, with a summary
-and a report that say what ended it; one whose process is killed leaves streams, which `completion` makes records of.
+and a report that say what ended it; one whose process is killed leaves journals, which `completion` makes records of.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ from netem.media.table import MEDIA
 from netem.random_streams import stream
 from netem.real_time.pace import Pace
 from netem.real_time.udp_gateway import UdpGateway
-from netem.records.events_file import EventStream, write_events
+from netem.records.events_file import write_events
 from netem.records.ledger import Ledger, LedgerResult
 from netem.records.part_file import write_whole
 from netem.records.signals import SignalRecorder
@@ -135,8 +135,7 @@ class _Run:
         self.agenda = Agenda()
         self.specifications = node_specifications(scenario)
         self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names)
-        self.signals = SignalRecorder(self.folder / "signals.mcap",
-                                      EventStream(self.folder / "ledger_events.parquet"))
+        self.signals = SignalRecorder(self.folder / "signals.mcap")
         self.guarantees = GuaranteeWatch(scenario, self.signals)
         self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, running)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,

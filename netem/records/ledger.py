@@ -7,8 +7,8 @@ Invariants:
 - rows stand in the order in which copies were closed, the emulator's event order, which does not depend on the host;
 - the hash covers every column of every row in that order, and neither the scenario's name nor the size of a chunk.
 
-Given a path the rows go to a stream on the disk chunk by chunk, at the latest when `keep` is called, and `finish` turns
-the stream into a Parquet file; memory stays bounded. Without a path the rows stay in `rows`.
+Given a path the rows go to Parquet chunk by chunk and memory stays bounded; without one they stay in `rows`. `keep`
+puts the rows of the chunk in a journal meanwhile, which costs little more than the hash, as it takes the same bytes.
 """
 
 from __future__ import annotations
@@ -63,6 +63,7 @@ class Ledger:
         self._rows: list[Row] = []
         self._ended: Counter[tuple[str, str]] = Counter()       # (medium, fate) of the rows counted so far,
         self._counted = 0                                       # which are those written and so many of `_rows`
+        self._kept = 0                                          # so many of `_rows` are hashed and in the journal
         self._hash = LedgerHash(COLUMNS)
         self._file = _open(path, metadata or {}) if path else None
         self._flush_at = chunk_rows if path else 1 << 62
@@ -100,16 +101,21 @@ class Ledger:
         return self._rows
 
     def keep(self) -> None:
-        """Put the rows closed so far on the disk, so that they outlive this process. OSError, as for a full disk, keeps
-        them in memory for the next call."""
-        self._flush()
+        """Put the rows closed so far in the journal, so that they outlive this process. OSError, as for a full disk,
+        keeps them in memory for the next call."""
+        if self._file is None or self._kept == len(self._rows):
+            return
+        with uninterrupted():
+            encoded = self._hash.add(self._rows[self._kept:])
+            self._kept = len(self._rows)
+            self._file.note(encoded)
 
     def finish(self, *, complete: bool = True) -> LedgerResult:
         """Write what is left, close the file and check conservation.
 
         A run that was broken off passes `complete=False`: copies under way have no fate then, and nothing is checked.
-        The file is whole in every case. Raises ConservationError; OSError, as for a full disk, leaves the stream with
-        the rows written so far.
+        The file is whole in every case. Raises ConservationError; OSError, as for a full disk, leaves the journal with
+        the rows kept so far.
         """
         if self._result is None:
             self._result = self._end()
@@ -147,12 +153,11 @@ class Ledger:
     def _flush(self) -> None:
         if self._file is None or not self._rows:
             return
+        self.keep()
         with uninterrupted():
             self._counts()
-            self._file.add(self._rows)
-            self._hash.add(self._rows)
-            self._rows, self._counted = [], 0
-            self._file.commit()
+            rows, self._rows, self._counted, self._kept = self._rows, [], 0, 0
+            self._file.write(rows)
 
     def _counts(self) -> Counter[tuple[str, str]]:
         """How the copies closed so far ended; what was counted before is not looked at again."""

@@ -1,7 +1,7 @@
 """Reading a ledger back: rows, metadata, and the hash computed again.
 
-Where a run was killed there is no Parquet file but the stream it would have been made from: it is read up to its last
-whole batch, and has no metadata.
+Where a run was killed there is no Parquet file but the journal of its rows: it is read up to its last whole piece, and
+has no metadata.
 """
 
 from __future__ import annotations
@@ -12,24 +12,23 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from netem.records.batch_stream import batches_of
-from netem.records.ledger_file import PREFIX, SCHEMA, stream_of
+from netem.records.ledger_file import PREFIX, SCHEMA, journal_of, noted_batches
 from netem.records.ledger_hash import LedgerHash
 
 
 def read_ledger(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """The rows in the order in which they were closed; `columns`: only these. Text columns are dictionary-encoded, with
-    one dictionary for all chunks. FileNotFoundError if neither the file nor its stream is there."""
-    if path.exists() or not stream_of(path).exists():
+    one dictionary for all chunks. FileNotFoundError if neither the file nor its journal is there."""
+    if path.exists() or not journal_of(path).exists():
         return pq.read_table(path, columns=columns).unify_dictionaries()
-    table = pa.Table.from_batches(batches_of(stream_of(path)), schema=SCHEMA).unify_dictionaries()
+    table = pa.Table.from_batches(noted_batches(path), schema=SCHEMA).unify_dictionaries()
     return table if columns is None else table.select(columns)
 
 
 def read_metadata(path: Path) -> dict[str, str]:
     """What the file says about its run: hash, rows, expected, and what the run added (scenario, seed); empty where the
     run was killed before the file was written."""
-    if not path.exists() and stream_of(path).exists():
+    if not path.exists() and journal_of(path).exists():
         return {}
     found = pq.read_metadata(path).metadata or {}
     return {key.decode().removeprefix(PREFIX): value.decode() for key, value in found.items()
@@ -46,7 +45,7 @@ def hash_of(path: Path) -> str:
 
 
 def _batches(path: Path) -> Iterator[pa.RecordBatch]:
-    if path.exists() or not stream_of(path).exists():
+    if path.exists() or not journal_of(path).exists():
         yield from pq.ParquetFile(path).iter_batches()
     else:
-        yield from batches_of(stream_of(path))
+        yield from noted_batches(path)

@@ -6,11 +6,12 @@ simulated time [ns] from the start of the run; `sequence` is 0, as there is no p
 
 JSON has no number for nan and infinity: such a value is left out of its message and reads back as nan.
 
-The file is `signals.mcap.part` until it is whole, and readable up to its last chunk meanwhile. It has no message index,
-which would take 16 bytes a sample beside the 6 of the sample itself, and no chunk index, since Foxglove refuses a chunk
-index without a message index; without both Foxglove reads the file as a whole (decision 0015).
+The file has its name when it is whole. Until then samples and events are in a journal too, `signals.rows.part`, as
+MessagePack: encoding them as JSON is left for the end.
 
-Not modelled: integers, text and vectors as signals; a vector is one signal per component.
+The file has no message index, which would take 16 bytes a sample beside the 6 of the sample itself, and no chunk index,
+since Foxglove refuses a chunk index without a message index; without both Foxglove reads the file as a whole (decision
+0015).
 """
 
 from __future__ import annotations
@@ -24,8 +25,7 @@ import msgspec
 from mcap.writer import CompressionType, IndexType, Writer
 
 from netem.records.events import Event, Level, hash_of_events, in_order
-from netem.records.events_file import EventStream
-from netem.records.journal import Journal
+from netem.records.journal import GrowingFile, Journal
 from netem.records.part_file import part_of, publish
 from netem.records.uninterrupted import uninterrupted
 
@@ -53,29 +53,34 @@ LOG_SCHEMA = {
 }
 
 
+def journal_of(path: Path) -> Path:
+    """The journal of the signals that will be at `path`, as long as the run goes on."""
+    return part_of(path.with_suffix(".rows"))
+
+
 @dataclass
 class _Topic:
     channel: int
     names: tuple[str, ...]
     samples: list[tuple[int, tuple[float, ...]]] = field(default_factory=list)
+    kept: int = 0                       # so many of the samples are in the journal
 
 
 class SignalRecorder:
-    """Collects samples and events; writes samples in time order whenever `keep` is called, events when it ends.
+    """Collects samples and events; writes them in time order, at the latest when `finish` is called."""
 
-    `events` is where events are kept as they are told, for a run that does not end by itself.
-    """
-
-    def __init__(self, path: Path, events: EventStream | None = None) -> None:
+    def __init__(self, path: Path) -> None:
         self._path = path
-        self._event_stream = events
-        self._stream = Journal(part_of(path))
+        self._stream = GrowingFile(part_of(path))
+        self._journal = Journal(journal_of(path))
+        self._encode = msgspec.msgpack.Encoder().encode
         stream: Any = self._stream
         self._writer = Writer(stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD,
                               index_types=IndexType.ATTACHMENT | IndexType.METADATA)
         self._writer.start(profile="", library="marconet")
         self._topics: dict[str, _Topic] = {}
         self._events: list[Event] = []
+        self._events_kept = 0
         self._buffered = 0
         self._closed = False
 
@@ -89,6 +94,7 @@ class SignalRecorder:
         schema = {"title": f"{node}.signals", "type": "object",
                   "properties": {name: {"type": "number", "description": unit} for name, unit in signals}}
         self._topics[node] = _Topic(self._channel(f"/{node}/signals", f"{node}.signals", schema, {"node": node}), names)
+        self._journal.add(self._encode(("signals", node, list(signals))))
 
     def append(self, node: str, time_ns: int, values: Sequence[float]) -> None:
         """One sample of every signal of `node`, in the order declared; times of one node never decrease."""
@@ -100,20 +106,24 @@ class SignalRecorder:
         self._buffered += 1
         if self._buffered >= BUFFERED_SAMPLES:
             self.keep()
+            self._write_samples()
 
     def event(self, time_ns: int, node: str, kind: str, detail: str, level: Level = Level.INFO,
               *, wall_clock: bool = False) -> None:
         self._events.append(Event(time_ns, node, kind, detail, level, wall_clock))
 
     def keep(self) -> None:
-        """Put samples and events given so far on the disk, so that they outlive this process. OSError, as for a full
+        """Put samples and events given so far in the journal, so that they outlive this process. OSError, as for a full
         disk, keeps them in memory for the next call."""
         with uninterrupted():
-            self._write_samples()
-            self._writer.flush()  # type: ignore[no-untyped-call]
-            self._stream.commit()
-            if self._event_stream is not None:
-                self._event_stream.keep(self._events)
+            for node, topic in self._topics.items():
+                if topic.kept < len(topic.samples):
+                    self._journal.add(self._encode(("samples", node, topic.samples[topic.kept:])))
+                    topic.kept = len(topic.samples)
+            if self._events_kept < len(self._events):
+                self._journal.add(self._encode(("events", self._events[self._events_kept:])))
+                self._events_kept = len(self._events)
+            self._journal.commit()
 
     @property
     def events(self) -> Sequence[Event]:
@@ -126,12 +136,13 @@ class SignalRecorder:
     def finish(self, metadata: Mapping[str, str], scenario: bytes = b"") -> None:
         """Write what is left, the metadata record `marconet` and the resolved scenario (JSON), and close the file.
 
-        OSError, as for a full disk, leaves the part that was written before.
+        OSError, as for a full disk, leaves the journal.
         """
         if self._closed:
             return
         self._closed = True
         try:
+            self.keep()
             self._write_samples()
             self._write_events()
             self._writer.add_metadata("marconet", dict(metadata) | {"events_hash": self.events_hash})
@@ -139,17 +150,25 @@ class SignalRecorder:
                 self._writer.add_attachment(0, 0, SCENARIO, "application/json", scenario)
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._stream.commit()
+        except OSError:
+            part_of(self._path).unlink()
+            raise
         finally:
             self._stream.close()
-            if self._event_stream is not None:
-                self._event_stream.close()
+            self._journal.close()
         publish(self._path)
+        journal_of(self._path).unlink()
 
     def _channel(self, topic: str, name: str, schema: Mapping[str, object], metadata: dict[str, str]) -> int:
         schema_id = self._writer.register_schema(name, "jsonschema", msgspec.json.encode(schema))
         return int(self._writer.register_channel(topic, "json", schema_id, metadata))
 
     def _write_samples(self) -> None:
+        with uninterrupted():
+            self._encode_samples()
+            self._stream.commit()
+
+    def _encode_samples(self) -> None:
         encode = msgspec.json.Encoder().encode
         add = self._writer.add_message
         waiting = [(time_ns, topic.channel, topic, values)
@@ -163,6 +182,7 @@ class SignalRecorder:
             add(channel, time_ns, data, time_ns)
         for topic in self._topics.values():
             topic.samples.clear()
+            topic.kept = 0
         self._buffered = 0
 
     def _write_events(self) -> None:

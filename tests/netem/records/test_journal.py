@@ -1,4 +1,4 @@
-"""Streams of a run that was killed: cut anywhere, all that was whole before the cut is read, and nothing else."""
+"""Journals of a run that was killed: cut anywhere, all that was whole before the cut is read, and nothing else."""
 
 from __future__ import annotations
 
@@ -16,15 +16,14 @@ from hypothesis import strategies as st
 from netem.fate import Fate
 from netem.frame import Frame
 from netem.records.events import Event, Level
-from netem.records.events_file import EventStream, read_event_stream, write_events
-from netem.records.events_file import stream_of as stream_of_events
-from netem.records.journal import Journal
+from netem.records.events_file import write_events
+from netem.records.journal import GrowingFile
 from netem.records.ledger import Ledger
-from netem.records.ledger_file import stream_of
+from netem.records.ledger_file import journal_of
 from netem.records.ledger_table import hash_of, read_ledger, read_metadata
-from netem.records.part_file import part_of
 from netem.records.signal_table import read_recording
 from netem.records.signals import SignalRecorder
+from netem.records.signals import journal_of as journal_of_signals
 
 EACH_CUT = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 CUT = st.floats(0, 1)
@@ -50,7 +49,7 @@ def files_of_at_most(size_bytes: int) -> Iterator[None]:
 
 @given(batches=st.lists(st.integers(1, 40), min_size=1, max_size=8), cut=CUT)
 @EACH_CUT
-def test_a_ledger_cut_anywhere_gives_the_rows_of_its_whole_batches(tmp_path: Path, batches: list[int], cut: float
+def test_a_ledger_cut_anywhere_gives_the_rows_of_its_whole_pieces(tmp_path: Path, batches: list[int], cut: float
                                                                    ) -> None:
     path = tmp_path / "ledger.parquet"
     path.unlink(missing_ok=True)
@@ -60,9 +59,9 @@ def test_a_ledger_cut_anywhere_gives_the_rows_of_its_whole_batches(tmp_path: Pat
             close(ledger, len(rows))
             rows.append(len(rows))
         ledger.keep()
-        ends.append((stream_of(path).stat().st_size, len(rows)))
+        ends.append((journal_of(path).stat().st_size, len(rows)))
     length = round(cut * ends[-1][0])
-    os.truncate(stream_of(path), length)
+    os.truncate(journal_of(path), length)
 
     read = read_ledger(path)
 
@@ -84,46 +83,32 @@ def test_what_is_kept_is_what_the_file_will_hold(tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.iterdir()] == ["ledger.parquet"]
 
 
-@given(batches=st.lists(st.integers(1, 10), min_size=1, max_size=6), cut=CUT)
-@EACH_CUT
-def test_events_cut_anywhere_are_read_up_to_the_last_whole_batch(tmp_path: Path, batches: list[int], cut: float
-                                                                 ) -> None:
-    path = tmp_path / "ledger_events.parquet"
-    stream, told, ends = EventStream(path), [], []
-    for size in batches:
-        told += [Event(len(told) + k, f"r{k % 2}", "late", "by 2 ms", Level.WARNING, bool(k % 2)) for k in range(size)]
-        stream.keep(told)
-        ends.append((stream_of_events(path).stat().st_size, len(told)))
-    length = round(cut * ends[-1][0])
-    os.truncate(stream_of_events(path), length)
-
-    read = read_event_stream(path)
-
-    assert read == told[:max((count for end, count in ends if end <= length), default=0)]
-
-
 @given(batches=st.lists(st.integers(1, 40), min_size=1, max_size=6), cut=CUT)
 @EACH_CUT
-def test_signals_cut_anywhere_are_read_up_to_the_last_whole_chunk(tmp_path: Path, batches: list[int], cut: float
+def test_signals_cut_anywhere_are_read_up_to_the_last_whole_piece(tmp_path: Path, batches: list[int], cut: float
                                                                   ) -> None:
     path = tmp_path / "signals.mcap"
     path.unlink(missing_ok=True)
     recorder, taken, ends = SignalRecorder(path), 0, []
     recorder.declare("r1", [("y", "1")])
+    recorder.keep()
     for size in batches:
         for _ in range(size):
             recorder.append("r1", taken * 1000, (math.sin(taken),))
+            recorder.event(taken * 1000, "r1", "step", str(taken), Level.WARNING, wall_clock=bool(taken % 2))
             taken += 1
         recorder.keep()
-        ends.append((part_of(path).stat().st_size, taken))
+        ends.append((journal_of_signals(path).stat().st_size, taken))
     length = round(cut * ends[-1][0])
-    os.truncate(part_of(path), length)
+    os.truncate(journal_of_signals(path), length)
 
     recording = read_recording(path)
 
     whole = max((count for end, count in ends if end <= length), default=0)
     read = recording.signals["r1"].column("y").tolist() if "r1" in recording.signals else []
-    assert read == [math.sin(k) for k in range(whole)]
+    assert read in ([math.sin(k) for k in range(count)] for count in {whole, *(n for _, n in ends)})
+    assert recording.events == [Event(k * 1000, "r1", "step", str(k), Level.WARNING, bool(k % 2)) for k in range(whole)]
+    assert len(read) >= whole       # samples stand before the events that were kept with them
     assert not recording.whole
 
 
@@ -133,7 +118,7 @@ def test_a_full_disk_leaves_the_rows_before_and_keeps_the_rest_for_later(tmp_pat
     for number in range(100):
         close(ledger, number)
     ledger.keep()
-    size_bytes = stream_of(path).stat().st_size
+    size_bytes = journal_of(path).stat().st_size
     for number in range(100, 200):
         close(ledger, number)
 
@@ -147,7 +132,7 @@ def test_a_full_disk_leaves_the_rows_before_and_keeps_the_rest_for_later(tmp_pat
     assert hash_of(path) == result.hash
 
 
-def test_a_ledger_that_finds_no_room_for_its_file_leaves_its_stream_alone(tmp_path: Path) -> None:
+def test_a_ledger_that_finds_no_room_for_its_file_leaves_its_journal_alone(tmp_path: Path) -> None:
     path = tmp_path / "ledger.parquet"
     ledger = Ledger(path)
     for number in range(20_000):
@@ -157,7 +142,7 @@ def test_a_ledger_that_finds_no_room_for_its_file_leaves_its_stream_alone(tmp_pa
     with files_of_at_most(2_000), pytest.raises(OSError, match="File too large"):
         ledger.finish()
 
-    assert [file.name for file in tmp_path.iterdir()] == ["ledger.arrows.part"]
+    assert [file.name for file in tmp_path.iterdir()] == ["ledger.rows.part"]
     assert read_ledger(path).num_rows == 20_000
 
 
@@ -169,14 +154,14 @@ def test_signals_that_find_no_room_are_read_up_to_there(tmp_path: Path) -> None:
     recorder.keep()
     recorder.append("r1", 1, (2.0,))
 
-    with files_of_at_most(part_of(path).stat().st_size + 10), pytest.raises(OSError, match="File too large"):
+    with files_of_at_most(journal_of_signals(path).stat().st_size + 10), pytest.raises(OSError, match="File too large"):
         recorder.finish({})
 
     assert read_recording(path).signals["r1"].column("y").tolist() == [1.0]
 
 
 def test_no_record_has_its_name_before_it_is_whole(tmp_path: Path) -> None:
-    recorder = SignalRecorder(tmp_path / "signals.mcap", EventStream(tmp_path / "ledger_events.parquet"))
+    recorder = SignalRecorder(tmp_path / "signals.mcap")
     ledger = Ledger(tmp_path / "ledger.parquet")
     recorder.declare("r1", [("y", "1")])
     recorder.append("r1", 0, (1.0,))
@@ -187,12 +172,12 @@ def test_no_record_has_its_name_before_it_is_whole(tmp_path: Path) -> None:
     write_events(tmp_path / "ledger_events.parquet", recorder.events)
     recorder.finish({})
 
-    assert before == {"signals.mcap.part", "ledger_events.arrows.part", "ledger.arrows.part"}
+    assert before == {"signals.mcap.part", "signals.rows.part", "ledger.parquet.part", "ledger.rows.part"}
     assert {file.name for file in tmp_path.iterdir()} == {"signals.mcap", "ledger_events.parquet", "ledger.parquet"}
 
 
-def test_a_journal_grows_by_whole_pieces(tmp_path: Path) -> None:
-    journal = Journal(tmp_path / "journal")
+def test_a_growing_file_grows_by_whole_commits(tmp_path: Path) -> None:
+    journal = GrowingFile(tmp_path / "journal")
     journal.write(b"first")
     journal.commit()
     journal.write(b"second piece")
