@@ -2,9 +2,9 @@
 
     piece: length, CRC-32 (both uint32, little endian), then so many bytes, compressed with Zstandard
 
-A file grows by whole commits. After a commit that failed (full disk) it is as it was before, what waits stays in memory,
-and the next commit tries again. A process that is killed leaves what it had committed, and at most the beginning of one
-piece behind that.
+A file grows by whole commits. After a commit that failed (full disk) it is as it was before, what waits stays in
+memory, and the next commit tries again. A process that is killed leaves what it had committed, and at most the
+beginning of one piece behind that.
 """
 
 from __future__ import annotations
