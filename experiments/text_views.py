@@ -43,6 +43,11 @@ def print_scenario(console: Console, scenario: Scenario) -> None:
     console.print()
     print_table(console, ["medium", "kind", "nodes"],
                 [(medium.name, medium.kind, " ".join(medium.nodes)) for medium in scenario.media.values()])
+    for medium in scenario.media.values():
+        for shown in medium.settings.shown(medium.name, medium.nodes):
+            console.print()
+            console.print(Text(shown.title), soft_wrap=True)
+            print_table(console, shown.columns, shown.rows)
     if scenario.impairments:
         console.print()
         print_table(console, ["impairment", "kind", "on", "links", "during"], [

@@ -1,4 +1,4 @@
-"""Two ground stations call one vehicle's gateway: the first gets the whole stream, the second is refused with an event."""
+"""Two ground stations call one vehicle: the first gets the whole stream, the second is refused with an event."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def test_a_silent_link_does_what_its_parameter_says(action: int, modes: list, wo
 
 
 @pytest.mark.parametrize(("parameters", "loss_s", "hold_s"), [
-    ({}, 2.0, 5.0), ({"LINK_LOSS": 0.1, "LINK_HOLD": 0.0}, 0.1, 0.0), ({"LINK_LOSS": 7.5, "LINK_HOLD": 0.25}, 7.5, 0.25)])
+    ({}, 2.0, 5.0), ({"LINK_LOSS": 0.1, "LINK_HOLD": 0.0}, 0.1, 0.0), ({"LINK_LOSS": 7.5, "LINK_HOLD": 0.2}, 7.5, 0.2)])
 def test_a_hold_lasts_from_the_loss_for_its_time_to_the_nanosecond(
         parameters: dict[str, float], loss_s: float, hold_s: float) -> None:
     safe, loss_ns, hold_ns = failsafe(**parameters), round(loss_s * S), round(hold_s * S)
