@@ -15,7 +15,7 @@ from typing import Any
 
 import msgspec
 
-from experiments.run_folder import RunFolder
+from experiments.run_folder import JOURNALS, RunFolder
 from experiments.run_result import Summary
 from netem.records.events_file import write_events
 from netem.records.ledger_file import write_from_journal
@@ -28,8 +28,10 @@ KILLED = "the emulator's process was killed"
 
 
 def is_unfinished(folder: Path) -> bool:
-    """Whether a run began in `folder` that left no summary."""
-    return (folder / "scenario.json").exists() and not (folder / "summary.json").exists()
+    """Whether a run began in `folder` that left no summary, or a record only as a journal."""
+    if not (folder / "scenario.json").exists():
+        return False
+    return not (folder / "summary.json").exists() or any(part_of(folder / name).exists() for name in JOURNALS)
 
 
 def complete(folder: Path, failure: str = KILLED, host: str = "") -> list[str]:
@@ -61,6 +63,8 @@ def _complete(owned: RunFolder, failure: str, host: str) -> list[str]:
     attempt("ledger.parquet", lambda: _ledger(folder / "ledger.parquet", names))
     attempt("ledger_events.parquet", lambda: _events(folder / "ledger_events.parquet", recording))
     attempt("signals.mcap", lambda: _signals(folder, names, recording))
+    if (folder / "summary.json").exists():
+        return problems             # the run closed by itself, but had no room for all of its records
     ledger = read_ledger(folder / "ledger.parquet", ["fate", "offered_ns"])
     frames = {found["values"]: found["counts"] for found in ledger["fate"].combine_chunks().value_counts().to_pylist()}
     reached_ns = int(standing.get("reached_ns") or max(ledger["offered_ns"].to_pylist(), default=0))
