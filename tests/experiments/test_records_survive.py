@@ -63,7 +63,7 @@ def start(scenario: Path, out: Path, *options: str) -> subprocess.Popen[str]:
                             stderr=subprocess.PIPE, text=True, process_group=0)
 
 
-def wait_for(condition: Callable[[], bool], seconds: float = 30.0) -> None:
+def wait_for(condition: Callable[[], bool], seconds: float = 120.0) -> None:
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline, f"not within {seconds} s"
@@ -109,7 +109,7 @@ def test_a_second_and_a_third_interrupt_cut_no_record_off(tmp_path: Path, foreve
         for _ in range(presses):
             running.send_signal(signal.SIGINT)
             time.sleep(0.02)
-        _, told = running.communicate(timeout=30)
+        _, told = running.communicate(timeout=120)
 
     assert (running.returncode, "interrupted (SIGINT)" in told) == (130, True)
     assert_whole(out)
@@ -128,7 +128,7 @@ def test_after_a_kill_the_report_makes_records_of_what_is_on_the_disk(tmp_path: 
         emulator = running.pid if host == "process" else int(
             Path(f"/proc/{running.pid}/task/{running.pid}/children").read_text().split()[0])
         subprocess.run(["kill", "-KILL", str(emulator)], check=True)
-        running.communicate(timeout=30)
+        running.communicate(timeout=120)
     if host == "process":
         done = subprocess.run([*MARCONET, "report", str(out)], capture_output=True, text=True, check=False)
         assert (done.returncode, done.stderr) == (0, "")
@@ -147,7 +147,7 @@ def test_after_a_kill_the_report_makes_records_of_what_is_on_the_disk(tmp_path: 
 def test_a_program_that_ends_an_inline_run_has_failed(tmp_path: Path, case: str, what: str) -> None:
     out = tmp_path / "run"
     with start(CASES / f"{case}.toml", out, "--host", "inline") as running:
-        _, told = running.communicate(timeout=30)
+        _, told = running.communicate(timeout=120)
 
     assert running.returncode == 3
     assert "node bad" in told
@@ -161,7 +161,7 @@ def test_a_program_that_ends_an_inline_run_has_failed(tmp_path: Path, case: str,
 
 def test_what_a_program_leaves_running_ends_with_an_inline_run(tmp_path: Path) -> None:
     with start(CASES / "Forks.toml", tmp_path / "run", "--host", "inline") as running:
-        running.communicate(timeout=30)         # ends when every process has closed these pipes
+        running.communicate(timeout=120)         # ends when every process has closed these pipes
 
     assert running.returncode == 0
 
@@ -170,7 +170,7 @@ def test_a_forked_copy_of_the_emulator_does_not_touch_the_records(tmp_path: Path
     hashes = []
     for case in ("Good", "ForkChildReturns"):
         with start(CASES / f"{case}.toml", tmp_path / case, "--host", "inline") as running:
-            running.communicate(timeout=30)
+            running.communicate(timeout=120)
         hashes.append(summary_of(tmp_path / case)["ledger_hash"])
 
     assert hashes[0] == hashes[1] == hash_of(tmp_path / "ForkChildReturns" / "ledger.parquet")
@@ -179,7 +179,7 @@ def test_a_forked_copy_of_the_emulator_does_not_touch_the_records(tmp_path: Path
 def test_a_run_ends_when_its_small_parent_is_killed(tmp_path: Path) -> None:
     out = tmp_path / "run"
     with start(CASES / "KillParent.toml", out, "--host", "inline") as running:
-        running.communicate(timeout=30)         # the child holds these pipes to its end
+        running.communicate(timeout=120)         # the child holds these pipes to its end
 
     assert running.returncode == -signal.SIGKILL
     assert summary_of(out)["failure"] == "terminated (SIGTERM)"
@@ -189,7 +189,7 @@ def test_a_run_ends_when_its_small_parent_is_killed(tmp_path: Path) -> None:
 def test_a_node_that_fails_leaves_records_with_its_last_report(tmp_path: Path, case: str) -> None:
     out = tmp_path / "run"
     with start(CASES / f"{case}.toml", out) as running:
-        _, told = running.communicate(timeout=60)
+        _, told = running.communicate(timeout=120)
 
     assert running.returncode == 3
     assert "node bad" in told
