@@ -64,6 +64,7 @@ def run(context: typer.Context, scenario: Source, seed: Seed = None, duration: D
         overrides: Overrides = None,
         out: Annotated[Path | None, typer.Option(
             "--out", metavar="DIR", help="Folder for the records; default: a new one in ./runs.")] = None,
+        no_report: Annotated[bool, typer.Option("--no-report", help="Write the records without report.html.")] = False,
         real_time: Annotated[bool, typer.Option(
             "--real-time", help="At the wall clock's pace; a scenario with gateways to the outside needs it.")] = False,
         overwrite: Annotated[bool, typer.Option(
@@ -80,7 +81,8 @@ def run(context: typer.Context, scenario: Source, seed: Seed = None, duration: D
             if child is not None:
                 child.begins(folder, list(found.agents), found.node_timeout_s)
         with errors_as_text(traceback, kept=folder):
-            holds = _run(found, host, folder, real_time, overwrite, None if child is None else child.running)
+            holds = _run(found, host, folder, real_time, overwrite, report=not no_report,
+                         running=None if child is None else child.running)
         return ExitCode.DONE if holds else ExitCode.EXPECTATION_BROKEN
 
     if host == "inline" and context.obj is ON_ITS_OWN:
@@ -214,7 +216,7 @@ def _table(number: str, runs: int | None, figures: Path | None) -> bool:
     runs = runs or found.runs
     with counting_view(console, f"table {number}", found.steps(runs)) as progress:
         values = list(found.measure(runs, progress))
-    console.print(f"{found.title} ({runs} runs)", soft_wrap=True)
+    console.print(f"{found.title} ({runs} runs)\n{found.judged_by}", soft_wrap=True)
     print_measured(console, values)
     if figures is not None:
         from experiments.tables.figures import DRAWN_RUNS, write_figures
@@ -242,8 +244,8 @@ def _run_folder(scenario: Scenario, out: Path | None) -> Path:
     return folder
 
 
-def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path, real_time: bool,
-         overwrite: bool, running: memoryview | None) -> bool:
+def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path, real_time: bool, overwrite: bool, *,
+         report: bool, running: memoryview | None) -> bool:
     from experiments import runner
     from experiments.live_view import live_view
     from experiments.text_views import print_path, print_summary
@@ -251,14 +253,15 @@ def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path, r
     console = _console()
     with live_view(console, scenario.name, scenario.length_ns * 1e-9) as progress:
         result = runner.run(scenario, host=host, out=folder, progress=progress, real_time=real_time,
-                            overwrite=overwrite, running=running)
+                            report=report, overwrite=overwrite, running=running)
     print_summary(console, result.summary)
     console.print()
     written = result.folder / (result.summary.report or ".")
     print_path(console, "report" if written.is_file() else "records", written if written.is_file() else result.folder)
     for verdict in result.summary.verdicts:
         if not verdict.holds:
-            typer.echo(f"expect.{verdict.key}={verdict.value}: {verdict.by_how_much()}", err=True)
+            value = "" if verdict.value is None else f"={verdict.value}"
+            typer.echo(f"expect.{verdict.key}{value}: {verdict.by_how_much()}", err=True)
     for standing in result.summary.guarantees:
         if not standing.as_expected:
             typer.echo(f"guarantees.{standing.name}: {standing.in_words()}", err=True)

@@ -14,17 +14,16 @@ from pathlib import Path
 import msgspec
 
 from experiments.derived import derive
+from experiments.frame_copies import FrameCopies
 from experiments.monitors import Named
 from experiments.monitors.judge import events, judge
 from experiments.monitors.outcome import Standing
 from experiments.monitors.records import Records
 from experiments.monitors.sample_tee import SampleTee
 from experiments.monitors.table import MONITORS
-from experiments.run_data import frame_of
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError, near
 from netem.media.sensing.settings import SensingSettings
-from netem.records.ledger_table import read_ledger
 from netem.records.part_file import write_whole
 from netem.records.signal_table import SignalTable
 from netem.records.signals import SignalRecorder
@@ -82,7 +81,7 @@ class GuaranteeWatch:
             return
         sensing = {name: medium.settings for name, medium in self._scenario.media.items()
                    if isinstance(medium.settings, SensingSettings)}
-        ledger = frame_of(read_ledger(folder / "ledger.parquet"))
+        ledger = FrameCopies.of_file(folder / "ledger.parquet")
         records = Records(reached_ns, ledger, self._signals(), self._recorder.events, sensing)
         outcomes = judge(self._scenario.guarantees, records)
         for event in events(outcomes):

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
+from experiments.fate_keys import in_words
 from experiments.run_result import Progress
 
 BAR_EVERY_S = 0.1
@@ -78,7 +79,7 @@ def figures(progress: Progress) -> str:
 
 
 def by_fate(frames: Mapping[str, int]) -> str:
-    return ", ".join(f"{count} {fate}" for fate, count in frames.items() if count) or "no frames yet"
+    return ", ".join(f"{count} {in_words(fate)}" for fate, count in frames.items() if count) or "no frames yet"
 
 
 def _bar(console: Console) -> Bar:

@@ -33,13 +33,14 @@ class Verdict(msgspec.Struct, frozen=True):
     min: float | None
     max: float | None
     holds: bool
+    why: str = ""               # it has no value, where that is known
 
     def by_how_much(self) -> str:
         """Why it does not hold, in words: empty where it does."""
         if self.holds:
             return ""
         if self.value is None:
-            return "the run has no such figure"
+            return self.why or "the run has no such figure"
         if self.min is not None and self.value < self.min:
             return f"{self.min - self.value:.6g} below the least allowed, {self.min:.6g}"
         if self.max is not None and self.value > self.max:
@@ -65,6 +66,7 @@ class Summary(msgspec.Struct, frozen=True):
     guarantees: list[Standing] = []
     code: str = ""              # "compiled", or "interpreted: " and why
     real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.real_time.lateness`
+    ended: str = ""             # why the run ended before its length, and when; figures are up to there
     failure: str = ""           # what ended the run before its end, in words; empty if nothing did
     last_report: str = ""       # of the node that failed, where the failure is one of a node
     reached_ns: int | None = None

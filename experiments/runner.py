@@ -15,13 +15,12 @@ import platform
 import random
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from datetime import datetime
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
-from random import Random
 from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
@@ -34,27 +33,33 @@ from experiments.guarantee_watch import GuaranteeWatch
 from experiments.metrics import evaluate
 from experiments.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.own_modules import class_for
+from experiments.recorded_signals import refuse_unrecorded
 from experiments.report.build import write_report
 from experiments.run_data import load_run
 from experiments.run_folder import RunFolder
 from experiments.run_result import Progress, RunResult, Summary, Verdict
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
-from fmus.build import build_model, own_models
+from fmus.build import build_model, model_folder, own_models
+from fmus.describe import read_model
 from fmus.describe_fmu import describe
-from fmus.parameters import expand_parameters
+from fmus.description import PlantDescription
 from netem.agenda import Agenda
 from netem.impairments import Impairment
+from netem.impairments.construct import construct_impairment
+from netem.impairments.recordings import Recordings
 from netem.impairments.window import Window
 from netem.links import LinkName, Links
 from netem.lockstep.conductor import Conductor, Recorders
 from netem.lockstep.errors import Interrupted, NodeFailure
 from netem.lockstep.hosts import Host, InlineHost
+from netem.lockstep.messages import Hello
 from netem.media import Medium
 from netem.media.can.bus import CanBus
 from netem.media.observation import MediumObserver, ObservedMedium
 from netem.media.sensing.settings import SensingSettings
 from netem.media.table import MEDIA
+from netem.outside_guard import OutsideGuard
 from netem.random_streams import stream
 from netem.real_time.pace import Pace
 from netem.real_time.udp_gateway import UdpGateway
@@ -64,6 +69,7 @@ from netem.records.part_file import write_whole
 from netem.records.signals import SignalRecorder
 from netem.records.uninterrupted import uninterrupted
 from netem.transport.process_host import ProcessHost
+from netem.transport.zenoh_session import ENTRANCES
 
 if TYPE_CHECKING:
     from netem.records.can_log import CanLog
@@ -102,9 +108,31 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
         folder.abandon()
         raise
     try:
-        return prepared.run()
+        with _collecting_only_what_the_run_makes():
+            return prepared.run()
     finally:
         folder.release()
+
+
+@contextmanager
+def _collecting_only_what_the_run_makes() -> Iterator[None]:
+    """The garbage collector passes over everything that was there before, seldom looks during the run, and frees the
+    run's own cycles at its end: for a run of 0.2 s a collection of the whole process takes longer than the run."""
+    threshold = gc.get_threshold()
+    gc.freeze()
+    gc.set_threshold(100_000, 50, 100)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*threshold)
+        gc.collect()
+        gc.unfreeze()
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Of Python and of the packages that a result depends on; looking them up takes longer than a short run."""
+    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
 
 
 class NeedsRealTime(ValueError):
@@ -137,7 +165,7 @@ class _Run:
         self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names)
         self.signals = SignalRecorder(self.folder / "signals.mcap")
         self.guarantees = GuaranteeWatch(scenario, self.signals)
-        self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, running)
+        self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time, running)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
                                    Recorders(self.guarantees.sample, self._event), self._progress)
         links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
@@ -155,28 +183,25 @@ class _Run:
         self.result: LedgerResult | None = None
 
     def run(self) -> RunResult:
-        gc.collect()
-        gc.freeze()
-        threshold = gc.get_threshold()
-        gc.set_threshold(100_000, 50, 100)
         try:
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.signals.declare(name, hellos[name].signals)
             self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
+            refuse_unrecorded(self.scenario, self._recorded(hellos))
             self._observe_media()
             self.conductor.admit(hellos, self.media)
             self.started_s = time.monotonic()
             self.conductor.run()
             self.ended_s = time.monotonic()
             for medium in self.media.values():
-                medium.finish(self.scenario.length_ns)
+                medium.finish(self.conductor.end_ns)
+            if self.conductor.ended_by:
+                self._event(self.conductor.ended_by, self.conductor.end_ns, "run ended", self.conductor.ended_because)
         except BaseException as error:
             self._fails(error)
         self._leave_if_forked()
         with uninterrupted(drop=True) as came:
-            gc.set_threshold(*threshold)
-            gc.unfreeze()
             summary = self._conclude()
         if self.failure is not None:
             raise self.failure
@@ -191,7 +216,7 @@ class _Run:
             self.ended_s = time.monotonic()
             with suppress(Exception):           # the counters of some nodes stay unknown
                 self.conductor.ask_counters(LAST_WORDS_S)
-        reached_ns = self.scenario.length_ns if self.failure is None else self.conductor.reached_ns
+        reached_ns = self.conductor.end_ns if self.failure is None else self.conductor.reached_ns
         for log in self.can_logs:
             self._step(log.finish)
         self._step(self._finish_ledger)
@@ -233,12 +258,12 @@ class _Run:
         """What `run.json` says: how far the run came and what was counted."""
         return msgspec.json.encode({
             "reached_ns": reached_ns,
+            "ended": _end_in_words(self.conductor),
             "failure": None if self.failure is None else in_words(self.failure),
             "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
             "counters": _counters(self._counted(), self.media),
             "real_time": self._real_time(),
-            "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
-            if versions else {},
+            "versions": _versions() if versions else {},
         })
 
     def _counted(self) -> dict[str, dict[str, int]]:
@@ -260,7 +285,7 @@ class _Run:
             conductor.grants, self.result.hash if self.result else "",
             {fate.value: copies for fate, copies in self.ledger.closed.items() if copies}, verdicts,
             "report.html" if self.wants_report else None, self.guarantees.standings, CODE,
-            self._real_time(), "" if failure is None else in_words(failure),
+            self._real_time(), _end_in_words(conductor), "" if failure is None else in_words(failure),
             failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns)
 
     def _keep(self, reached_ns: int) -> None:
@@ -276,6 +301,12 @@ class _Run:
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))
+
+    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
+        """The names of the signals of each agent and medium."""
+        found = {name: getattr(medium, "signals", ()) for name, medium in self.media.items()}
+        found |= {name: hellos[name].signals for name in self.scenario.agents}
+        return {name: [signal for signal, _ in signals] for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, "", kind, detail, level_of(kind), wall_clock=True)
@@ -296,7 +327,7 @@ class _Run:
                 medium.observe(MediumObserver(self._event_on_medium, self.signals.append))
 
     def _event_on_medium(self, time_ns: int, node: str, kind: str, detail: str) -> None:
-        if time_ns < self.scenario.length_ns:       # a medium may know ahead how a frame will end
+        if time_ns < self.conductor.end_ns:         # a medium may know ahead how a frame will end
             self.signals.event(time_ns, node, kind, detail, level_of(kind))
 
     def _progress(self, now_ns: int) -> None:
@@ -321,8 +352,10 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
         elif (prepare := getattr(program, "prepare", None)) is not None:
             team.update(prepare(scenario))
     folder = str(scenario.folder)
+    fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
+    described = {fmu: describe(build_model(fmu) if fmu in own_models() else Path(fmu)) for fmu in sorted(fmus)}
     return {name: NodeSpecification(name, agent.program, agent.parameters, _kinds(scenario, agent), agent.clock,
-                                    _plant(agent), team, scenario.sample_period_ns, scenario.seed, folder,
+                                    _plant(agent, described), team, scenario.sample_period_ns, scenario.seed, folder,
                                     agent.program in blocking, _own_frames(scenario, agent), _shown(scenario, agent))
             for name, agent in scenario.agents.items()}
 
@@ -342,19 +375,22 @@ def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
                  and agent.name in settings.bodies)
 
 
-def _plant(agent: AgentSpec) -> PlantSpecification | None:
+def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription]) -> PlantSpecification | None:
     if agent.plant is None:
         return None
-    fmu = agent.plant.fmu
-    description = describe(build_model(fmu) if fmu in own_models() else Path(fmu))
-    return PlantSpecification(description, expand_parameters(agent.plant.parameters))
+    fmu, plant = agent.plant.fmu, described[agent.plant.fmu]
+    parameters, step_ns = agent.plant.parameters, agent.plant.step_ns
+    if fmu not in own_models():
+        return PlantSpecification(plant, parameters, step_ns)
+    idle = read_model(model_folder(fmu) / "variables.toml").idle_outputs(parameters)
+    return PlantSpecification(plant, parameters, step_ns, idle)
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
-          shuffle_start: int | None, running: memoryview | None) -> Host:
+          shuffle_start: int | None, real_time: bool, running: memoryview | None) -> Host:
     if host == "inline":
         return InlineHost({name: partial(build_node, specification) for name, specification in specifications.items()},
-                          running)
+                          None if real_time else OutsideGuard(ENTRANCES), running)
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)
@@ -363,7 +399,7 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
     return ProcessHost([sys.executable, "-P", "-m", "experiments.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
-                       logs=folder / "logs", timeout_s=timeout_s)
+                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time)
 
 
 def _medium(scenario: Scenario, name: str, agenda: Agenda, ledger: Ledger, links: Links) -> Medium:
@@ -381,32 +417,38 @@ def _can_log(scenario: Scenario, bus: CanBus, folder: Path) -> CanLog:
     return log
 
 
+def _end_in_words(conductor: Conductor) -> str:
+    """Why the run ended before its length, "" if it did not."""
+    if not conductor.ended_by:
+        return ""
+    return f"at {conductor.end_ns / 1e9:.9g} s, by node {conductor.ended_by}: {conductor.ended_because}"
+
+
 def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Medium]) -> dict[str, dict[str, int]]:
     """What programs counted and what media counted, by node; a medium's own under its name."""
     counters = {node: dict(found) for node, found in of_nodes.items()}
     for medium in media.values():
         if isinstance(medium, ObservedMedium):
             for node, found in medium.counters().items():
-                counters.setdefault(node, {}).update(found)
+                own = counters.setdefault(node, {})
+                for name, count in found.items():
+                    own[name] = own.get(name, 0) + count
     return counters
 
 
 def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
     """Each directed link's own impairments in the order of the scenario, each with its own random stream."""
     pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
+    recordings = Recordings()
     for spec in scenario.impairments:
         kind = impairment_class(spec.kind, scenario.folder)
         for link in spec.links:
-            place = f"{spec.place}/{link[0]}: {link[1]} -> {link[2]}"
-            impairment: Any = kind(**spec.fields, **_randomness(kind, scenario.seed, place))
+            place = f"{spec.called}/{link[0]}: {link[1]} -> {link[2]}"
+            impairment: Any = construct_impairment(kind, spec.fields, stream(scenario.seed, place), recordings)
             if spec.windows_ns:
                 impairment = Window(impairment, spec.windows_ns)
-            pipelines.setdefault(link, []).append((f"{spec.place} {spec.kind}", impairment))
+            pipelines.setdefault(link, []).append((f"{spec.called} {spec.kind}", impairment))
     return pipelines
-
-
-def _randomness(kind: type[Any], seed: int, place: str) -> dict[str, Random]:
-    return {"rng": stream(seed, place)} if "rng" in kind.__dataclass_fields__ else {}
 
 
 def _changes(medium: Medium, until_ns: int) -> Sequence[int]:

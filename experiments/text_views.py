@@ -69,6 +69,7 @@ def print_summary(console: Console, summary: Summary) -> None:
     print_table(console, ["", ""], [
         ("scenario", summary.scenario), ("seed", str(summary.seed)), ("host", summary.host),
         ("robot time", f"{summary.length_ns * 1e-9:g} s"),
+        *([("ended", summary.ended)] if summary.ended else []),
         ("wall time", f"{summary.wall_s:.2f} s, {summary.start_up_s:.2f} s to start before"),
         ("real-time factor", f"{summary.real_time_factor:.1f}"),
         ("windows, grants", f"{summary.windows}, {summary.grants}"),
@@ -115,8 +116,9 @@ def print_measured(console: Console, values: Iterable[Measured]) -> None:
         rows.append((row.what, quantity, _four(row.printed), ours,
                      "" if error is None else f"+- {error:.4f}", _range(row.low, row.high),
                      _short(row.printed_variance), _short(value.variance),
-                     {True: "met", False: "MISSED", None: ""}[value.met]))
-    print_table(console, ["", "", "printed", "ours", "s.e.", "to meet", "variance printed", "ours", ""], rows)
+                     {True: "met", False: "MISSED", None: "not judged"}[value.met]
+                     + (", not reproduced" if row.reproduced is False else "")))
+    print_table(console, ["", "", "printed", "ours", "s.e.", "band", "variance printed", "ours", "ours, printed"], rows)
 
 
 def print_path(console: Console, what: str, path: Path) -> None:

@@ -14,7 +14,7 @@ from typing import Any, Final, get_type_hints
 
 import msgspec
 
-from experiments.own_modules import module_for
+from experiments.own_modules import NameTaken, module_for
 from experiments.scenario.fill import fill
 from experiments.scenario.problems import Place, Problems, near
 from experiments.scenario.shape import Shape
@@ -27,7 +27,7 @@ NO_PROGRAM: Final = {
 
 
 def import_program(program: str, folder: Path) -> Callable[..., Any]:
-    """The class or function. A module that is not installed is looked for in `folder`, that of the scenario.
+    """The class or function. A module is looked for in `folder`, that of the scenario, then where it is installed.
 
     ValueError says what is wrong with the path; what the module's own code raises comes through.
     """
@@ -37,6 +37,8 @@ def import_program(program: str, folder: Path) -> Callable[..., Any]:
         raise ValueError("expected 'package.module:Class' or 'package.module:function'")
     try:
         module = module_for(module_name, folder)
+    except NameTaken as error:
+        raise ValueError(str(error)) from error
     except ModuleNotFoundError as error:
         if error.name is None or not (module_name == error.name or module_name.startswith(error.name + ".")):
             raise ValueError(f"{module_name} needs the module {error.name!r}, which is not installed") from error

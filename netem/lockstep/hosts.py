@@ -14,6 +14,7 @@ from netem.agenda import NEVER_NS
 from netem.lockstep.errors import NodeFailure, is_interruption, with_remedy
 from netem.lockstep.messages import Grant, Hello, Report
 from netem.node import Node
+from netem.outside_guard import OutsideGuard
 
 
 class Host(Protocol):
@@ -33,43 +34,61 @@ class Host(Protocol):
 class InlineHost:
     """All nodes in this process. `build` maps a node's name to the function that makes it.
 
-    `running` is shared with whoever has to say which node ended this process: `running[0]` is the place of the node
-    in `build` whose code runs, counted from 1.
+    `guard` watches the programs while they run, if time is virtual. `running` is shared with whoever has to say which
+    node ended this process: `running[0]` is the place of the node in `build` whose code runs, counted from 1.
     """
 
-    def __init__(self, build: Mapping[str, Callable[[], Node]], running: memoryview | None = None) -> None:
+    def __init__(self, build: Mapping[str, Callable[[], Node]], guard: OutsideGuard | None = None,
+                 running: memoryview | None = None) -> None:
         self._build = build
+        self._guard = guard or OutsideGuard()
+        self._guarded = guard is not None
         self._nodes: dict[str, Node] = {}
         self._places = {name: place for place, name in enumerate(build, 1)}
         self._running: Any = running if running is not None else [0]
 
     def start(self) -> dict[str, Hello]:
+        guard = self._guard
+        if self._guarded:
+            guard.begin()
         for name, build in self._build.items():
+            guard.program_runs = True
             self._running[0] = self._places[name]
             try:
                 self._nodes[name] = build()
+                guard.check()
             except BaseException as error:
                 if is_interruption(error):
                     raise
-                raise NodeFailure(name, f"could not start: {error}", detail=traceback.format_exc()) from error
+                raise NodeFailure(name, f"could not start: {guard.refusal or error}",
+                                  detail=traceback.format_exc()) from error
+            finally:
+                guard.program_runs = False
         self._running[0] = 0
         return {name: node.hello() for name, node in self._nodes.items()}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         reports = []
+        guard = self._guard
+        guard.program_runs = True
         for name, grant in grants:
             node = self._nodes[name]
             self._running[0] = self._places[name]
             try:
                 reports.append((name, node.advance(grant)))
+                if guard.refusal is not None:
+                    guard.check()
             except BaseException as error:
+                guard.program_runs = False
                 if is_interruption(error):
                     raise
-                failure = NodeFailure(name, f"its program failed at {node.now_ns} ns: {type(error).__name__}: "
-                                      f"{with_remedy(str(error))}", detail=traceback.format_exc())
+                how = guard.refusal or f"at {node.now_ns} ns: {type(error).__name__}: {with_remedy(str(error))}"
+                failure = NodeFailure(name, f"its program failed{':' if guard.refusal else ''} {how}",
+                                      detail=traceback.format_exc())
                 failure.counters = node.counters()
                 raise failure from error
         self._running[0] = 0
+        guard.program_runs = False
         return reports
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
@@ -82,4 +101,5 @@ class InlineHost:
         return {name: node.counters() for name, node in self._nodes.items()}
 
     def stop(self) -> None:
+        self._guard.end()
         self._nodes.clear()

@@ -17,6 +17,8 @@ from netem.records.part_file import part_of, publish
 NAME = pa.dictionary(pa.int32(), pa.string())
 SCHEMA = pa.schema([("time_ns", pa.int64()), ("node", NAME), ("kind", NAME), ("detail", pa.string()), ("level", NAME),
                     ("wall_clock", pa.bool_())])
+
+
 def write_events(path: Path, events: Iterable[Event]) -> None:
     """Write the file, in the order that is hashed; it appears whole or not at all."""
     part = part_of(path)

@@ -20,7 +20,8 @@ def read_ledger(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """The rows in the order in which they were closed; `columns`: only these. Text columns are dictionary-encoded, with
     one dictionary for all chunks. FileNotFoundError if neither the file nor its journal is there."""
     if path.exists() or not journal_of(path).exists():
-        return pq.read_table(path, columns=columns).unify_dictionaries()
+        with pq.ParquetFile(path) as file:
+            return file.read(None if columns is None else list(columns), use_threads=False).unify_dictionaries()
     table = pa.Table.from_batches(noted_batches(path), schema=SCHEMA).unify_dictionaries()
     return table if columns is None else table.select(columns)
 

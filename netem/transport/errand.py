@@ -15,13 +15,14 @@ ABANDONED = 4       # exit code of a node whose emulator is gone
 
 
 class Errand(msgspec.Struct):
-    """`specification` is for whoever builds the node."""
+    """`specification` is for whoever builds the node; in virtual time its program is guarded (`OutsideGuard`)."""
 
     endpoint: str
     run: str
     node: str
     timeout_s: float
     specification: bytes
+    virtual_time: bool = True
 
 
 class EmulatorPipe:

@@ -48,11 +48,12 @@ class ProcessHost:
     """`command` starts the process that nodes are forked from; `specifications` maps each node's name to its bytes."""
 
     def __init__(self, command: Sequence[str], specifications: Mapping[str, bytes], *, logs: Path,
-                 timeout_s: float) -> None:
+                 timeout_s: float, real_time: bool = False) -> None:
         self._command = list(command)
         self._specifications = specifications
         self._logs = logs
         self._timeout_s = timeout_s
+        self._virtual_time = not real_time
         self._run = uuid4().hex[:12]
         self._session: Session | None = None
         self._processes: NodeProcesses | None = None
@@ -76,13 +77,14 @@ class ProcessHost:
         self._alarm = self._session.sender(keys.report(run, "-"))
         self._processes = NodeProcesses(self._command, self._logs / FORK_SERVER_LOG, os.environ | ENVIRONMENT)
         for name, specification in self._specifications.items():
-            self._spawn(name, Errand(self._session.endpoint, run, name, self._timeout_s, specification))
+            self._spawn(name, Errand(self._session.endpoint, run, name, self._timeout_s, specification,
+                                     self._virtual_time))
             self._senders[name] = self._session.sender(keys.grant(run, name))
         threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
         hellos = self._collect(set(self._errands), msgspec.msgpack.Decoder(Hello).decode, "to say that it is ready")
         for name, sender in self._senders.items():
             if hellos[name].error:
-                raise NodeFailure(name, "could not start", detail=hellos[name].error)
+                raise NodeFailure(name, f"could not start: {_last_line(hellos[name].error)}", detail=hellos[name].error)
             try:
                 sender.await_subscriber(self._timeout_s, give_up=partial(self._has_ended, name))
             except NotReachable as error:
@@ -102,8 +104,8 @@ class ProcessHost:
         reports = self._collect(awaited, self._decode_report, f"to report window {window}", window)
         for name, report in reports.items():
             if report.error:
-                last_line = report.error.strip().rpartition("\n")[2]
-                failure = NodeFailure(name, f"its program failed: {with_remedy(last_line)}", detail=report.error)
+                failure = NodeFailure(name, f"its program failed: {with_remedy(_last_line(report.error))}",
+                                      detail=report.error)
                 failure.counters = report.counters
                 raise failure
         self._placement.exchanged(len(grants))
@@ -227,6 +229,10 @@ class ProcessHost:
 
     def _tail(self, log: str) -> str:
         return (self._logs / log).read_bytes()[-LOG_TAIL_BYTES:].decode(errors="replace")
+
+
+def _last_line(error: str) -> str:
+    return error.strip().rpartition("\n")[2]
 
 
 def _tell(standard_input: BinaryIO, errand: bytes) -> None:

@@ -28,6 +28,7 @@ import zenoh
 BATCH_BYTES: Final = 4_096         # Zenoh clears a buffer of this size for every message that comes in
 MAX_PART_BYTES: Final = 3_500
 TOKEN_BYTES: Final = 4
+ENTRANCES: Final = ((zenoh, "open", "opening a Zenoh session"), (zenoh, "scout", "scouting for Zenoh"))
 
 
 class NotReachable(Exception):

@@ -79,7 +79,7 @@ def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_p
 
 
 @pytest.mark.parametrize(("behaviour", "reason"), [
-    ("fails to start", r"node b: could not start .*\n(.|\n)*RuntimeError: no such sensor"),
+    ("fails to start", r"node b: could not start: RuntimeError: no such sensor \(.*\n(.|\n)*in build"),
     ("never ready", r"node b: waited 4 s for it to say that it is ready"),
 ])
 def test_a_node_that_is_not_ready_is_named_before_time_starts(tmp_path: Path, behaviour: str, reason: str) -> None:
