@@ -22,7 +22,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Final
 
-from netem.lockstep.errors import Interrupted
+from netem.lockstep.errors import Interrupted, NodeFailure
 
 SAME_WISH_S: Final = 1.0
 VERBS: Final = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended, as its terminal was closed"}
@@ -39,6 +39,15 @@ class ExitCode(IntEnum):
     TERMINATED = 143
 
 
+class Ended(SystemExit):
+    """The command ends with this code; `lines` are what was printed about it, without where the records are."""
+
+    def __init__(self, exit_code: ExitCode, *lines: str) -> None:
+        super().__init__(int(exit_code))
+        self.exit_code = exit_code
+        self.lines = [line for text in lines for line in text.splitlines() if line]
+
+
 @contextmanager
 def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[None]:
     """Print what went wrong and exit with its code; `kept` is the folder with what is left of the work, if it is there.
@@ -48,26 +57,29 @@ def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[N
     with _ended_by_signals():
         try:
             yield
+        except Ended:
+            raise
         except KeyboardInterrupt as error:
             number = error.number if isinstance(error, Interrupted) else int(signal.SIGINT)
-            _tell(in_words(error), _what_is_left(kept))
-            sys.exit(ExitCode(128 + number))
+            what = in_words(error)
+            _tell(what, _what_is_left(kept))
+            raise Ended(ExitCode(128 + number), what) from None
         except Exception as error:
             if show_traceback:
                 traceback.print_exception(error)
             code = exit_code_of(error)
+            said = getattr(error, "in_full", str(error)) if show_traceback else str(error)
+            lines = [said or type(error).__name__]
             if code is ExitCode.DEFECT and not show_traceback:
-                _tell(f"{type(error).__name__}: {error}", "this is a defect of marconet; --traceback shows where",
-                      _what_is_left(kept))
-            else:
-                left = _what_is_left(kept) if getattr(error, "leaves_records", True) else ""
-                _tell(str(error) or type(error).__name__, left)
-            sys.exit(code)
+                lines = [f"{type(error).__name__}: {error}", "this is a defect of marconet; --verbose shows where"]
+            _tell(*lines, _what_is_left(kept) if getattr(error, "leaves_records", True) else "")
+            raise Ended(code, *lines) from None
         except BaseException as error:      # a library's panic, or sys.exit in what a user brought
             if show_traceback:
                 traceback.print_exception(error)
-            _tell(f"{in_words(error)}: raised outside of a node's program", _what_is_left(kept))
-            sys.exit(ExitCode.NODE_FAILED)
+            what = f"{in_words(error)}: raised outside of a node's program"
+            _tell(what, _what_is_left(kept))
+            raise Ended(ExitCode.NODE_FAILED, what) from None
 
 
 @contextmanager
@@ -103,7 +115,7 @@ def in_words(error: BaseException) -> str:
         number = error.number if isinstance(error, Interrupted) else int(signal.SIGINT)
         name = signal.Signals(number).name
         return f"{VERBS.get(name, 'ended')} ({name})"
-    return f"{type(error).__name__}: {error}"
+    return str(error) if isinstance(error, NodeFailure) else f"{type(error).__name__}: {error}"
 
 
 def _what_is_left(kept: Path | None) -> str:

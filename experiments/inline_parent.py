@@ -200,7 +200,7 @@ def _conclude(told: Told, status: int, stopped: bool, place: int, stack: BinaryI
 
 
 def _make_records(folder: Path, failure: str) -> None:
-    from experiments.completion import complete  # late: only where something went wrong
+    from experiments.killed_run import complete  # late: only where something went wrong
     from experiments.report.build import write_report
 
     for problem in complete(folder, failure, host="inline"):

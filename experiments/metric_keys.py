@@ -139,6 +139,8 @@ def _complaint(key: str, nodes: Nodes, media: Collection[str],
         case GuaranteeKey(name, figure) if figure not in guarantees[name]:
             return (f"expect.{key}: guarantees.{name} has the figures {', '.join(guarantees[name])}; nearest: "
                     f"{GUARANTEE}.{name}.{nearest(figure, guarantees[name])}")
+        case LedgerKey(metric, medium) if medium is not None and not media:
+            return f"expect.{key}: there is no medium {medium!r}, nor any other; add [media.{medium}] with its kind"
         case LedgerKey(metric, medium) if medium is not None and medium not in media:
             return f"expect.{key}: there is no medium {medium!r}; nearest: {nearest(medium, media) or 'none'}.{metric}"
         case SignalKey(pattern) | CountKey(pattern) if not matching(pattern, nodes):

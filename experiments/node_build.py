@@ -23,6 +23,7 @@ from firmware_sim.recorded_outputs import record_outputs
 from fmus.description import PlantDescription
 from fmus.plant import Plant
 from netem.media.sensing.sight import Body, pack_body
+from netem.named import Named
 from netem.node import Node
 from netem.outside_guard import guarded
 from netem.random_streams import stream
@@ -72,7 +73,11 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     board = _board(specification, node)
     program = class_for(specification.program, Path(specification.folder))(board, **specification.parameters)
     if hasattr(program, "run"):
-        node.start(program.run())
+        running = program.run()
+        if not hasattr(running, "throw"):
+            raise TypeError(f"{type(program).__name__}.run() gave {running!r}: expected a generator; write `run` with "
+                            "`yield from self.board.wait_until(local_ns)` in it")
+        node.start(running)
     if board.plant is not None and specification.plant is not None:
         record_outputs(node, board.plant, specification.plant.idle_outputs)
     return node
@@ -122,4 +127,5 @@ def _board(specification: NodeSpecification, node: Node) -> Board:
                       specification.plant.step_ns, present=node.present_ns, on_end=node.end_run)
         for shown in specification.shown:
             _show(node, plant, shown)
-    return Board(node, clock, plant, specification.team, stream(specification.seed, f"agents.{specification.name}"))
+    team = Named(specification.team, specification.name, "key of [team]", "the scenario has no [team]")
+    return Board(node, clock, plant, team, stream(specification.seed, f"agents.{specification.name}"))

@@ -3,7 +3,7 @@
     claim -> lock `run.lock`, space for summary.json and run.json -> ... records ... -> release
 
 A run is *finished* when `summary.json` is there: that of a run which ended by itself, failed or was broken off. Without
-it the run was killed, and `completion` makes the records of what is left. Both are refused as the folder of a new run.
+it the run was killed, and `killed_run` makes the records of what is left. Both are refused as the folder of a new run.
 
 The lock is the operating system's: it ends with the process that holds it, however that ends.
 """

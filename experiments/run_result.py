@@ -7,6 +7,7 @@ from pathlib import Path
 
 import msgspec
 
+from experiments.fate_keys import in_words
 from experiments.monitors.outcome import Standing
 
 
@@ -23,6 +24,15 @@ class Progress(msgspec.Struct, frozen=True):
     def real_time_factor(self) -> float:
         """Robot time per wall time; above 1 is faster than real time."""
         return self.now_ns * 1e-9 / self.wall_s if self.wall_s > 0 else 0.0
+
+    @property
+    def left_s(self) -> float:
+        """Wall time until the end at the pace so far; 0 at the end, and while there is no pace yet."""
+        return self.wall_s * (self.end_ns - self.now_ns) / self.now_ns if self.now_ns > 0 else 0.0
+
+
+def by_fate(frames: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {in_words(fate)}" for fate, count in frames.items() if count) or "no frames yet"
 
 
 class Verdict(msgspec.Struct, frozen=True):
@@ -64,6 +74,7 @@ class Summary(msgspec.Struct, frozen=True):
     verdicts: list[Verdict]
     report: str | None          # path of report.html, relative to the run folder
     guarantees: list[Standing] = []
+    warnings: list[str] = []    # mistakes of programs that end no run, such as frames that no medium carries
     code: str = ""              # "compiled", or "interpreted: " and why
     real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.real_time.lateness`
     ended: str = ""             # why the run ended before its length, and when; figures are up to there

@@ -3,7 +3,7 @@
     scenario -> node specifications -> host -> conductor -> ledger, signals -> metrics -> summary, report
 
 The folder is there whatever happens. A run that fails or is broken off leaves its records up to there, with a summary
-and a report that say what ended it; one whose process is killed leaves journals, which `completion` makes records of.
+and a report that say what ended it; one whose process is killed leaves journals, which `killed_run` makes records of.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import random
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from functools import cache, partial
 from importlib.metadata import version
@@ -40,11 +40,13 @@ from experiments.run_folder import RunFolder
 from experiments.run_result import Progress, RunResult, Summary, Verdict
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
+from experiments.wall_clock_sleep import sleep_refused
 from fmus.build import build_model, model_folder, own_models
 from fmus.describe import read_model
 from fmus.describe_fmu import describe
 from fmus.description import PlantDescription
 from netem.agenda import Agenda
+from netem.fate import Fate
 from netem.impairments import Impairment
 from netem.impairments.construct import construct_impairment
 from netem.impairments.recordings import Recordings
@@ -165,7 +167,8 @@ class _Run:
         self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names)
         self.signals = SignalRecorder(self.folder / "signals.mcap")
         self.guarantees = GuaranteeWatch(scenario, self.signals)
-        self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time, running)
+        self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
+                          running)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
                                    Recorders(self.guarantees.sample, self._event), self._progress)
         links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
@@ -181,9 +184,12 @@ class _Run:
         self.process = os.getpid()
         self.failure: BaseException | None = None
         self.result: LedgerResult | None = None
+        self.at_end = ExitStack()
 
     def run(self) -> RunResult:
         try:
+            if self.host_name == "inline":
+                self.at_end.enter_context(sleep_refused())
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.signals.declare(name, hellos[name].signals)
@@ -225,6 +231,7 @@ class _Run:
         self._step(lambda: self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved())))
         self._step(lambda: self.owned.run.write(self._standing(reached_ns, versions=True)))
         self._step(self.host.stop)
+        self._step(self.at_end.close)
         if self.conductor.pace is not None:
             self._step(self.conductor.pace.close)
         verdicts = self._judged() if self.failure is None and self.scenario.expect else []
@@ -285,8 +292,9 @@ class _Run:
             conductor.grants, self.result.hash if self.result else "",
             {fate.value: copies for fate, copies in self.ledger.closed.items() if copies}, verdicts,
             "report.html" if self.wants_report else None, self.guarantees.standings, CODE,
-            self._real_time(), _end_in_words(conductor), "" if failure is None else in_words(failure),
-            failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns)
+            real_time=self._real_time(), ended=_end_in_words(conductor), warnings=self._malformed(),
+            failure="" if failure is None else in_words(failure),
+            last_report=failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns=reached_ns)
 
     def _keep(self, reached_ns: int) -> None:
         """Put on the disk what there is so far, for the case that this process is killed."""
@@ -298,6 +306,14 @@ class _Run:
         """End a process that a program forked and that came back into the emulator: the run belongs to its parent."""
         if os.getpid() != self.process:
             os._exit(0)
+
+    def _malformed(self) -> list[str]:
+        """A line for each node and reason, if frames were no frames of their medium."""
+        if self.failure is not None or self.result is None or not self.result.by_fate.get(Fate.MALFORMED.value):
+            return []
+        from netem.records.malformed import malformed_frames
+
+        return malformed_frames(self.folder / "ledger.parquet")
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))

@@ -22,7 +22,6 @@ from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 from fmus.bounds import outside
 from fmus.description import Variable
@@ -272,7 +271,7 @@ def header(model: Model, token: str) -> str:
 def _units(model: Model) -> str:
     used = sorted({row.unit for row in model.rows})
     exponents = {unit: "".join(f' {base}="{exponent}"' for base, exponent in base_units(unit).items()) for unit in used}
-    units = "".join(f"    <Unit name={quoteattr(unit)}><BaseUnit{exponents[unit]}/></Unit>\n" for unit in used)
+    units = "".join(f"    <Unit name={_quoted(unit)}><BaseUnit{exponents[unit]}/></Unit>\n" for unit in used)
     return f"  <UnitDefinitions>\n{units}  </UnitDefinitions>\n"
 
 
@@ -293,7 +292,7 @@ def _attributes(scalar: Scalar) -> str:
 
 def _value(scalar: Scalar) -> str:
     numbers = (("min", scalar.min), ("max", scalar.max), ("start", scalar.start))
-    return f"unit={quoteattr(scalar.unit)}" + "".join(f' {key}="{value!r}"' for key, value in numbers
+    return f"unit={_quoted(scalar.unit)}" + "".join(f' {key}="{value!r}"' for key, value in numbers
                                                       if value is not None)
 
 
@@ -301,14 +300,14 @@ def description_fmi3(model: Model, token: str) -> str:
     """modelDescription.xml of FMI 3.0; the time takes the value reference after the last variable."""
     scalars = model.scalars()
     variables = "".join(
-        f'    <Float64 name="{s.name}" valueReference="{i}" description={quoteattr(s.about)} {_attributes(s)} '
+        f'    <Float64 name="{s.name}" valueReference="{i}" description={_quoted(s.about)} {_attributes(s)} '
         f"{_value(s)}/>\n" for i, s in enumerate(scalars))
     outputs = [i for i, s in enumerate(scalars) if s.kind == "output"]
     structure = "".join(f'    <Output valueReference="{i}"/>\n' for i in outputs)
     structure += "".join(f'    <InitialUnknown valueReference="{i}"/>\n' for i in outputs if scalars[i].computed)
     return (f'<?xml version="1.0" encoding="UTF-8"?>\n'
             f'<fmiModelDescription fmiVersion="3.0" modelName="{model.name}" instantiationToken="{token}" '
-            f"description={quoteattr(model.description)} {ORIGIN}>\n"
+            f"description={_quoted(model.description)} {ORIGIN}>\n"
             f'  <CoSimulation modelIdentifier="{model.name}" canHandleVariableCommunicationStepSize="true" '
             f'canGetAndSetFMUState="true" canSerializeFMUState="true"/>\n'
             f"{_units(model)}{LOG_CATEGORIES}"
@@ -322,7 +321,7 @@ def description_fmi2(model: Model, token: str, source_files: list[str]) -> str:
     """modelDescription.xml of FMI 2.0."""
     scalars = model.scalars()
     variables = "".join(
-        f'    <ScalarVariable name="{s.name}" valueReference="{i}" description={quoteattr(s.about)} {_attributes(s)}>'
+        f'    <ScalarVariable name="{s.name}" valueReference="{i}" description={_quoted(s.about)} {_attributes(s)}>'
         f"<Real {_value(s)}/></ScalarVariable>\n" for i, s in enumerate(scalars))
     outputs = [i for i, s in enumerate(scalars) if s.kind == "output"]
     unknown = [i for i in outputs if scalars[i].computed]
@@ -334,7 +333,7 @@ def description_fmi2(model: Model, token: str, source_files: list[str]) -> str:
     files = "".join(f'      <File name="{name}"/>\n' for name in source_files)
     return (f'<?xml version="1.0" encoding="UTF-8"?>\n'
             f'<fmiModelDescription fmiVersion="2.0" modelName="{model.name}" guid="{token}" '
-            f"description={quoteattr(model.description)} {ORIGIN}>\n"
+            f"description={_quoted(model.description)} {ORIGIN}>\n"
             f'  <CoSimulation modelIdentifier="{model.name}" canHandleVariableCommunicationStepSize="true" '
             f'canGetAndSetFMUstate="true" canSerializeFMUstate="true" canNotUseMemoryManagementFunctions="true">\n'
             f"    <SourceFiles>\n{files}    </SourceFiles>\n  </CoSimulation>\n"
@@ -351,3 +350,10 @@ def build_description(model: Model, source_files: list[str]) -> str:
             f'  <BuildConfiguration modelIdentifier="{model.name}">\n'
             f'    <SourceFileSet language="C99">\n{files}    </SourceFileSet>\n'
             f"  </BuildConfiguration>\n</fmiBuildDescription>\n")
+
+
+def _quoted(text: str) -> str:
+    """`text` as an XML attribute's value with its quotes."""
+    from xml.sax.saxutils import quoteattr  # late: it brings urllib, and reading variables.toml needs no XML
+
+    return quoteattr(text)

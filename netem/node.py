@@ -23,6 +23,7 @@ from netem.agenda import NEVER_NS
 from netem.alarm import call_in
 from netem.lockstep.errors import WHOLE_NANOSECONDS
 from netem.lockstep.messages import Grant, Hello, Offer, Report, Sample
+from netem.named import Named
 from netem.node_environment import NodeEnvironment
 
 FrameBytes = bytes | bytearray | memoryview | Any       # Any: what else comes is refused by name, compiled or not
@@ -68,7 +69,8 @@ class Node:
             raise ValueError(f"sample_period_ns={sample_period_ns}: expected 0 (no samples) or more")
         self.name = name
         self.env = NodeEnvironment()
-        self.ports = {port: Port(self, index, port) for index, port in enumerate(ports)}
+        self.ports: Named[Port] = Named({port: Port(self, index, port) for index, port in enumerate(ports)}, name,
+                                        "port", f"no medium is attached: agents.{name}.media or [media] names none")
         self._port_list = list(self.ports.values())
         self._firm_ns = 0
         self._unless_heard_ns = 0
@@ -169,6 +171,11 @@ class Node:
 
     def event(self, kind: str, detail: str = "") -> None:
         """Something worth a line in the record of the run, with the time of now."""
+        try:
+            f"{kind}{detail}".encode()
+        except UnicodeEncodeError:
+            raise ValueError(f"event {kind!r}: {detail!r}: expected text that UTF-8 can carry; decode bytes with "
+                             "errors=\"replace\"") from None
         self._events.append((self.now_ns, kind, detail))
 
     # --- what the host uses

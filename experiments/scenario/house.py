@@ -10,6 +10,7 @@ from typing import Any
 from experiments.metric_keys import over_a_window, unknown_keys
 from experiments.monitors.subjects import subjects_of
 from experiments.monitors.table import MONITORS
+from experiments.scenario.files_there import near_file, plants_in
 from experiments.scenario.medium_links import medium_links
 from experiments.scenario.plant_parameters import PlantNames
 from experiments.scenario.problems import near
@@ -49,6 +50,13 @@ def try_windows(impairment: Any, windows_ns: Sequence[tuple[int, int]]) -> None:
 
 def plant_names(fmu: str, folder: Path) -> PlantNames:
     """An own model is known without a compiler; a model folder is built; of an FMU its own description is read."""
+    try:
+        return _plant_names(fmu, folder)
+    except OSError as error:                # a name that is too long for the file system, a folder that is not ours
+        raise ValueError(f"cannot be read: {error.strerror or error}") from error
+
+
+def _plant_names(fmu: str, folder: Path) -> PlantNames:
     if "/" not in fmu and not fmu.endswith(".fmu") and not (folder / fmu / "variables.toml").is_file():
         if fmu not in own_models():
             raise ValueError(f"no such model; {near(fmu, own_models())} (or give the path of a .fmu)")
@@ -56,8 +64,7 @@ def plant_names(fmu: str, folder: Path) -> PlantNames:
                           _presets(model_folder(fmu)))
     path = (folder / fmu).absolute()
     if not path.exists():
-        there = [str(other.relative_to(folder)) for other in sorted(path.parent.glob("*.fmu"))]
-        raise ValueError(f"no such file; {near(fmu, there)}")
+        raise ValueError(f"no such file; {near_file(fmu, plants_in(folder))}")
     try:
         archive = build_model(path) if path.is_dir() else path
         presets = _presets(path) if path.is_dir() else {}

@@ -57,7 +57,7 @@ class PlantNames:
         settable = [name for name, variable in self.variables.items() if variable.settable_at_start]
         bases = list(dict.fromkeys(map(base, settable)))
         known = {*self.variables, *map(base, self.variables)}
-        found = {key: f"no such parameter; {near(key, bases)}" for key in given if key not in known}
+        found = {key: f"no such parameter or start value; {near(key, bases)}" for key in given if key not in known}
         found |= {key: "expected a value or lists of them, no table" for key, value in given.items()
                   if key in known and isinstance(value, dict)}
         rest = {key: value for key, value in given.items() if key not in found}

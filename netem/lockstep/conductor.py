@@ -250,10 +250,9 @@ class Conductor:
             return self.host.exchange(grants)
         except NodeFailure as failure:
             seat = self.seats[failure.node]
-            if failure.counters:
-                self.counters[failure.node] = failure.counters
+            self.counters |= failure.counters
             raise NodeFailure(failure.node, failure.reason, last_report=seat.standing(),
-                              detail=failure.detail) from None
+                              detail=failure.detail, others=failure.others) from None
 
     def _keep(self, seat: Seat, report: Report, horizon_ns: int) -> None:
         if report.soft_ns < horizon_ns:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from netem.agenda import NEVER_NS
-from netem.lockstep.errors import NodeFailure, is_interruption, with_remedy
+from netem.lockstep.errors import is_interruption, programs_failed
 from netem.lockstep.messages import Grant, Hello, Report
 from netem.node import Node
 from netem.outside_guard import OutsideGuard
@@ -48,6 +48,7 @@ class InlineHost:
         self._running: Any = running if running is not None else [0]
 
     def start(self) -> dict[str, Hello]:
+        failed: dict[str, tuple[str, str]] = {}
         guard = self._guard
         if self._guarded:
             guard.begin()
@@ -60,15 +61,19 @@ class InlineHost:
             except BaseException as error:
                 if is_interruption(error):
                     raise
-                raise NodeFailure(name, f"could not start: {guard.refusal or error}",
-                                  detail=traceback.format_exc()) from error
+                failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
+                if guard.refusal is not None:
+                    break
             finally:
                 guard.program_runs = False
         self._running[0] = 0
+        if failed:
+            raise programs_failed(failed)
         return {name: node.hello() for name, node in self._nodes.items()}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         reports = []
+        failed: dict[str, tuple[str, str]] = {}
         guard = self._guard
         guard.program_runs = True
         for name, grant in grants:
@@ -79,16 +84,18 @@ class InlineHost:
                 if guard.refusal is not None:
                     guard.check()
             except BaseException as error:
-                guard.program_runs = False
                 if is_interruption(error):
+                    guard.program_runs = False
                     raise
-                how = guard.refusal or f"at {node.now_ns} ns: {type(error).__name__}: {with_remedy(str(error))}"
-                failure = NodeFailure(name, f"its program failed{':' if guard.refusal else ''} {how}",
-                                      detail=traceback.format_exc())
-                failure.counters = node.counters()
-                raise failure from error
-        self._running[0] = 0
+                failed[name] = f"its program failed at {node.now_ns} ns", guard.with_refusal(traceback.format_exc())
+                if guard.refusal is not None:
+                    break
         guard.program_runs = False
+        self._running[0] = 0
+        if failed:
+            failure = programs_failed(failed)
+            failure.counters = {name: self._nodes[name].counters() for name in failed}
+            raise failure
         return reports
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:

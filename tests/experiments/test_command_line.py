@@ -8,8 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-import typer
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from experiments.command_line import app
 from experiments.run_result import Progress, RunResult, Summary, Verdict
@@ -32,7 +31,7 @@ loss_ratio = 0.1
 [expect]
 frames_lost_on_link = { min = 50 }
 """
-COMMANDS = [[], ["list"], ["check"], ["run"], ["report"], ["table"], ["compile"], ["fmu"], ["fmu", "list"],
+COMMANDS = [[], ["list"], ["check"], ["run"], ["report"], ["schema"], ["table"], ["compile"], ["fmu"], ["fmu", "list"],
             ["fmu", "info"], ["fmu", "build"]]
 
 
@@ -44,7 +43,7 @@ class StubRunner:
         self.error: BaseException | None = None
         self.calls: list[tuple[object, str, Path]] = []
 
-    def run(self, scenario, *, host, out, progress, real_time=False, report=True, overwrite=False, running=None):
+    def run(self, scenario, *, host, out, progress, report=True, **options):
         self.calls.append((scenario, host, out))
         self.reports = report
         out.mkdir(parents=True)
@@ -92,10 +91,9 @@ def test_help_of_every_command_has_an_example_of_it(command):
 
 
 def test_no_command_is_missing_from_the_help_tests():
-    group = typer.main.get_command(app)
-    plants = group.commands["fmu"]
+    plants = app.commands["fmu"]
 
-    assert {("fmu", name) for name in plants.commands} | {(name,) for name in group.commands} | {()} == set(
+    assert {("fmu", name) for name in plants.commands} | {(name,) for name in app.commands} | {()} == set(
         map(tuple, COMMANDS))
 
 
@@ -107,7 +105,8 @@ def test_the_examples_of_run_and_check_can_be_run(stub, here):
 
 def test_help_needs_no_heavy_module():
     code = ("import sys, experiments.command_line\n"
-            "print([m for m in ('pydantic', 'zenoh', 'numpy', 'pyarrow', 'fmpy', 'scipy') if m in sys.modules])")
+            "print([m for m in ('pydantic', 'rich', 'msgspec', 'zenoh', "
+            "'numpy', 'pyarrow', 'fmpy', 'scipy') if m in sys.modules])")
 
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
@@ -209,7 +208,7 @@ def test_ctrl_c_exits_with_130_and_says_where_the_records_are(stub, here):
     result = marconet("run", "talk.toml", "--out", "runs/one")
 
     assert result.exit_code == 130
-    assert result.stderr.splitlines() == ["interrupted (SIGINT)", "what was recorded: runs/one"]
+    assert result.stderr.splitlines() == ["interrupted", "what was recorded: runs/one"]
 
 
 def test_a_defect_exits_with_4_and_says_how_to_see_more(stub, here):
@@ -227,6 +226,18 @@ def test_traceback_shows_where_an_error_came_from(stub, here):
 
     assert "Traceback" in marconet("run", "talk.toml", "--traceback").stderr
     assert "Traceback" in marconet("check", "nothing", "--traceback").stderr
+
+
+def test_a_second_run_into_a_folder_leaves_no_conclusions_of_the_first(stub, here):
+    folder = here / "runs" / "one"
+    folder.mkdir(parents=True)
+    for name in ("scenario.json", "guarantees.json", "summary.json", "report.html"):
+        (folder / name).write_text("old")
+    stub.error = NodeFailure("r1", "exited")
+
+    marconet("run", "talk.toml", "--out", str(folder))
+
+    assert sorted(path.name for path in folder.iterdir()) == ["scenario.json"]
 
 
 # --- the other commands

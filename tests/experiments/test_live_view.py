@@ -57,7 +57,7 @@ def test_a_terminal_gets_a_bar_that_is_not_drawn_for_every_window():
 def test_figures_say_robot_time_pace_and_fates():
     line = figures(progress(5.0, 2.0, delivered=3, lost=0, deaf=1))
 
-    assert line == "5.00 of 10.00 s  2.5 x real time  3 delivered, 1 deaf"
+    assert line == "5.00 of 10.00 s  2.5 x real time  2 s left  3 delivered, 1 deaf"
 
 
 def test_before_the_first_frame_there_is_nothing_to_divide_by():

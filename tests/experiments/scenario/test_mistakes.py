@@ -67,7 +67,7 @@ EACH = [
       "'package.module:function'"]),
     ('"robots_of_the_tests:Talker"', '""', ["agents_defaults.program=\"\": expected 'package.module:Class' or "
       "'package.module:function'"]),
-    ('program = "robots_of_the_tests:Talker"', "", ["agents.r1.program: is missing", "agents.r2.program: is missing"]),
+    ('program = "robots_of_the_tests:Talker"', "", ["agents.r1.program: is missing (2 agents: r1, r2)"]),
     ("parameters = { slot_ms = 1.1 }", "parameters = { slit_ms = 1.1 }",
      ['agents.r1.parameters.slit_ms=1.1: unknown key; did you mean "slot_ms"?']),
     ("parameters = { slot_ms = 1.1 }", 'parameters = { slot_ms = 1.1, gain = "high" }',
@@ -88,7 +88,7 @@ EACH = [
      ["team.models.r1.A=[[-1.0, 2.0], [0.0]]: its rows differ in length: a matrix is a list of rows of equal length"]),
     ("A = [[-1.0, 2.0], [0.0, -3.0]]", 'A = [["x"]]', ['team.models.r1.A=[["x"]]: A[1,1]: expected a number']),
     ('parameters_from = "team.models.r1"', "parameters = { AA = 1.0 }",
-     ['agents.r1.plant.parameters.AA=1.0: no such parameter; did you mean "A"?']),
+     ['agents.r1.plant.parameters.AA=1.0: no such parameter or start value; did you mean "A"?']),
     ("at_m = [0.0, 1.0]", "at_m = [0.0]", ["agents.r1.at_m=[0.0]: expected [x, y] or [x, y, z]"]),
     ('media = ["radio"]', 'media = ["raido"]', ['agents.r2.media[0]="raido": no such medium; did you mean "radio"?']),
     ("[agents.r2]", '[agents."r/2"]',

@@ -35,7 +35,7 @@ def test_a_model_folder_beside_the_scenario_is_built(valid, write):
 
 
 @pytest.mark.parametrize(("parameters", "line"), [
-    ("{ RR = 2.0 }", 'parameters.RR=2.0: no such parameter; did you mean "R"?'),
+    ("{ RR = 2.0 }", 'parameters.RR=2.0: no such parameter or start value; did you mean "R"?'),
     ("{ R = true }", "parameters.R=true: expected a number"),
     ("{ R = { a = 1 } }", "parameters.R={ a = 1 }: expected a value or lists of them, no table"),
     ("{ R = [1.0] }", "parameters.R=[1.0]: expected a number"),
