@@ -291,7 +291,7 @@ class _Run:
             self.started_s - self.command_s, reached_ns * 1e-9 / wall_s if wall_s > 0 else 0.0, conductor.windows,
             conductor.grants, self.result.hash if self.result else "",
             {fate.value: copies for fate, copies in self.ledger.closed.items() if copies}, verdicts,
-            "report.html" if self.wants_report else None, self.guarantees.standings, CODE,
+            "report.html" if self.wants_report else None, self.guarantees.standings, code=CODE,
             real_time=self._real_time(), ended=_end_in_words(conductor), warnings=self._malformed(),
             failure="" if failure is None else in_words(failure),
             last_report=failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns=reached_ns)
