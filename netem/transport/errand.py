@@ -15,9 +15,10 @@ ABANDONED = 4       # exit code of a node whose emulator is gone
 
 
 class Errand(msgspec.Struct):
-    """`specification` is for whoever builds the node."""
+    """`specification` is for whoever builds the node; `secret` lets the node into the emulator's session."""
 
     endpoint: str
+    secret: str
     run: str
     node: str
     timeout_s: float

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import msgspec
 
 from netem.agenda import NEVER_NS
-from netem.lockstep.messages import Grant, Hello, Report
+from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
 from netem.node import Node
 from netem.transport import keys
 from netem.transport.errand import EmulatorPipe, Errand
@@ -35,7 +35,7 @@ def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
     run, name = errand.run, errand.node
     encode = msgspec.msgpack.Encoder().encode
     decode = msgspec.msgpack.Decoder(Grant).decode
-    with Session(run, connect=errand.endpoint) as session:
+    with Session(errand.secret, connect=errand.endpoint) as session:
         grants = session.receiver(keys.grant(run, name))
         out = session.sender(keys.report(run, name))
         out.await_subscriber(errand.timeout_s)
@@ -56,7 +56,7 @@ def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
                 grant = decode(message)
                 if grant.window <= window:
                     raise msgspec.ValidationError(f"window {grant.window} after {window}")
-            except msgspec.MsgspecError:
+            except UNREADABLE:
                 node.count("garbage grants")
                 continue
             window = grant.window

@@ -30,7 +30,7 @@ from netem.transport import keys
 from netem.transport.errand import Errand
 from netem.transport.node_processes import NodeProcesses
 from netem.transport.placement import Placement
-from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Session
+from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Session, new_secret
 
 WATCH_EVERY_S: Final = 0.05
 GRACE_S: Final = 0.5                # for the last words of a process that has ended, which may still be on the way
@@ -54,6 +54,7 @@ class ProcessHost:
         self._logs = logs
         self._timeout_s = timeout_s
         self._run = uuid4().hex[:12]
+        self._secret = new_secret()
         self._session: Session | None = None
         self._processes: NodeProcesses | None = None
         self._errands: dict[str, tuple[BinaryIO, threading.Thread]] = {}    # a node's input, and who writes to it
@@ -70,13 +71,13 @@ class ProcessHost:
     def start(self) -> dict[str, Hello]:
         self._logs.mkdir(parents=True, exist_ok=True)
         run = self._run
-        self._session = Session(run)
+        self._session = Session(self._secret)
         self._reports: Receiver = self._session.receiver(
             keys.report(run), *(keys.report(run, name) for name in (*self._specifications, "-")))
         self._alarm = self._session.sender(keys.report(run, "-"))
         self._processes = NodeProcesses(self._command, self._logs / FORK_SERVER_LOG, os.environ | ENVIRONMENT)
         for name, specification in self._specifications.items():
-            self._spawn(name, Errand(self._session.endpoint, run, name, self._timeout_s, specification))
+            self._spawn(name, Errand(self._session.endpoint, self._secret, run, name, self._timeout_s, specification))
             self._senders[name] = self._session.sender(keys.grant(run, name))
         threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
         hellos = self._collect(set(self._errands), msgspec.msgpack.Decoder(Hello).decode, "to say that it is ready")

@@ -59,9 +59,9 @@ def misbehave(behaviour: str) -> None:
         raise ValueError("sensor gave -1")
 
 
-def speak_garbage(endpoint: str, run: str, name: str) -> None:
+def speak_garbage(endpoint: str, secret: str, run: str, name: str) -> None:
     """Says hello as it should, then answers every grant with bytes that are no report."""
-    with Session(run, connect=endpoint) as session:
+    with Session(secret, connect=endpoint) as session:
         grants = session.receiver(keys.grant(run, name))
         out = session.sender(keys.report(run, name))
         out.await_subscriber(5.0)
@@ -78,7 +78,7 @@ def build_as_told(errand: Errand) -> Node:
     if behaviour == "never ready":
         time.sleep(3600)
     if behaviour == "speaks garbage":
-        speak_garbage(errand.endpoint, errand.run, errand.node)
+        speak_garbage(errand.endpoint, errand.secret, errand.run, errand.node)
     return build(errand.node, behaviour)
 
 
