@@ -19,6 +19,7 @@ from experiments.own_modules import class_for
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
+from fmus.call_record import CallRecord
 from fmus.description import PlantDescription
 from fmus.plant import Plant
 from netem.media.sensing.sight import Body, pack_body
@@ -57,15 +58,17 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     shown: tuple[Shown, ...] = ()       # where it is seen
 
 
-def build_node(specification: NodeSpecification, at_end: ExitStack | None = None) -> Node:
+def build_node(specification: NodeSpecification, at_end: ExitStack | None = None,
+               record: CallRecord | None = None) -> Node:
     """The node, its program constructed and started.
 
-    `at_end` is closed when its process ends; on the host without processes there is none.
+    `at_end` is closed when its process ends; on the host without processes there is none. `record` is told which FMI
+    call of its plant runs.
     """
     if specification.blocking:
-        return _blocking_node(specification, at_end)
+        return _blocking_node(specification, at_end, record)
     node = Node(specification.name, list(specification.media), specification.sample_period_ns)
-    program = class_for(specification.program, Path(specification.folder))(_board(specification, node),
+    program = class_for(specification.program, Path(specification.folder))(_board(specification, node, record),
                                                                            **specification.parameters)
     if hasattr(program, "run"):
         node.start(program.run())
@@ -83,24 +86,25 @@ def _show(node: Node, plant: Plant, shown: Shown) -> None:
     node.show(shown.medium, shown.period_ns, pose)
 
 
-def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None) -> Node:
+def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None, record: CallRecord | None) -> Node:
     assert at_end is not None, "blocking code needs a process of its own"
     from firmware_sim.blocking.node import BlockingNode
     from firmware_sim.blocking.own_process import own_process
 
     node = BlockingNode(specification.name, list(specification.media), specification.sample_period_ns)
     folder = Path(specification.folder)
-    at_end.enter_context(own_process(node, _board(specification, node), specification.program, folder,
+    at_end.enter_context(own_process(node, _board(specification, node, record), specification.program, folder,
                                      partial(class_for, specification.program, folder), specification.parameters,
                                      specification.media, specification.own_frames))
     return node
 
 
-def _board(specification: NodeSpecification, node: Node) -> Board:
+def _board(specification: NodeSpecification, node: Node, record: CallRecord | None) -> Board:
     clock = LocalClock(specification.clock, node.env.time_ns)
     plant = None
     if specification.plant is not None:
-        plant = Plant(specification.plant.description, specification.name, specification.plant.start)
+        plant = Plant(specification.plant.description, specification.name, specification.plant.start,
+                      record=record)
         for shown in specification.shown:
             _show(node, plant, shown)
     return Board(node, clock, plant, specification.team, stream(specification.seed, f"agents.{specification.name}"))

@@ -20,6 +20,7 @@ from types import TracebackType
 from typing import Any
 
 from fmus.bounds import outside
+from fmus.call_record import CallRecord
 from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
 from fmus.fmi_calls import FATAL, Fmu, Fmu2, Fmu3, status_name
@@ -84,11 +85,12 @@ class Plant:
 
     `start` holds parameters, initial values and inputs; a nested list stands for the elements of a matrix.
     `fixed_step_ns` is for an FMU that takes only one step size and does not say which. With `logging` off an FMU is
-    faster if it comments on every call, but may keep the reason of a failure to itself.
+    faster if it comments on every call, but may keep the reason of a failure to itself. `record` is told which FMI call
+    runs.
     """
 
     def __init__(self, description: PlantDescription, instance_name: str, start: Mapping[str, Nested] | None = None,
-                 fixed_step_ns: int | None = None, logging: bool = True) -> None:
+                 fixed_step_ns: int | None = None, logging: bool = True, record: CallRecord | None = None) -> None:
         self.description = description
         self.now_ns = 0
         self.stopped: str | None = None        # why no call may reach the instance any more
@@ -98,7 +100,8 @@ class Plant:
             declared_s = description.fixed_step_s
             self._fixed_ns = fixed_step_ns or (round(declared_s * 1e9) if declared_s else None)
         start = self._checked_start(start or {})
-        self._fmu = fmu = (Fmu3 if description.fmi == "3.0" else Fmu2)(description, instance_name, logging)
+        self._fmu = fmu = (Fmu3 if description.fmi == "3.0" else Fmu2)(description, instance_name, logging,
+                                                                              record)
         self._set_start(start)
         for name, call, arguments in fmu.initialize():
             self.check(call(*arguments), fmu.prefix + name)

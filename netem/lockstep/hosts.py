@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
+from netem.diagnosis.under_way import UnderWay
+from netem.lockstep.credible import credible
 from netem.lockstep.errors import NodeFailure, with_remedy
 from netem.lockstep.messages import Grant, Hello, Report
+from netem.lockstep.watchdog import NodeHangs, Watchdog
 from netem.node import Node
 
 
@@ -27,31 +30,63 @@ class Host(Protocol):
 
 
 class InlineHost:
-    """All nodes in this process. `build` maps a node's name to the function that makes it."""
+    """All nodes in this process. `build` maps a node's name to the function that makes it.
 
-    def __init__(self, build: Mapping[str, Callable[[], Node]]) -> None:
+    `under_way.words[0]` is the place in `build` of the node whose code runs, counted from 1. With a `timeout_s`, a
+    `Watchdog` ends a run in which that code does not come back; `waiting` learns whose it is after two seconds.
+    """
+
+    def __init__(self, build: Mapping[str, Callable[[], Node]], under_way: UnderWay | None = None,
+                 timeout_s: float | None = None,
+                 waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None) -> None:
         self._build = build
         self._nodes: dict[str, Node] = {}
+        self._places = {name: place for place, name in enumerate(build, 1)}
+        self._running: Any = [0] if under_way is None else under_way.words
+        self._watchdog: Watchdog | None = None
+        if under_way is not None and timeout_s is not None:
+            self._watchdog = Watchdog(list(build), under_way, timeout_s, waiting)
 
     def start(self) -> dict[str, Hello]:
+        if self._watchdog is not None:
+            self._watchdog.start()
         for name, build in self._build.items():
+            self._running[0] = self._places[name]
             try:
                 self._nodes[name] = build()
+            except NodeHangs as error:
+                raise self._hangs(name) from error
             except (Exception, SystemExit) as error:
                 raise NodeFailure(name, f"could not start: {error}", detail=traceback.format_exc()) from error
-        return {name: node.hello() for name, node in self._nodes.items()}
+            self._came_back()
+        return {name: credible(name, node.hello()) for name, node in self._nodes.items()}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         reports = []
         for name, grant in grants:
             node = self._nodes[name]
+            self._running[0] = self._places[name]
             try:
                 reports.append((name, node.advance(grant)))
+            except NodeHangs as error:
+                raise self._hangs(name) from error
             except (Exception, SystemExit) as error:
                 raise NodeFailure(name, f"its program failed at {node.now_ns} ns: {type(error).__name__}: "
                                   f"{with_remedy(str(error))}",
                                   detail=traceback.format_exc()) from error
+        self._came_back()
         return reports
 
     def stop(self) -> None:
+        if self._watchdog is not None:
+            self._watchdog.stop()
         self._nodes.clear()
+
+    def _came_back(self) -> None:
+        self._running[0] = 0
+        if self._watchdog is not None:
+            self._watchdog.steps += 1
+
+    def _hangs(self, name: str) -> NodeFailure:
+        assert self._watchdog is not None
+        return NodeFailure(name, self._watchdog.reason, detail=self._watchdog.detail)

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Generator
-from functools import partial
 from typing import Any
 
 import msgspec
@@ -83,4 +82,4 @@ def build_as_told(errand: Errand) -> Node:
 
 
 if __name__ == "__main__":
-    sys.exit(serve(partial(take_part, build_as_told)))
+    sys.exit(serve(lambda under_way: take_part(build_as_told)))
