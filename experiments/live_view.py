@@ -1,12 +1,13 @@
 """How far a run is: a bar on a terminal, a line every few seconds elsewhere.
 
-The runner may call after every window; what is shown changes a few times a second, and no thread takes part.
+The runner may call after every window, and, from the thread that watches the nodes, while it waits for one. What is
+shown changes a few times a second.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -17,6 +18,7 @@ from experiments.run_result import Progress
 
 BAR_EVERY_S = 0.1
 LINE_EVERY_S = 5.0
+MOST_NAMES = 5          # of nodes that are waited for
 
 
 @contextmanager
@@ -72,9 +74,16 @@ def counting_view(console: Console, what: str, total: int,
 
 
 def figures(progress: Progress) -> str:
-    """Robot time, real-time factor and frames by fate in one line."""
+    """Robot time, real-time factor and frames by fate in one line; or for whom the run waits."""
+    if progress.waits_for:
+        return f"waits for {_some(progress.waits_for)}: no answer for {progress.waited_s:.0f} s"
     time_s = f"{progress.now_ns * 1e-9:.2f} of {progress.end_ns * 1e-9:.2f} s"
     return f"{time_s}  {progress.real_time_factor:.1f} x real time  {by_fate(progress.frames)}"
+
+
+def _some(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:MOST_NAMES])
+    return f"{shown} and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else shown
 
 
 def by_fate(frames: Mapping[str, int]) -> str:
@@ -89,10 +98,13 @@ def _bar(console: Console) -> Bar:
 def _now_and_then(show: Callable[[Progress], None], every_s: float,
                   now_s: Callable[[], float]) -> Callable[[Progress], None]:
     due_s = now_s() + every_s if every_s == LINE_EVERY_S else now_s()
+    waiting = False
 
     def tell(progress: Progress) -> None:
-        nonlocal due_s
-        if now_s() >= due_s or progress.now_ns >= progress.end_ns:
+        nonlocal due_s, waiting
+        begins = bool(progress.waits_for) and not waiting       # said at once
+        waiting = bool(progress.waits_for)
+        if begins or now_s() >= due_s or progress.now_ns >= progress.end_ns:
             show(progress)
             due_s = now_s() + every_s
 

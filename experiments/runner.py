@@ -39,6 +39,7 @@ from fmus.build import build_model, own_models
 from fmus.describe_fmu import describe
 from fmus.parameters import expand_parameters
 from netem.agenda import Agenda
+from netem.diagnosis.under_way import UnderWay
 from netem.impairments import Impairment
 from netem.impairments.window import Window
 from netem.links import LinkName, Links
@@ -67,11 +68,12 @@ PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
 def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
         progress: Callable[[Progress], None] | None = None, report: bool = True,
-        shuffle_start: int | None = None, real_time: bool = False) -> RunResult:
+        shuffle_start: int | None = None, real_time: bool = False, under_way: UnderWay | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs), with `report.html` unless told otherwise.
 
     `real_time`: at the wall clock's pace, with the scenario's gateways to the outside; these need it.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
+    `under_way`: memory from which another process can tell what an inline run did when it crashed.
     Raises NodeFailure, InstantLoop or ConservationError after the folder was written, NeedsProcess or NeedsRealTime
     before.
     """
@@ -84,7 +86,7 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.json").write_bytes(msgspec.json.encode(scenario.resolved()))
-    return _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time).run()
+    return _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time, under_way).run()
 
 
 class NeedsRealTime(ValueError):
@@ -96,7 +98,7 @@ class NeedsRealTime(ValueError):
 class _Run:
     def __init__(self, scenario: Scenario, host: HostName, folder: Path, progress: Callable[[Progress], None] | None,
                  report: bool, shuffle_start: int | None, command_s: float,
-                 real_time: bool) -> None:
+                 real_time: bool, under_way: UnderWay | None) -> None:
         self.scenario = scenario
         self.host_name = host
         self.folder = folder
@@ -110,7 +112,8 @@ class _Run:
         self.signals = SignalRecorder(folder / "signals.mcap")
         self.guarantees = GuaranteeWatch(scenario, self.signals)
         self.specifications = node_specifications(scenario)
-        self.host = _host(host, self.specifications, folder, scenario.node_timeout_s, shuffle_start)
+        self.host = _host(host, self.specifications, folder, scenario.node_timeout_s, shuffle_start, under_way,
+                          self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
                                    Recorders(self.guarantees.sample, self._event), self._progress)
         links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
@@ -210,6 +213,11 @@ class _Run:
             self.on_progress(Progress(now_ns, self.scenario.length_ns, time.monotonic() - self.started_s,
                                       self.conductor.windows, frames))
 
+    def _waits(self, nodes: Sequence[str], waited_s: float) -> None:
+        if self.on_progress is not None:
+            self.on_progress(Progress(self.conductor.reached_ns, self.scenario.length_ns,
+                                      time.monotonic() - self.started_s, self.conductor.windows, {}, nodes, waited_s))
+
 
 def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     """One for each agent. What a program class prepares for its team (`prepare`) is part of what the team knows."""
@@ -252,9 +260,12 @@ def _plant(agent: AgentSpec) -> PlantSpecification | None:
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
-          shuffle_start: int | None) -> Host:
+          shuffle_start: int | None, under_way: UnderWay | None,
+          waits: Callable[[Sequence[str], float], None]) -> Host:
     if host == "inline":
-        return InlineHost({name: partial(build_node, specification) for name, specification in specifications.items()})
+        under_way = under_way or UnderWay(shared=False)
+        return InlineHost({name: partial(build_node, specification, record=under_way)
+                           for name, specification in specifications.items()}, under_way, timeout_s, waits)
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)
@@ -263,7 +274,7 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
     return ProcessHost([sys.executable, "-P", "-m", "experiments.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
-                       logs=folder / "logs", timeout_s=timeout_s)
+                       logs=folder / "logs", timeout_s=timeout_s, waiting=waits)
 
 
 def _medium(scenario: Scenario, name: str, agenda: Agenda, ledger: Ledger, links: Links) -> Medium:

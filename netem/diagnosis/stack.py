@@ -62,7 +62,7 @@ def is_users(frame: Frame) -> bool:
         return False
     path = Path(frame.file)
     paths = sysconfig.get_paths()
-    if any(path.is_relative_to(paths[of]) for of in ("stdlib", "platstdlib", "purelib", "platlib")):
+    if any(path.is_relative_to(paths[of]) for of in ("stdlib", "platstdlib", "purelib", "platlib", "scripts")):
         return False
     return not any(path.is_relative_to(_ROOT / package) for package in _PACKAGES)
 

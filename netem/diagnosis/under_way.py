@@ -13,7 +13,9 @@ from __future__ import annotations
 
 import mmap
 import os
+import struct
 from contextlib import suppress
+from functools import cached_property
 from typing import Final
 
 MEMORY_BYTES: Final = 1 << 20
@@ -25,21 +27,34 @@ LONGEST_STACKS: Final = 1 << 18
 class UnderWay:
     """Memory of its own, or that of `file`, the descriptor of another one's memory.
 
-    `shared`: another process reads it, and says what it finds there.
+    `shared`: another process reads it, and says what it finds there; without, there is no descriptor.
     """
 
     def __init__(self, file: int | None = None, *, shared: bool = True) -> None:
         self.shared = shared
         if file is None:
-            file = os.memfd_create("under way", os.MFD_CLOEXEC)
-            os.ftruncate(file, MEMORY_BYTES)
-            os.lseek(file, MEMORY_BYTES, os.SEEK_SET)       # stacks are written from here on
+            file = -1
+            if shared:
+                file = os.memfd_create("under way", os.MFD_CLOEXEC)
+                os.ftruncate(file, MEMORY_BYTES)
+                os.lseek(file, MEMORY_BYTES, os.SEEK_SET)       # stacks are written from here on
         self.file = file
-        self._memory = memoryview(mmap.mmap(file, MEMORY_BYTES))
-        self.words = self._memory[:WORDS_BYTES].cast("q")
-        self.call_word = self.words[1:2]
         self._places: dict[str, int] = {}
         self._end = WORDS_BYTES
+
+    @cached_property
+    def _memory(self) -> memoryview:
+        """For the process that writes; one that only reads has no use for the second descriptor that a mapping takes.
+        """
+        return memoryview(mmap.mmap(self.file, MEMORY_BYTES))
+
+    @cached_property
+    def words(self) -> memoryview:
+        return self._memory[:WORDS_BYTES].cast("q")
+
+    @cached_property
+    def call_word(self) -> memoryview:
+        return self.words[1:2]
 
     def place(self, call: str) -> int:
         """The number that stands for this name in word 1; 0, so no name, when the memory is full."""
@@ -55,13 +70,26 @@ class UnderWay:
     def call(self) -> str:
         """The name of the FMI call under way, "" between calls. A process may have written anything: none is an error.
         """
-        start = self.words[1]
+        _, start = self._words_read()
         if not WORDS_BYTES <= start < MEMORY_BYTES:
             return ""
-        return bytes(self._memory[start:start + LONGEST_NAME]).partition(b"\0")[0].decode(errors="replace")
+        return self._read(start, min(start + LONGEST_NAME, MEMORY_BYTES)).partition(b"\0")[0].decode(errors="replace")
+
+    def running(self) -> int:
+        """Word 0."""
+        return self._words_read()[0]
+
+    def _words_read(self) -> tuple[int, int]:
+        first, second = struct.unpack("qq", self._read(0, WORDS_BYTES))
+        return first, second
+
+    def _read(self, start: int, end: int) -> bytes:
+        return os.pread(self.file, end - start, start) if self.shared else bytes(self._memory[start:end])
 
     def stacks(self) -> str:
         """What the fault handler has written up to now."""
+        if not self.shared:
+            return ""
         return os.pread(self.file, LONGEST_STACKS, MEMORY_BYTES).decode(errors="replace")
 
     def close(self) -> None:

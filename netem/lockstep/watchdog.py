@@ -4,7 +4,7 @@
     for the time-out           NodeHangs is raised in the node's code: the run fails as for any other error of a program
     1 s, 2 s later             once more, in case the code has caught it
     3 s after the time-out     the process ends with code 3: the code is in one call into C that lets other threads run
-    4 s after the time-out     Python's fault handler writes the stacks and ends the process: no other thread could run
+    5 s after the time-out     Python's fault handler writes the stacks and ends the process: no other thread could run
 
 The last two leave the records as they are on the disk; what happened is said on the standard error, and behind the
 memory of `UnderWay`. They need the main thread. A run in another thread is only interrupted between two of its lines.
@@ -32,7 +32,7 @@ LOOK_EVERY_S: Final = 0.25
 WAITING_AFTER_S: Final = 2.0
 RAISE_AGAIN_S: Final = 1.0
 END_AFTER_S: Final = 3.0
-FAULT_AFTER_S: Final = 4.0
+FAULT_AFTER_S: Final = 5.0
 RENEW_S: Final = 1.0
 RAISE_SIGNAL: Final = signal.SIGRTMAX - 6
 NODE_FAILED: Final = 3                      # exit code
@@ -44,8 +44,8 @@ class NodeHangs(BaseException):
 
 
 class Watchdog:
-    """`steps` grows whenever the code of a node has come back; word 0 of `under_way` is the place of the one that runs
-    in `nodes`, counted from 1."""
+    """`steps` grows with every window; word 0 of `under_way` is the place in `nodes` of the one whose code runs, counted
+    from 1, 0 between nodes."""
 
     def __init__(self, nodes: Sequence[str], under_way: UnderWay, timeout_s: float,
                  waiting: Callable[[Sequence[str], float], None]) -> None:
@@ -64,7 +64,7 @@ class Watchdog:
 
     def start(self) -> None:
         if self._in_main:
-            self._handler = signal.signal(RAISE_SIGNAL, _raise)
+            self._handler = signal.signal(RAISE_SIGNAL, self._raise)
             self._renew()
         threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
 
@@ -76,12 +76,12 @@ class Watchdog:
             self._handler = None
 
     def _watch(self) -> None:
-        seen, since_s, raised_s, told_s = self.steps, time.monotonic(), 0.0, 0.0
+        seen, since_s, raised_s, told_s = (self.steps, 0), time.monotonic(), 0.0, 0.0
         while not self._over.wait(LOOK_EVERY_S):
             now_s = time.monotonic()
             place = self._under_way.words[0]
-            if self.steps != seen or not 0 < place <= len(self._nodes):
-                seen, since_s, raised_s = self.steps, now_s, 0.0
+            if (self.steps, place) != seen or not 0 < place <= len(self._nodes):
+                seen, since_s, raised_s = (self.steps, place), now_s, 0.0
                 if self._in_main and now_s - self._armed_s > RENEW_S:
                     self._renew()
                 continue
@@ -128,9 +128,9 @@ class Watchdog:
             os.write(2, f"\n{what}".encode(errors="replace"))
         os._exit(NODE_FAILED)
 
-
-def _raise(number: int, frame: FrameType | None) -> None:
-    raise NodeHangs
+    def _raise(self, number: int, frame: FrameType | None) -> None:
+        if self._under_way.words[0]:                # else the code has come back at the last moment
+            raise NodeHangs
 
 
 def last_words(status: int, nodes: Sequence[str], under_way: UnderWay, timeout_s: float) -> tuple[str, str, str]:
@@ -138,7 +138,7 @@ def last_words(status: int, nodes: Sequence[str], under_way: UnderWay, timeout_s
 
     `status` is its exit code, -N for signal N; `node` is "" if none of their code ran.
     """
-    place = under_way.words[0]
+    place = under_way.running()
     node = nodes[place - 1] if 0 < place <= len(nodes) else ""
     written = under_way.stacks()
     if MARK in written:

@@ -30,6 +30,8 @@ def build(name: str, behaviour: str) -> Node:
     heard: list[bytes] = []
     node.ports["wire"].on_receive = heard.append
     node.signal("heard", "1", lambda _: float(len(heard)))
+    if behaviour == "lies":
+        node._signals.extend([("x", "m"), ("x", "m")])          # past the check of `Node.signals`
 
     def program() -> Generator[Any, Any, None]:
         while True:
@@ -49,6 +51,10 @@ def misbehave(behaviour: str) -> None:
     if behaviour == "kills its fork server":
         os.kill(os.getppid(), signal.SIGKILL)
         time.sleep(3600)
+    if behaviour == "crashes":
+        os.abort()
+    if behaviour == "stops":
+        os.kill(os.getpid(), signal.SIGSTOP)
     if behaviour == "hangs":
         time.sleep(3600)
     if behaviour == "reads its standard input":
