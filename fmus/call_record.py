@@ -8,7 +8,9 @@ from typing import Any, Protocol
 
 
 class CallRecord(Protocol):
-    call_word: memoryview           # one 64-bit integer: the number of the call that runs, 0 between calls
+    @property
+    def call_word(self) -> memoryview:
+        """One 64-bit integer: the number of the call that runs, 0 between calls."""
 
     def place(self, call: str) -> int:
         """The number of a call by its name, as "fmi3DoStep of plant cart"."""

@@ -1,4 +1,4 @@
-"""What a node says of itself is checked before anyone relies on it: bytes that can be decoded may still say nonsense."""
+"""What a node says of itself is checked before it is used: bytes that can be decoded may still say nonsense."""
 
 from __future__ import annotations
 

@@ -44,8 +44,8 @@ class NodeHangs(BaseException):
 
 
 class Watchdog:
-    """`steps` grows with every window; word 0 of `under_way` is the place in `nodes` of the one whose code runs, counted
-    from 1, 0 between nodes."""
+    """`steps` grows with every window; word 0 of `under_way` is the place in `nodes` of the node whose code runs,
+    counted from 1, 0 between nodes."""
 
     def __init__(self, nodes: Sequence[str], under_way: UnderWay, timeout_s: float,
                  waiting: Callable[[Sequence[str], float], None]) -> None:

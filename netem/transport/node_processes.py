@@ -7,6 +7,7 @@ Invariants:
 
 from __future__ import annotations
 
+import logging
 import os
 import socket
 import subprocess
@@ -19,6 +20,7 @@ from typing import BinaryIO, Final
 
 import msgspec
 
+from netem.diagnosis import words
 from netem.diagnosis.under_way import UnderWay
 from netem.transport.fork_server import LONGEST_MESSAGE, Dump, Ended, Kill, Start, Started
 
@@ -26,6 +28,7 @@ NOT_FORKED_S: Final = 1.0
 TELL_WITHIN_S: Final = 5.0
 DUMP_WITHIN_S: Final = 2.0
 DUMP_LOOK_S: Final = 0.05
+_log: Final = logging.getLogger(__name__)       # a warning goes to the standard error, unless told otherwise
 
 
 class NodeProcesses:
@@ -102,7 +105,10 @@ class NodeProcesses:
     def close(self, timeout_s: float) -> None:
         """Wait for nodes that are ending; kill what has not ended in time, the fork server at last."""
         self._await_ends(timeout_s)
-        for node in self._running():
+        for node in sorted(self._running()):
+            self.dump_stacks(node)
+            _log.warning("node %s: its process did not end within %g s, and was killed: it hangs%s", node, timeout_s,
+                         words.location(self._under_way[node]))
             self.kill(node)
         self._await_ends(timeout_s)
         for under_way in self._under_way.values():

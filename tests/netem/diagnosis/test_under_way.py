@@ -47,8 +47,8 @@ def test_after_a_crash_another_process_reads_node_call_and_stack(action: str, na
 def test_a_process_that_the_system_killed_leaves_its_call_without_a_stack() -> None:
     code, under_way = crash("os.kill(os.getpid(), signal.SIGKILL)")
 
-    assert words.ended(code, under_way) == ("was ended by SIGKILL in fmi3DoStep of plant cart: the system ends a process "
-                                            "so when memory runs out")
+    assert words.ended(code, under_way) == ("was ended by SIGKILL in fmi3DoStep of plant cart: the system ends a "
+                                            "process so when memory runs out")
     assert words.stack(under_way) == ""
 
 

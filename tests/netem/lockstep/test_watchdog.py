@@ -129,7 +129,8 @@ def test_a_node_that_is_built_for_ever_is_named() -> None:
 def test_nodes_that_are_slow_one_after_the_other_are_not_late() -> None:
     """The time-out is for each node, not for their sum."""
     names = [f"n{k}" for k in range(8)]
-    host = InlineHost({name: partial(node_that, partial(time.sleep, 0.1), name) for name in names}, UnderWay(shared=False), 0.5)
+    builds = {name: partial(node_that, partial(time.sleep, 0.1), name) for name in names}
+    host = InlineHost(builds, UnderWay(shared=False), 0.5)
     host.start()
     grant = Grant(1, 10, False, False, [])
     try:

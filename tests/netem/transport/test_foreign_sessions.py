@@ -210,7 +210,8 @@ def test_closing_a_session_does_not_wait_for_one_that_does_not_read() -> None:
     session = Session(secret)
     member = subprocess.Popen([sys.executable, "-c", script, session.endpoint], stdin=subprocess.PIPE,
                               stdout=subprocess.PIPE)
-    assert member.stdin is not None and member.stdout is not None
+    assert member.stdin is not None
+    assert member.stdout is not None
     member.stdin.write(f"{secret}\n".encode())
     member.stdin.flush()
     member.stdout.readline()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -93,7 +94,8 @@ def test_a_node_that_a_signal_ends_is_told_by_its_number(processes: NodeProcesse
     assert (code, killed) == (-6, -9)
 
 
-def test_closing_ends_a_node_that_does_not_end_by_itself(tmp_path: Path) -> None:
+def test_closing_ends_a_node_that_does_not_end_by_itself_and_says_where_it_was(
+        tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     processes = NodeProcesses([sys.executable, "-c", SERVER], tmp_path / "server.log", os.environ)
     with processes.start("left", tmp_path / "left.log"):
         while "left" not in processes.pids():
@@ -103,6 +105,9 @@ def test_closing_ends_a_node_that_does_not_end_by_itself(tmp_path: Path) -> None
         processes.close(0.2)
 
     assert not Path(f"/proc/{pid}").exists()
+    assert len(caplog.messages) == 1
+    assert re.fullmatch(r"node left: its process did not end within 0.2 s, and was killed: it hangs at <string>:\d+ in "
+                        r"life", caplog.messages[0])
 
 
 def test_when_the_fork_server_cannot_start_every_node_counts_as_ended(tmp_path: Path) -> None:

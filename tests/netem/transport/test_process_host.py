@@ -61,19 +61,19 @@ def test_processes_give_what_inline_nodes_give(conduct: Conduct, tmp_path: Path)
 
 
 @pytest.mark.parametrize(("behaviour", "reason"), [
-    ("crashes", r"node b: its process was ended by SIGABRT at .*misbehaving_node.py:\d+ in misbehave \(.*19200000 ns"),
-    ("exits", r"node b: its process exited with code 7 .*had run up to 19200000 ns.*\n.*out of memory, says the node"),
-    ("raises", r"node b: its program failed: ValueError: sensor gave -1 .*had run up to 19200000 ns"),
-    ("hangs", r"node b: no report for window \d+ within node_timeout_s = 4 s: it hangs at .*misbehaving_node.py:\d+ in misbehave "
-              r"\(.*had run up to 19200000 ns"),
-    ("speaks garbage", r"node b: no report for window 1 within .*: it hangs at .*in speak_garbage; 3 unreadable messages "
-                       r"came from it"),
+    ("crashes", r"its process was ended by SIGABRT at .*misbehaving_node.py:\d+ in misbehave \(.* 19200000 ns"),
+    ("exits", r"its process exited with code 7 .*had run up to 19200000 ns.*\n.*out of memory, says the node"),
+    ("raises", r"its program failed: ValueError: sensor gave -1 .*had run up to 19200000 ns"),
+    ("hangs", r"no report for window \d+ within node_timeout_s = 4 s: it hangs at .*misbehaving_node.py:\d+ in "
+              r"misbehave \(.*had run up to 19200000 ns"),
+    ("speaks garbage", r"no report for window 1 within .*: it hangs at .*in speak_garbage; "
+                       r"3 unreadable messages came from it"),
 ])
 def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_path: Path, behaviour: str,
                                                          reason: str) -> None:
     host = host_of({"a": "well", "b": behaviour, "c": "well"}, tmp_path, timeout_s=4.0 if "within" in reason else 30.0)
     try:
-        with pytest.raises(NodeFailure, match=reason):
+        with pytest.raises(NodeFailure, match=f"node b: {reason}"):
             conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
     finally:
         host.stop()
