@@ -34,8 +34,9 @@ def ended(exit_code: int, under_way: UnderWay | None = None) -> str:
 def hangs(what: str, timeout_s: float, under_way: UnderWay, *, stopped: bool = False,
           frames: Sequence[Frame] | None = None) -> str:
     """`what` did not come within the time-out; `stopped`: the process is stopped, as by SIGSTOP."""
-    state = "it is stopped (SIGSTOP)" if stopped else "it hangs"
-    return f"{what} within node_timeout_s = {timeout_s:g} s: {state}{location(under_way, frames)}"
+    where = location(under_way, frames)
+    state = f": it is stopped (SIGSTOP){where}" if stopped else f": it hangs{where}" if where else ""
+    return f"{what} within node_timeout_s = {timeout_s:g} s{state}"
 
 
 def location(under_way: UnderWay, frames: Sequence[Frame] | None = None) -> str:

@@ -26,12 +26,12 @@ def take_part(build: Callable[[Errand], Node]) -> int:
     """
     pipe = EmulatorPipe()
     errand = pipe.read_errand()
-    code = _serve(errand, build)
+    code = _serve(errand, build, pipe)
     pipe.await_end(errand.timeout_s)
     return code
 
 
-def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
+def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) -> int:
     run, name = errand.run, errand.node
     encode = msgspec.msgpack.Encoder().encode
     decode = msgspec.msgpack.Decoder(Grant).decode
@@ -67,4 +67,5 @@ def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
                 return 1
             out.send(message)
             if grant.last:
+                pipe.has_said_all()         # closing the session takes a while, and the emulator does not wait for it
                 return 0
