@@ -7,60 +7,80 @@ OUT    ?= runs/demo
 
 .PHONY: help demo test test-all lint bench lock clean
 help:
-	@echo "make demo      install into $(VENV), build the plants, run the scenario output_sync, write its report"
+	@echo "make demo      install into $(VENV), run the scenario output_sync, write its report, then compile"
 	@echo "make test      lint, types and every test that is not slow"
-	@echo "make test-all  the slow tests as well, and all but those on the compiled modules"
+	@echo "make test-all  the slow tests as well, the others on the compiled modules too; none may be skipped"
 	@echo "make lint      ruff and mypy"
 	@echo "make bench     which benchmarks there are"
 	@echo "make lock      renew requirements-dev.lock"
 	@echo "make clean     remove $(VENV) and caches"
 
 $(BIN)/python:
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed: make PYTHON=...")'
-	$(PYTHON) -m venv $(VENV)
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed: make PYTHON=...")'
+	@echo "environment: $(VENV)"
+	@$(PYTHON) -m venv $(VENV)
 
-# The compiler is marconet's own choice ($$CC, cc, gcc, clang, ziglang); ziglang is fetched where there is none of them.
-COMPILER = $(BIN)/python -c 'from fmus.build import find_compiler; find_compiler()' 2> /dev/null \
-           || $(BIN)/python -m pip install --quiet ziglang
+# uv installs in seconds what pip installs in minutes. Where PyPI has no uv for this machine, or uv finds no index (pip's own
+# configuration is not uv's), pip installs the same.
+UV       = { command -v uv || { $(BIN)/python -m pip install --quiet --disable-pip-version-check uv && echo $(BIN)/uv; }; }
+install  = { uv=$$($(UV)) && $$uv pip install --quiet --python $(BIN)/python $(1); } \
+           || $(BIN)/python -m pip install --quiet --disable-pip-version-check $(1)
+
+# marconet itself chooses the C compiler ($$CC, cc, gcc, clang, ziglang); where none of them is there, ziglang is installed.
+COMPILER = $(BIN)/python -c 'from fmus.build import find_compiler; find_compiler()' 2> /dev/null || $(call install,ziglang)
 
 $(VENV)/.installed: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[compiled]'
+	@echo "packages: into $(VENV)"
+	@$(call install,-e .)
 	@$(COMPILER)
 	@touch $@
 
 $(VENV)/.installed-dev: pyproject.toml requirements-dev.lock | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-dev.lock -e .
+	@echo "packages of developers: into $(VENV)"
+	@$(call install,-r requirements-dev.lock -e .)
 	@$(COMPILER)
-	@touch $@ $(VENV)/.installed
+	@touch $@ $(VENV)/.installed $(VENV)/.installed-compiled
 
+$(VENV)/.installed-compiled: pyproject.toml | $(VENV)/.installed
+	@$(call install,-e '.[compiled]')
+	@touch $@
+
+$(VENV)/.installed-all: pyproject.toml | $(VENV)/.installed-dev
+	@$(call install,-e '.[dev,clients,peers,compiler]')
+	@touch $@
+
+# The first verdict comes first; the compiler of the inner loops is installed and run after it.
 demo: $(VENV)/.installed
-	@$(BIN)/marconet fmu build
-	@$(BIN)/marconet compile --if-possible
+	@echo "run: output_sync; its plants are built before it starts"
 	@$(BIN)/marconet run output_sync --out $(OUT)
+	@echo
+	@echo "compile: the inner loops, half a minute, so that later runs are faster; Ctrl-C does no harm"
+	@$(MAKE) --no-print-directory $(VENV)/.installed-compiled
+	@$(BIN)/marconet compile --if-possible
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
 test: lint
-	$(BIN)/pytest -q -m "not slow"
+	$(BIN)/pytest -q -n auto --dist worksteal -m "not slow"
 
-test-all: lint
-	$(BIN)/pytest -q
+# A test that lacks a tool (Chromium, tshark, a ground station) fails here and says how to get it.
+test-all: lint $(VENV)/.installed-all
+	$(BIN)/pytest -q --fail-on-skip -n auto --dist worksteal -m "not slow"
+	$(BIN)/pytest -q --fail-on-skip -m slow
 	$(BIN)/marconet compile
-	MARCONET_COMPILED=1 $(BIN)/pytest -q -m "not slow"
+	MARCONET_COMPILED=1 $(BIN)/pytest -q --fail-on-skip -n auto --dist worksteal -m "not slow"
 
 bench:
 	@grep -H -m1 -o '^"""[^"]*' benchmarks/*.py benchmarks/lockstep/compare.py | sed 's/:"""/: /'
 
-# Exact versions of a fresh developer environment, from the ranges in pyproject.toml.
-lock:
-	rm -rf $(VENV)-lock && $(PYTHON) -m venv $(VENV)-lock
-	$(VENV)-lock/bin/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
-	{ echo '# Written by `make lock`: every package of the developer environment. Installs on Python 3.11, 3.12 and 3.13.'; \
-	  $(VENV)-lock/bin/python -m pip freeze --exclude-editable; } > requirements-dev.lock
-	rm -rf $(VENV)-lock
+# Exact versions of a developer environment, from the ranges in pyproject.toml, for every Python from 3.11 on.
+lock: | $(BIN)/python
+	@uv=$$($(UV)) && $$uv pip compile --quiet --universal --python-version 3.11 --extra dev --no-header --no-annotate \
+	  --output-file requirements-dev.lock --upgrade pyproject.toml
+	@sed -i '1i # Written by `make lock`: every package of the developer environment, for each Python from 3.11 on.' requirements-dev.lock
 
 clean:
-	rm -rf $(VENV) $(VENV)-lock build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -16,7 +16,8 @@ WARNINGS: Final = frozenset({
     "autopilot critical", "autopilot error", "autopilot warning",                   # firmware_sim/autopilot
     "nothing in view", "order failed", "detection refused",                         # agents/pursuit
     "error-passive", "bus-off", "no acknowledgement", "same identifier", "malformed CAN frame",     # netem/media/can
-    "message may be late",
+    "message may be late", "not as declared",
+    "overrun", "gateway peer refused",                                              # netem/real_time
 })
 
 

@@ -66,10 +66,18 @@ class Summary(msgspec.Struct, frozen=True):
     report: str | None          # path of report.html, relative to the run folder
     guarantees: list[Standing] = []
     code: str = ""              # "compiled", or "interpreted: " and why
+    real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.real_time.lateness`
 
     @property
     def holds(self) -> bool:
         return all(verdict.holds for verdict in self.verdicts)
+
+
+def lateness_in_words(real_time: Mapping[str, int]) -> str:
+    """Lateness of the instants of a run in real time, with its overruns."""
+    overruns = real_time["overruns"]
+    return (f"median {real_time['median_ns'] * 1e-6:.3g} ms, 99 % {real_time['p99_ns'] * 1e-6:.3g} ms, "
+            f"worst {real_time['worst_ns'] * 1e-6:.3g} ms; " + (f"{overruns} overruns" if overruns else "no overrun"))
 
 
 class RunResult(msgspec.Struct, frozen=True):

@@ -13,7 +13,6 @@ import random
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
 from datetime import datetime
 from functools import partial
 from importlib.metadata import version
@@ -121,9 +120,9 @@ class _Run:
         self.can_logs = [_can_log(scenario, medium, folder) for medium in self.media.values()
                          if isinstance(medium, CanBus) and medium.settings.log]
         if real_time:
-            self.conductor.pace = Pace([UdpGateway(spec.name, spec.medium, spec.listen, spec.peer)
-                                        for spec in scenario.gateways.values()],
-                                       lambda time_ns, kind, detail: self._event("", time_ns, kind, detail))
+            gateways = [UdpGateway(spec.name, spec.medium, spec.listen, spec.peer, event=self._gateway_event)
+                        for spec in scenario.gateways.values()]
+            self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s
 
     def run(self) -> RunResult:
@@ -164,7 +163,7 @@ class _Run:
             "failure": None if failure is None else f"{type(failure).__name__}: {failure}",
             "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
             "counters": _counters(self.conductor.counters, self.media),
-            "real_time": None if self.conductor.pace is None else asdict(self.conductor.pace.lateness),
+            "real_time": self._real_time(),
             "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
         }
         (self.folder / "run.json").write_bytes(msgspec.json.encode(run))
@@ -187,7 +186,7 @@ class _Run:
             scenario.name, scenario.question, scenario.seed, self.host_name, scenario.length_ns, wall_s,
             self.started_s - self.command_s, scenario.length_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
             self.result.hash, dict(self.result.by_fate), verdicts, "report.html" if self.wants_report else None,
-            self.guarantees.standings, CODE)
+            self.guarantees.standings, CODE, self._real_time())
         (self.folder / "summary.json").write_bytes(msgspec.json.encode(summary))
         if self.wants_report:
             write_report(self.folder)
@@ -195,6 +194,17 @@ class _Run:
 
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))
+
+    def _wall_clock_event(self, time_ns: int, kind: str, detail: str) -> None:
+        self.signals.event(time_ns, "", kind, detail, level_of(kind), wall_clock=True)
+
+    def _gateway_event(self, kind: str, detail: str) -> None:
+        assert self.conductor.pace is not None
+        self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail)
+
+    def _real_time(self) -> dict[str, int] | None:
+        """Lateness of a run in real time; None in virtual time."""
+        return None if self.conductor.pace is None else self.conductor.pace.lateness.figures()
 
     def _observe_media(self) -> None:
         for name, medium in self.media.items():

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from experiments.live_view import by_fate
-from experiments.run_result import Summary
+from experiments.run_result import Summary, lateness_in_words
 
 if TYPE_CHECKING:
     from experiments.scenario import Scenario
@@ -43,6 +43,11 @@ def print_scenario(console: Console, scenario: Scenario) -> None:
     console.print()
     print_table(console, ["medium", "kind", "nodes"],
                 [(medium.name, medium.kind, " ".join(medium.nodes)) for medium in scenario.media.values()])
+    for medium in scenario.media.values():
+        for shown in medium.settings.shown(medium.name, medium.nodes):
+            console.print()
+            console.print(Text(shown.title), soft_wrap=True)
+            print_table(console, shown.columns, shown.rows)
     if scenario.impairments:
         console.print()
         print_table(console, ["impairment", "kind", "on", "links", "during"], [
@@ -68,7 +73,8 @@ def print_summary(console: Console, summary: Summary) -> None:
         ("real-time factor", f"{summary.real_time_factor:.1f}"),
         ("windows, grants", f"{summary.windows}, {summary.grants}"),
         ("frame copies", by_fate(summary.frames)), ("ledger hash", summary.ledger_hash),
-        ("code", summary.code)])
+        ("code", summary.code),
+        *([("lateness", lateness_in_words(summary.real_time))] if summary.real_time else [])])
     if summary.guarantees:
         console.print()
         print_table(console, ["guarantee", "requires", "on", "worst", "margin", ""], [

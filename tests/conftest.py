@@ -1,10 +1,11 @@
-"""How the tests run: on the sources, unless MARCONET_COMPILED=1 asks for the compiled modules; and a busy machine makes
-no property fail."""
+"""How the tests run: on the sources, unless MARCONET_COMPILED=1 asks for the compiled modules; a busy machine makes no
+property fail; and with `--fail-on-skip` (`make test-all`) a test that lacks a tool fails instead of being skipped."""
 
 from __future__ import annotations
 
 import os
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 os.environ.setdefault("MARCONET_COMPILED", "0")
@@ -16,3 +17,16 @@ if os.environ["MARCONET_COMPILED"] == "1":
 
 settings.register_profile("marconet", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("marconet")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--fail-on-skip", action="store_true", help="a skipped test fails, and says why")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]):
+    report = yield
+    if report.skipped and not hasattr(report, "wasxfail") and item.config.getoption("--fail-on-skip"):
+        report.outcome = "failed"
+        report.longrepr = f"{item.nodeid}: skipped, and --fail-on-skip is given: {call.excinfo.value}"
+    return report

@@ -22,7 +22,7 @@ ADAPTERS = {
     "zenoh": {"netem/transport/zenoh_session.py"},
     "fmpy": {"fmus/describe_fmu.py"},
     "can": {"firmware_sim/can_interface/bus.py", "netem/records/can_log.py"},     # to programs, and into log files
-    "cantools": {"firmware_sim/drive_controller/dbc_file.py"},
+    "cantools": {"netem/media/can/dbc_file.py"},
     "pymavlink": {"firmware_sim/mavlink/dialect.py"},
 }
 HEAVY = ("pydantic", "pyarrow", "polars", "plotly", "typer", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap")

@@ -23,7 +23,7 @@ from experiments.monitors.judge import VIOLATED
 from experiments.report import series
 from experiments.report.plane import plane
 from experiments.run_data import RunData, load_run
-from experiments.run_result import Verdict
+from experiments.run_result import Verdict, lateness_in_words
 from netem.records.events import Event, Level
 
 PAGE = files("experiments.report") / "page"
@@ -123,6 +123,7 @@ def facts(data: RunData) -> list[tuple[str, str]]:
         ("Length", seconds(data.length_ns)),
         ("Host", summary.get("host")),
         ("Real-time factor", _times(summary.get("real_time_factor"))),
+        ("Lateness", lateness_in_words(run["real_time"]) if run.get("real_time") else None),
         ("Wall clock", f"{summary['wall_s']:.2f} s" if summary.get("wall_s") else None),
         ("Windows", summary.get("windows")),
         ("Grants", summary.get("grants")),

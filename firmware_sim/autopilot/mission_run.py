@@ -12,16 +12,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import dist, isfinite
 
-from firmware_sim.autopilot.vehicle import ItemKind, MissionItem, Parameters, PositionTarget, Vector
-
-LONGEST = 200       # items
+from firmware_sim.autopilot.vehicle import MOST_MISSION_ITEMS, ItemKind, MissionItem, Parameters, PositionTarget, Vector
 
 
 def complaint(items: Sequence[MissionItem], parameters: Parameters) -> str:
     """Why these items make no mission, "" if they do."""
     fence, height = parameters.get("FENCE_XY"), parameters.get("FENCE_ALT")
-    if len(items) > LONGEST:
-        return f"{len(items)} items: at most {LONGEST}"
+    if len(items) > MOST_MISSION_ITEMS:
+        return f"{len(items)} items: at most {MOST_MISSION_ITEMS}"
     for index, item in enumerate(items):
         north, east, down = item.position_ned_m
         if not all(map(isfinite, (north, east, down, item.hold_s, item.acceptance_m, item.yaw_rad or 0.0))):

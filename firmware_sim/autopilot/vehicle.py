@@ -17,7 +17,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum
-from typing import Protocol
+from typing import Final, Protocol
+
+MOST_MISSION_ITEMS: Final = 200
 
 Vector = tuple[float, float, float]
 PerAxis = tuple[float | None, float | None, float | None]

@@ -1,7 +1,6 @@
 """The drive controller of a ground robot: wheel setpoints in and odometry out over CAN, a speed loop in between.
 
     drive.dbc            the messages on the bus
-    dbc_file.py          reads such a file (cantools) or says what is wrong with it
     drive_messages.py    messages as programs see them, frames as the port carries them: for both ends of the bus
     setpoint_watch.py    running, stopped or stale
     setpoint_ramp.py     what the wheels are to do, down to zero where nobody says

@@ -13,7 +13,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from firmware_sim.drive_controller.dbc_file import DbcError, Error, Message, message_with, read_dbc
+from netem.media.can.dbc_file import DbcError, Error, Message, read_dbc
 from netem.media.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame, pack
 
 DRIVE_DBC: Final = Path(__file__).with_name("drive.dbc")
@@ -76,11 +76,11 @@ class DriveMessages:
         """DbcError if `file` does not parse or lacks a message; ValueError for a `unit` that does not exist."""
         if not 0 <= unit < UNITS:
             raise ValueError(f"unit={unit}: expected 0 to {UNITS - 1}, each drive of a bus its own")
-        database = read_dbc(file)
+        found = read_dbc(file)
         self._by_kind: dict[type[DriveMessage], Message] = {}
         self._by_id: dict[tuple[int, bool], tuple[Message, type[DriveMessage]]] = {}
         for name, kind in MESSAGES.items():
-            message = message_with(database, file, name, kind._fields)
+            message = found.message_with(name, kind._fields)
             if message.length > 8:
                 raise DbcError(f"{file}: message {name} has {message.length} bytes; classical CAN carries at most 8")
             key = (message.frame_id + unit, message.is_extended_frame)

@@ -15,14 +15,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
-from firmware_sim.autopilot.vehicle import MissionItem, Mode, Result, Vehicle
+from firmware_sim.autopilot.vehicle import MOST_MISSION_ITEMS, MissionItem, Mode, Result, Vehicle
 from firmware_sim.mavlink.dialect import Message, message
 from firmware_sim.mavlink.enums import MISSION_TYPE_MISSION, MissionResult
 from firmware_sim.mavlink.link import Received
 from firmware_sim.mavlink.mission_items import as_message, mission_item
 from firmware_sim.mavlink.telemetry import Telemetry
 
-MOST_ITEMS: Final = 500
 RESULTS: Final = {Result.ACCEPTED: MissionResult.ACCEPTED, Result.DENIED: MissionResult.INVALID,
                   Result.UNSUPPORTED: MissionResult.UNSUPPORTED, Result.TEMPORARILY_REJECTED: MissionResult.DENIED,
                   Result.FAILED: MissionResult.ERROR}
@@ -75,7 +74,7 @@ class Missions:
     def _begin(self, partner: Partner, count: int, now_ns: int) -> list[Message]:
         if self._upload is not None and self._upload.partner != partner:
             return [_ack(partner, MissionResult.DENIED)]
-        if count > MOST_ITEMS:
+        if count > MOST_MISSION_ITEMS:
             return [_ack(partner, MissionResult.NO_SPACE)]
         self._ended = None
         if count == 0:

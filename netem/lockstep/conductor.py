@@ -192,13 +192,18 @@ class Conductor:
         self.progress(self.end_ns)
 
     def _wait(self, pace: Pace, next_ns: int) -> bool:
-        """Wait for the wall clock to reach `next_ns`; True if there is something new to reckon with by then."""
-        heard = pace.wait(next_ns)
+        """Wait for the wall clock to reach `next_ns`; True if the next instant has to be looked for anew after it.
+
+        A message that comes in while an instant is overdue does not hold it up: its time is later than the instant.
+        """
+        reached, heard = pace.wait(next_ns)
         for name, medium, data in heard:
             time_ns = max(pace.now_ns(), self.reached_ns, self.agenda.now_ns)
             self.agenda.at(time_ns, OFFER, name, partial(self.media[medium].offer, name, data, time_ns))
-        if heard or self.agenda.next_ns() >= self._next_out_ns:
-            return bool(heard)
+        if not reached:
+            return True
+        if self.agenda.next_ns() >= self._next_out_ns:
+            return False
         self.agenda.run_before(next_ns + 1)
         return True
 

@@ -8,7 +8,24 @@ ledger every copy that does not get that far.
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+
+class Shown(NamedTuple):
+    """A table that `marconet check` prints."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+class MediumSettings:
+    """What the settings of every kind of medium answer, with defaults."""
+
+    def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
+        """What can be said before the run about the medium of that name between `nodes`."""
+        return []
 
 
 class Medium(Protocol):

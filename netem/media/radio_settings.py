@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from typing import Any, ClassVar, Literal
 
+from netem.media import MediumSettings
 from netem.media.radio_presets import PRESETS, RadioPreset
 from netem.topology import REFUSE_UNKNOWN_KEYS
 from netem.topology.fixed_graph import FixedGraph
@@ -28,7 +29,7 @@ class CarrierSenseSettings:
 
 
 @dataclass(frozen=True)
-class RadioSettings:
+class RadioSettings(MediumSettings):
     __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     preset: str = "ideal"
     decode: Literal["radio_network", "local", "capture"] = "radio_network"

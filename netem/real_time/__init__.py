@@ -1,4 +1,4 @@
-"""Real time: the same nodes and media with a wall clock, and gateways to who is outside.
+"""Real time: the same nodes and media with a wall clock, and gateways to devices and programs outside the run.
 
 A member of the kind `Gateway` stands on a medium like a node, but its bytes come from and go to the outside, at the
 wall clock's pace.
@@ -16,8 +16,8 @@ class Gateway(Protocol):
     def fileno(self) -> int:
         """Of what becomes readable when bytes come in."""
 
-    def receive(self) -> list[bytes]:
-        """What has come in since the last call, one entry per message; never blocks, never raises for bytes."""
+    def receive(self, most: int) -> list[bytes]:
+        """At most `most` of the messages that have come in, oldest first; never blocks, never raises for bytes."""
 
     def send(self, data: bytes) -> None:
         """Hand `data` out; what cannot be sent now is lost, as on a line that nobody listens to."""

@@ -1,9 +1,11 @@
-"""The wall clock of a run in real time: nothing happens before its instant, and who is outside is heard at theirs.
+"""The wall clock of a run in real time: nothing happens before its instant, and messages from outside act at theirs.
 
     virtual time t  <->  wall clock began + t            absolute: nothing is added up, so lateness does not grow
 
-The emulator asks to wait for its next instant; the wait ends early when something comes in. What goes out through a
-gateway waits for its arrival in virtual time. Lateness is how far behind the wall clock an instant began.
+The emulator asks to wait for its next instant. The wait ends at the instant, or earlier when a message comes in. An
+instant that is overdue is reached at once, with at most MOST_WHEN_OVERDUE messages of each gateway taken in beside it:
+no flood of messages holds up time, and a run that is always late still hears the outside. What goes out through a
+gateway waits for its arrival in virtual time. Lateness is the time from an instant to the end of the wait for it.
 
 Invariants:
 - what comes in has a virtual time not before the wall clock's;
@@ -20,8 +22,10 @@ from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 from netem.real_time import Gateway
+from netem.real_time.lateness import OVERRUN_NS, Lateness
 
-OVERRUN_NS: Final = 10_000_000      # lateness beyond is an event
+MOST_AT_ONCE: Final = 100           # messages of one gateway that one wait takes in
+MOST_WHEN_OVERDUE: Final = 1        # ... if its instant is overdue; the others wait in the system's buffer
 
 
 class FromOutside(NamedTuple):
@@ -30,16 +34,11 @@ class FromOutside(NamedTuple):
     data: bytes
 
 
-@dataclass
-class Lateness:
-    instants: int = 0
-    total_ns: int = 0
-    worst_ns: int = 0
-    overruns: int = 0               # stretches of more than OVERRUN_NS
+class Waited(NamedTuple):
+    """How a wait ended: whether the instant was reached, and what came in meanwhile."""
 
-    @property
-    def mean_ns(self) -> float:
-        return self.total_ns / self.instants if self.instants else 0.0
+    reached: bool
+    heard: list[FromOutside]
 
 
 @dataclass
@@ -73,22 +72,21 @@ class Pace:
         self._taken += 1
         return True
 
-    def wait(self, next_ns: int) -> list[FromOutside]:
-        """Wait until virtual time `next_ns`, or until something comes in, which is then returned."""
-        late_from_ns = self.now_ns()
+    def wait(self, next_ns: int) -> Waited:
+        """Wait until virtual time `next_ns`, or until something comes in."""
         while True:
             now_ns = self._hand_out()
             until_ns = min(next_ns, self._leaving[0][0]) if self._leaving else next_ns
+            overdue = now_ns >= next_ns
             ready = self._selector.select(max(0, until_ns - now_ns) * 1e-9)
             heard = [FromOutside(key.data.name, key.data.medium, data)
                      for key, _ in sorted(ready, key=lambda found: str(found[0].data.name))
-                     for data in key.data.receive()]
-            if heard:
-                return heard
-            if self.now_ns() >= next_ns:
-                self._hand_out()
-                self._note(next_ns, max(late_from_ns, next_ns) - next_ns)
-                return []
+                     for data in key.data.receive(MOST_WHEN_OVERDUE if overdue else MOST_AT_ONCE)]
+            reached = self.now_ns() >= next_ns
+            if reached:
+                self._note(next_ns, self._hand_out() - next_ns)
+            if reached or heard:
+                return Waited(reached, heard)
 
     def close(self) -> None:
         self._selector.close()
@@ -104,12 +102,9 @@ class Pace:
         return now_ns
 
     def _note(self, at_ns: int, late_ns: int) -> None:
-        lateness = self.lateness
-        lateness.instants += 1
-        lateness.total_ns += late_ns
-        lateness.worst_ns = max(lateness.worst_ns, late_ns)
+        self.lateness.add(late_ns)
         behind = late_ns > OVERRUN_NS
         if behind and not self._behind:
-            lateness.overruns += 1
+            self.lateness.overruns += 1
             self.event(at_ns, "overrun", f"{late_ns * 1e-6:.3g} ms behind the wall clock")
         self._behind = behind

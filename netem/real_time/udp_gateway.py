@@ -1,28 +1,50 @@
-"""A UDP endpoint on the loopback as a gateway: each datagram is one message.
+"""A UDP endpoint on the loopback as a gateway: each datagram is one message, to and from one peer.
 
-It speaks to `peer` until somebody else speaks to it, and from then on to who spoke last: ground stations and clients
-that listen get the first heartbeat, those that call are answered.
+The first address that speaks to the gateway is its peer. Until then the gateway speaks to the configured `peer`, if
+there is one, so that a ground station which only listens gets the first heartbeat. A datagram from another address is
+refused: dropped, counted, and told in an event once per address. When the peer has not spoken for PEER_SILENT_NS,
+another may take its place, which is an event as well; so a ground station may be started anew on another port.
+
+Not modelled: several peers at a time; messages longer than a datagram.
 """
 
 from __future__ import annotations
 
 import socket
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
 
 Address = tuple[str, int]
 
 LARGEST_DATAGRAM: Final = 65_535
-MOST_AT_ONCE: Final = 1_000          # so that a flood from outside never keeps the emulator from its own work
+PEER_SILENT_NS: Final = 10_000_000_000
+MOST_TOLD: Final = 20               # refused addresses that get an event of their own
 
 
 class UdpGateway:
-    def __init__(self, name: str, medium: str, listen: Address, peer: Address | None = None) -> None:
-        """Listen on `listen`, port 0 for one that the system chooses. OSError says what cannot be listened on."""
+    """A gateway to one UDP peer.
+
+    Invariants:
+    - `received + refused` datagrams were read; `sent + unsent` messages were handed to `send`;
+    - the peer changes only before anybody has spoken, or after PEER_SILENT_NS without a datagram from it.
+    """
+
+    def __init__(self, name: str, medium: str, listen: Address, peer: Address | None = None, *,
+                 event: Callable[[str, str], None] = lambda kind, detail: None,
+                 clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        """Listen on `listen`, port 0 for one that the system chooses. OSError says what cannot be listened on.
+
+        `event` takes a kind and a detail; `clock_ns` is the wall clock by which a peer is silent.
+        """
         self.name = name
         self.medium = medium
         self.peer = peer
-        self.received = self.sent = self.unsent = 0
+        self.received = self.refused = self.sent = self.unsent = 0
+        self._event, self._clock_ns = event, clock_ns
+        self._spoke_ns: int | None = None           # when the peer spoke last; None: nobody has spoken
+        self._told: set[Address] = set()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.setblocking(False)
@@ -35,17 +57,20 @@ class UdpGateway:
     def fileno(self) -> int:
         return self._socket.fileno()
 
-    def receive(self) -> list[bytes]:
+    def receive(self, most: int) -> list[bytes]:
         found: list[bytes] = []
-        while len(found) < MOST_AT_ONCE:
+        for _ in range(most):
             try:
-                data, self.peer = self._socket.recvfrom(LARGEST_DATAGRAM)
+                data, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
             except BlockingIOError:
                 break
             except ConnectionError:         # the answer of a peer that does not listen (yet)
                 continue
-            found.append(data)
-        self.received += len(found)
+            if self._is_peer(sender):
+                found.append(data)
+                self.received += 1
+            else:
+                self.refused += 1
         return found
 
     def send(self, data: bytes) -> None:
@@ -58,3 +83,28 @@ class UdpGateway:
 
     def close(self) -> None:
         self._socket.close()
+
+    def _is_peer(self, sender: Address) -> bool:
+        """Whether a datagram of `sender` is taken, after making it the peer where nobody else is."""
+        now_ns = self._clock_ns()
+        if sender != self.peer or self._spoke_ns is None:
+            if self._spoke_ns is not None and now_ns - self._spoke_ns < PEER_SILENT_NS:
+                self._refuse(sender)
+                return False
+            before = "" if self._spoke_ns is None else f" instead of {_text(self.peer)}, which has been silent"
+            self._event("gateway peer", f"gateways.{self.name} speaks with {_text(sender)}{before}")
+            self.peer = sender
+            self._told.discard(sender)
+        self._spoke_ns = now_ns
+        return True
+
+    def _refuse(self, sender: Address) -> None:
+        if sender in self._told or len(self._told) >= MOST_TOLD:
+            return
+        self._told.add(sender)
+        self._event("gateway peer refused", f"gateways.{self.name} speaks with {_text(self.peer)}: datagrams of "
+                    f"{_text(sender)} are dropped; give it a gateway of its own")
+
+
+def _text(address: Address | None) -> str:
+    return "nobody" if address is None else f"{address[0]}:{address[1]}"

@@ -108,7 +108,7 @@ def test_a_turn_too_few_voids_the_figure(tmp_path):
     ("marconet_ring", "zenoh"), ("helics_ring", "helics"), ("mosaik_ring", "mosaik")])
 def test_two_nodes_do_the_work(driver, package):
     if find_spec(package) is None:
-        pytest.skip(f"{package} is not installed")
+        pytest.skip(f"needs {package}: pip install -e '.[peers]'")
 
     out = subprocess.run([sys.executable, "-m", f"benchmarks.lockstep.{driver}", "--nodes", "2", "--windows", "20",
                           "--warm-up", "2", "--limit-s", "30"], cwd=ROOT, capture_output=True, text=True, timeout=90)

@@ -231,7 +231,7 @@ def test_random_bytes_on_radio_and_bus_are_counted_and_crash_nobody(tmp_path):
     ("team.robot={track_m=0.5,counts_per_turn=16384}", "team.robot: is missing wheel_radius_m"),
     ("team.reference={}", "team.reference.from_s: is missing: the instants at which reference changes its inputs"),
     ("team.reference.from_s=[0.0,9.0,2.0]", "team.reference.from_s=[0.0, 9.0, 2.0]: expected a list of later"),
-    ("media.can.bit_rate_bps=50000", "need 129.3% of it"),      # 135 bits each: 2.7 ms (2/5 + 1/17 + 1/50) per ms
+    ("media.can.bit_rate_bps=50000", "need 130.3% of it"),      # 135 bits each: 2.7 ms (2/5 + 1/16 + 1/50) per ms
 ])
 def test_what_cannot_work_is_refused_before_the_start(override, complaint):
     with pytest.raises(ScenarioError) as error:

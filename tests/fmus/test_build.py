@@ -176,7 +176,7 @@ def test_a_cc_that_does_not_exist_is_named(twice: Path, tmp_path: Path, monkeypa
 
 
 def test_without_a_compiler_ziglang_serves(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("ziglang")
+    pytest.importorskip("ziglang", reason="needs ziglang: pip install -e '.[compiler]'")
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")
 
@@ -203,7 +203,7 @@ def test_a_cache_that_cannot_be_written_names_the_remedy(twice: Path, tmp_path: 
 @pytest.mark.parametrize("model", own_models())
 def test_zig_builds_the_same_trajectory(model: str, own_fmu: Callable[..., Path], tmp_path: Path,
                                         monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("ziglang")
+    pytest.importorskip("ziglang", reason="needs ziglang: pip install -e '.[compiler]'")
     first = describe(own_fmu(model), tmp_path)
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", "")

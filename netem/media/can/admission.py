@@ -23,6 +23,8 @@ class Admission:
             message = self._messages.get(length.rank)
             if message is None or message.sender != sender:
                 raise MalformedFrame("not a declared message of this node")
-            if (message.fd, message.length_bytes) != (length.fd, length.data[4]):
+            switched = length.fd and length.data_bits > 0
+            if (message.fd, message.fd and message.bit_rate_switch, message.length_bytes) != (
+                    length.fd, switched, length.data[4]):
                 raise MalformedFrame("not of the declared length and format")
         return length

@@ -39,6 +39,7 @@ from netem.media.can.bus_off_recovery import BusOffRecovery
 from netem.media.can.bus_timeline import BusTimeline
 from netem.media.can.controller import Controller
 from netem.media.can.controller_message import state_message
+from netem.media.can.declared import DeclarationWatch
 from netem.media.can.error_frame import ERROR_DELIMITER_BITS
 from netem.media.can.fault_confinement import State
 from netem.media.can.frame import ERROR_STATE, MalformedFrame
@@ -70,6 +71,7 @@ class CanBus:
         """Raises ValueError for settings that name other nodes."""
         names = tuple(nodes)
         settings.check_nodes(name, names)
+        settings = settings.with_declared(names)
         self.name = name
         self.settings = settings
         self.logs: list[FrameLog] = []
@@ -85,6 +87,7 @@ class CanBus:
         self._safe = len(names) > 1 and not self._errors.possible
         self._quiet = self._safe            # nobody has errors behind him, and none can come
         self._admit = Admission(settings).admit
+        self._declared = DeclarationWatch(settings.messages) if settings.messages else None
         self._shortest_ns = settings.shortest_ns()
         self._load = BusLoad(settings.load_window_ns)
         self._events = BusEvents(name)
@@ -108,6 +111,9 @@ class CanBus:
             self._malformed(controller, frame, str(malformed))
             return
         frame.data = length.data
+        if self._declared is not None:
+            for words in self._declared.look(sender, length, now_ns):
+                self._events.not_as_declared(sender, length.data, words, now_ns)
         if controller.recovery is not None:
             if self.settings.at_bus_off == "drop":
                 self._drop(controller, frame, Fate.BUS_OFF, "sender")

@@ -39,6 +39,9 @@ class BusEvents:
     def malformed(self, node: str, cause: str, time_ns: int) -> None:
         self._tell_once(time_ns, node, "malformed CAN frame", cause)
 
+    def not_as_declared(self, node: str, data: bytes, words: str, time_ns: int) -> None:
+        self._tell(time_ns, node, "not as declared", f"{identifier_text(data)}: {words}")
+
     def same_identifier(self, senders: Sequence[Controller], data: bytes, time_ns: int) -> None:
         names = ", ".join(sender.name for sender in senders)
         for sender in senders:

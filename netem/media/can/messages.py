@@ -92,16 +92,20 @@ def periodic(messages: Mapping[str, CanMessage], clock: BitClock, *, worst: bool
     return found
 
 
+def response_times_ns(messages: Mapping[str, CanMessage], clock: BitClock) -> dict[str, int | None]:
+    """Worst-case response time of each message, highest priority first, with a queue by priority; None: no bound."""
+    found = periodic(messages, clock)
+    return {message.name: response_time_ns(found, index, clock.most_ns(1)) for index, message in enumerate(found)}
+
+
 def late_messages(messages: Mapping[str, CanMessage], clock: BitClock) -> list[str]:
     """A line for each message whose worst-case response time is beyond its deadline, with a queue by priority."""
-    found = periodic(messages, clock)
     lines = []
-    for index, message in enumerate(found):
-        declared = messages[message.name]
+    for name, worst_ns in response_times_ns(messages, clock).items():
+        declared = messages[name]
         deadline_ns = declared.deadline_ns or declared.period_ns
-        worst_ns = response_time_ns(found, index, clock.most_ns(1))
         if worst_ns is None or worst_ns > deadline_ns:
             reached = "has no bound" if worst_ns is None else f"is {worst_ns * 1e-6:.3f} ms"
-            lines.append(f"{message.name} ({declared.id:#x}): worst-case response time {reached}, "
+            lines.append(f"{name} ({declared.id:#x}): worst-case response time {reached}, "
                          f"deadline {deadline_ns * 1e-6:.3f} ms")
     return lines

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import ClassVar, Final, Literal
 
+from netem.media import MediumSettings, Shown
 from netem.media.can.bit_clock import BitClock
 from netem.media.can.bit_errors import BitErrorSettings
-from netem.media.can.messages import CanMessage, periodic
+from netem.media.can.dbc_file import read_dbc
+from netem.media.can.dbc_messages import declared_by
+from netem.media.can.messages import CanMessage, by_priority, periodic, response_times_ns
 from netem.media.can.response_time import utilization
 from netem.media.can.transmit_queue import Discipline
 from netem.topology import REFUSE_UNKNOWN_KEYS
@@ -22,7 +26,7 @@ SHORTEST_ERROR_BITS: Final = 1 + 6 + 8 + 3  # SOF, error flag, error delimiter, 
 
 
 @dataclass(frozen=True)
-class CanSettings:
+class CanSettings(MediumSettings):
     __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     bit_rate_bps: int
     data_bit_rate_bps: int | None = None                    # of CAN FD; None: classical CAN only
@@ -39,6 +43,8 @@ class CanSettings:
     bit_errors: BitErrorSettings = field(default_factory=BitErrorSettings)
 
     messages: dict[str, CanMessage] = field(default_factory=dict)
+    dbc: Path | None = None                                 # a DBC file that declares further messages
+    dbc_nodes: dict[str, str] = field(default_factory=dict)     # its names of control units -> nodes of the bus
     messages_only: bool = False                             # any other frame is malformed
     overload: Literal["refuse", "report"] = "refuse"        # if the declared messages need more than there is
 
@@ -58,9 +64,41 @@ class CanSettings:
             raise ValueError(f"restart_delay_ns={self.restart_delay_ns}: expected 0 or more")
         if self.load_window_ns < 1:
             raise ValueError(f"load_window_ns={self.load_window_ns}: expected more than 0")
-        if self.messages_only and not self.messages:
+        if self.messages_only and not self.messages and self.dbc is None:
             raise ValueError("messages_only=true: no messages are declared, so every frame would be malformed")
         self._check_messages()
+
+    def with_declared(self, nodes: Sequence[str]) -> CanSettings:
+        """These settings with the messages of the DBC file under `messages`; an own message of `messages` goes first.
+
+        Raises DbcError, or ValueError if what is declared needs more than there is.
+        """
+        if self.dbc is None:
+            return self
+        own = {message.rank for message in self.messages.values()}
+        found = declared_by(read_dbc(self.dbc), nodes, self.dbc_nodes).messages
+        return replace(self, dbc=None, messages=self.messages | {
+            name: message for name, message in found.items() if name not in self.messages and message.rank not in own})
+
+    def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
+        """Load and worst-case response times of the declared messages, and what was passed over of a DBC file."""
+        settings, clock = self.with_declared(nodes), self.clock
+        tables = []
+        if settings.messages:
+            worst, least = (utilization(periodic(settings.messages, clock, worst=worst)) for worst in (True, False))
+            reached = response_times_ns(settings.messages, clock)
+            tables.append(Shown(
+                f"{medium}: declared messages need {least:.1%} to {worst:.1%} of the bus",
+                ("message", "identifier", "sender", "period", "worst-case response", "deadline"),
+                [(name, f"{message.id:#x}", message.sender, _ms(message.period_ns), _ms(reached[name]),
+                  _ms(message.deadline_ns or message.period_ns))
+                 for name, message in by_priority(settings.messages).items()]))
+        if self.dbc is not None:
+            passed_over = declared_by(read_dbc(self.dbc), nodes, self.dbc_nodes).passed_over
+            if passed_over:
+                tables.append(Shown(f"{medium}: passed over in {self.dbc.name}", ("message", "why"),
+                                    list(passed_over.items())))
+        return tables
 
     @property
     def clock(self) -> BitClock:
@@ -86,6 +124,7 @@ class CanSettings:
             lines += [f"{key}={node}: {there}" for node in getattr(self, key) if node not in nodes]
         lines += [f"messages: {name}: sender={message.sender}: {there}" for name, message in self.messages.items()
                   if message.sender not in nodes]
+        lines += [f"dbc_nodes: {unit}={node}: {there}" for unit, node in self.dbc_nodes.items() if node not in nodes]
         if lines:
             raise ValueError("\n".join(lines))
 
@@ -104,3 +143,7 @@ class CanSettings:
             raise ValueError(f"bit_rate_bps={self.bit_rate_bps}: the {len(self.messages)} declared messages need "
                              f"{worst:.1%} of it ({least:.1%} without stuff bits); raise it, lengthen periods, or set "
                              f"overload = \"report\" to run all the same")
+
+
+def _ms(time_ns: int | None) -> str:
+    return "no bound" if time_ns is None else f"{time_ns * 1e-6:.6g} ms"

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
 
+from netem.media import MediumSettings
 from netem.media.serial_line.byte_clock import ByteClock
 from netem.topology import REFUSE_UNKNOWN_KEYS
 
@@ -13,7 +14,7 @@ FASTEST_BPS: Final = 20_000_000     # what transceivers for RS-485 carry; UARTs 
 
 
 @dataclass(frozen=True)
-class SerialLineSettings:
+class SerialLineSettings(MediumSettings):
     __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     baud_bps: int
     data_bits: int = 8

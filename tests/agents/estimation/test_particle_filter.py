@@ -97,3 +97,25 @@ def test_a_detection_resamples_as_filterpy_does(monkeypatch):
     drawn = resampling.systematic_resample(likelihood / likelihood.sum())
     assert len(set(drawn)) > 50
     assert np.array_equal(particles.particles, before[:, drawn])
+
+
+def test_where_only_the_last_particle_explains_the_detection_all_are_drawn_from_it():
+    particles = ParticleFilter((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), np.random.default_rng(9), particles=5,
+                               process_m2=0.0, measured_m2=1e-6)
+    last = particles.particles[:, -1].copy()
+
+    particles.correct(0, last[0], last[1])
+
+    assert np.array_equal(particles.particles, np.tile(last[:, None], 5))
+    assert particles.expect(0) == pytest.approx((last[0], last[1]), abs=1e-12)
+
+
+@pytest.mark.parametrize("count", [2, 3, 10, 1000])
+def test_of_particles_that_weigh_the_same_each_is_drawn_once(count):
+    particles = ParticleFilter((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), np.random.default_rng(9), particles=count,
+                               process_m2=0.0)
+    headings = particles.particles[2].copy()
+
+    particles.correct(0, 0.0, 0.0)
+
+    assert np.array_equal(particles.particles[2], headings)

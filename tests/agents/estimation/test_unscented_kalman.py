@@ -28,7 +28,7 @@ def test_a_target_that_stands_still_is_the_scalar_kalman_filter():
 
 
 def test_a_curved_path_is_as_filterpy_has_it():
-    kalman = pytest.importorskip("filterpy.kalman")
+    kalman = pytest.importorskip("filterpy.kalman", reason="needs filterpy: pip install -e '.[dev]'")
     tuning, rng = Tuning(alpha=0.9, beta=2.0, kappa=0.5), np.random.default_rng(4)
     theirs = kalman.UnscentedKalmanFilter(
         3, 2, 1.0, lambda state: state[:2],

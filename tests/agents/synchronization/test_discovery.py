@@ -294,3 +294,45 @@ def test_an_event_while_discovery_runs_does_not_start_it_anew():
 def test_a_node_that_cannot_be_is_refused(arguments, said):
     with pytest.raises(ValueError, match=said):
         Discovery(*arguments)
+
+
+def heard_all():
+    """Node 0 of two in the last cycle of an epoch in which it heard node 1."""
+    node, other = Discovery(0, 2), Discovery(1, 2)
+    node.trigger(0)
+    for cycle in range(node.cycles):
+        frame = node.frame_to_send(cycle)
+        other.hear(0, frame, cycle)
+        node.hear(1, other.frame_to_send(cycle), cycle)
+    return node
+
+
+ENTRIES = {
+    "trigger": lambda node, cycle: node.trigger(cycle),
+    "frame_to_send": lambda node, cycle: node.frame_to_send(cycle),
+    "hear": lambda node, cycle: node.hear(1, b"no frame", cycle),
+    "finish": lambda node, cycle: node.finish(cycle),
+}
+
+
+@pytest.mark.parametrize("entry", ENTRIES)
+def test_an_epoch_is_over_at_its_end_cycle_whatever_is_asked_first(entry):
+    node = heard_all()
+    assert node.is_running
+
+    ENTRIES[entry](node, node.end_cycle)
+
+    assert node.phase is (Phase.ARMED if entry == "trigger" else Phase.SILENT)
+    assert isinstance(node.outcome, Topology)
+
+
+@pytest.mark.parametrize("entry", ["trigger", "frame_to_send", "hear"])
+def test_an_epoch_runs_through_its_last_cycle(entry):
+    node = heard_all()
+
+    ENTRIES[entry](node, node.end_cycle - 1)
+
+    assert node.is_running
+    assert node.outcome is None
+    with pytest.raises(RuntimeError, match=r"no discovery has ended by cycle 2 \(RUNNING, end_cycle=3\)"):
+        node.finish(node.end_cycle - 1)

@@ -52,6 +52,48 @@ def test_a_silent_link_does_what_its_parameter_says(action: int, modes: list, wo
         mode = new or mode
 
 
+@pytest.mark.parametrize(("parameters", "loss_s", "hold_s"), [
+    ({}, 2.0, 5.0), ({"LINK_LOSS": 0.1, "LINK_HOLD": 0.0}, 0.1, 0.0), ({"LINK_LOSS": 7.5, "LINK_HOLD": 0.2}, 7.5, 0.2)])
+def test_a_hold_lasts_from_the_loss_for_its_time_to_the_nanosecond(
+        parameters: dict[str, float], loss_s: float, hold_s: float) -> None:
+    safe, loss_ns, hold_ns = failsafe(**parameters), round(loss_s * S), round(hold_s * S)
+
+    def look(after_ns: int, mode: Mode) -> Mode | None:         # `after_ns` the last word of the link
+        return safe.look(after_ns, mode, Silences(after_ns, 0, position_valid=True, position_needed=False))
+
+    assert (look(loss_ns, Mode.MISSION), safe.acting) == (None, "")
+    assert (look(loss_ns + 1, Mode.MISSION), safe.acting) == (Mode.HOLD, LINK_HOLD)
+    if hold_ns:
+        assert (look(loss_ns + hold_ns, Mode.HOLD), safe.acting) == (None, LINK_HOLD)
+    assert (look(loss_ns + 1 + hold_ns, Mode.HOLD), safe.acting) == (Mode.LAND, LINK_LAND)
+
+
+def test_a_link_that_comes_back_ends_the_hold_and_the_next_loss_holds_for_its_whole_time() -> None:
+    safe, lost = failsafe(), silent_link(2.1)
+    assert safe.look(0, Mode.MISSION, lost) is Mode.HOLD
+
+    assert safe.look(4 * S, Mode.HOLD, silent_link(0.0)) is None
+    assert safe.acting == ""
+    assert safe.look(9 * S, Mode.MISSION, lost) is Mode.HOLD
+    assert safe.look(14 * S - 1, Mode.HOLD, lost) is None
+    assert safe.look(14 * S, Mode.HOLD, lost) is Mode.LAND
+
+
+def test_targets_are_lost_after_half_a_second_unless_told_otherwise() -> None:
+    at, beyond = Silences(0, S // 2, True, position_needed=False), Silences(0, S // 2 + 1, True, position_needed=False)
+
+    assert failsafe().look(0, Mode.OFFBOARD, at) is None
+    assert failsafe().look(0, Mode.OFFBOARD, beyond) is Mode.HOLD
+
+
+def test_a_return_or_landing_goes_on_while_the_link_is_silent() -> None:
+    for mode in (Mode.LAND, Mode.RETURN):
+        safe = failsafe(LINK_LOSS_ACT=3)
+
+        assert safe.look(0, mode, silent_link(9.0)) is None
+        assert safe.acting == ""
+
+
 def test_without_a_position_a_silent_link_is_a_landing() -> None:
     assert failsafe().look(0, Mode.STABILIZE, silent_link(9.0, position_valid=False)) is Mode.LAND
 

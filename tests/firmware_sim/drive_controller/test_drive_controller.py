@@ -395,7 +395,6 @@ def test_the_check_names_every_drive_that_cannot_start_and_two_of_one_unit(tmp_p
         "agents.slow.parameters: execution_ns=1000000000: expected 0 <= execution < period (10000000 ns), or the loop "
         "never keeps up; lengthen the period",
         'agents.bare: a drive controller needs a plant, as plant = { fmu = "unicycle" }',
-        f"agents.torn.parameters: {tmp_path / 'own.dbc'}: line 1, column 5: not DBC: BO_ <here> ?; correct it there; "
-        "`python -m cantools dump FILE` shows what a DBC file says",
+        f"agents.torn.parameters: {tmp_path / 'own.dbc'}: line 1, column 5: not DBC: BO_ <here> ?; correct it there",
         "agents.lost.parameters: port='can': no such port; there are radio, bus; name the CAN bus that the drive is on",
     ]

@@ -5,7 +5,7 @@ from math import cos, hypot, inf, isnan, nan, pi, sin
 import pytest
 from pymavlink.dialects.v20 import common
 
-from firmware_sim.autopilot.vehicle import AttitudeTarget, ItemKind, Mode, PositionTarget
+from firmware_sim.autopilot.vehicle import MOST_MISSION_ITEMS, AttitudeTarget, ItemKind, Mode, PositionTarget
 from firmware_sim.mavlink.geodesy import Origin
 from tests.firmware_sim.mavlink.ground import Ground, kinds
 
@@ -290,7 +290,7 @@ def test_too_many_items_other_partners_and_fences_are_refused():
     ground, other = Ground(), Ground(system=254)
     mav = ground.mav
 
-    (many,) = ground.say(mav.mission_count_encode(1, 1, 501))
+    (many,) = ground.say(mav.mission_count_encode(1, 1, MOST_MISSION_ITEMS + 1))
     (fence,) = ground.say(mav.mission_count_encode(1, 1, 3, common.MAV_MISSION_TYPE_FENCE))
     ground.say(mav.mission_count_encode(1, 1, 3))
     (busy,) = ground.tick(other.pack(other.mav.mission_count_encode(1, 1, 3)))

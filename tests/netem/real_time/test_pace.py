@@ -8,7 +8,8 @@ from __future__ import annotations
 import os
 import time
 
-from netem.real_time.pace import OVERRUN_NS, FromOutside, Pace
+from netem.real_time.lateness import OVERRUN_NS
+from netem.real_time.pace import MOST_AT_ONCE, FromOutside, Pace, Waited
 
 MS = 1_000_000
 
@@ -27,7 +28,7 @@ class PipeGateway:
     def come_in(self, data: bytes) -> None:
         os.write(self._write, data)
 
-    def receive(self) -> list[bytes]:
+    def receive(self, most: int) -> list[bytes]:
         return [os.read(self._read, 1000)]
 
     def send(self, data: bytes) -> None:
@@ -38,12 +39,34 @@ class PipeGateway:
         os.close(self._write)
 
 
+class FloodedGateway(PipeGateway):
+    """Messages have always come in already, however many are taken."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.come_in(b"always readable")
+
+    def receive(self, most: int) -> list[bytes]:
+        return [b"x"] * most
+
+
+class SlowGateway(PipeGateway):
+    """Taking in what has come takes `takes_s`, and then there was no message in it."""
+
+    takes_s = 0.05
+
+    def receive(self, most: int) -> list[bytes]:
+        time.sleep(self.takes_s)
+        os.read(self._read, 1000)
+        return []
+
+
 def test_no_instant_is_early_and_nothing_adds_up():
     pace = Pace()
     pace.start()
     began_ns = time.monotonic_ns()
     for k in range(1, 21):
-        assert pace.wait(k * 2 * MS) == []
+        assert pace.wait(k * 2 * MS) == Waited(True, [])
         assert time.monotonic_ns() >= began_ns - MS + k * 2 * MS       # start() was less than 1 ms before
 
     assert pace.lateness.instants == 20
@@ -57,8 +80,47 @@ def test_what_comes_in_ends_the_wait():
     pace.start()
     gateway.come_in(b"hello")
 
-    assert pace.wait(10**12) == [FromOutside("out", "line", b"hello")]
-    assert pace.wait(pace.now_ns()) == []
+    assert pace.wait(10**12) == Waited(False, [FromOutside("out", "line", b"hello")])
+    assert pace.wait(pace.now_ns()) == Waited(True, [])
+    pace.close()
+
+
+def test_an_overdue_instant_is_reached_at_once_however_many_messages_come():
+    pace = Pace([FloodedGateway()])
+    pace.start()
+    time.sleep(2 * OVERRUN_NS * 1e-9)
+
+    waits = [pace.wait(0) for _ in range(1_000)]
+
+    assert all(wait.reached for wait in waits)
+    assert {len(wait.heard) for wait in waits} == {1}           # and a run that is always late still hears the outside
+    assert pace.lateness.instants == 1_000
+    assert pace.lateness.overruns == 1
+    pace.close()
+
+
+def test_one_wait_takes_in_a_bounded_number_of_messages():
+    pace = Pace([FloodedGateway()])
+    pace.start()
+
+    wait = pace.wait(10**12)
+
+    assert not wait.reached
+    assert len(wait.heard) == MOST_AT_ONCE
+    pace.close()
+
+
+def test_a_wait_that_ends_late_counts_as_late():
+    gateway = SlowGateway()
+    pace = Pace([gateway])
+    pace.start()
+    gateway.come_in(b"noise")
+
+    wait = pace.wait(pace.now_ns() + 5 * MS)
+
+    assert wait == Waited(True, [])
+    assert pace.lateness.worst_ns >= (gateway.takes_s * 1e9) - 5 * MS
+    assert pace.lateness.overruns == 1
     pace.close()
 
 

@@ -195,6 +195,27 @@ def test_no_byte_arrives_before_the_lookahead(baud_bps, sizes, later_ns):
     assert all(arrival_ns >= bound_ns for arrival_ns, _, _ in bench.heard[already:])
 
 
+@given(st.integers(300, 20_000_000), st.lists(st.integers(1, 30), max_size=5), st.lists(st.integers(1, 30), max_size=5),
+       st.integers(1, 10_000_000), st.integers(0, 5_000))
+def test_the_lookahead_is_when_the_first_byte_can_arrive(baud_bps, sizes, others_sizes, t0_ns, latency_ns):
+    def bench():
+        found = Bench(baud_bps=baud_bps, receive_latency_ns=latency_ns)
+        for end, waiting in (("fc", sizes), ("modem", others_sizes)):
+            for size in waiting:
+                found.line.offer(end, bytes(size), 0)
+        found.heard.clear()
+        return found
+
+    earliest_ns = END_NS
+    for end in ("fc", "modem"):
+        tried = bench()
+        tried.line.offer(end, b"x", t0_ns)
+        earliest_ns = min(earliest_ns, tried.heard[-1][0])
+    bound_ns = bench().line.lookahead_ns(t0_ns)
+
+    assert 0 <= earliest_ns - bound_ns <= 1             # 1 ns: the end of a byte in a stretch is rounded once
+
+
 @pytest.mark.parametrize(("settings", "says"), [
     ({"baud_bps": 0}, "baud_bps=0: expected 1 to"), ({"data_bits": 9}, "data_bits=9: expected 5 to 8"),
     ({"stop_bits": 3}, "stop_bits=3: expected 1 or 2"), ({"buffer_bytes": 0}, "buffer_bytes=0"),

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from firmware_sim.drive_controller.dbc_file import REMEDY, DbcError, read_dbc
 from firmware_sim.drive_controller.drive_messages import DRIVE_DBC, DriveMessages
+from netem.media.can.dbc_file import LAYOUT_REMEDY, REMEDY, DbcError, read_dbc
 
 GOOD = DRIVE_DBC.read_text(encoding="cp1252")
 
@@ -30,7 +30,7 @@ def refusal(tmp_path: Path, text: str) -> str:
 
 
 def test_the_file_that_comes_with_marconet_can_be_used() -> None:
-    assert {message.name for message in read_dbc(DRIVE_DBC).messages} == {
+    assert {message.name for message in read_dbc(DRIVE_DBC).database.messages} == {
         "DriveSetpoint", "DriveSpeed", "DriveOdometry", "DriveStatus"}
 
 
@@ -43,7 +43,7 @@ def test_a_slip_of_the_pen_is_named_with_line_column_and_remedy(tmp_path: Path) 
 
 
 @pytest.mark.parametrize(("text", "says"), [
-    ("", "line 1, column 1: not DBC: "),
+    ("", "the file is empty; expected a DBC file"),
     ("what is this?", "line 1, column 13: not DBC: what is this <here> ?"),
     ("\x00\x01\x02" * 50, "line 1, column 1: not DBC: "),
     (GOOD[:len(GOOD) // 3], "line "),
@@ -51,7 +51,7 @@ def test_a_slip_of_the_pen_is_named_with_line_column_and_remedy(tmp_path: Path) 
     (GOOD.replace("BO_ 400 DriveSpeed", "BO_ 400 DriveSpeeds"), "no message DriveSpeed (the nearest is DriveSpeeds); "),
     (GOOD.replace("_ 1808", "_ 2050"), f"line {line_of(GOOD, 'BO_ 1808')}: Standard frame id 0x802 is more than 11"),
     (GOOD.replace("VAL_ 1808", "VAL_ 1809"), f"line {line_of(GOOD, 'VAL_ 1808')}: unused VAL_ entries in DBC: VAL_ 18"),
-    (GOOD.replace("_ 1808", "_ 416"), "message DriveStatus has the identifier of DriveOdometry, 0x1a0; give each its "),
+    (GOOD.replace("_ 1808", "_ 416"), "messages DriveOdometry and DriveStatus have the same identifier 0x1a0, lines "),
 ])
 def test_what_is_no_file_of_drive_messages_is_refused(text: str, says: str, tmp_path: Path) -> None:
     assert refusal(tmp_path, text).startswith(says)
@@ -78,7 +78,7 @@ def test_a_signal_beyond_its_message_is_found_in_its_line(tmp_path: Path) -> Non
                                           "left_counts); add it as in"),
     ('SG_ age_ms : 32|32@1+ (1,0) [0|4294967295] "ms" COMPANION',
      'SG_ age_ms : 32|24@1+ (1,0) [0|1] "ms" COMPANION\n SG_ more : 56|8@1+ (1,0) [0|1] "" COMPANION',
-     "line {}: message DriveStatus: nobody here fills the signal more; leave it out"),
+     "line {}: message DriveStatus: marconet's drive does not fill the signal more; leave it out"),
     ("SG_ counter : 56|8@1+ (1,0) [0|255] \"\" COMPANION", "SG_ counter m1 : 56|8@1+ (1,0) [0|255] \"\" COMPANION",
      "line {}: "),
 ])
@@ -110,3 +110,55 @@ def test_a_unit_beyond_the_last_identifier_is_refused(tmp_path: Path) -> None:
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(DbcError, match=r"none.dbc: cannot be read \(No such file or directory\); give the path"):
         DriveMessages(tmp_path / "none.dbc")
+
+
+VEHICLES = Path(__file__).parents[3] / "cases" / "drive_dbc" / "dbc"
+USABLE = ("plain", "crlf", "utf8_bom", "degree_cp1252", "motorola", "extended_ids", "offset", "negative_scale",
+          "no_range", "no_nodes", "float_signal", "long_name", "other_message_overlaps", "other_message_3digit_name")
+REFUSED = {
+    "same_name_twice": "message DriveSetpoint stands there twice, lines 9, 31; leave one",
+    "same_id_twice": "messages DriveSetpoint and Other have the same identifier 0x110, lines 9, 31; give each its own",
+    "dlc_6_of_8": f"line 12: The signal mode does not fit in message DriveSetpoint; {LAYOUT_REMEDY}",
+    "extra_checksum_signal": "line 15: The signals checksum and mode are overlapping in message DriveSetpoint; "
+                             + LAYOUT_REMEDY,
+    "e2e_checksum": "line 9: message DriveSetpoint: marconet's drive does not fill the signal checksum; leave it out",
+    "multiplexed": "line 9: message DriveSetpoint is multiplexed; give each signal a place of its own",
+    "fd_64": "message DriveSetpoint has 64 bytes; classical CAN carries at most 8",
+    "empty": "the file is empty; expected a DBC file",
+}
+
+
+def test_every_file_of_a_vehicle_is_tried() -> None:
+    assert {file.stem for file in VEHICLES.glob("*.dbc")} == {*USABLE, *REFUSED}
+
+
+@pytest.mark.parametrize("name", USABLE)
+def test_a_vehicles_file_is_usable_whatever_other_messages_it_holds(name: str) -> None:
+    messages = DriveMessages(VEHICLES / f"{name}.dbc")
+
+    assert len(messages.identifiers()) == 4
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_vehicles_file_is_refused_for_the_drives_own_messages_only(name: str) -> None:
+    file = VEHICLES / f"{name}.dbc"
+
+    with pytest.raises(DbcError) as caught:
+        DriveMessages(file)
+
+    assert str(caught.value) == f"{file}: {REFUSED[name]}"
+
+
+def test_a_message_that_is_not_dbc_is_left_out_with_all_that_refers_to_it(tmp_path: Path) -> None:
+    file = tmp_path / "vehicle.dbc"
+    file.write_text(GOOD + 'BO_ 1275 2017_5: 8 XXX\n SG_ a : 0|8@1+ (1,0) [0|1] "" XXX\n\n'
+                    'CM_ SG_ 1275 a "of two\nlines; and more";\nVAL_ 1275 a 0 "no" ;\n', encoding="utf-8")
+
+    found = read_dbc(file)
+
+    line = line_of(file.read_text(), "2017_5")
+    assert found.left_out == {"2017_5": f"line {line}, column 10: not DBC: BO_ 1275 <here> 2017_5: 8 XXX"}
+    assert {message.name for message in found.database.messages} == {
+        "DriveSetpoint", "DriveSpeed", "DriveOdometry", "DriveStatus"}
+    with pytest.raises(DbcError, match=f"line {line}, column 10: not DBC: .* {REMEDY}"):
+        found.usable_message("2017_5")

@@ -1,0 +1,48 @@
+"""What pyproject.toml declares and what marconet imports are the same packages."""
+
+from __future__ import annotations
+
+import ast
+import sys
+import tomllib
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+TOP = Path(__file__).parents[2]
+OURS = {"netem", "fmus", "firmware_sim", "agents", "experiments", "scenarios"}
+PROJECT = tomllib.loads((TOP / "pyproject.toml").read_text())["project"]
+READ_AS_DATA = {"plotly"}                           # the report takes its JavaScript
+OF_AN_EXTRA = {"filterpy", "mypy", "mypyc", "setuptools", "ziglang"}        # imported only if that extra is installed
+
+
+def imported() -> set[str]:
+    found: set[str] = set()
+    for room in sorted(OURS):
+        for path in (TOP / room).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text())):
+                if isinstance(node, ast.Import):
+                    found |= {alias.name.partition(".")[0] for alias in node.names}
+                elif isinstance(node, ast.ImportFrom) and not node.level:
+                    found.add((node.module or "").partition(".")[0])
+    return found - OURS - OF_AN_EXTRA - set(sys.stdlib_module_names)
+
+
+def declared() -> set[str]:
+    return {canonicalize_name(Requirement(line).name) for line in PROJECT["dependencies"]}
+
+
+def test_each_import_is_of_a_declared_package_and_each_declared_package_is_imported() -> None:
+    of_module = packages_distributions()
+
+    needed = {canonicalize_name(of_module[module][0]) for module in imported()}
+
+    assert needed == declared() - READ_AS_DATA
+
+
+@pytest.mark.parametrize("line", PROJECT["dependencies"])
+def test_each_dependency_has_a_lower_bound(line: str) -> None:
+    assert [bound.operator for bound in Requirement(line).specifier] == [">="]
