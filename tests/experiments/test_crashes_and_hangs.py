@@ -82,8 +82,8 @@ def test_the_command_says_whom_it_waits_for_and_ends_with_the_code_of_a_failed_n
 
     assert ended.returncode == 3
     assert "SleepForever: waits for bad: no answer for 2 s" in ended.stdout
-    assert re.search(r"^node bad: no answer within node_timeout_s = 4 s: it hangs at .*robots.py:\d+ in act", ended.stderr,
-                     re.MULTILINE)
+    assert re.search(r"^node bad: no answer within node_timeout_s = 4 s: it hangs at .*robots.py:\d+ in act",
+                     ended.stderr, re.MULTILINE)
     assert (tmp_path / "out" / "ledger.parquet").is_file()
     assert time.monotonic() - began_s < 30
 
