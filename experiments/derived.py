@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.own_modules import module_for
+from experiments.own_modules import NameTaken, module_for
 from netem.records.signal_table import SignalTable
 
 Json = Mapping[str, Any]
@@ -51,6 +51,8 @@ def function_for(path: str, folder: Path) -> Callable[..., Any]:
         found = getattr(module_for(module_name, folder), name, None)
     except ModuleNotFoundError as error:
         raise ValueError(f"there is no module {error.name!r}") from error
+    except NameTaken as error:
+        raise ValueError(str(error)) from error
     if not callable(found):
         raise ValueError(f"there is no function {name!r} in {module_name}")
     function: Callable[..., Any] = found

@@ -19,17 +19,22 @@ from experiments.own_modules import class_for
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
+from firmware_sim.recorded_outputs import record_outputs
 from fmus.call_record import CallRecord
 from fmus.description import PlantDescription
 from fmus.plant import Plant
 from netem.media.sensing.sight import Body, pack_body
+from netem.named import Named
 from netem.node import Node
+from netem.outside_guard import guarded
 from netem.random_streams import stream
 
 
 class PlantSpecification(msgspec.Struct, frozen=True):
     description: PlantDescription
-    start: dict[str, float | bool | str]
+    start: dict[str, Any]
+    step_ns: int | None = None          # of an FMU that takes steps of one size and does not say which
+    idle_outputs: list[str] = []        # that are 0 for good: not recorded
 
 
 class Shown(msgspec.Struct, frozen=True):
@@ -68,10 +73,16 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     if specification.blocking:
         return _blocking_node(specification, at_end, record)
     node = Node(specification.name, list(specification.media), specification.sample_period_ns)
-    program = class_for(specification.program, Path(specification.folder))(_board(specification, node, record),
-                                                                           **specification.parameters)
+    board = _board(specification, node, record)
+    program = class_for(specification.program, Path(specification.folder))(board, **specification.parameters)
     if hasattr(program, "run"):
-        node.start(program.run())
+        running = program.run()
+        if not hasattr(running, "throw"):
+            raise TypeError(f"{type(program).__name__}.run() gave {running!r}: expected a generator; write `run` with "
+                            "`yield from self.board.wait_until(local_ns)` in it")
+        node.start(running)
+    if board.plant is not None and specification.plant is not None:
+        record_outputs(node, board.plant, specification.plant.idle_outputs)
     return node
 
 
@@ -92,11 +103,23 @@ def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None, r
     from firmware_sim.blocking.own_process import own_process
 
     node = BlockingNode(specification.name, list(specification.media), specification.sample_period_ns)
-    folder = Path(specification.folder)
-    at_end.enter_context(own_process(node, _board(specification, node, record), specification.program, folder,
-                                     partial(class_for, specification.program, folder), specification.parameters,
+    board, folder = _board(specification, node, record), Path(specification.folder)
+    at_end.enter_context(own_process(node, board, specification.program, folder,
+                                     partial(_load_blocking, specification, at_end), specification.parameters,
                                      specification.media, specification.own_frames))
+    if board.plant is not None and specification.plant is not None:
+        record_outputs(node, board.plant, specification.plant.idle_outputs)
     return node
+
+
+def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:
+    """The function. Its own thread calls this: python-can, imported here, has to find the node's time and locks."""
+    buses = [medium for medium, kind in specification.media.items() if kind == "can"]
+    if buses and guarded():
+        from firmware_sim.can_interface.other_interfaces import only_our_interface
+
+        at_end.enter_context(only_our_interface(specification.name, buses))
+    return class_for(specification.program, Path(specification.folder))
 
 
 def _board(specification: NodeSpecification, node: Node, record: CallRecord | None) -> Board:
@@ -104,7 +127,8 @@ def _board(specification: NodeSpecification, node: Node, record: CallRecord | No
     plant = None
     if specification.plant is not None:
         plant = Plant(specification.plant.description, specification.name, specification.plant.start,
-                      record=record)
+                      specification.plant.step_ns, present=node.present_ns, on_end=node.end_run, record=record)
         for shown in specification.shown:
             _show(node, plant, shown)
-    return Board(node, clock, plant, specification.team, stream(specification.seed, f"agents.{specification.name}"))
+    team = Named(specification.team, specification.name, "key of [team]", "the scenario has no [team]")
+    return Board(node, clock, plant, team, stream(specification.seed, f"agents.{specification.name}"))

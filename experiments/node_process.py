@@ -15,6 +15,7 @@ from importlib import import_module
 import msgspec
 
 from experiments.node_build import NodeSpecification, build_node
+from experiments.wall_clock_sleep import sleep_refused
 from netem.diagnosis.under_way import UnderWay
 from netem.node import Node
 from netem.transport.errand import Errand
@@ -28,6 +29,7 @@ def build(at_end: ExitStack, under_way: UnderWay, errand: Errand) -> Node:
 
 def life(under_way: UnderWay) -> int:
     with ExitStack() as at_end:
+        at_end.enter_context(sleep_refused())
         return take_part(partial(build, at_end, under_way))
 
 

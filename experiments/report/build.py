@@ -18,7 +18,8 @@ import msgspec
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from experiments.metrics import UnknownKeys, evaluate
+from experiments.frame_copies import LedgerUnreadable
+from experiments.metrics import evaluate
 from experiments.monitors.judge import VIOLATED
 from experiments.report import series
 from experiments.report.plane import plane
@@ -30,7 +31,6 @@ PAGE = files("experiments.report") / "page"
 MOST_EVENTS = 300
 MOST_OF_A_KIND = 30
 FEW_OF_A_KIND = 3           # of what a program tells at every step, so that it hides nothing else
-MOST_LINKS = 60
 MOST_VIOLATIONS = 60
 
 
@@ -45,12 +45,16 @@ class Limits(NamedTuple):
 def write_report(run_dir: Path) -> Path:
     data = load_run(run_dir)
     path = run_dir / "report.html"
-    path.write_text(render(data, run_dir.name), encoding="utf-8")
+    try:
+        page = render(data, run_dir.name)
+    except LedgerUnreadable as error:
+        page = render(data.without_ledger(str(error)), run_dir.name)
+    path.write_text(page, encoding="utf-8")
     return path
 
 
 def render(data: RunData, folder: str) -> str:
-    verdicts, problems = verdicts_of(data)
+    verdicts = verdicts_of(data)
     drawn = {"signals": series.signals(data), "switching": series.switching(data),
              "violated": series.violated(data), "spoken": series.spoken(data),
              "fates": series.fates(data), "ages": series.ages(data), "gaps": series.gaps(data), "nodes": data.nodes,
@@ -62,14 +66,14 @@ def render(data: RunData, folder: str) -> str:
     environment.filters |= {"number": number, "seconds": seconds}
     return environment.get_template("report.html.j2").render(
         name=data.scenario.get("name") or folder, question=data.scenario.get("question") or "", verdicts=verdicts,
-        broken=[verdict for verdict in verdicts if not verdict.holds], missing=[*data.missing, *problems],
+        broken=[verdict for verdict in verdicts if not verdict.holds], missing=data.missing,
         windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
         table=series.node_table(data),
         guarantees=[outcome.standing for outcome in data.guarantees.values()],
         violations=[(outcome.standing, outcome.violations[:MOST_VIOLATIONS]) for outcome in data.guarantees.values()
                     if outcome.violations],
         events=listed_events(listed), event_total=len(listed), level_name=level_name,
-        event_kinds=sorted(Counter(event.kind for event in data.events).items()), most_links=MOST_LINKS,
+        event_kinds=sorted(Counter(event.kind for event in data.events).items()),
         data_json=_for_script(drawn), plotly=_text(files("plotly") / "package_data" / "plotly.min.js"),
         script=_text(PAGE / "report.js"), style=_text(PAGE / "report.css"))
 
@@ -87,17 +91,14 @@ def listed_events(events: Sequence[Event]) -> list[Event]:
     return shown[:MOST_EVENTS]
 
 
-def verdicts_of(data: RunData) -> tuple[list[Verdict], list[str]]:
-    """The run's own verdicts, or where it left none those on the scenario's `expect`; and what cannot be judged."""
+def verdicts_of(data: RunData) -> list[Verdict]:
+    """The run's own verdicts, or where it left none those on the scenario's `expect`."""
     recorded = data.summary.get("verdicts")
     if recorded:
-        return msgspec.convert(recorded, list[Verdict]), []
+        return msgspec.convert(recorded, list[Verdict])
     expect = {key: Limits(bound.get("min"), bound.get("max"), bound.get("during_ns"))
               for key, bound in (data.scenario.get("expect") or {}).items()}
-    try:
-        return evaluate(expect, data), []
-    except UnknownKeys as error:
-        return [], str(error).splitlines()
+    return evaluate(expect, data)
 
 
 def windows(data: RunData) -> dict[str, str]:
@@ -108,6 +109,8 @@ def windows(data: RunData) -> dict[str, str]:
 
 def unfinished(data: RunData) -> str:
     meant = data.scenario.get("length_ns")
+    if ended := data.run.get("ended"):
+        return f"The run ended {ended}; all figures are up to there."
     if isinstance(meant, int) and data.length_ns < meant:
         return f"The run was broken off at {seconds(data.length_ns)} of {seconds(meant)}; all figures are up to there."
     if not data.summary and data.scenario:
@@ -127,7 +130,7 @@ def facts(data: RunData) -> list[tuple[str, str]]:
         ("Wall clock", f"{summary['wall_s']:.2f} s" if summary.get("wall_s") else None),
         ("Windows", summary.get("windows")),
         ("Grants", summary.get("grants")),
-        ("Frame copies", f"{data.ledger.height:,}".replace(",", " ")),
+        ("Frame copies", f"{len(data.ledger):,}".replace(",", " ")),
         ("Ledger hash", data.ledger_metadata.get("hash")),
         ("Versions", ", ".join(f"{name} {text}" for name, text in (run.get("versions") or {}).items())),
     ]

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import polars as pl
 
 from experiments.report.thinning import keep
 from experiments.run_data import RunData
@@ -103,20 +102,20 @@ def _views(settings: Mapping[str, Any]) -> Iterator[Json]:
 
 
 def _looks(data: RunData, sensing: Mapping[str, Any]) -> Json:
-    asked = [(pl.col("medium").cast(pl.String) == name)
-             & ~pl.col("receiver").cast(pl.String).is_in(list(settings.get("every_exposure_to") or ()))
-             for name, settings in sensing.items()]
-    copies = data.ledger.filter(pl.any_horizontal(asked)).sort("offered_ns") if asked else None
-    if copies is None or copies.is_empty():
+    unasked = {(name, receiver) for name, settings in sensing.items()
+               for receiver in settings.get("every_exposure_to") or ()}
+    asked = np.array([medium in sensing and (medium, receiver) not in unasked
+                      for medium, _, receiver in data.ledger.link.names], dtype=np.bool_)
+    if not asked.any():
         return {"looks": [], "looks_total": 0}
-    shown = copies
-    if copies.height > MOST_LOOKS:
-        shown = copies.filter(pl.col("fate").cast(pl.String) != Fate.OUT_OF_VIEW.value).head(MOST_LOOKS)
+    copies = data.ledger.taken(asked[data.ledger.link.codes])
+    shown = copies.taken(np.argsort(copies.ints("offered_ns"), kind="stable"))
+    if len(copies) > MOST_LOOKS:
+        shown = shown.taken(np.flatnonzero(~shown.fate.among(Fate.OUT_OF_VIEW.value))[:MOST_LOOKS])
     places: dict[str, Json] = {}
     looks = []
-    times = shown["offered_ns"].to_numpy()
-    for row, (sender, receiver, fate) in enumerate(zip(*(
-            shown[column].cast(pl.String).to_list() for column in ("sender", "receiver", "fate")), strict=True)):
+    times = shown.ints("offered_ns")
+    for row, ((_, sender, receiver), fate) in enumerate(zip(shown.link.values(), shown.fate.values(), strict=True)):
         table = data.signals.get(sender)
         if table is None or not {"x", "y"} <= set(table.names):
             continue
@@ -125,4 +124,4 @@ def _looks(data: RunData, sensing: Mapping[str, Any]) -> Json:
         looks.append({"t_s": int(times[row]) / 1e9, "observer": receiver, "body": sender, "fate": fate,
                       "seen": fate in (Fate.DELIVERED.value, Fate.DELIVERED_CORRUPT.value),
                       "x": places[sender]["x"][row], "y": places[sender]["y"][row]})
-    return {"looks": looks, "looks_total": copies.height}
+    return {"looks": looks, "looks_total": len(copies)}

@@ -6,12 +6,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field
+from annotated_types import Ge, Gt
 
 from experiments.scenario import overrides as overriding
 from experiments.scenario.agents import Agents
@@ -34,10 +35,10 @@ from experiments.scenario.vocabulary import Vocabulary
 class Header:
     """The single values at the top of the file."""
 
-    seed: Annotated[int, Field(ge=0)]
-    length_ns: Annotated[int, Field(gt=0)]
-    sample_period_ns: Annotated[int, Field(ge=0)] = 10_000_000      # 0: no samples
-    node_timeout_s: Annotated[float, Field(gt=0)] = 30.0            # wall clock: stays in seconds
+    seed: Annotated[int, Ge(0)]
+    length_ns: Annotated[int, Gt(0)]
+    sample_period_ns: Annotated[int, Ge(0)] = 10_000_000      # 0: no samples
+    node_timeout_s: Annotated[float, Gt(0)] = 30.0            # wall clock: stays in seconds
 
 
 def load(source: Path, *, seed: int | None = None, duration_s: float | None = None, overrides: Sequence[str] = (),
@@ -105,8 +106,12 @@ def _ask_programs(scenario: Scenario, programs: Mapping[type, str], problems: Pr
         if check is None:
             continue
         try:
-            found: Iterable[str] = check(scenario) or ()
-            for problem in found:
-                problems.say(problem)
+            with warnings.catch_warnings():         # figures beyond all bounds are told as what they break
+                warnings.simplefilter("ignore", RuntimeWarning)
+                found: Iterable[str] = check(scenario) or ()
+                for problem in found:
+                    problems.say(problem)
         except (ValueError, ArithmeticError) as error:
             problems.say(f"{program}: {error}")
+        except Exception as error:
+            problems.say(f"{program}: its check of the scenario failed: {type(error).__name__}: {error}")

@@ -41,10 +41,12 @@ class Inbox(Generic[T]):
     def take(self, timeout_ns: int | None) -> T | None:
         """The oldest item; None if there is none within `timeout_ns` of the node's clock (None: wait for ever)."""
         program = self._program
+        if not self._items and timeout_ns == 0:
+            program.note_call()
         if self._items:
+            program.thread().row.end()
             return self._items.popleft()
         if timeout_ns == 0:
-            program.note_call()
             return None
         until_ns = NEVER_NS if timeout_ns is None else program.due_ns(timeout_ns)
         thread = program.thread()

@@ -1,13 +1,16 @@
 """The standard library's time and threads, in virtual time for the threads of a blocking program, as ever for others.
 
-    time       sleep, monotonic and perf_counter on the node's oscillator; time on its local clock, 0 is 1 January 1970
+    time       sleep, monotonic and perf_counter on the node's oscillator; time on its local clock, 0 is 1 January 1970;
+               clock_gettime for both
     threading  Lock, RLock, and with them Condition, Event, Semaphore, Barrier, Timer; Thread: start, join, is_alive
     queue      Queue, SimpleQueue         signal  handlers are kept for the end of the run        asyncio  refused
 
 Names are replaced in the modules (`REPLACED`), so a module must be imported afterwards to find the new ones under
 `from time import sleep`; a blocking program and what it imports is. The replacement asks which thread calls.
 
-Not replaced: `datetime.now()`, sockets, `select`, files, processes. What waits in these holds the node up.
+    Questions that do not wait (`library_polls.py`) and readings of a clock are counted as calls (`calls_in_a_row.py`).
+
+Not replaced: `datetime.now()`, `select`, files, processes. What waits in these holds the node up.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from functools import wraps
 from typing import Any, Final
 
 from firmware_sim.blocking.here import running
+from firmware_sim.blocking.library_polls import POLLS
 from firmware_sim.blocking.program import BlockingProgram
 from firmware_sim.blocking.program_thread import ProgramThread
 from firmware_sim.blocking.seconds import duration_ns
@@ -30,6 +34,9 @@ from firmware_sim.blocking.virtual_lock import VirtualLock
 
 NO_ASYNCIO: Final = ("asyncio does not run in virtual time: its event loop waits for the operating system. Use "
                      "blocking calls (bus.recv, time.sleep), threads or can.Notifier without a loop")
+TIME_OF_DAY: Final = (time.CLOCK_REALTIME, time.CLOCK_TAI)
+SINCE_START: Final = (time.CLOCK_MONOTONIC, time.CLOCK_MONOTONIC_RAW, time.CLOCK_BOOTTIME)
+_clock_gettime_really = time.clock_gettime_ns
 _threads: dict[threading.Thread, ProgramThread] = {}
 
 
@@ -55,6 +62,16 @@ def _time(program: BlockingProgram) -> float:
 
 def _monotonic(program: BlockingProgram) -> float:
     return _monotonic_ns(program) / 1e9
+
+
+def _clock_gettime_ns(program: BlockingProgram, clock: int) -> int:
+    if clock in TIME_OF_DAY:
+        return _time_ns(program)
+    return _monotonic_ns(program) if clock in SINCE_START else _clock_gettime_really(clock)
+
+
+def _clock_gettime(program: BlockingProgram, clock: int) -> float:
+    return _clock_gettime_ns(program, clock) / 1e9
 
 
 def _lock(program: BlockingProgram) -> VirtualLock:
@@ -87,7 +104,11 @@ def _join(program: BlockingProgram, thread: threading.Thread, timeout: float | N
 def _is_alive(program: BlockingProgram, thread: threading.Thread) -> bool:
     """The real answer would depend on how far the operating system is with ending a thread that has ended."""
     known = _threads.get(thread)
-    return _is_alive_really(thread) if known is None else not known.ended
+    if known is None:
+        return _is_alive_really(thread)
+    if not known.ended:
+        program.note_call()
+    return not known.ended
 
 
 def _excepthook(program: BlockingProgram, args: threading.ExceptHookArgs) -> None:
@@ -116,6 +137,8 @@ REPLACED: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
     (time, "monotonic_ns", _monotonic_ns),
     (time, "perf_counter", _monotonic),
     (time, "perf_counter_ns", _monotonic_ns),
+    (time, "clock_gettime", _clock_gettime),
+    (time, "clock_gettime_ns", _clock_gettime_ns),
     (threading, "_time", _monotonic),
     (threading, "Lock", _lock),
     (threading, "_allocate_lock", _lock),
@@ -128,6 +151,7 @@ REPLACED: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
     (queue, "SimpleQueue", _simple_queue),
     (signal, "signal", _signal),
     (asyncio.BaseEventLoop, "run_forever", _run_forever),
+    *POLLS,
 ]
 
 

@@ -15,6 +15,7 @@ from _thread import allocate_lock, get_ident  # the real ones, whatever `library
 from collections.abc import Callable
 from typing import Final
 
+from firmware_sim.blocking.calls_in_a_row import CallsInARow
 from netem.agenda import NEVER_NS
 
 PATIENCE_S: Final = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
@@ -38,6 +39,7 @@ class ProgramThread:
         self.until_ns = 0               # true time at which it goes on by itself
         self.alarm_ns = NEVER_NS        # the first event of the node that looks after it
         self.interrupted = False
+        self.row = CallsInARow()
         self.mourners: list[ProgramThread] = []     # who waits for its end
         self.ended = False
         self.failure: BaseException | None = None

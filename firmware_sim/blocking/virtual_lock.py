@@ -54,6 +54,12 @@ class VirtualLock:
             program.wake(self._waiting[0])
 
     def locked(self) -> bool:
+        if self._held and (program := running()) is not None:
+            program.note_call()
+        return self._held
+
+    def _is_owned(self) -> bool:
+        """For `threading.Condition`, which would otherwise try to acquire the lock."""
         return self._held
 
     def __enter__(self) -> bool:

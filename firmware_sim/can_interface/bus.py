@@ -52,6 +52,8 @@ class Channel:
         self.state = ControllerState.ERROR_ACTIVE
         self._senders: dict[bytes, MarconetBus] = {}        # who last sent this identifier; no other node may
         program.node.ports[name].on_receive = self._receive
+        for what in ("malformed", "rx_dropped"):
+            program.node.count(f"{name}.{what}", 0)
 
     def send(self, sender: MarconetBus, data: bytes) -> None:
         self.program.hand_out(self.name, data)
@@ -100,6 +102,7 @@ class MarconetBus(BusABC):
         """Hand `msg` to the controller now; it waits there for the bus, the program does not."""
         self._check()
         self.transmit(packed(msg, fd=self.protocol is CanProtocol.CAN_FD))
+        self._program.note_call()
 
     def recv(self, timeout: float | None = None) -> Message | None:
         return self._recv_internal(timeout)[0]
@@ -130,6 +133,8 @@ class MarconetBus(BusABC):
     @property
     def state(self) -> BusState:
         """What the controller has last said in an error message."""
+        if running() is self._program:
+            self._program.note_call()
         return STATES[self._channel.state]
 
     @state.setter

@@ -9,15 +9,13 @@ from __future__ import annotations
 
 import linecache
 import re
-import sysconfig
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Final, NamedTuple
+
+from netem.lockstep.program_errors import is_authors
 
 _THREAD: Final = re.compile(r"^(Current thread|Thread) 0x")
 _FRAME: Final = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in (?P<function>.*)$')
-_ROOT: Final = Path(__file__).parents[2]
-_PACKAGES: Final = ("agents", "experiments", "firmware_sim", "fmus", "marconet", "netem")
 
 
 class Frame(NamedTuple):
@@ -58,13 +56,7 @@ def place_of(frames: Sequence[Frame]) -> Frame | None:
 
 def is_users(frame: Frame) -> bool:
     """Whether a line is neither marconet's nor that of Python or an installed package."""
-    if frame.file.startswith("<"):
-        return False
-    path = Path(frame.file)
-    paths = sysconfig.get_paths()
-    if any(path.is_relative_to(paths[of]) for of in ("stdlib", "platstdlib", "purelib", "platlib", "scripts")):
-        return False
-    return not any(path.is_relative_to(_ROOT / package) for package in _PACKAGES)
+    return is_authors(frame.file)
 
 
 def as_traceback(frames: Sequence[Frame]) -> str:

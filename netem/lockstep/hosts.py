@@ -12,10 +12,11 @@ from typing import Any, Protocol
 
 from netem.diagnosis.under_way import UnderWay
 from netem.lockstep.credible import credible
-from netem.lockstep.errors import NodeFailure, with_remedy
+from netem.lockstep.errors import NodeFailure, programs_failed
 from netem.lockstep.messages import Grant, Hello, Report
 from netem.lockstep.watchdog import NodeHangs, Watchdog
 from netem.node import Node
+from netem.outside_guard import OutsideGuard, OutsideRefused
 
 
 class Host(Protocol):
@@ -32,14 +33,17 @@ class Host(Protocol):
 class InlineHost:
     """All nodes in this process. `build` maps a node's name to the function that makes it.
 
-    `under_way.words[0]` is the place in `build` of the node whose code runs, counted from 1. With a `timeout_s`, a
-    `Watchdog` ends a run in which that code does not come back; `waiting` learns whose it is after two seconds.
+    `guard` watches the programs while they run, if time is virtual. `under_way.words[0]` is the place in `build` of the
+    node whose code runs, counted from 1. With a `timeout_s`, a `Watchdog` ends a run in which that code does not come
+    back; `waiting` learns whose it is after two seconds.
     """
 
-    def __init__(self, build: Mapping[str, Callable[[], Node]], under_way: UnderWay | None = None,
-                 timeout_s: float | None = None,
+    def __init__(self, build: Mapping[str, Callable[[], Node]], guard: OutsideGuard | None = None,
+                 under_way: UnderWay | None = None, timeout_s: float | None = None,
                  waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None) -> None:
         self._build = build
+        self._guard = guard or OutsideGuard()
+        self._guarded = guard is not None
         self._nodes: dict[str, Node] = {}
         self._places = {name: place for place, name in enumerate(build, 1)}
         self._running: Any = [0] if under_way is None else under_way.words
@@ -48,38 +52,58 @@ class InlineHost:
             self._watchdog = Watchdog(list(build), under_way, timeout_s, waiting)
 
     def start(self) -> dict[str, Hello]:
+        failed: dict[str, tuple[str, str]] = {}
+        guard = self._guard
         if self._watchdog is not None:
             self._watchdog.start()
+        if self._guarded:
+            guard.begin()
         for name, build in self._build.items():
+            guard.program_runs = True
             self._running[0] = self._places[name]
             try:
                 self._nodes[name] = build()
+                guard.check()
             except NodeHangs as error:
                 raise self._hangs(name) from error
-            except (Exception, SystemExit) as error:
-                raise NodeFailure(name, f"could not start: {error}", detail=traceback.format_exc()) from error
-            self._came_back()
+            except (Exception, SystemExit, OutsideRefused):
+                failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
+                if guard.refusal is not None:
+                    break
+            finally:
+                guard.program_runs = False
+                self._came_back()
+        if failed:
+            raise programs_failed(failed)
         return {name: credible(name, node.hello()) for name, node in self._nodes.items()}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         reports = []
+        failed: dict[str, tuple[str, str]] = {}
+        guard = self._guard
+        guard.program_runs = True
         for name, grant in grants:
             node = self._nodes[name]
             self._running[0] = self._places[name]
             try:
                 reports.append((name, node.advance(grant)))
             except NodeHangs as error:
+                guard.program_runs = False
                 raise self._hangs(name) from error
-            except (Exception, SystemExit) as error:
-                raise NodeFailure(name, f"its program failed at {node.now_ns} ns: {type(error).__name__}: "
-                                  f"{with_remedy(str(error))}",
-                                  detail=traceback.format_exc()) from error
+            except (Exception, SystemExit, OutsideRefused):
+                failed[name] = f"its program failed at {node.now_ns} ns", guard.with_refusal(traceback.format_exc())
+                if guard.refusal is not None:
+                    break
+        guard.program_runs = False
         self._came_back()
+        if failed:
+            raise programs_failed(failed)
         return reports
 
     def stop(self) -> None:
         if self._watchdog is not None:
             self._watchdog.stop()
+        self._guard.end()
         self._nodes.clear()
 
     def _came_back(self) -> None:

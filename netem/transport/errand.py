@@ -15,7 +15,8 @@ ABANDONED = 4       # exit code of a node whose emulator is gone
 
 
 class Errand(msgspec.Struct):
-    """`specification` is for whoever builds the node; `secret` lets the node into the emulator's session."""
+    """`specification` is for whoever builds the node; in virtual time its program is guarded (`OutsideGuard`). `secret`
+    lets the node into the emulator's session."""
 
     endpoint: str
     secret: str
@@ -23,6 +24,7 @@ class Errand(msgspec.Struct):
     node: str
     timeout_s: float
     specification: bytes
+    virtual_time: bool = True
 
 
 class EmulatorPipe:

@@ -14,9 +14,10 @@ import msgspec
 from netem.agenda import NEVER_NS
 from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
 from netem.node import Node
+from netem.outside_guard import OutsideGuard, OutsideRefused
 from netem.transport import keys
 from netem.transport.errand import EmulatorPipe, Errand
-from netem.transport.zenoh_session import Session
+from netem.transport.zenoh_session import ENTRANCES, Session
 
 
 def take_part(build: Callable[[Errand], Node]) -> int:
@@ -39,11 +40,15 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
         grants = session.receiver(keys.grant(run, name))
         out = session.sender(keys.report(run, name))
         out.await_subscriber(errand.timeout_s)
+        guard = OutsideGuard(ENTRANCES, whole_process=True)
+        if errand.virtual_time:
+            guard.begin()
         try:
             node = build(errand)
             hello = node.hello()
-        except Exception:
-            out.send(encode(Hello(name, 0, 0, [], [], error=traceback.format_exc())))
+            guard.check()
+        except (Exception, OutsideRefused):
+            out.send(encode(Hello(name, 0, 0, [], [], error=guard.with_refusal(traceback.format_exc()))))
             return 1
         out.send(encode(hello))
         gc.collect()
@@ -62,8 +67,11 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
             window = grant.window
             try:
                 message = encode(node.advance(grant))
-            except Exception:
-                out.send(encode(Report(window, NEVER_NS, NEVER_NS, [], [], [], {}, traceback.format_exc())))
+                if guard.refusal is not None:
+                    guard.check()
+            except (Exception, OutsideRefused):
+                out.send(encode(Report(window, node.now_ns, NEVER_NS, [], [], [], {},
+                                       guard.with_refusal(traceback.format_exc()))))
                 return 1
             out.send(message)
             if grant.last:

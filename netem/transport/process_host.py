@@ -26,7 +26,7 @@ import msgspec
 
 from netem.diagnosis import words
 from netem.lockstep.credible import credible
-from netem.lockstep.errors import NodeFailure, with_remedy
+from netem.lockstep.errors import NodeFailure, programs_failed
 from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
 from netem.transport import keys
 from netem.transport.errand import Errand
@@ -57,13 +57,14 @@ class ProcessHost:
     """
 
     def __init__(self, command: Sequence[str], specifications: Mapping[str, bytes], *, logs: Path,
-                 timeout_s: float, waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None,
-                 ) -> None:
+                 timeout_s: float, real_time: bool = False,
+                 waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None) -> None:
         self._command = list(command)
         self._specifications = specifications
         self._logs = logs
         self._timeout_s = timeout_s
         self._waiting = waiting
+        self._virtual_time = not real_time
         self._run = uuid4().hex[:12]
         self._secret = new_secret()
         self._session: Session | None = None
@@ -89,14 +90,15 @@ class ProcessHost:
         self._alarm = self._session.sender(keys.report(run, "-"))
         self._processes = NodeProcesses(self._command, self._logs / FORK_SERVER_LOG, os.environ | ENVIRONMENT)
         for name, specification in self._specifications.items():
-            self._spawn(name, Errand(self._session.endpoint, self._secret, run, name, self._timeout_s, specification))
+            self._spawn(name, Errand(self._session.endpoint, self._secret, run, name, self._timeout_s, specification,
+                                     self._virtual_time))
             self._senders[name] = self._session.sender(keys.grant(run, name))
         threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
         self._expect(set(self._errands))
         hellos = self._collect(set(self._errands), msgspec.msgpack.Decoder(Hello).decode, "word that it is ready")
+        if failed := {name: ("could not start", hellos[name].error) for name in self._senders if hellos[name].error}:
+            raise programs_failed(failed)
         for name, sender in self._senders.items():
-            if hellos[name].error:
-                raise NodeFailure(name, "could not start", detail=hellos[name].error)
             credible(name, hellos[name])
             try:
                 sender.await_subscriber(self._timeout_s, give_up=partial(self._has_ended, name))
@@ -116,10 +118,9 @@ class ProcessHost:
             self._senders[name].send(self._encode(grant))
         window = grants[0][1].window if grants else 0
         reports = self._collect(awaited, self._decode_report, f"report for window {window}", window)
-        for name, report in reports.items():
-            if report.error:
-                last_line = report.error.strip().rpartition("\n")[2]
-                raise NodeFailure(name, f"its program failed: {with_remedy(last_line)}", detail=report.error)
+        if failed := {name: (f"its program failed at {reports[name].soft_ns} ns", reports[name].error)
+                      for name, _ in grants if reports[name].error}:
+            raise programs_failed(failed)
         self._placement.exchanged(len(grants))
         return [(name, reports[name]) for name, _ in grants]
 

@@ -38,6 +38,7 @@ JOIN_WITHIN_MS: Final = 20_000     # a node tries again: others may hold every p
 MOST_STRANGERS: Final = 300        # connections that have not proved themselves yet; each takes a file descriptor,
 STRANGERS_WITHIN_MS: Final = 3_000  # and is closed after this time
 CLOSE_WITHIN_S: Final = 2.0
+ENTRANCES: Final = ((zenoh, "open", "opening a Zenoh session"), (zenoh, "scout", "scouting for Zenoh"))
 
 
 class NotReachable(Exception):

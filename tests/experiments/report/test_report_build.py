@@ -191,7 +191,7 @@ def test_one_node_that_hears_nobody_has_a_page(tmp_path: Path) -> None:
     recorder = SignalRecorder(tmp_path / "signals.mcap")
     recorder.declare("alone", [("y1", "rad"), ("y2", "m")])
     recorder.append("alone", 0, (1.0, float("nan")))
-    recorder.finish({}, b'{"name": "one", "length_ns": 1000000, "expect": {"frames_lost": {"max": 0}}}')
+    recorder.finish({}, b'{"name": "one", "length_ns": 1000000, "expect": {"frames_lost_on_link": {"max": 0}}}')
 
     page = Page(write_report(tmp_path))
 
@@ -225,7 +225,7 @@ def test_an_expectation_on_a_part_of_the_run_says_which(tmp_path: Path, make_run
     assert "r1.y.abs_max in [0.25, 0.75) s" in text
 
 
-def test_expectations_that_name_nothing_are_listed_instead_of_judged(tmp_path: Path, make_run: MakeRun) -> None:
+def test_an_expectation_that_names_nothing_does_not_hold_and_says_why(tmp_path: Path, make_run: MakeRun) -> None:
     run = make_run(tmp_path / "typo", 0.2)
     scenario = json.loads((run / "scenario.json").read_text())
     (run / "scenario.json").write_text(json.dumps(scenario | {"expect": {"r1.z.last": {"max": 1}}}))
@@ -233,7 +233,7 @@ def test_expectations_that_name_nothing_are_listed_instead_of_judged(tmp_path: P
     text = Page(write_report(run)).text
 
     assert "has a signal 'z'; nearest: r1." in text
-    assert "No expectations to judge" in text
+    assert "1 of 1 expectations do not hold" in text
 
 
 @pytest.mark.slow

@@ -14,7 +14,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from firmware_sim.blocking import program as program_module
 from firmware_sim.blocking import program_thread
 from firmware_sim.blocking.here import running, this_program
 from firmware_sim.blocking.inbox import Inbox
@@ -290,18 +289,6 @@ def test_what_loading_raises_is_raised_before_the_run(begin):
 
     with pytest.raises(ModuleNotFoundError, match="no such module"):
         program.begin()
-
-
-def test_a_loop_that_only_asks_for_the_time_is_an_error(begin, monkeypatch):
-    monkeypatch.setattr(program_module, "CALLS_AT_ONE_INSTANT", 1000)
-
-    def main():
-        time.sleep(0.5)
-        while time.monotonic() < 1.0:
-            pass
-
-    with pytest.raises(RuntimeError, match=r"1000 calls at 500000000 ns that let no time pass.*must also wait"):
-        run(begin(main))
 
 
 def test_who_computes_for_long_is_shown_in_the_log(begin, monkeypatch, capsys):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 
 import can
@@ -10,6 +11,7 @@ from can.interfaces.socketcan.socketcan import build_can_frame
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_sim.blocking.calls_in_a_row import FIRST_ROW, LATER_ROW, RESOLUTION, SHORTEST_NS
 from netem.agenda import NEVER_NS
 from netem.lockstep.messages import Grant
 from tests.firmware_sim.can_interface.can_bench import MS, a_bus, arrival, identifiers, messages, per_test
@@ -129,18 +131,67 @@ def test_a_time_out_that_is_none_is_refused(robots, timeout):
         robots.alone(lambda: a_bus().recv(timeout))
 
 
-def test_a_poll_without_a_wait_is_an_error(robots, monkeypatch):
-    from firmware_sim.blocking import program
-
-    monkeypatch.setattr(program, "CALLS_AT_ONE_INSTANT", 1000)
+def test_a_loop_that_polls_without_a_wait_receives_the_frame_soon_after_it_came(robots):
+    """A poll costs 1 us, or a thousandth of the time that the row has taken."""
+    heard = []
 
     def main():
         bus = a_bus()
-        while bus.recv(0) is None:
+        while (message := bus.recv(0)) is None:
             pass
+        heard.append((message.arbitration_id, time.monotonic_ns()))
 
-    with pytest.raises(RuntimeError, match=r"1000 calls at 0 ns.*recv\(timeout\)"):
-        robots.alone(main, [(MS, arrival(1))])
+    robots.alone(main, [(5 * MS, arrival(1))])
+
+    ((can_id, at_ns),) = heard
+    assert can_id == 1
+    assert 5 * MS <= at_ns <= 5 * MS + max(LATER_ROW, 5 * MS // RESOLUTION)
+
+
+def test_sending_in_a_loop_lets_time_pass(robots):
+    def main():
+        with a_bus() as bus:
+            while time.monotonic() < 0.001:
+                bus.send(can.Message(arbitration_id=1, is_extended_id=False))
+
+    offers, _ = robots.alone(main)
+
+    assert len(offers) < FIRST_ROW + 1 * MS // SHORTEST_NS
+    assert offers[-1][0] <= 1 * MS
+
+
+# --- a bus that is shut down
+
+def test_a_thread_that_waits_in_recv_learns_at_its_time_out_that_the_bus_was_shut_down(robots):
+    learned = []
+
+    def waits(bus, timeout):
+        try:
+            learned.append(bus.recv(timeout))
+        except can.CanOperationError as error:
+            learned.append((str(error), time.monotonic()))
+
+    def main():
+        bus = a_bus()
+        for timeout in (0.125, 0.5):
+            threading.Thread(target=waits, args=(bus, timeout)).start()
+        time.sleep(0.25)
+        bus.shutdown()
+
+    robots.alone(main, [(300 * MS, arrival(1))])
+
+    assert learned == [None, ("marconet channel 'can0' of node 'robot': the bus was shut down", 0.5)]
+
+
+def test_what_waits_in_a_bus_that_was_shut_down_is_not_received_any_more(robots):
+    def main():
+        bus = a_bus()
+        time.sleep(0.1)
+        bus.shutdown()
+        bus.recv(0)
+
+    with pytest.raises(can.CanOperationError, match="the bus was shut down"):
+        robots.alone(main, [(50 * MS, arrival(1))])
 
 
 # --- filters, CAN FD, errors

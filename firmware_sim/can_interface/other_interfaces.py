@@ -1,0 +1,59 @@
+"""A program that names another python-can interface is told which one leads to the buses of its node.
+
+    can.Bus(interface="socketcan"), CAN_INTERFACE=socketcan, can.conf, or no interface at all --> OtherInterface
+
+In virtual time only: with `--real-time` a program may open the hardware of the machine that it runs on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from typing import Any, Final
+
+import can.interface
+from can import CanInterfaceNotImplementedError
+
+from firmware_sim.blocking.here import running
+
+OWN: Final = "marconet"
+
+
+class OtherInterface(CanInterfaceNotImplementedError):
+    """An interface that does not lead to the emulated buses."""
+
+
+@contextmanager
+def only_our_interface(node: str, channels: Collection[str]) -> Iterator[None]:
+    """Within it `can.Bus` refuses every other interface in the threads of blocking programs."""
+    find, configure = can.interface._get_class_for_interface, can.util.load_config
+    remedy = (f'name "{OWN}": can.Bus(interface="{OWN}", channel="{next(iter(channels), "...")}"), or '
+              f"CAN_INTERFACE={OWN} in the environment, or `interface = {OWN}` in can.conf")
+    buses = f"node {node} is on {', '.join(channels) or 'no CAN bus'}"
+
+    def find_ours(interface: str) -> Any:
+        if running() is not None and interface != OWN:
+            raise OtherInterface(f"interface={interface!r} does not lead to the emulated buses ({buses}); {remedy}")
+        return find(interface)
+
+    def configure_ours(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return configure(*args, **kwargs)
+        except CanInterfaceNotImplementedError as error:
+            if running() is None:
+                raise
+            raise OtherInterface(f"no interface of python-can is named ({error}; {buses}); {remedy}") from None
+
+    with _replaced(can.interface, "_get_class_for_interface", find_ours), _replaced(
+            can.util, "load_config", configure_ours):
+        yield
+
+
+@contextmanager
+def _replaced(module: Any, name: str, function: Callable[..., Any]) -> Iterator[None]:
+    before = getattr(module, name)
+    setattr(module, name, function)
+    try:
+        yield
+    finally:
+        setattr(module, name, before)
