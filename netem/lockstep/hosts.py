@@ -76,9 +76,9 @@ class InlineHost:
                 failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
             finally:
                 guard.program_runs = False
+                self._came_back()
             if guard.refusal is not None:
                 break
-                self._came_back()
         if failed:
             raise programs_failed(failed)
         return {name: credible(name, node.hello()) for name, node in self._nodes.items()}
