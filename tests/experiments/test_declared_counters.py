@@ -1,4 +1,4 @@
-"""Every counter that a program or medium of marconet counts by name is declared too, so that 0 can be expected of it."""
+"""Every counter that a program or medium of marconet counts by name is declared, so that 0 can be expected of it."""
 
 from __future__ import annotations
 
