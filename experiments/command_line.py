@@ -1,121 +1,213 @@
 """The `marconet` command. It only looks for input, calls the runner and prints; exit codes are in `exits`.
 
-Heavy modules are imported inside the commands, so that help comes at once.
+Heavy modules are imported inside the commands, so that help comes at once. docs/command_line.md has a section on every
+command.
 """
 
 from __future__ import annotations
 
-from datetime import datetime
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-import typer
+import click
 
+from experiments.completion import complete_plant, complete_scenario, install, script
 from experiments.exits import ExitCode, errors_as_text
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from experiments.console import Console
 
-    from experiments.scenario import Scenario
+Command = TypeVar("Command", bound=Callable[..., Any])
+TABLES = ("3.1", "3.2", "3.3", "3.4", "3.5")
+SHELLS = ("bash", "zsh", "fish")
 
-app = typer.Typer(name="marconet", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
-                  help="Emulate a team of robots that hear each other only now and then.",
-                  epilog="Example: marconet run output_sync")
-fmu = typer.Typer(no_args_is_help=True, help="Look at plants and build them.",
-                  epilog="Example: marconet fmu info linear_system")
-app.add_typer(fmu, name="fmu")
 
-Source = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name from `marconet list`, or the path of a .toml.")]
-Seed = Annotated[int | None, typer.Option("--seed", help="Instead of the scenario's seed.")]
-Duration = Annotated[float | None, typer.Option("--duration", metavar="S", help="Seconds of robot time.")]
-Overrides = Annotated[list[str] | None, typer.Option(
-    "--set", metavar="PATH.TO.KEY=VALUE", help="Replace one value of the file; the value is TOML. May be repeated.")]
-Traceback = Annotated[bool, typer.Option("--traceback", help="Show where in the code an error came from.")]
+def _shared(*options: Callable[[Any], Any]) -> Callable[[Command], Command]:
+    """Options that several commands have, in this order."""
+    def add(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
+sources = click.argument("sources", metavar="SCENARIO...", nargs=-1, required=True, shell_complete=complete_scenario)
+changes = _shared(
+    click.option("--seed", type=int, metavar="N", help="Instead of the scenario's seed."),
+    click.option("--duration", type=float, metavar="S", help="Seconds of robot time."),
+    click.option("--set", "overrides", multiple=True, metavar="PATH.TO.KEY=VALUE",
+                 help="Replace one value of the file; the value is TOML. May be repeated."))
+verbosely = click.option("--verbose", "--traceback", "verbose", is_flag=True,
+                         help="Show where in marconet's own code an error came from, too.")
+as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of text.")
+reporting = _shared(
+    click.option("--junit", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
+                 help="Also write the outcome as JUnit XML, for continuous integration."),
+    as_json,
+    click.option("--quiet", is_flag=True, help="Print errors only."),
+    verbosely)
+
+
+def _version(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    if wanted:
+        import platform
+        from importlib.metadata import version
+
+        from experiments import CODE
+
+        click.echo(f"marconet {version('marconet')} (Python {platform.python_version()}, {CODE.partition(':')[0]})")
+        context.exit()
+
+
+def _show_completion(context: click.Context, parameter: click.Parameter, shell: str | None) -> None:
+    if shell:
+        click.echo(script(app, shell))
+        context.exit()
+
+
+def _install_completion(context: click.Context, parameter: click.Parameter, shell: str | None) -> None:
+    if shell:
+        with errors_as_text(False):
+            click.echo(install(app, shell))
+        context.exit()
+
+
+@click.group(epilog="Example: marconet run output_sync", no_args_is_help=True)
+@click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_version,
+              help="Show the version and exit.")
+@click.option("--show-completion", type=click.Choice(SHELLS), is_eager=True, expose_value=False,
+              callback=_show_completion, help="Print the script that completes this command in a shell.")
+@click.option("--install-completion", type=click.Choice(SHELLS), is_eager=True, expose_value=False,
+              callback=_install_completion, help="Put that script where the shell looks for it.")
+def app() -> None:
+    """Emulate a team of robots that hear each other only now and then."""
+
+
+@app.group(no_args_is_help=True, epilog="Example: marconet fmu info linear_system")
+def fmu() -> None:
+    """Look at plants and build them."""
 
 
 @app.command("list", epilog="Example: marconet list")
-def list_scenarios(traceback: Traceback = False) -> None:
+@as_json
+@verbosely
+def list_scenarios(as_json: bool, verbose: bool) -> None:
     """Name the scenarios in ./scenarios and those that come with marconet, and the question each asks."""
-    with errors_as_text(traceback):
+    with errors_as_text(verbose):
+        from experiments.console import print_table
         from experiments.scenario import catalog
-        from experiments.text_views import print_table
 
-        print_table(_console(), ["scenario", "question"], [(entry.name, entry.question) for entry in catalog()])
+        if as_json:
+            from experiments.json_output import print_json
+
+            print_json({"scenarios": [{"name": entry.name, "question": entry.question, "path": str(entry.path)}
+                                      for entry in catalog()]})
+        else:
+            print_table(_console(), ["scenario", "question"], [(entry.name, entry.question) for entry in catalog()])
 
 
 @app.command(epilog="Example: marconet check output_sync --set 'impairments[0].loss_ratio=0.3'")
-def check(scenario: Source, seed: Seed = None, duration: Duration = None, overrides: Overrides = None,
-          traceback: Traceback = False) -> None:
-    """Find every mistake in a scenario without running it, or print what would run."""
-    with errors_as_text(traceback):
-        from experiments.text_views import print_scenario
+@sources
+@changes
+@reporting
+def check(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
+          junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
+    """Find every mistake in scenarios without running them, or print what would run."""
+    from experiments.several import Batch
 
-        print_scenario(_console(), _load(scenario, seed, duration, overrides))
+    batch = Batch(_console(not (quiet or as_json)), verbose, junit, "checks" if as_json else None)
+    raise SystemExit(batch.check(sources, seed, duration, overrides))
 
 
 @app.command(epilog="Example: marconet run output_sync --seed 3 --set 'impairments[0].loss_ratio=0.3' --out runs/third")
-def run(scenario: Source, seed: Seed = None, duration: Duration = None,
-        host: Annotated[Literal["process", "inline"], typer.Option(
-            "--host", help="One process for each robot, or all of them in this one: faster, and the same result.")]
-        = "process",
-        overrides: Overrides = None,
-        out: Annotated[Path | None, typer.Option(
-            "--out", metavar="DIR", help="Folder for the records; default: a new one in ./runs.")] = None,
-        real_time: Annotated[bool, typer.Option(
-            "--real-time", help="At the wall clock's pace; a scenario with gateways to the outside needs it.")] = False,
-        traceback: Traceback = False) -> None:
-    r"""Run a scenario and write its records and report.
+@sources
+@changes
+@click.option("--host", type=click.Choice(["process", "inline"]), default="process", show_default=True,
+              help="One process for each robot, or all of them in this one: faster, and the same result.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR",
+              help="Folder for the records; of several scenarios, one in it for each. Default: new ones in ./runs.")
+@click.option("--no-report", is_flag=True, help="Write the records without report.html.")
+@click.option("--real-time", is_flag=True,
+              help="At the wall clock's pace; a scenario with gateways to the outside needs it.")
+@reporting
+def run(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
+        host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool, junit: Path | None,
+        as_json: bool, quiet: bool, verbose: bool) -> None:
+    """Run scenarios and write their records and reports.
 
-    Exits with 0 if every \[expect] of the scenario holds, 1 if one does not, 2 for bad input, 3 when a node failed.
+    Exits with 0 if every [expect] holds, 1 if one does not, 2 for bad input, 3 when a node failed; of several
+    scenarios, with the highest of their codes.
     """
-    with errors_as_text(traceback):
-        found = _load(scenario, seed, duration, overrides)
-        folder = _run_folder(found, out)
-    with errors_as_text(traceback, kept=folder):
-        holds = _run(found, host, folder, real_time)
-    if not holds:
-        raise typer.Exit(ExitCode.EXPECTATION_BROKEN)
+    from experiments.several import Batch
+
+    batch = Batch(_console(not (quiet or as_json)), verbose, junit, "runs" if as_json else None)
+    raise SystemExit(batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
+                               report=not no_report))
 
 
 @app.command(epilog="Example: marconet report runs/third")
-def report(run_dir: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Folder of a run.")],
-           traceback: Traceback = False) -> None:
+@click.argument("run_dir", metavar="RUN_DIR", type=click.Path(path_type=Path))
+@click.option("--self-contained", is_flag=True,
+              help="With the drawing library inside, so that the page can be sent alone. Without this it is so only "
+                   "where no other run lies beside this one.")
+@verbosely
+def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
     """Write report.html anew from the records of a run."""
-    with errors_as_text(traceback):
+    with errors_as_text(verbose):
         from experiments.report.build import write_report
         from experiments.text_views import print_path
 
         if not (run_dir / "scenario.json").is_file():
             raise FileNotFoundError(f"{run_dir}: no run was recorded there: it has no scenario.json")
-        print_path(_console(), "report", write_report(run_dir))
+        print_path(_console(), "report", write_report(run_dir, "inside" if self_contained else "auto"))
+
+
+@app.command(epilog="Example: marconet schema --out marconet.schema.json")
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
+              help="Write it there instead of printing it.")
+@verbosely
+def schema(out: Path | None, verbose: bool) -> None:
+    """Print the JSON Schema of a scenario, with which editors complete and check its keys."""
+    with errors_as_text(verbose):
+        from experiments.json_output import as_text
+        from experiments.scenario.json_schema import scenario_schema
+        from experiments.text_views import print_path
+
+        text = as_text(scenario_schema())
+        if out is None:
+            click.echo(text)
+        else:
+            out.write_text(text + "\n", encoding="utf-8")
+            print_path(_console(), "schema", out)
 
 
 @app.command(epilog="Example: marconet table 3.1 --runs 20 --figures figures.html")
-def table(number: Annotated[Literal["3.1", "3.2", "3.3", "3.4", "3.5"], typer.Argument(help="The table's number.")],
-          runs: Annotated[int | None, typer.Option(
-              "--runs", metavar="N", min=2, help="Monte Carlo runs of each cell, default 100, or rounds of timing, "
-              "default 20. With few runs a cell may be missed by chance.")] = None,
-          figures: Annotated[Path | None, typer.Option(
-              "--figures", metavar="OUT.html", help="Also draw figures 3.5, 3.6 and 3.8, as a page that opens "
-              "offline.")] = None,
-          traceback: Traceback = False) -> None:
-    """Compute a table of the dissertation again, printed beside ours.
+@click.argument("number", type=click.Choice(TABLES), metavar="NUMBER")
+@click.option("--runs", type=click.IntRange(min=2), metavar="N",
+              help="Monte Carlo runs of each cell, default 100, or rounds of timing, default 20. With few runs a cell "
+                   "may be missed by chance.")
+@click.option("--figures", type=click.Path(path_type=Path), metavar="OUT.html",
+              help="Also draw figures 3.5, 3.6 and 3.8, as a page that opens offline.")
+@verbosely
+def table(number: str, runs: int | None, figures: Path | None, verbose: bool) -> None:
+    """Compute a table of the dissertation again, printed beside ours: 3.1 to 3.5.
 
     Exits with 0 if every cell is what it has to be, 1 if one is not.
     """
-    with errors_as_text(traceback):
+    with errors_as_text(verbose):
         met = _table(number, runs, figures)
     if not met:
-        raise typer.Exit(ExitCode.EXPECTATION_BROKEN)
+        raise SystemExit(ExitCode.EXPECTATION_BROKEN)
 
 
 @app.command("compile", epilog="Example: marconet compile")
-def compile_inner_loops(
-        if_possible: Annotated[bool, typer.Option(
-            "--if-possible", help="Say what is missing and go on without, as if all were well.")] = False,
-        traceback: Traceback = False) -> None:
+@click.option("--if-possible", is_flag=True, help="Say what is missing and go on without, as if all were well.")
+@verbosely
+def compile_inner_loops(if_possible: bool, verbose: bool) -> None:
     """Compile the emulator's inner loops to C, once for these sources: twice as fast, with the same results."""
-    with errors_as_text(traceback):
+    with errors_as_text(verbose):
         from experiments.compiled.build import CannotCompile, compile_modules
 
         try:
@@ -124,16 +216,17 @@ def compile_inner_loops(
         except CannotCompile as error:
             if not if_possible:
                 raise
-            _console().print(f"not compiled, so at half the speed: {error}", markup=False, highlight=False)
+            _console().print(f"not compiled, so at half the speed: {error}", soft_wrap=True)
         else:
-            _console().print(f"compiled: {folder}", markup=False, highlight=False, soft_wrap=True)
+            _console().print(f"compiled: {folder}", soft_wrap=True)
 
 
 @fmu.command("list", epilog="Example: marconet fmu list")
-def list_plants(traceback: Traceback = False) -> None:
+@verbosely
+def list_plants(verbose: bool) -> None:
     """Name the plants that come with marconet."""
-    with errors_as_text(traceback):
-        from experiments.text_views import print_table
+    with errors_as_text(verbose):
+        from experiments.console import print_table
         from fmus.build import model_folder, own_models
         from fmus.describe import read_model
 
@@ -142,10 +235,14 @@ def list_plants(traceback: Traceback = False) -> None:
 
 
 @fmu.command(epilog="Example: marconet fmu info linear_system")
-def info(plant: Annotated[str, typer.Argument(help="A name from `marconet fmu list`, a model folder, or a .fmu file.")],
-         traceback: Traceback = False) -> None:
-    """Show a plant's variables with their units and start values, and its presets."""
-    with errors_as_text(traceback):
+@click.argument("plant", shell_complete=complete_plant)
+@verbosely
+def info(plant: str, verbose: bool) -> None:
+    """Show a plant's variables with their units and start values, and its presets.
+
+    PLANT is a name from `marconet fmu list`, a model folder, or a .fmu file.
+    """
+    with errors_as_text(verbose):
         from experiments.text_views import print_plant, print_presets
         from fmus.build import build_model, model_folder, own_models
         from fmus.describe import read_model
@@ -161,23 +258,21 @@ def info(plant: Annotated[str, typer.Argument(help="A name from `marconet fmu li
 
 
 @fmu.command(epilog="Example: marconet fmu build linear_system --fmi 2.0")
-def build(plants: Annotated[list[str] | None, typer.Argument(help="Names or model folders; default: all that come "
-                                                                  "with marconet.")] = None,
-          fmi: Annotated[Literal["3.0", "2.0"], typer.Option("--fmi", help="Version of the standard.")] = "3.0",
-          traceback: Traceback = False) -> None:
-    """Compile plants into FMUs, where that has not been done, and say where they are."""
-    with errors_as_text(traceback):
+@click.argument("plants", nargs=-1, shell_complete=complete_plant)
+@click.option("--fmi", type=click.Choice(["3.0", "2.0"]), default="3.0", show_default=True,
+              help="Version of the standard.")
+@verbosely
+def build(plants: Sequence[str], fmi: Literal["3.0", "2.0"], verbose: bool) -> None:
+    """Compile plants into FMUs, where that has not been done, and say where they are.
+
+    PLANTS are names or model folders; default: all that come with marconet.
+    """
+    with errors_as_text(verbose):
         from experiments.text_views import print_path
         from fmus.build import build_model, own_models
 
         for name in plants or own_models():
             print_path(_console(), name, build_model(name if name in own_models() else Path(name), fmi))
-
-
-def _load(source: str, seed: int | None, duration_s: float | None, overrides: list[str] | None) -> Scenario:
-    from experiments.scenario import find, load
-
-    return load(find(source), seed=seed, duration_s=duration_s, overrides=overrides or [])
 
 
 def _table(number: str, runs: int | None, figures: Path | None) -> bool:
@@ -193,7 +288,7 @@ def _table(number: str, runs: int | None, figures: Path | None) -> bool:
     runs = runs or found.runs
     with counting_view(console, f"table {number}", found.steps(runs)) as progress:
         values = list(found.measure(runs, progress))
-    console.print(f"{found.title} ({runs} runs)", soft_wrap=True)
+    console.print(f"{found.title} ({runs} runs)\n{found.judged_by}", soft_wrap=True)
     print_measured(console, values)
     if figures is not None:
         from experiments.tables.figures import DRAWN_RUNS, write_figures
@@ -204,54 +299,20 @@ def _table(number: str, runs: int | None, figures: Path | None) -> bool:
     for value in values:
         if value.met is False:
             row = value.row
-            typer.echo(f"table {number}, {row.what}: {row.quantity}={value.ours:.4f} {row.unit}: expected "
+            click.echo(f"table {number}, {row.what}: {row.quantity}={value.ours:.4f} {row.unit}: expected "
                        f"{row.low or 0:.4g} to {row.high:.4g}", err=True)
     return all(value.met is not False for value in values)
 
 
-def _run_folder(scenario: Scenario, out: Path | None) -> Path:
-    """The folder of the run, without the conclusions of an earlier one."""
-    folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
-    above = next((parent for parent in folder.parents if parent.exists()), None)
-    if above is not None and not above.is_dir():
-        raise NotADirectoryError(f"{'--out ' if out else ''}{folder}: {above} is a file: expected a folder of a run or "
-                                 "a path where one can be made; name another")
-    if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / "scenario.json").exists())):
-        raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
-    for conclusion in ("guarantees.json", "summary.json", "report.html"):
-        (folder / conclusion).unlink(missing_ok=True)
-    return folder
+def _console(for_people: bool = True) -> Console:
+    from experiments.console import console_for
 
-
-def _run(scenario: Scenario, host: Literal["process", "inline"], folder: Path, real_time: bool) -> bool:
-    from experiments import runner
-    from experiments.live_view import live_view
-    from experiments.text_views import print_path, print_summary
-
-    console = _console()
-    with live_view(console, scenario.name, scenario.length_ns * 1e-9) as progress:
-        result = runner.run(scenario, host=host, out=folder, progress=progress, real_time=real_time)
-    print_summary(console, result.summary)
-    console.print()
-    written = result.folder / (result.summary.report or ".")
-    print_path(console, "report" if written.is_file() else "records", written if written.is_file() else result.folder)
-    for verdict in result.summary.verdicts:
-        if not verdict.holds:
-            typer.echo(f"expect.{verdict.key}={verdict.value}: {verdict.by_how_much()}", err=True)
-    for standing in result.summary.guarantees:
-        if not standing.as_expected:
-            typer.echo(f"guarantees.{standing.name}: {standing.in_words()}", err=True)
-    return result.summary.holds
-
-
-def _console() -> Console:
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console.width = 120             # of a file or a pipe nobody knows
-    return console
+    return console_for(for_people)
 
 
 def main() -> None:
-    app()
+    app(prog_name="marconet")
+
+
+if __name__ == "__main__":
+    main()

@@ -28,6 +28,15 @@ class ExitCode(IntEnum):
     TERMINATED = 143
 
 
+class Ended(SystemExit):
+    """The command ends with this code; `lines` are what was printed about it, without where the records are."""
+
+    def __init__(self, exit_code: ExitCode, *lines: str) -> None:
+        super().__init__(int(exit_code))
+        self.exit_code = exit_code
+        self.lines = [line for text in lines for line in text.splitlines() if line]
+
+
 class Terminated(BaseException):
     """The process was asked to end (SIGTERM)."""
 
@@ -44,18 +53,19 @@ def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[N
         yield
     except (KeyboardInterrupt, Terminated) as error:
         interrupted = isinstance(error, KeyboardInterrupt)
-        _tell("interrupted" if interrupted else "terminated", _what_is_left(kept))
-        sys.exit(ExitCode.INTERRUPTED if interrupted else ExitCode.TERMINATED)
+        what = "interrupted" if interrupted else "terminated"
+        _tell(what, _what_is_left(kept))
+        raise Ended(ExitCode.INTERRUPTED if interrupted else ExitCode.TERMINATED, what) from None
     except Exception as error:
         if show_traceback:
             traceback.print_exception(error)
         code = exit_code_of(error)
+        said = getattr(error, "in_full", str(error)) if show_traceback else str(error)
+        lines = [said or type(error).__name__]
         if code is ExitCode.DEFECT and not show_traceback:
-            _tell(f"{type(error).__name__}: {error}", "this is a defect of marconet; --traceback shows where",
-                  _what_is_left(kept))
-        else:
-            _tell(str(error) or type(error).__name__, _what_is_left(kept))
-        sys.exit(code)
+            lines = [f"{type(error).__name__}: {error}", "this is a defect of marconet; --verbose shows where"]
+        _tell(*lines, _what_is_left(kept))
+        raise Ended(code, *lines) from None
     finally:
         if before is not None:
             signal.signal(signal.SIGTERM, before)

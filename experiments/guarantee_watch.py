@@ -14,6 +14,7 @@ from pathlib import Path
 import msgspec
 
 from experiments.derived import derive
+from experiments.frame_copies import FrameCopies
 from experiments.monitors import Named
 from experiments.monitors.judge import events, judge
 from experiments.monitors.outcome import Standing
@@ -23,7 +24,6 @@ from experiments.monitors.table import MONITORS
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError, near
 from netem.media.sensing.settings import SensingSettings
-from netem.records.ledger_table import read_ledger
 from netem.records.signal_table import SignalTable
 from netem.records.signals import SignalRecorder
 
@@ -80,8 +80,8 @@ class GuaranteeWatch:
             return
         sensing = {name: medium.settings for name, medium in self._scenario.media.items()
                    if isinstance(medium.settings, SensingSettings)}
-        records = Records(reached_ns, read_ledger(folder / "ledger.parquet"), self._signals(), self._recorder.events,
-                          sensing)
+        ledger = FrameCopies.of_file(folder / "ledger.parquet")
+        records = Records(reached_ns, ledger, self._signals(), self._recorder.events, sensing)
         outcomes = judge(self._scenario.guarantees, records)
         for event in events(outcomes):
             self._recorder.event(event.time_ns, event.node, event.kind, event.detail, event.level)

@@ -6,14 +6,18 @@ The runner may call after every window; what is shown changes a few times a seco
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import BarColumn, TextColumn
-from rich.progress import Progress as Bar
+from experiments.console import PlainConsole
+from experiments.run_result import Progress, by_fate
 
-from experiments.run_result import Progress
+if TYPE_CHECKING:
+    from rich.console import Console as RichConsole
+    from rich.progress import Progress as Bar
+
+    from experiments.console import Console
 
 BAR_EVERY_S = 0.1
 LINE_EVERY_S = 5.0
@@ -23,7 +27,7 @@ LINE_EVERY_S = 5.0
 def live_view(console: Console, what: str, length_s: float,
               now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[Progress], None]]:
     """Gives the function that the runner tells its progress."""
-    if console.is_terminal:
+    if not isinstance(console, PlainConsole) and console.is_terminal:
         with _bar(console) as bar:
             task = bar.add_task(f"{what}: starting", total=length_s, figures="")
 
@@ -57,7 +61,7 @@ def counting_view(console: Console, what: str, total: int,
 
         return tell
 
-    if console.is_terminal:
+    if not isinstance(console, PlainConsole) and console.is_terminal:
         with _bar(console) as bar:
             task = bar.add_task(what, total=total, figures="")
             bar.refresh()
@@ -72,16 +76,23 @@ def counting_view(console: Console, what: str, total: int,
 
 
 def figures(progress: Progress) -> str:
-    """Robot time, real-time factor and frames by fate in one line."""
+    """Robot time, real-time factor, wall time left and frames by fate in one line."""
     time_s = f"{progress.now_ns * 1e-9:.2f} of {progress.end_ns * 1e-9:.2f} s"
-    return f"{time_s}  {progress.real_time_factor:.1f} x real time  {by_fate(progress.frames)}"
+    left_s = progress.left_s
+    left = f"{_duration(left_s)} left  " if left_s else ""
+    return f"{time_s}  {progress.real_time_factor:.1f} x real time  {left}{by_fate(progress.frames)}"
 
 
-def by_fate(frames: Mapping[str, int]) -> str:
-    return ", ".join(f"{count} {fate}" for fate, count in frames.items() if count) or "no frames yet"
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min {rest} s" if minutes else \
+        f"{rest} s"
 
 
-def _bar(console: Console) -> Bar:
+def _bar(console: RichConsole) -> Bar:
+    from rich.progress import BarColumn, TextColumn  # late: a pipe needs no bar
+    from rich.progress import Progress as Bar
+
     return Bar(TextColumn("{task.description}", markup=False), BarColumn(bar_width=24),
                TextColumn("{task.fields[figures]}", markup=False), console=console, auto_refresh=False, transient=True)
 

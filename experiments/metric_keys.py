@@ -1,4 +1,7 @@
-"""The keys of `[expect]`: what may be asked about a run, checked before it starts.
+"""The keys of `[expect]`: what may be asked about a run.
+
+Metrics, media, nodes and guarantees are checked before the run, signals when every node has said which it has, counters
+after the run. A key that names nothing never holds.
 
     <metric>                        delivery_ratio, frames_collided, age_of_information_max_s, ...    over all media
     <medium>.<metric>               radio.frames_collided                                             one medium
@@ -15,10 +18,10 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from types import MappingProxyType
 
-from netem.fate import Fate
+from experiments.fate_keys import FATE_OF, FORMER, NOT_DELIVERED, complaint
 
-FATE_OF = {f"frames_{fate.value.replace(' ', '_')}": fate for fate in Fate}
-LEDGER_METRICS = ("frames_offered", *FATE_OF, "delivery_ratio", "age_of_information_max_s", "age_of_information_mean_s",
+COUNTED = ("frames_offered", *FATE_OF, NOT_DELIVERED, "delivery_ratio")
+LEDGER_METRICS = (*COUNTED, "age_of_information_max_s", "age_of_information_mean_s",
                   "max_successive_losses", "inter_transmission_min_s", "inter_transmission_max_s")
 SPREAD_LAST = "spread_last"
 STATISTICS = ("first", "last", "last_abs", "min", "max", "abs_max", "mean", "rms", SPREAD_LAST)
@@ -85,16 +88,30 @@ def over_a_window(key: str) -> bool:
         case SignalKey():
             return True
         case LedgerKey(metric):
-            return metric in ("frames_offered", *FATE_OF, "delivery_ratio")
+            return metric in COUNTED
     return False
 
 
 def unknown_keys(expect: Iterable[str], nodes: Nodes, media: Collection[str],
                  guarantees: Mapping[str, Collection[str]] = MappingProxyType({})) -> list[str]:
     """One line per key that cannot be answered: key, rule, nearest valid key. Signals are checked where `nodes` maps
-    each node to the names of its signals; counters only show after the run. `guarantees` maps to their figures."""
+    each node to the names of its signals. `guarantees` maps to their figures. For counters: `uncounted`."""
     lines = (_complaint(key, nodes, media, guarantees) for key in expect)
     return [line for line in lines if line]
+
+
+def uncounted(key: str, counters: Mapping[str, Collection[str]]) -> str:
+    """Why `key` asks for a counter that no node has: the rule, the nearest one and the remedy; else empty. `counters`
+    maps each node to the names of its counters, at the end of the run."""
+    asked = parse(key)
+    if not isinstance(asked, CountKey):
+        return ""
+    known = {name for node in matching(asked.nodes, counters) for name in counters[node]}
+    if asked.counter in known or not counters:
+        return ""
+    near = f"; nearest: {COUNT}.{asked.nodes}.{nearest(asked.counter, known)}" if known else ""
+    return (f"no node that matches {asked.nodes!r} has a counter {asked.counter!r}{near}; if its program may count "
+            f"nothing, let it declare the counter at its start: node.count({asked.counter!r}, 0)")
 
 
 def matching(pattern: str, nodes: Iterable[str]) -> list[str]:
@@ -110,14 +127,20 @@ def nearest(word: str, words: Iterable[str]) -> str:
 def _complaint(key: str, nodes: Nodes, media: Collection[str],
                guarantees: Mapping[str, Collection[str]]) -> str | None:
     match parse(key):
+        case None if former := complaint(key.rpartition(".")[2]):
+            return f"expect.{key}: {former}"
         case None:
-            return f"expect.{key}: {RULE}; nearest: {nearest(key, _candidates(key, nodes, media, guarantees))}"
+            found = nearest(key, _candidates(key, nodes, media, guarantees))
+            before, dot, metric = found.rpartition(".")
+            return f"expect.{key}: {RULE}; nearest: {before}{dot}{FORMER.get(metric, metric)}"
         case GuaranteeKey(name, figure) if name not in guarantees:
             other = f"{GUARANTEE}.{nearest(name, guarantees) or 'none'}.{figure}"
             return f"expect.{key}: there is no guarantee {name!r}; nearest: {other}"
         case GuaranteeKey(name, figure) if figure not in guarantees[name]:
             return (f"expect.{key}: guarantees.{name} has the figures {', '.join(guarantees[name])}; nearest: "
                     f"{GUARANTEE}.{name}.{nearest(figure, guarantees[name])}")
+        case LedgerKey(metric, medium) if medium is not None and not media:
+            return f"expect.{key}: there is no medium {medium!r}, nor any other; add [media.{medium}] with its kind"
         case LedgerKey(metric, medium) if medium is not None and medium not in media:
             return f"expect.{key}: there is no medium {medium!r}; nearest: {nearest(medium, media) or 'none'}.{metric}"
         case SignalKey(pattern) | CountKey(pattern) if not matching(pattern, nodes):
@@ -137,8 +160,8 @@ def _candidates(key: str, nodes: Nodes, media: Collection[str],
     if first == GUARANTEE:
         return [f"{first}.{name}.{figure}" for name, figures in guarantees.items() for figure in figures]
     if not rest:
-        return list(LEDGER_METRICS)
-    found = [f"{medium}.{metric}" for medium in media for metric in LEDGER_METRICS]
+        return [*LEDGER_METRICS, *FORMER]
+    found = [f"{medium}.{metric}" for medium in media for metric in (*LEDGER_METRICS, *FORMER)]
     matched = matching(first, nodes)
     for node in matched or nodes:
         signals = nodes[node] if isinstance(nodes, Mapping) else [rest.rpartition(".")[0] or rest]

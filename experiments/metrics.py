@@ -1,12 +1,14 @@
 """The numbers that `[expect]` bounds, from a run's ledger, signals and counters, and the verdicts on them.
 
-Frames: `frames_offered` counts frame copies, one per intended receiver and duplicate, `frames_<fate>` those that ended
-so; `delivery_ratio` = delivered / offered. Age of information and losses in a row are the worst link's, times between
-transmissions the extreme sender's (see `link_metrics`). Signals: statistics are over samples, `last_abs` = |last|,
-`spread_last` = largest minus smallest last value among the nodes that match, the disagreement at the end.
+Frames: `frames_offered` counts frame copies, one per intended receiver and duplicate; the keys of `fate_keys` count
+those that ended so; `delivery_ratio` = delivered / offered. Links: ages of information and losses in a row are those of
+the worst link, times between transmissions those of the extreme sender (see `link_metrics`). Signals: statistics are
+over samples, `last_abs` = |last|, `spread_last` = largest minus smallest last value among the nodes that match, the
+disagreement at the end.
 With `during` the samples of that part of the run count, and the frames that were handed out in it.
 
-A program counts what happens, so a counter that a node did not report is 0 there.
+A counter that one node reported is 0 at those that did not. One that no node reported never was: a misspelt name, or a
+program that does not declare what it may never count. It has no value.
 
 A pattern that matches several nodes asks for the bound at each of them: the value shown is that of the node nearest to
 breaking the bound, or furthest beyond it (without a bound the largest, for `min` the smallest).
@@ -20,23 +22,22 @@ not hold.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
-import polars as pl
 from numpy.typing import NDArray
 
+from experiments.fate_keys import FATE_OF, NOT_DELIVERED
+from experiments.frame_copies import FrameCopies
 from experiments.link_metrics import (
-    DELIVERED,
     NS_PER_S,
     age_of_information,
     successive_losses,
     times_between_transmissions,
 )
 from experiments.metric_keys import (
-    FATE_OF,
     SPREAD_LAST,
     CountKey,
     GuaranteeKey,
@@ -46,11 +47,13 @@ from experiments.metric_keys import (
     guarantee_figures,
     matching,
     parse,
+    uncounted,
     unknown_keys,
 )
 from experiments.monitors.outcome import Outcome
 from experiments.run_data import RunData
 from experiments.run_result import Verdict
+from experiments.sample_statistics import STATISTIC
 from netem.records.signal_table import SignalTable
 
 __all__ = ["Bound", "UnknownKeys", "evaluate", "measure", "unknown_keys"]
@@ -69,78 +72,67 @@ class Bound(Protocol):
     def during_ns(self) -> tuple[int, int] | None: ...
 
 
-STATISTIC: dict[str, Callable[[NDArray[np.float64]], float]] = {
-    "first": lambda values: float(values[0]),
-    "last": lambda values: float(values[-1]),
-    "last_abs": lambda values: abs(float(values[-1])),
-    "min": lambda values: float(values.min()),
-    "max": lambda values: float(values.max()),
-    "abs_max": lambda values: float(np.abs(values).max()),
-    "mean": lambda values: float(values.mean()),
-    "rms": lambda values: float(np.sqrt(np.mean(values * values))),
-}
-
-
 def evaluate(expect: Mapping[str, Bound], data: RunData) -> list[Verdict]:
-    """One verdict per key, in the order of `expect`. Raises UnknownKeys for keys that name nothing in this run."""
-    problems = unknown_keys(expect, _known_nodes(data), data.media, _known_guarantees(data))
-    if problems:
-        raise UnknownKeys("\n".join(problems))
-    return [_verdict(key, bound, measure(key, data, bound)) for key, bound in expect.items()]
+    """One verdict per key, in the order of `expect`. A key that names nothing in this run does not hold, and its
+    verdict says why."""
+    return [_verdict(key, bound, data) for key, bound in expect.items()]
 
 
 def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
     """The value of one key; `bound` decides which node counts where several match."""
     match parse(key):
         case LedgerKey(metric, medium):
-            rows = data.ledger if medium is None else data.ledger.filter(pl.col("medium") == medium)
+            copies = data.ledger if medium is None else data.ledger.only(medium=medium)
             if bound is not None and bound.during_ns is not None:
-                rows = rows.filter(pl.col("offered_ns").is_between(*bound.during_ns, closed="left"))
-            return _of_ledger(metric, rows, data)
+                offered_ns, (start_ns, end_ns) = copies.ints("offered_ns"), bound.during_ns
+                copies = copies.taken((start_ns <= offered_ns) & (offered_ns < end_ns))
+            return _of_ledger(metric, copies, data)
         case SignalKey() as wanted:
             return _of_signals(wanted, data, bound)
         case CountKey(pattern, counter):
-            counts = [data.counters[node].get(counter, 0) for node in matching(pattern, data.counters)]
+            counts = [data.counters[node][counter] for node in matching(pattern, data.counters)
+                      if counter in data.counters[node]]
             return float(sum(counts)) if counts else math.nan
         case GuaranteeKey(name, figure) if figure in _known_guarantees(data).get(name, ()):
             return _of_guarantee(data.guarantees.get(name), figure.removesuffix("_s"))
     raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))))
 
 
-def _verdict(key: str, bound: Bound, value: float) -> Verdict:
+def _verdict(key: str, bound: Bound, data: RunData) -> Verdict:
+    unknown = unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))
+    why = unknown[0].removeprefix(f"expect.{key}: ") if unknown else uncounted(key, data.counters)
+    value = math.nan if why else measure(key, data, bound)
     if math.isnan(value):
-        return Verdict(key, None, bound.min, bound.max, holds=False)
+        return Verdict(key, None, bound.min, bound.max, holds=False, why=why)
     holds = (bound.min is None or value >= bound.min) and (bound.max is None or value <= bound.max)
     return Verdict(key, value, bound.min, bound.max, holds)
 
 
-def _of_ledger(metric: str, rows: pl.DataFrame, data: RunData) -> float:
+def _of_ledger(metric: str, copies: FrameCopies, data: RunData) -> float:
     if any(line.startswith("ledger.parquet") for line in data.missing):
         return math.nan
     match metric:
         case "frames_offered":
-            return float(rows.height)
+            return float(len(copies))
+        case metric if metric == NOT_DELIVERED:
+            return float(len(copies) - int(copies.delivered.sum()))
         case "delivery_ratio":
-            return _count(rows, DELIVERED) / rows.height if rows.height else math.nan
+            return int(copies.delivered.sum()) / len(copies) if len(copies) else math.nan
         case "age_of_information_max_s":
-            return _extreme(age_of_information(rows, data.length_ns)["max_s"], max)
+            return _largest(age_of_information(copies, data.length_ns).max_s)
         case "age_of_information_mean_s":
-            return _extreme(age_of_information(rows, data.length_ns)["mean_s"], max)
+            return _largest(age_of_information(copies, data.length_ns).mean_s)
         case "max_successive_losses":
-            return _extreme(successive_losses(rows)["longest"], max)
+            return float(max(successive_losses(copies).values(), default=math.nan))
         case "inter_transmission_min_s":
-            return _extreme(times_between_transmissions(rows)["gap_s"], min)
+            return -_largest(-times_between_transmissions(copies).gap_s)
         case "inter_transmission_max_s":
-            return _extreme(times_between_transmissions(rows)["gap_s"], max)
-    return float(_count(rows, FATE_OF[metric].value))
+            return _largest(times_between_transmissions(copies).gap_s)
+    return float(copies.fate.among(FATE_OF[metric].value).sum())
 
 
-def _count(rows: pl.DataFrame, fate: str) -> int:
-    return int((rows["fate"] == fate).sum())
-
-
-def _extreme(values: pl.Series, pick: Callable[[list[float]], float]) -> float:
-    return float(pick(values.to_list())) if len(values) else math.nan
+def _largest(values: NDArray[np.float64]) -> float:
+    return float(values.max()) if values.size else math.nan
 
 
 def _of_signals(wanted: SignalKey, data: RunData, bound: Bound | None) -> float:

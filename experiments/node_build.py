@@ -19,9 +19,11 @@ from experiments.own_modules import class_for
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
+from firmware_sim.recorded_outputs import record_outputs
 from fmus.description import PlantDescription
 from fmus.plant import Plant
 from netem.media.sensing.sight import Body, pack_body
+from netem.named import Named
 from netem.node import Node
 from netem.outside_guard import guarded
 from netem.random_streams import stream
@@ -29,7 +31,9 @@ from netem.random_streams import stream
 
 class PlantSpecification(msgspec.Struct, frozen=True):
     description: PlantDescription
-    start: dict[str, float | bool | str]
+    start: dict[str, Any]
+    step_ns: int | None = None          # of an FMU that takes steps of one size and does not say which
+    idle_outputs: list[str] = []        # that are 0 for good: not recorded
 
 
 class Shown(msgspec.Struct, frozen=True):
@@ -66,10 +70,16 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     if specification.blocking:
         return _blocking_node(specification, at_end)
     node = Node(specification.name, list(specification.media), specification.sample_period_ns)
-    program = class_for(specification.program, Path(specification.folder))(_board(specification, node),
-                                                                           **specification.parameters)
+    board = _board(specification, node)
+    program = class_for(specification.program, Path(specification.folder))(board, **specification.parameters)
     if hasattr(program, "run"):
-        node.start(program.run())
+        running = program.run()
+        if not hasattr(running, "throw"):
+            raise TypeError(f"{type(program).__name__}.run() gave {running!r}: expected a generator; write `run` with "
+                            "`yield from self.board.wait_until(local_ns)` in it")
+        node.start(running)
+    if board.plant is not None and specification.plant is not None:
+        record_outputs(node, board.plant, specification.plant.idle_outputs)
     return node
 
 
@@ -90,10 +100,12 @@ def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None) -
     from firmware_sim.blocking.own_process import own_process
 
     node = BlockingNode(specification.name, list(specification.media), specification.sample_period_ns)
-    folder = Path(specification.folder)
-    at_end.enter_context(own_process(node, _board(specification, node), specification.program, folder,
+    board, folder = _board(specification, node), Path(specification.folder)
+    at_end.enter_context(own_process(node, board, specification.program, folder,
                                      partial(_load_blocking, specification, at_end), specification.parameters,
                                      specification.media, specification.own_frames))
+    if board.plant is not None and specification.plant is not None:
+        record_outputs(node, board.plant, specification.plant.idle_outputs)
     return node
 
 
@@ -111,7 +123,9 @@ def _board(specification: NodeSpecification, node: Node) -> Board:
     clock = LocalClock(specification.clock, node.env.time_ns)
     plant = None
     if specification.plant is not None:
-        plant = Plant(specification.plant.description, specification.name, specification.plant.start)
+        plant = Plant(specification.plant.description, specification.name, specification.plant.start,
+                      specification.plant.step_ns, present=node.present_ns, on_end=node.end_run)
         for shown in specification.shown:
             _show(node, plant, shown)
-    return Board(node, clock, plant, specification.team, stream(specification.seed, f"agents.{specification.name}"))
+    team = Named(specification.team, specification.name, "key of [team]", "the scenario has no [team]")
+    return Board(node, clock, plant, team, stream(specification.seed, f"agents.{specification.name}"))

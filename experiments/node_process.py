@@ -15,6 +15,7 @@ from importlib import import_module
 import msgspec
 
 from experiments.node_build import NodeSpecification, build_node
+from experiments.wall_clock_sleep import sleep_refused
 from netem.node import Node
 from netem.transport.errand import Errand
 from netem.transport.fork_server import serve
@@ -27,6 +28,7 @@ def build(at_end: ExitStack, errand: Errand) -> Node:
 
 def life() -> int:
     with ExitStack() as at_end:
+        at_end.enter_context(sleep_refused())
         return take_part(partial(build, at_end))
 
 

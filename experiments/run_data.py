@@ -9,19 +9,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import polars as pl
 import pyarrow as pa
 
 from experiments.derived import derive
+from experiments.frame_copies import FrameCopies, LedgerUnreadable
 from experiments.monitors.outcome import Outcome
 from netem.records.events import Event
-from netem.records.ledger_file import SCHEMA
-from netem.records.ledger_table import read_ledger, read_metadata
+from netem.records.ledger_table import read_metadata
 from netem.records.signal_table import Recording, SignalTable, read_recording
 
 Json = dict[str, Any]
@@ -32,7 +32,7 @@ class RunData:
     """`ledger` and `signals` are empty when the run left none; `length_ns` is how much of the run there is to judge."""
 
     length_ns: int
-    ledger: pl.DataFrame
+    ledger: FrameCopies
     signals: Mapping[str, SignalTable] = field(default_factory=dict)
     counters: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
     events: Sequence[Event] = ()
@@ -43,27 +43,25 @@ class RunData:
     missing: Sequence[str] = ()
     guarantees: Mapping[str, Outcome] = field(default_factory=dict)
 
+    def without_ledger(self, why: str) -> RunData:
+        """The same, if the ledger turns out to be unreadable."""
+        missing = [*self.missing, f"ledger.parquet: unreadable: {why}"]
+        return replace(self, ledger=FrameCopies.of_rows([]), missing=missing)
+
     @property
     def nodes(self) -> list[str]:
         """Every node that the scenario, a signal, a counter or a frame names."""
         declared = self.scenario.get("agents")
         named = set(declared) if isinstance(declared, dict) else set()
         named |= set(self.signals) - set(self.scenario.get("derived") or ()) | set(self.counters)
-        for column in ("sender", "receiver"):
-            named |= set(self.ledger[column].unique().cast(pl.String).to_list())
+        named |= {node for link in self.ledger.link.names for node in link[1:]}
         return sorted(named - {""})
 
     @property
     def media(self) -> list[str]:
         declared = self.scenario.get("media")
         named = set(declared) if isinstance(declared, dict) else set()
-        return sorted(named | set(self.ledger["medium"].unique().cast(pl.String).to_list()))
-
-
-def empty_ledger() -> pl.DataFrame:
-    frame = pl.from_arrow(pa.Table.from_batches([], schema=SCHEMA))
-    assert isinstance(frame, pl.DataFrame)
-    return frame
+        return sorted(named | {link[0] for link in self.ledger.link.names})
 
 
 def load_run(run_dir: Path) -> RunData:
@@ -81,15 +79,15 @@ def load_run(run_dir: Path) -> RunData:
                    _guarantees(run_dir / "guarantees.json", missing) if scenario.get("guarantees") else {})
 
 
-def _length_ns(scenario: Json, run: Json, ledger: pl.DataFrame, recording: Recording) -> int:
+def _length_ns(scenario: Json, run: Json, ledger: FrameCopies, recording: Recording) -> int:
     """How far the run came, else how long it was meant to be, else the last instant on record."""
     for known in (run.get("reached_ns"), scenario.get("length_ns")):
         if isinstance(known, int):
             return known
     last = [int(table.time_ns[-1]) for table in recording.signals.values() if table.time_ns.size]
-    for column in ("offered_ns", "end_ns", "delivered_ns"):
-        latest = ledger[column].max()
-        last += [latest] if isinstance(latest, int) else []
+    with suppress(LedgerUnreadable):            # said where the figures of frames are worked out
+        for column in ("offered_ns", "end_ns", "delivered_ns") if len(ledger) else ():
+            last.append(int(ledger.ints(column).max()))
     return max(last, default=0)
 
 
@@ -115,14 +113,14 @@ def _guarantees(path: Path, missing: list[str]) -> dict[str, Outcome]:
     return {}
 
 
-def _ledger(path: Path, missing: list[str]) -> tuple[pl.DataFrame, dict[str, str]]:
+def _ledger(path: Path, missing: list[str]) -> tuple[FrameCopies, dict[str, str]]:
     try:
-        return read_ledger(path), read_metadata(path)
+        return FrameCopies.of_file(path), read_metadata(path)
     except FileNotFoundError:
         missing.append(f"{path.name}: not there, so nothing is known about frames")
     except (pa.ArrowException, OSError) as error:
         missing.append(f"{path.name}: unreadable (the run was killed before it closed the file): {error}")
-    return empty_ledger(), {}
+    return FrameCopies.of_rows([]), {}
 
 
 def _recording(path: Path, missing: list[str]) -> Recording:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import msgspec
 
+from experiments.fate_keys import in_words
 from experiments.monitors.outcome import Standing
 
 
@@ -24,6 +25,15 @@ class Progress(msgspec.Struct, frozen=True):
         """Robot time per wall time; above 1 is faster than real time."""
         return self.now_ns * 1e-9 / self.wall_s if self.wall_s > 0 else 0.0
 
+    @property
+    def left_s(self) -> float:
+        """Wall time until the end at the pace so far; 0 at the end, and while there is no pace yet."""
+        return self.wall_s * (self.end_ns - self.now_ns) / self.now_ns if self.now_ns > 0 else 0.0
+
+
+def by_fate(frames: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {in_words(fate)}" for fate, count in frames.items() if count) or "no frames yet"
+
 
 class Verdict(msgspec.Struct, frozen=True):
     """One line of `[expect]` and what became of it. `value` is None where the run has no such figure."""
@@ -33,13 +43,14 @@ class Verdict(msgspec.Struct, frozen=True):
     min: float | None
     max: float | None
     holds: bool
+    why: str = ""               # it has no value, where that is known
 
     def by_how_much(self) -> str:
         """Why it does not hold, in words: empty where it does."""
         if self.holds:
             return ""
         if self.value is None:
-            return "the run has no such figure"
+            return self.why or "the run has no such figure"
         if self.min is not None and self.value < self.min:
             return f"{self.min - self.value:.6g} below the least allowed, {self.min:.6g}"
         if self.max is not None and self.value > self.max:
@@ -63,8 +74,10 @@ class Summary(msgspec.Struct, frozen=True):
     verdicts: list[Verdict]
     report: str | None          # path of report.html, relative to the run folder
     guarantees: list[Standing] = []
+    warnings: list[str] = []    # mistakes of programs that end no run, such as frames that no medium carries
     code: str = ""              # "compiled", or "interpreted: " and why
     real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.real_time.lateness`
+    ended: str = ""             # why the run ended before its length, and when; figures are up to there
 
     @property
     def holds(self) -> bool:

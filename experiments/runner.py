@@ -12,12 +12,12 @@ import platform
 import random
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
-from random import Random
 from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
@@ -29,20 +29,27 @@ from experiments.guarantee_watch import GuaranteeWatch
 from experiments.metrics import evaluate
 from experiments.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.own_modules import class_for
+from experiments.recorded_signals import refuse_unrecorded
 from experiments.report.build import write_report
 from experiments.run_data import load_run
 from experiments.run_result import Progress, RunResult, Summary
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
-from fmus.build import build_model, own_models
+from experiments.wall_clock_sleep import sleep_refused
+from fmus.build import build_model, model_folder, own_models
+from fmus.describe import read_model
 from fmus.describe_fmu import describe
-from fmus.parameters import expand_parameters
+from fmus.description import PlantDescription
 from netem.agenda import Agenda
+from netem.fate import Fate
 from netem.impairments import Impairment
+from netem.impairments.construct import construct_impairment
+from netem.impairments.recordings import Recordings
 from netem.impairments.window import Window
 from netem.links import LinkName, Links
 from netem.lockstep.conductor import Conductor, Recorders
 from netem.lockstep.hosts import Host, InlineHost
+from netem.lockstep.messages import Hello
 from netem.media import Medium
 from netem.media.can.bus import CanBus
 from netem.media.observation import MediumObserver, ObservedMedium
@@ -85,7 +92,29 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scenario.json").write_bytes(msgspec.json.encode(scenario.resolved()))
-    return _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time).run()
+    with _collecting_only_what_the_run_makes():
+        return _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time).run()
+
+
+@contextmanager
+def _collecting_only_what_the_run_makes() -> Iterator[None]:
+    """The garbage collector passes over everything that was there before, seldom looks during the run, and frees the
+    run's own cycles at its end: for a run of 0.2 s a collection of the whole process takes longer than the run."""
+    threshold = gc.get_threshold()
+    gc.freeze()
+    gc.set_threshold(100_000, 50, 100)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*threshold)
+        gc.collect()
+        gc.unfreeze()
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Of Python and of the packages that a result depends on; looking them up takes longer than a short run."""
+    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
 
 
 class NeedsRealTime(ValueError):
@@ -123,32 +152,33 @@ class _Run:
                         for spec in scenario.gateways.values()]
             self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s
+        self.at_end = ExitStack()
 
     def run(self) -> RunResult:
         failure: BaseException | None = None
-        gc.collect()
-        gc.freeze()
-        threshold = gc.get_threshold()
-        gc.set_threshold(100_000, 50, 100)
         try:
+            if self.host_name == "inline":
+                self.at_end.enter_context(sleep_refused())
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.signals.declare(name, hellos[name].signals)
             self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
+            refuse_unrecorded(self.scenario, self._recorded(hellos))
             self._observe_media()
             self.conductor.admit(hellos, self.media)
             self.started_s = time.monotonic()
             self.conductor.run()
             self.ended_s = time.monotonic()
             for medium in self.media.values():
-                medium.finish(self.scenario.length_ns)
+                medium.finish(self.conductor.end_ns)
+            if self.conductor.ended_by:
+                self._event(self.conductor.ended_by, self.conductor.end_ns, "run ended", self.conductor.ended_because)
         except BaseException as error:
             failure = error
             raise
         finally:
-            gc.set_threshold(*threshold)
-            gc.unfreeze()
             self.host.stop()
+            self.at_end.close()
             if self.conductor.pace is not None:
                 self.conductor.pace.close()
             self._close(failure)
@@ -156,14 +186,15 @@ class _Run:
 
     def _close(self, failure: BaseException | None) -> None:
         """Write the records; ends in a ConservationError if copies of a complete run are missing."""
-        reached_ns = self.scenario.length_ns if failure is None else self.conductor.reached_ns
+        reached_ns = self.conductor.end_ns if failure is None else self.conductor.reached_ns
         run = {
             "reached_ns": reached_ns,
+            "ended": _end_in_words(self.conductor),
             "failure": None if failure is None else f"{type(failure).__name__}: {failure}",
             "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
             "counters": _counters(self.conductor.counters, self.media),
             "real_time": self._real_time(),
-            "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
+            "versions": _versions(),
         }
         (self.folder / "run.json").write_bytes(msgspec.json.encode(run))
         for log in self.can_logs:
@@ -183,16 +214,31 @@ class _Run:
         scenario, conductor = self.scenario, self.conductor
         summary = Summary(
             scenario.name, scenario.question, scenario.seed, self.host_name, scenario.length_ns, wall_s,
-            self.started_s - self.command_s, scenario.length_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
+            self.started_s - self.command_s, conductor.end_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
             self.result.hash, dict(self.result.by_fate), verdicts, "report.html" if self.wants_report else None,
-            self.guarantees.standings, CODE, self._real_time())
+            self.guarantees.standings, code=CODE, real_time=self._real_time(), ended=_end_in_words(conductor),
+            warnings=self._malformed())
         (self.folder / "summary.json").write_bytes(msgspec.json.encode(summary))
         if self.wants_report:
             write_report(self.folder)
         return RunResult(self.folder, summary)
 
+    def _malformed(self) -> list[str]:
+        """A line for each node and reason, if frames were no frames of their medium."""
+        if not self.result.by_fate.get(Fate.MALFORMED.value):
+            return []
+        from netem.records.malformed import malformed_frames
+
+        return malformed_frames(self.folder / "ledger.parquet")
+
     def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, node, kind, detail, level_of(kind))
+
+    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
+        """The names of the signals of each agent and medium."""
+        found = {name: getattr(medium, "signals", ()) for name, medium in self.media.items()}
+        found |= {name: hellos[name].signals for name in self.scenario.agents}
+        return {name: [signal for signal, _ in signals] for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str) -> None:
         self.signals.event(time_ns, "", kind, detail, level_of(kind), wall_clock=True)
@@ -213,7 +259,7 @@ class _Run:
                 medium.observe(MediumObserver(self._event_on_medium, self.signals.append))
 
     def _event_on_medium(self, time_ns: int, node: str, kind: str, detail: str) -> None:
-        if time_ns < self.scenario.length_ns:       # a medium may know ahead how a frame will end
+        if time_ns < self.conductor.end_ns:         # a medium may know ahead how a frame will end
             self.signals.event(time_ns, node, kind, detail, level_of(kind))
 
     def _progress(self, now_ns: int) -> None:
@@ -234,8 +280,10 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
         elif (prepare := getattr(program, "prepare", None)) is not None:
             team.update(prepare(scenario))
     folder = str(scenario.folder)
+    fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
+    described = {fmu: describe(build_model(fmu) if fmu in own_models() else Path(fmu)) for fmu in sorted(fmus)}
     return {name: NodeSpecification(name, agent.program, agent.parameters, _kinds(scenario, agent), agent.clock,
-                                    _plant(agent), team, scenario.sample_period_ns, scenario.seed, folder,
+                                    _plant(agent, described), team, scenario.sample_period_ns, scenario.seed, folder,
                                     agent.program in blocking, _own_frames(scenario, agent), _shown(scenario, agent))
             for name, agent in scenario.agents.items()}
 
@@ -255,12 +303,15 @@ def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
                  and agent.name in settings.bodies)
 
 
-def _plant(agent: AgentSpec) -> PlantSpecification | None:
+def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription]) -> PlantSpecification | None:
     if agent.plant is None:
         return None
-    fmu = agent.plant.fmu
-    description = describe(build_model(fmu) if fmu in own_models() else Path(fmu))
-    return PlantSpecification(description, expand_parameters(agent.plant.parameters))
+    fmu, plant = agent.plant.fmu, described[agent.plant.fmu]
+    parameters, step_ns = agent.plant.parameters, agent.plant.step_ns
+    if fmu not in own_models():
+        return PlantSpecification(plant, parameters, step_ns)
+    idle = read_model(model_folder(fmu) / "variables.toml").idle_outputs(parameters)
+    return PlantSpecification(plant, parameters, step_ns, idle)
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
@@ -294,32 +345,38 @@ def _can_log(scenario: Scenario, bus: CanBus, folder: Path) -> CanLog:
     return log
 
 
+def _end_in_words(conductor: Conductor) -> str:
+    """Why the run ended before its length, "" if it did not."""
+    if not conductor.ended_by:
+        return ""
+    return f"at {conductor.end_ns / 1e9:.9g} s, by node {conductor.ended_by}: {conductor.ended_because}"
+
+
 def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Medium]) -> dict[str, dict[str, int]]:
     """What programs counted and what media counted, by node; a medium's own under its name."""
     counters = {node: dict(found) for node, found in of_nodes.items()}
     for medium in media.values():
         if isinstance(medium, ObservedMedium):
             for node, found in medium.counters().items():
-                counters.setdefault(node, {}).update(found)
+                own = counters.setdefault(node, {})
+                for name, count in found.items():
+                    own[name] = own.get(name, 0) + count
     return counters
 
 
 def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
     """Each directed link's own impairments in the order of the scenario, each with its own random stream."""
     pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
+    recordings = Recordings()
     for spec in scenario.impairments:
         kind = impairment_class(spec.kind, scenario.folder)
         for link in spec.links:
-            place = f"{spec.place}/{link[0]}: {link[1]} -> {link[2]}"
-            impairment: Any = kind(**spec.fields, **_randomness(kind, scenario.seed, place))
+            place = f"{spec.called}/{link[0]}: {link[1]} -> {link[2]}"
+            impairment: Any = construct_impairment(kind, spec.fields, stream(scenario.seed, place), recordings)
             if spec.windows_ns:
                 impairment = Window(impairment, spec.windows_ns)
-            pipelines.setdefault(link, []).append((f"{spec.place} {spec.kind}", impairment))
+            pipelines.setdefault(link, []).append((f"{spec.called} {spec.kind}", impairment))
     return pipelines
-
-
-def _randomness(kind: type[Any], seed: int, place: str) -> dict[str, Random]:
-    return {"rng": stream(seed, place)} if "rng" in kind.__dataclass_fields__ else {}
 
 
 def _changes(medium: Medium, until_ns: int) -> Sequence[int]:

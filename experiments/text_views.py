@@ -2,35 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
-from experiments.live_view import by_fate
-from experiments.run_result import Summary, lateness_in_words
+from experiments.console import print_table
+from experiments.run_result import by_fate, lateness_in_words
 
 if TYPE_CHECKING:
+    from experiments.console import Console
+    from experiments.run_result import Summary
     from experiments.scenario import Scenario
     from experiments.tables import Measured
     from fmus.description import PlantDescription
     from fmus.presets import Preset
 
 
-def print_table(console: Console, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for column in columns:
-        table.add_column(column, overflow="fold")
-    for row in rows:
-        table.add_row(*map(Text, row))
-    console.print(table)
-
-
 def print_scenario(console: Console, scenario: Scenario) -> None:
-    console.print(Text(f"{scenario.name}: {scenario.question or 'asks no question'}"), soft_wrap=True)
+    console.print(f"{scenario.name}: {scenario.question or 'asks no question'}", soft_wrap=True)
     print_table(console, ["", ""], [
         ("robot time", f"{scenario.length_ns * 1e-9:g} s"), ("seed", str(scenario.seed)),
         ("samples", f"every {scenario.sample_period_ns * 1e-9:g} s" if scenario.sample_period_ns else "none")])
@@ -46,7 +35,7 @@ def print_scenario(console: Console, scenario: Scenario) -> None:
     for medium in scenario.media.values():
         for shown in medium.settings.shown(medium.name, medium.nodes):
             console.print()
-            console.print(Text(shown.title), soft_wrap=True)
+            console.print(shown.title, soft_wrap=True)
             print_table(console, shown.columns, shown.rows)
     if scenario.impairments:
         console.print()
@@ -69,6 +58,7 @@ def print_summary(console: Console, summary: Summary) -> None:
     print_table(console, ["", ""], [
         ("scenario", summary.scenario), ("seed", str(summary.seed)), ("host", summary.host),
         ("robot time", f"{summary.length_ns * 1e-9:g} s"),
+        *([("ended", summary.ended)] if summary.ended else []),
         ("wall time", f"{summary.wall_s:.2f} s, {summary.start_up_s:.2f} s to start before"),
         ("real-time factor", f"{summary.real_time_factor:.1f}"),
         ("windows, grants", f"{summary.windows}, {summary.grants}"),
@@ -90,8 +80,8 @@ def print_summary(console: Console, summary: Summary) -> None:
 def print_plant(console: Console, plant: PlantDescription) -> None:
     fixed = f"steps of {plant.fixed_step_s} s" if plant.fixed_step_s else "one step size"
     step = "steps of any size" if plant.variable_step else fixed
-    console.print(Text(f"{plant.model_name}: {plant.about}"), soft_wrap=True)
-    console.print(Text(f"{plant.file}: FMI {plant.fmi}, {step}"), soft_wrap=True)
+    console.print(f"{plant.model_name}: {plant.about}", soft_wrap=True)
+    console.print(f"{plant.file}: FMI {plant.fmi}, {step}", soft_wrap=True)
     console.print()
     print_table(console, ["variable", "kind", "type", "unit", "start", "about"], [
         (item.name, item.causality, item.type, item.unit or "", item.start or "", item.about)
@@ -115,13 +105,14 @@ def print_measured(console: Console, values: Iterable[Measured]) -> None:
         rows.append((row.what, quantity, _four(row.printed), ours,
                      "" if error is None else f"+- {error:.4f}", _range(row.low, row.high),
                      _short(row.printed_variance), _short(value.variance),
-                     {True: "met", False: "MISSED", None: ""}[value.met]))
-    print_table(console, ["", "", "printed", "ours", "s.e.", "to meet", "variance printed", "ours", ""], rows)
+                     {True: "met", False: "MISSED", None: "not judged"}[value.met]
+                     + (", not reproduced" if row.reproduced is False else "")))
+    print_table(console, ["", "", "printed", "ours", "s.e.", "band", "variance printed", "ours", "ours, printed"], rows)
 
 
 def print_path(console: Console, what: str, path: Path) -> None:
     """On one line, however narrow the terminal is, so that it can be clicked or copied."""
-    console.print(Text(f"{what}: {path}"), soft_wrap=True)
+    console.print(f"{what}: {path}", soft_wrap=True)
 
 
 def _four(value: float | None) -> str:

@@ -15,13 +15,15 @@ from __future__ import annotations
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
-from typing import Any
+from typing import Any, Final
 
 from simpy.events import Event, Timeout
 
 from firmware_sim.local_clock import LocalClock
 from fmus.plant import Plant
 from netem.node import Node
+
+MAX_WAITS_AT_ONE_INSTANT: Final = 100_000
 
 
 @dataclass
@@ -38,6 +40,7 @@ class Board:
         if any(true_ns < self.node.now_ns for true_ns in instants) or instants != sorted(instants):
             raise ValueError(f"{self.node.name}: clock_steps at {instants} ns: expected instants from now on, in order")
         self._steps_ahead = list(self.clock_steps)
+        self._waits_over, self._waited_at_ns = 0, -1
         if self._steps_ahead:
             self.node.env.process(self._step_clock())
 
@@ -53,6 +56,10 @@ class Board:
 
     def wait_until(self, local_ns: int) -> Generator[Event, Any, None]:
         """`yield from` this: come back when the clock reads at least `local_ns`, whatever is done to it meanwhile."""
+        if self.clock.now_ns() >= local_ns:
+            self._note_wait_that_is_over(local_ns)
+            return
+        yield self.until(local_ns)
         while self.clock.now_ns() < local_ns:
             yield self.until(local_ns)
 
@@ -78,6 +85,16 @@ class Board:
             node.silent_until(true_ns)
         env = node.env
         return Timeout(env, max(0, true_ns - env.time_ns()))
+
+    def _note_wait_that_is_over(self, local_ns: int) -> None:
+        """RuntimeError for a program that waits again and again for instants that have passed: it would never end."""
+        now_ns = self.node.env.time_ns()
+        self._waits_over = self._waits_over + 1 if now_ns == self._waited_at_ns else 1
+        self._waited_at_ns = now_ns
+        if self._waits_over > MAX_WAITS_AT_ONE_INSTANT:
+            raise RuntimeError(f"{MAX_WAITS_AT_ONE_INSTANT} waits in a row at {now_ns} ns for instants that had passed"
+                               f", the last for {local_ns} ns of local time: no robot time passes; wait for later "
+                               "ones, as with a period of more than 0")
 
     def _promise(self, true_ns: int) -> None:
         if self._steps_ahead:

@@ -48,6 +48,8 @@ class RadioModem:
         self._idle_ns = -(-idle_bytes * bits_per_byte * SECOND_NS // baud_bps)
         self._packet = bytearray()
         self._chunks = 0                # that came in
+        for counter in ("packets sent", "packets received"):
+            self._node.count(counter, 0)
 
     def run(self) -> Generator[Event, Any, None]:
         """It only reacts."""

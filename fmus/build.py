@@ -13,12 +13,14 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import re
 import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
 import zipfile
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -32,7 +34,10 @@ MODELS: Final = Path(__file__).parent
 FMI: Final = MODELS / "fmi"
 OPTIONS: Final = ("-std=c99", "-O2", "-g0", "-ffp-contract=off", "-fno-sanitize=undefined", "-fvisibility=hidden",
                   "-shared")
-LAYOUT: Final = 1       # counts changes of this file that change what it builds
+SIGNATURES: Final = {"model_step": "void model_step(Values *v, double h), which advances the model by h seconds",
+                     "model_start": "void model_start(Values *v)", "model_outputs": "void model_outputs(Values *v)"}
+_UNDEFINED: Final = re.compile(r"undefined (?:reference to|symbol:?) [`'\"]?(\w+)")
+LAYOUT: Final = 2       # counts changes of this file that change what it builds
 EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 
 
@@ -91,7 +96,7 @@ def _build(draft: Path, spec: describe.Model, sources: dict[str, bytes], token: 
     units = sorted(name for name in sources if name.endswith(".c"))
     code = {name: data for name, data in sources.items() if name.endswith((".c", ".h"))}
     code["variables.h"] = describe.header(spec, token).encode()
-    binary = compile_library(code, f"the model {spec.name}")
+    binary = compile_library(code, f"the model {spec.name}", ["-Wl,-z,defs"] if sys.platform == "linux" else [])
     content = {f"sources/{name}": data for name, data in sorted(code.items())}
     if "README.md" in sources:
         content["documentation/README.md"] = sources["README.md"]
@@ -107,7 +112,7 @@ def _build(draft: Path, spec: describe.Model, sources: dict[str, bytes], token: 
         **content})
 
 
-def compile_library(code: dict[str, bytes], what: str) -> bytes:
+def compile_library(code: dict[str, bytes], what: str, more_options: Sequence[str] = ()) -> bytes:
     """The shared library made from C files and headers given by name and content."""
     compiler = find_compiler()
     with tempfile.TemporaryDirectory(prefix="marconet-") as name:
@@ -115,7 +120,7 @@ def compile_library(code: dict[str, bytes], what: str) -> bytes:
         for file, data in code.items():
             (folder / file).write_bytes(data)
         library = folder / f"library{library_suffix()}"
-        command = [*compiler, *OPTIONS, *([] if sys.platform == "win32" else ["-fPIC"]),
+        command = [*compiler, *OPTIONS, *more_options, *([] if sys.platform == "win32" else ["-fPIC"]),
                    "-o", str(library), *sorted(file for file in code if file.endswith(".c")),
                    *([] if sys.platform == "win32" else ["-lm"])]
         try:
@@ -123,6 +128,9 @@ def compile_library(code: dict[str, bytes], what: str) -> bytes:
         except OSError as error:
             raise PlantError(f"{compiler[0]}: cannot run the C compiler ({error.strerror}): set CC to one that works, "
                              "or unset it") from None
+        if missing := sorted(set(_UNDEFINED.findall(done.stderr))):
+            raise PlantError(f"{what}: model.c defines no {', '.join(missing)}; add "
+                             + "; ".join(SIGNATURES.get(name, name) for name in missing))
         if done.returncode:
             raise PlantError(f"{what} does not compile ({shlex.join(compiler)}, exit code {done.returncode}):\n"
                              f"{(done.stderr or done.stdout).strip()}")

@@ -3,8 +3,9 @@
 A row is one variable with `name`, `kind` (input, output, parameter), `unit` and `about`; `size = [rows, columns]` makes
 it an array whose elements are the scalar variables `A[1,1]`, `A[1,2]`, ...; `start` is one number for all elements or
 one each. An output with a start value is a state that may be set before the first step; one without is computed by the
-model. `min` and `max`, both allowed values themselves, bound the start values of all elements. The position of a scalar
-is its value reference. All variables are 64-bit floating point numbers.
+model. `min` and `max`, both allowed values themselves, bound the start values of all elements. `filled_by` of an output
+names parameters: elements of the output beyond the last row that their start values fill stay 0 and are not recorded.
+The position of a scalar is its value reference. All variables are 64-bit floating point numbers.
 
 Not covered: integers, strings, clocks, tunable parameters, display units.
 """
@@ -16,18 +17,25 @@ import math
 import re
 import tomllib
 import uuid
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 from fmus.bounds import outside
+from fmus.description import Variable
 from fmus.errors import PlantError
+from fmus.parameters import Nested, expand_parameters
 from fmus.units import base_units
 
 KINDS = ("input", "output", "parameter")
 FUNCTIONS = ("start", "outputs")
+MOST_SCALARS = 100_000
+C_WORDS = frozenset((           # that no member of a struct can be called
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
+    "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed", "sizeof",
+    "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while", "memory"))
 
 
 @dataclass(frozen=True)
@@ -59,6 +67,7 @@ class Row:
     starts: tuple[float, ...] | None
     min: float | None = None
     max: float | None = None
+    filled_by: tuple[str, ...] = ()
 
     def scalars(self) -> list[Scalar]:
         indices = list(product(*(range(1, extent + 1) for extent in self.size)))
@@ -81,73 +90,156 @@ class Model:
     def scalars(self) -> list[Scalar]:
         return [scalar for row in self.rows for scalar in row.scalars()]
 
+    def idle_outputs(self, start: Mapping[str, Nested]) -> list[str]:
+        """The elements of outputs that these start values leave without effect, as `filled_by` has it."""
+        values = {scalar.name: scalar.start for scalar in self.scalars()} | expand_parameters(start)
+        last: dict[str, int] = {}
+        for name, value in values.items():
+            base, _, index = name.partition("[")
+            if index and value:
+                last[base] = max(last.get(base, 0), _first(index))
+        return [scalar.name for row in self.rows if row.filled_by for scalar in row.scalars()
+                if _first(scalar.name.partition("[")[2]) > max(1, *(last.get(base, 0) for base in row.filled_by))]
+
+
+def _first(index: str) -> int:
+    """The row of an index: 2 of `2,1]`."""
+    return int(index.rstrip("]").partition(",")[0])
+
 
 def read_model(file: Path) -> Model:
-    """Read and check variables.toml; a PlantError lists everything that is wrong with it."""
+    """Read and check variables.toml; a PlantError has a line for everything that is wrong with it."""
     try:
         table = tomllib.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise PlantError(f"{file}: no such file: a model is a folder with variables.toml and model.c") from None
-    except tomllib.TOMLDecodeError as error:
-        raise PlantError(f"{file}: not valid TOML: {error}") from None
+    except OSError as error:
+        raise PlantError(f"{file}: cannot read it ({error.strerror}): a model's table is a text file") from None
+    except (ValueError, RecursionError) as error:       # of TOML, of UTF-8, of a number
+        raise PlantError(f"{file}: not valid TOML: {' '.join(str(error).split())[:200]}") from None
     problems: list[str] = []
     name = table.get("model")
-    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z_]\w*", name):
-        problems.append(f"model={name!r}: expected a C identifier")
+    if not _identifier(name):
+        problems.append(f"model={_shown(name)}: expected a C identifier")
+    if unknown := set(table) - {"model", "description", "functions", "memory", "variable"}:
+        problems.append(f"unknown keys {', '.join(map(_shown, sorted(unknown)))}")
+    description, memory = table.get("description", ""), table.get("memory")
+    if not _plain_text(description):
+        problems.append(f"description={_shown(description)}: expected text on one line, without */")
+    if memory is not None and not (isinstance(memory, str) and re.fullmatch(r"\w+\.h", memory, re.ASCII)):
+        problems.append(f"memory={_shown(memory)}: expected the name of a header in the model's folder")
     functions = table.get("functions", [])
-    problems += [f"functions: {each!r}: expected one of {', '.join(FUNCTIONS)}"
+    if not isinstance(functions, list):
+        problems.append(f"functions={_shown(functions)}: expected a list")
+        functions = []
+    problems += [f"functions: {_shown(each)}: expected one of {', '.join(FUNCTIONS)}"
                  for each in functions if each not in FUNCTIONS]
-    rows = [_row(place, row, problems) for place, row in enumerate(table.get("variable", []))]
+    written = table.get("variable", [])
+    if not isinstance(written, list) or not all(isinstance(row, dict) for row in written):
+        problems.append("variable: expected a list of tables, one for each variable")
+        written = []
+    rows = [_row(place, row, problems) for place, row in enumerate(written)]
     names = [row.name for row in rows]
-    problems += [f"variable {each!r} appears twice: names are unique" for each in set(names) if names.count(each) > 1]
+    problems += [f"variable {each!r} appears twice: names are unique"
+                 for each in sorted(set(names)) if names.count(each) > 1]
     if not rows:
         problems.append("variable: expected at least one row")
+    if sum(math.prod(row.size) for row in rows) > MOST_SCALARS:
+        problems.append(f"variable: expected at most {MOST_SCALARS} elements in all")
     if any(row.kind == "output" and row.starts is None for row in rows) and "outputs" not in functions:
         problems.append('an output without start is computed by the model: give it a start or functions = ["outputs"]')
     if problems:
         raise PlantError("\n".join(f"{file}: {problem}" for problem in problems))
-    return Model(str(name), table.get("description", ""), tuple(rows), tuple(functions), table.get("memory"))
+    return Model(str(name), description, tuple(rows), tuple(functions), memory)
+
+
+def _identifier(name: Any) -> bool:
+    return isinstance(name, str) and name not in C_WORDS and bool(re.fullmatch(r"[A-Za-z_]\w{0,99}", name, re.ASCII))
+
+
+def _plain_text(text: Any) -> bool:
+    """Fit for a comment in C and an attribute in XML."""
+    return isinstance(text, str) and "*/" not in text and (not text or text.isprintable())
+
+
+def _number(value: Any) -> bool:
+    try:
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _row(place: int, row: dict[str, Any], problems: list[str]) -> Row:
     where = f"variable[{place}]"
-    size = tuple(row.get("size", []))
-    count = math.prod(size)
-    start = row.get("start")
-    if not re.fullmatch(r"[A-Za-z_]\w*", row.get("name", "")):
-        problems.append(f"{where}.name={row.get('name')!r}: expected a C identifier")
-    if row.get("kind") not in KINDS:
-        problems.append(f"{where}.kind={row.get('kind')!r}: expected one of {', '.join(KINDS)}")
+    name, kind, unit, about = (row.get(key) for key in ("name", "kind", "unit", "about"))
+    if not _identifier(name):
+        problems.append(f"{where}.name={_shown(name)}: expected a C identifier")
+    if kind not in KINDS:
+        problems.append(f"{where}.kind={_shown(kind)}: expected one of {', '.join(KINDS)}")
     try:
-        base_units(str(row.get("unit")))
+        base_units(unit if isinstance(unit, str) else str(unit))
     except ValueError as error:
-        problems.append(f"{where}.unit={row.get('unit')!r}: {error}")
-    if not row.get("about"):
-        problems.append(f"{where}.about: say in a few words what it is")
-    if len(size) > 2 or any(not isinstance(extent, int) or extent < 1 for extent in size):
-        problems.append(f"{where}.size={list(size)}: expected one or two positive integers")
-        size, count = (), 1
-    if start is None and row.get("kind") != "output":
-        problems.append(f"{where}.start: inputs and parameters need one")
-    if isinstance(start, list) and len(start) != count:
-        problems.append(f"{where}.start: {len(start)} numbers for {count} elements")
-        start = 0.0
-    if unknown := set(row) - {"name", "kind", "unit", "about", "size", "start", "min", "max"}:
-        problems.append(f"{where}: unknown keys {', '.join(sorted(unknown))}")
-    starts = None if start is None else tuple(map(float, start)) if isinstance(start, list) else (float(start),) * count
+        problems.append(f"{where}.unit={_shown(unit)}: {' '.join(str(error).split())}")
+    if not about or not _plain_text(about):
+        problems.append(f"{where}.about={_shown(about)}: say in a few words on one line what it is, without */")
+    if unknown := set(row) - {"name", "kind", "unit", "about", "size", "start", "min", "max", "filled_by"}:
+        problems.append(f"{where}: unknown keys {', '.join(map(_shown, sorted(unknown)))}")
+    size = row.get("size", [])
+    if not isinstance(size, list) or len(size) > 2 or not all(type(extent) is int and 0 < extent <= MOST_SCALARS
+                                                              for extent in size):
+        problems.append(f"{where}.size={_shown(size)}: expected one or two positive integers")
+        size = []
     low, high = _bound(f"{where}.min", row.get("min"), problems), _bound(f"{where}.max", row.get("max"), problems)
-    for value in starts or ():
+    starts = _starts(where, row.get("start"), kind, math.prod(size), problems)
+    for value in dict.fromkeys(starts or ()):
         if problem := outside(value, low, high):
             problems.append(f"{where}.start={value:g}: {problem}")
-    return Row(row.get("name", ""), row.get("kind", ""), row.get("unit", ""), row.get("about", ""), size, starts, low,
-               high)
+    filled_by = row.get("filled_by", [])
+    if not isinstance(filled_by, list) or not all(isinstance(each, str) for each in filled_by) or \
+            (filled_by and (kind != "output" or not size)):
+        problems.append(f"{where}.filled_by={_shown(filled_by)}: expected names of parameters, at an output with a "
+                        "size")
+        filled_by = []
+    return Row(str(name), str(kind), str(unit), str(about), tuple(size), starts, low, high, tuple(filled_by))
+
+
+def _starts(where: str, start: Any, kind: Any, count: int, problems: list[str]) -> tuple[float, ...] | None:
+    """One start value for each element; None where there is none, or none in order."""
+    if start is None:
+        if kind != "output":
+            problems.append(f"{where}.start: inputs and parameters need one")
+        return None
+    values = start if isinstance(start, list) else [start]
+    if not all(map(_number, values)):
+        problems.append(f"{where}.start={_shown(start)}: expected a finite number, or a list of them")
+        return None if kind == "output" else (0.0,)
+    if isinstance(start, list):
+        if len(start) != count:
+            problems.append(f"{where}.start: {len(start)} numbers for {count} elements")
+        return tuple(map(float, start))
+    return (float(start),) * min(count, MOST_SCALARS)
 
 
 def _bound(where: str, value: Any, problems: list[str]) -> float | None:
-    if value is None or (isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)):
+    if value is None or _number(value):
         return None if value is None else float(value)
-    problems.append(f"{where}={value!r}: expected a finite number")
+    problems.append(f"{where}={_shown(value)}: expected a finite number")
     return None
+
+
+def variables_of(model: Model) -> dict[str, Variable]:
+    """The variables of the model's FMU as its description will say them, known without building it."""
+    return {scalar.name: Variable(
+        name=scalar.name, reference=reference, type="Float64", causality=scalar.kind,
+        variability="fixed" if scalar.kind == "parameter" else "continuous",
+        initial="calculated" if scalar.computed else "exact", unit=scalar.unit,
+        start=None if scalar.start is None else repr(scalar.start), about=scalar.about, min=scalar.min, max=scalar.max)
+        for reference, scalar in enumerate(model.scalars())}
 
 
 def token_of(sources: dict[str, bytes]) -> str:
@@ -179,7 +271,7 @@ def header(model: Model, token: str) -> str:
 def _units(model: Model) -> str:
     used = sorted({row.unit for row in model.rows})
     exponents = {unit: "".join(f' {base}="{exponent}"' for base, exponent in base_units(unit).items()) for unit in used}
-    units = "".join(f"    <Unit name={quoteattr(unit)}><BaseUnit{exponents[unit]}/></Unit>\n" for unit in used)
+    units = "".join(f"    <Unit name={_quoted(unit)}><BaseUnit{exponents[unit]}/></Unit>\n" for unit in used)
     return f"  <UnitDefinitions>\n{units}  </UnitDefinitions>\n"
 
 
@@ -200,7 +292,7 @@ def _attributes(scalar: Scalar) -> str:
 
 def _value(scalar: Scalar) -> str:
     numbers = (("min", scalar.min), ("max", scalar.max), ("start", scalar.start))
-    return f"unit={quoteattr(scalar.unit)}" + "".join(f' {key}="{value!r}"' for key, value in numbers
+    return f"unit={_quoted(scalar.unit)}" + "".join(f' {key}="{value!r}"' for key, value in numbers
                                                       if value is not None)
 
 
@@ -208,14 +300,14 @@ def description_fmi3(model: Model, token: str) -> str:
     """modelDescription.xml of FMI 3.0; the time takes the value reference after the last variable."""
     scalars = model.scalars()
     variables = "".join(
-        f'    <Float64 name="{s.name}" valueReference="{i}" description={quoteattr(s.about)} {_attributes(s)} '
+        f'    <Float64 name="{s.name}" valueReference="{i}" description={_quoted(s.about)} {_attributes(s)} '
         f"{_value(s)}/>\n" for i, s in enumerate(scalars))
     outputs = [i for i, s in enumerate(scalars) if s.kind == "output"]
     structure = "".join(f'    <Output valueReference="{i}"/>\n' for i in outputs)
     structure += "".join(f'    <InitialUnknown valueReference="{i}"/>\n' for i in outputs if scalars[i].computed)
     return (f'<?xml version="1.0" encoding="UTF-8"?>\n'
             f'<fmiModelDescription fmiVersion="3.0" modelName="{model.name}" instantiationToken="{token}" '
-            f"description={quoteattr(model.description)} {ORIGIN}>\n"
+            f"description={_quoted(model.description)} {ORIGIN}>\n"
             f'  <CoSimulation modelIdentifier="{model.name}" canHandleVariableCommunicationStepSize="true" '
             f'canGetAndSetFMUState="true" canSerializeFMUState="true"/>\n'
             f"{_units(model)}{LOG_CATEGORIES}"
@@ -229,7 +321,7 @@ def description_fmi2(model: Model, token: str, source_files: list[str]) -> str:
     """modelDescription.xml of FMI 2.0."""
     scalars = model.scalars()
     variables = "".join(
-        f'    <ScalarVariable name="{s.name}" valueReference="{i}" description={quoteattr(s.about)} {_attributes(s)}>'
+        f'    <ScalarVariable name="{s.name}" valueReference="{i}" description={_quoted(s.about)} {_attributes(s)}>'
         f"<Real {_value(s)}/></ScalarVariable>\n" for i, s in enumerate(scalars))
     outputs = [i for i, s in enumerate(scalars) if s.kind == "output"]
     unknown = [i for i in outputs if scalars[i].computed]
@@ -241,7 +333,7 @@ def description_fmi2(model: Model, token: str, source_files: list[str]) -> str:
     files = "".join(f'      <File name="{name}"/>\n' for name in source_files)
     return (f'<?xml version="1.0" encoding="UTF-8"?>\n'
             f'<fmiModelDescription fmiVersion="2.0" modelName="{model.name}" guid="{token}" '
-            f"description={quoteattr(model.description)} {ORIGIN}>\n"
+            f"description={_quoted(model.description)} {ORIGIN}>\n"
             f'  <CoSimulation modelIdentifier="{model.name}" canHandleVariableCommunicationStepSize="true" '
             f'canGetAndSetFMUstate="true" canSerializeFMUstate="true" canNotUseMemoryManagementFunctions="true">\n'
             f"    <SourceFiles>\n{files}    </SourceFiles>\n  </CoSimulation>\n"
@@ -258,3 +350,10 @@ def build_description(model: Model, source_files: list[str]) -> str:
             f'  <BuildConfiguration modelIdentifier="{model.name}">\n'
             f'    <SourceFileSet language="C99">\n{files}    </SourceFileSet>\n'
             f"  </BuildConfiguration>\n</fmiBuildDescription>\n")
+
+
+def _quoted(text: str) -> str:
+    """`text` as an XML attribute's value with its quotes."""
+    from xml.sax.saxutils import quoteattr  # late: it brings urllib, and reading variables.toml needs no XML
+
+    return quoteattr(text)

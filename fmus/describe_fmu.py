@@ -1,27 +1,31 @@
 """Unpacks any FMI 2.0 or 3.0 co-simulation FMU and reads its description with FMPy.
 
-The result is kept by the content of the archive, so a second look neither unpacks nor imports FMPy.
+The result is kept by the content of the archive, so a second look neither unpacks nor imports FMPy. What FMPy leaves
+out of a description (bounds of unsigned integers, `maxSize` of binary variables) is read from the XML beside it.
 """
 
 from __future__ import annotations
 
 import hashlib
 import math
-import zipfile
-import zlib
+import re
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
 
+from fmus.archive import DESCRIPTION, one_line, shown, unpack
 from fmus.cache import cache_folder, kept
 from fmus.describe import TOOL
 from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
 from fmus.platform_names import library_suffix, platform_fmi2, platform_fmi3
 
-LAYOUT = 3              # counts changes of what is kept
+LAYOUT = 4              # counts changes of what is kept
 
 
 def describe(path: str | Path, cache: Path | None = None) -> PlantDescription:
@@ -41,14 +45,7 @@ def describe(path: str | Path, cache: Path | None = None) -> PlantDescription:
 
 
 def _unpack(draft: Path, path: Path) -> None:
-    try:
-        with zipfile.ZipFile(path) as archive:
-            if "modelDescription.xml" not in archive.namelist():
-                raise PlantError(f"{path}: holds no modelDescription.xml: it is a zip archive but not an FMU")
-            archive.extractall(draft / "fmu")
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
-        raise PlantError(f"{path}: not a whole zip archive ({error}): it may be truncated; fetch or build it again") \
-            from None
+    unpack(path, draft / "fmu")
     description = _read(draft, path)
     (draft / "description.json").write_bytes(msgspec.json.encode(description))
 
@@ -56,12 +53,17 @@ def _unpack(draft: Path, path: Path) -> None:
 def _read(draft: Path, path: Path) -> PlantDescription:
     import fmpy
 
+    text = (draft / "fmu" / DESCRIPTION).read_bytes()
+    if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
+        raise PlantError(f"{path}: {DESCRIPTION} declares a document type: an FMU needs none, and entities are not "
+                         "expanded; export it again")
     try:
         xml = fmpy.read_model_description(str(draft / "fmu"), validate=False)
+        beside = _beside(ElementTree.fromstring(text))
     except Exception as error:      # FMPy raises whatever the XML makes it stumble over
-        raise PlantError(f"{path}: modelDescription.xml cannot be read: {error}") from error
+        raise PlantError(f"{path}: {DESCRIPTION} cannot be read: {one_line(error)}: export it again") from error
     if xml.fmiVersion != "2.0" and not xml.fmiVersion.startswith("3."):
-        raise PlantError(f"{path}: is FMI {xml.fmiVersion}: only FMI 2.0 and 3.0 can be loaded; export it again")
+        raise PlantError(f"{path}: is FMI {shown(xml.fmiVersion)}: only FMI 2.0 and 3.0 can be loaded; export it again")
     fmi: Literal["2.0", "3.0"] = "2.0" if xml.fmiVersion == "2.0" else "3.0"
     slave = xml.coSimulation
     if slave is None:
@@ -70,24 +72,65 @@ def _read(draft: Path, path: Path) -> PlantDescription:
         raise PlantError(f"{path}: offers {' and '.join(offered) or 'nothing'}, not co-simulation: "
                          "export it again as a co-simulation FMU")
     variable_step = _true(slave.canHandleVariableCommunicationStepSize)
-    return PlantDescription(
-        file=path.name,
-        fmi=fmi,
-        model_name=xml.modelName,
-        about=xml.description or "",
-        token=xml.guid or "",
-        binary=_binary(draft, path, fmi, slave.modelIdentifier),
-        resources="fmu/resources",
-        variable_step=variable_step,
-        fixed_step_s=None if variable_step else _fixed_step_s(xml),
-        once_per_process=_true(slave.canBeInstantiatedOnlyOncePerProcess),
-        ours=xml.generationTool == TOOL,
-        log_formatter=_log_formatter() if fmi == "2.0" else None,
-        variables={v.name: _variable(v) for v in xml.modelVariables},
-    )
+    try:
+        return PlantDescription(
+            file=path.name,
+            fmi=fmi,
+            model_name=xml.modelName or "",
+            about=xml.description or "",
+            token=xml.guid or "",
+            binary=_binary(draft, path, fmi, slave.modelIdentifier),
+            resources="fmu/resources",
+            variable_step=variable_step,
+            fixed_step_s=_fixed_step_s(xml, variable_step),
+            once_per_process=_true(slave.canBeInstantiatedOnlyOncePerProcess),
+            ours=xml.generationTool == TOOL,
+            log_formatter=_log_formatter() if fmi == "2.0" else None,
+            variables=_variables(xml.modelVariables, beside),
+        )
+    except ValueError as error:
+        raise PlantError(f"{path}: {DESCRIPTION}: {one_line(error)}: export it again") from None
 
 
-def _variable(v: Any) -> Variable:
+class _Beside(msgspec.Struct, frozen=True):
+    """What FMPy does not tell of a variable."""
+
+    min: str | None
+    max: str | None
+    most_bytes: str | None
+
+
+def _beside(root: ElementTree.Element) -> dict[str, _Beside]:
+    """By the name of the variable, or of the type that it is declared with (`type NAME`)."""
+    found: dict[str, _Beside] = {}
+    for tag, prefix in (("TypeDefinitions", "type "), ("ModelVariables", "")):
+        for element in root.iterfind(f"{tag}/*"):
+            typed = next(iter(element), element) if element.tag in ("SimpleType", "ScalarVariable") else element
+            found[prefix + element.get("name", "")] = _Beside(typed.get("min"), typed.get("max"), typed.get("maxSize"))
+    return found
+
+
+def _variables(found: list[Any], beside: Mapping[str, _Beside]) -> dict[str, Variable]:
+    names = {v.valueReference: v.name for v in reversed(found)}
+    variables: dict[str, Variable] = {}
+    for v in found:
+        if v.name in variables:
+            raise ValueError(f"variable {shown(v.name)} stands there twice: names are unique")
+        if not 0 <= v.valueReference < 2**32:
+            raise ValueError(f"variable {shown(v.name)}: valueReference={v.valueReference}: expected 0 to 2^32 - 1")
+        variables[v.name] = _variable(v, names, beside)
+    return variables
+
+
+def _variable(v: Any, names: Mapping[int, str], beside: Mapping[str, _Beside]) -> Variable:
+    declared = v.declaredType
+    own = beside.get(v.name) or _Beside(None, None, None)
+    of_type = (beside.get(f"type {declared.name}") if declared is not None else None) or _Beside(None, None, None)
+    items = {item.name: int(item.value) for item in declared.items or ()} if declared is not None else {}
+    bounded = v.type != "Enumeration"       # its items are its range
+    shape = tuple(v.shape or ())
+    if any(extent < 0 for extent in shape):
+        raise ValueError(f"variable {shown(v.name)}: its extents are {list(shape)}: expected none below 0")
     return Variable(
         name=v.name,
         reference=v.valueReference,
@@ -95,12 +138,17 @@ def _variable(v: Any) -> Variable:
         causality=v.causality,
         variability=v.variability,
         initial=v.initial,
-        unit=v.unit or (v.declaredType.unit if v.declaredType is not None else None),
+        unit=v.unit or (declared.unit if declared is not None else None),
         start=v.start,
         about=v.description or "",
-        elements=math.prod(v.shape or ()),
-        min=_finite(v.min),
-        max=_finite(v.max),
+        elements=math.prod(shape),
+        min=_finite(own.min or of_type.min) if bounded else None,
+        max=_finite(own.max or of_type.max) if bounded else None,
+        shape=shape,
+        sizes=tuple("" if dimension.start is not None else names[dimension.valueReference]
+                    for dimension in v.dimensions or ()),
+        items=items,
+        most_bytes=int(text) if (text := own.most_bytes or of_type.most_bytes) and text.isdigit() else None,
     )
 
 
@@ -113,12 +161,16 @@ def _finite(text: str | None) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _binary(draft: Path, path: Path, fmi: str, identifier: str) -> str:
+def _binary(draft: Path, path: Path, fmi: str, identifier: str | None) -> str:
+    if not re.fullmatch(r"[A-Za-z_][\w.-]*", identifier or "", re.ASCII):
+        raise PlantError(f"{path}: modelIdentifier={shown(identifier or '')!r} would name a binary outside the archive "
+                         "or none: expected letters, digits and _, as a C identifier; export it again")
     platform = platform_fmi3() if fmi == "3.0" else platform_fmi2()
     binary = f"fmu/binaries/{platform}/{identifier}{library_suffix()}"
     if (draft / binary).is_file():
         return binary
-    there = sorted(folder.name for folder in (draft / "fmu" / "binaries").glob("*") if any(folder.iterdir()))
+    there = sorted(shown(folder.name) for folder in (draft / "fmu" / "binaries").glob("*")
+                   if folder.is_dir() and any(folder.iterdir()))
     has = f"has binaries for {', '.join(there)}" if there else "has no binaries"
     if platform in there:
         raise PlantError(f"{path}: binaries/{platform} holds no {identifier}{library_suffix()}: "
@@ -127,11 +179,17 @@ def _binary(draft: Path, path: Path, fmi: str, identifier: str) -> str:
                      f"{' and sources' if (draft / 'fmu' / 'sources').is_dir() else ''}; export it for {platform}")
 
 
-def _fixed_step_s(xml: Any) -> float | None:
+def _fixed_step_s(xml: Any, variable_step: bool) -> float | None:
+    """FMI 3.0 asks for multiples of `fixedInternalStepSize` even of an FMU whose communication step may vary."""
     named = getattr(xml.coSimulation, "fixedInternalStepSize", None)
-    if named is None and xml.defaultExperiment is not None:
+    if named is None and not variable_step and xml.defaultExperiment is not None:
         named = xml.defaultExperiment.stepSize
-    return float(named) if named is not None and float(named) > 0 else None
+    step_s = _finite(None if named is None else str(named))
+    if step_s is None or step_s <= 0:
+        return None
+    if Fraction(repr(step_s)) < Fraction(1, 10**9):
+        raise ValueError(f"its step is {step_s} s: expected at least 1 ns, the resolution of simulated time")
+    return step_s
 
 
 def _log_formatter() -> str | None:

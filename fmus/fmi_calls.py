@@ -4,7 +4,8 @@ Most calls go through ctypes without `argtypes`, so every one of them spells its
 plant lives on (step, set and get floating point values) are bound once, in C where that was compiled. A call of an FMU
 of ours takes a microsecond: it keeps the interpreter, which other threads get during calls of others'.
 
-Not used: event mode, early return, intermediate update, clocks, binary variables, saved states.
+Event mode is not used: an FMU of FMI 3.0 is told so, and then handles its events within its steps.
+Not used: early return, intermediate update, clocks, saved states.
 """
 
 from __future__ import annotations
@@ -44,8 +45,10 @@ TYPES_FMI3: Final[dict[str, tuple[str, Any]]] = {
     "Int8": ("Int8", c.c_int8), "Int16": ("Int16", c.c_int16), "Int32": ("Int32", c.c_int32),
     "Int64": ("Int64", c.c_int64), "UInt8": ("UInt8", c.c_uint8), "UInt16": ("UInt16", c.c_uint16),
     "UInt32": ("UInt32", c.c_uint32), "UInt64": ("UInt64", c.c_uint64), "Enumeration": ("Int64", c.c_int64),
-    "String": ("String", c.c_char_p),
+    "String": ("String", c.c_char_p), "Binary": ("Binary", c.c_void_p),
 }
+LAST_SUCCESSFUL_TIME: Final = 2         # kinds of status in FMI 2.0
+TERMINATED: Final = 3
 
 
 class Messages(deque[tuple[int, str]]):
@@ -64,7 +67,7 @@ _numbers = count(1)
 def _note(environment: int | None, status: int, text: bytes | None) -> None:
     messages = _messages.get(environment or 0)
     if messages is not None and text:
-        messages.append((status, text.decode(errors="replace").strip()[:1000]))
+        messages.append((status, " ".join(text.decode(errors="replace").split())[:1000]))
 
 
 def status_name(status: int) -> str:
@@ -139,13 +142,41 @@ class Fmu:
         self.messages.clear()
         return "; the FMU says: " * bool(told) + " | ".join(f"[{status_name(status)}] {text}" for status, text in told)
 
-    def typed(self, verb: str, variables: Sequence[Variable]) -> tuple[Call, tuple[Any, ...], Any]:
-        """(call, arguments, values): `call(*arguments)` gets or sets all of `variables` (of one type) by `values`."""
-        infix, c_type = self.types[variables[0].type]
-        references = (c.c_uint * len(variables))(*(variable.reference for variable in variables))
-        values = (c_type * sum(variable.elements for variable in variables))()
-        return self.function(verb + infix), (self.handle, c.byref(references), c.c_size_t.from_param(len(variables)),
-                                             c.byref(values), *self._tail(values)), values
+    def set_elements(self, variable: Variable, elements: Sequence[Any]) -> int:
+        """Set all elements of one variable, each as its C type takes it; returns the FMI status."""
+        infix, c_type = self.types[variable.type]
+        values = (c_type * len(elements))()
+        if variable.type == "Binary":
+            sizes = (c.c_size_t * len(elements))(*map(len, elements))
+            kept = [(c.c_uint8 * max(1, len(each))).from_buffer_copy(each or b"\0") for each in elements]
+            values[:] = [c.cast(each, c.c_void_p) for each in kept]
+            return self.function("SetBinary")(*self._one(variable), c.byref(sizes), c.byref(values),
+                                              c.c_size_t.from_param(len(elements)))
+        values[:] = elements
+        return self.function("Set" + infix)(*self._one(variable), c.byref(values), *self._tail(values))
+
+    def get_elements(self, variable: Variable) -> tuple[int, list[Any]]:
+        """The FMI status, and the elements of one variable as their C type gives them."""
+        infix, c_type = self.types[variable.type]
+        values = (c_type * variable.elements)()
+        if variable.type == "Binary":
+            sizes = (c.c_size_t * variable.elements)()
+            status = self.function("GetBinary")(*self._one(variable), c.byref(sizes), c.byref(values),
+                                                c.c_size_t.from_param(variable.elements))
+            if status > 1 or status < 0:
+                return status, []
+            return status, [c.string_at(each, size) if each else b"" for each, size in zip(values, sizes, strict=True)]
+        status = self.function("Get" + infix)(*self._one(variable), c.byref(values), *self._tail(values))
+        return status, list(values)
+
+    def _one(self, variable: Variable) -> tuple[Any, ...]:
+        """What every call begins with that sets or gets one variable."""
+        return self.handle, c.byref((c.c_uint * 1)(variable.reference)), c.c_size_t.from_param(1)
+
+    def ended_s(self) -> float | None:
+        """After a step that was discarded: the last time reached [s] if the model ended the simulation, None if the
+        step was refused for another reason."""
+        return None
 
     def step(self) -> BoundStep:
         return BoundStep(self._address_of("DoStep"), self._address, self.version, self.description.ours)
@@ -190,6 +221,17 @@ class Fmu2(Fmu):
 
     def _tail(self, values: Any) -> tuple[Any, ...]:
         return ()
+
+    def ended_s(self) -> float | None:
+        terminated, last = c.c_int(0), c.c_double(-1.0)
+        try:
+            status = self.function("GetBooleanStatus")(self.handle, c.c_int(TERMINATED), c.byref(terminated))
+            if status > 1 or not terminated.value:
+                return None
+            self.function("GetRealStatus")(self.handle, c.c_int(LAST_SUCCESSFUL_TIME), c.byref(last))
+        except PlantError:              # the binary does not have these functions
+            return None
+        return last.value
 
     def initialize(self) -> list[tuple[str, Call, tuple[Any, ...]]]:
         none = c.c_double(0)

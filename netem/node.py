@@ -23,6 +23,7 @@ from netem.agenda import NEVER_NS
 from netem.alarm import call_in
 from netem.lockstep.errors import WHOLE_NANOSECONDS
 from netem.lockstep.messages import Grant, Hello, Offer, Report, Sample
+from netem.named import Named
 from netem.node_environment import NodeEnvironment
 
 FrameBytes = bytes | bytearray | memoryview | Any       # Any: what else comes is refused by name, compiled or not
@@ -68,7 +69,8 @@ class Node:
             raise ValueError(f"sample_period_ns={sample_period_ns}: expected 0 (no samples) or more")
         self.name = name
         self.env = NodeEnvironment()
-        self.ports = {port: Port(self, index, port) for index, port in enumerate(ports)}
+        self.ports: Named[Port] = Named({port: Port(self, index, port) for index, port in enumerate(ports)}, name,
+                                        "port", f"no medium is attached: agents.{name}.media or [media] names none")
         self._port_list = list(self.ports.values())
         self._firm_ns = 0
         self._unless_heard_ns = 0
@@ -82,12 +84,32 @@ class Node:
         self._next_sample_ns = 0 if sample_period_ns else NEVER_NS
         self._shows: list[tuple[int, int, Callable[[int], bytes]]] = []     # (port, period_ns, read)
         self._next_show_ns = NEVER_NS
+        self._reading_ns = -1           # the instant of the sample or show that is being read, -1 for none
+        self._ends_ns = NEVER_NS        # when this node ends the run,
+        self._ends_because = ""         # and why
 
     # --- what a program uses
 
     @property
     def now_ns(self) -> int:
         return self.env.time_ns()
+
+    def present_ns(self) -> int:
+        """True time that the program stands at: of its event, or of the sample or show that is being read."""
+        return self._reading_ns if self._reading_ns >= 0 else self.env.time_ns()
+
+    @property
+    def signal_names(self) -> frozenset[str]:
+        """The signals that are declared so far."""
+        return frozenset(name for name, _ in self._signals)
+
+    def end_run(self, because: str, time_ns: int) -> None:
+        """End the whole run at `time_ns`, for a reason that is no failure; the first reason given stands.
+
+        Exceptions of the program from now on are taken for a consequence of the end.
+        """
+        if self._ends_ns == NEVER_NS:
+            self._ends_ns, self._ends_because = time_ns, because
 
     def start(self, program: Generator[Event, Any, Any]) -> simpy.Process:
         """Run `program` as a process of this node from now on."""
@@ -149,6 +171,11 @@ class Node:
 
     def event(self, kind: str, detail: str = "") -> None:
         """Something worth a line in the record of the run, with the time of now."""
+        try:
+            f"{kind}{detail}".encode()
+        except UnicodeEncodeError:
+            raise ValueError(f"event {kind!r}: {detail!r}: expected text that UTF-8 can carry; decode bytes with "
+                             "errors=\"replace\"") from None
         self._events.append((self.now_ns, kind, detail))
 
     # --- what the host uses
@@ -160,6 +187,26 @@ class Node:
 
     def advance(self, grant: Grant) -> Report:
         """Run every event that the grant allows, and say what came of it."""
+        if self._ends_ns != NEVER_NS:
+            return self._end_report(grant)
+        try:
+            report = self._advance(grant)
+        except Exception:
+            if self._ends_ns == NEVER_NS:
+                raise
+            return self._end_report(grant)
+        return report if self._ends_ns == NEVER_NS else self._end_report(grant, report)
+
+    def _end_report(self, grant: Grant, report: Report | None = None) -> Report:
+        """What a node says that ends the run: what it has done so far, and no promise that would hold the end up."""
+        if report is None:
+            report = Report(grant.window, NEVER_NS, NEVER_NS, self._offers, self._samples, self._events,
+                            dict(self._counters) if grant.last else {}, "")
+            self._offers, self._samples, self._events = [], [], []
+        report.ends_ns, report.ends_because = self._ends_ns, self._ends_because
+        return report
+
+    def _advance(self, grant: Grant) -> Report:
         horizon_ns = grant.horizon_ns
         env, ports = self.env, self._port_list
         queue = env.queue
@@ -228,6 +275,7 @@ class Node:
     def _sample_before(self, time_ns: int) -> None:
         while self._next_sample_ns < time_ns:
             values: list[float] = []
+            self._reading_ns = self._next_sample_ns
             for names, read in self._reads:
                 given = read(self._next_sample_ns)
                 try:
@@ -242,10 +290,13 @@ class Node:
             if values:
                 self._samples.append((self._next_sample_ns, values))
             self._next_sample_ns += self._sample_period_ns
+        self._reading_ns = -1
 
     def _show_before(self, time_ns: int) -> None:
         while (now_ns := self._next_show_ns) < time_ns:
+            self._reading_ns = now_ns
             for port, period_ns, read in self._shows:
                 if now_ns % period_ns == 0:
                     self._offers.append((now_ns, port, read(now_ns)))
             self._next_show_ns = min(now_ns - now_ns % period_ns + period_ns for _, period_ns, _ in self._shows)
+        self._reading_ns = -1

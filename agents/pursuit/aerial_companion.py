@@ -31,6 +31,7 @@ from agents.pursuit.pursuer_check import view_problems
 from firmware_sim.autopilot.vehicle import PositionTarget
 from firmware_sim.board import Board
 from firmware_sim.mavlink.companion import Companion
+from firmware_sim.mavlink.counters import COMPANION_COUNTERS
 from firmware_sim.mavlink.link import MavlinkLink
 from firmware_sim.scenario_view import ScenarioView
 from firmware_sim.schedules.periodic import Periodic
@@ -40,6 +41,9 @@ SYSTEM, COMPONENT = 245, 191         # MAV_COMP_ID_ONBOARD_COMPUTER
 PHASES: Final = {phase: float(number) for number, phase in enumerate(Phase)}
 SIGNALS: Final = (("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m"), ("detection_y", "m"),
                   ("waypoint_x", "m"), ("waypoint_y", "m"), ("heard_east", "m"), ("heard_north", "m"), ("phase", "1"))
+
+COUNTERS: Final = ("looks", "looks that saw nothing", "detections", "detections refused", "detections too late",
+                   "waypoints sent", "unreadable frames", *(f"mavlink {name}" for name in COMPANION_COUNTERS))
 
 
 class AerialCompanion:
@@ -65,6 +69,8 @@ class AerialCompanion:
         self._in_view = False                       # when it looked last
         self._due = 0                               # the instant at which the waypoint is sent again
         self._counted: dict[str, int] = {}
+        for counter in COUNTERS:
+            node.count(counter, 0)
         node.signals(SIGNALS, self._sample)
 
     @staticmethod

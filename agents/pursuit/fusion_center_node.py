@@ -17,6 +17,9 @@ from agents.pursuit.team_frames import Charges, News, Report, pack_charges, pack
 from firmware_sim.board import Board
 from firmware_sim.scenario_view import ScenarioView
 
+COUNTERS = ("unreadable frames", "frames of others", "readings", "readings refused", "readings left out", "hand-overs",
+            "merged")
+
 
 class FusionCenterNode:
     def __init__(self, board: Board, *, radio: str = "radio", keep: int = 5, execution_ns: int = 1_000_000,
@@ -27,6 +30,8 @@ class FusionCenterNode:
                              f"0 < execution <= gather, and more than 0")
         self._board, self._execution_ns, self._gather_ns, self._repeat_ns = board, execution_ns, gather_ns, repeat_ns
         self._team = team_of(board.team)
+        for counter in COUNTERS:
+            board.node.count(counter, 0)
         self._center = FusionCenter(board.rng, keep)
         self._version = 0
         self._taken: dict[str, int] = {}            # target: when its sensor in charge saw it enter

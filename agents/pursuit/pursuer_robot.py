@@ -29,6 +29,9 @@ from netem.media.sensing.sight import LOOK, Detection, NothingSeen, unpack_sight
 
 DEFAULT: Final = PursuerSettings()
 
+COUNTERS = ("looks", "looks that saw nothing", "detections", "detections refused", "detections too late",
+            "unreadable sights", "unreadable CAN frames")
+
 
 class PursuerRobot:
     def __init__(self, board: Board, *, target: str = "", view: str = "view", can: str = "can",
@@ -53,6 +56,8 @@ class PursuerRobot:
         self._view = board.node.ports[view]
         self._view.on_receive = self._hear_view
         self._pursuer: Pursuer | None = settings.pursuer() if target else None
+        for counter in COUNTERS:
+            board.node.count(counter, 0)
         self._looked_ns = -1                        # exposure of the last look that was asked for
         self._sights: dict[int, list[Detection]] = {}       # by exposure, those of which it is computing
         self._speech = Speech(board)

@@ -39,6 +39,8 @@ class SensorRobot(PursuerRobot):
         self._team = team_of(board.team)
         self._radio = board.node.ports[radio]
         self._radio.on_receive = self._hear_radio
+        for counter in ("unreadable frames", "detections of others"):
+            board.node.count(counter, 0)
         self._version = -1                              # of the charges that it goes by
         self._in_view: set[str] | None = None           # at the last scan; None: it was not idle then
         self._claimed: set[str] = set()

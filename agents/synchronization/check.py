@@ -17,11 +17,13 @@ from agents.synchronization.partition import partition
 
 
 def problems(agents: Sequence[LinearAgent], laplacian: Floats, *, slot_ns: int = 0, airtime_ns: int = 0,
-             delay_ns: int = 0, names: Sequence[str] | None = None, discovered: bool = True) -> list[str]:
+             delay_ns: int = 0, names: Sequence[str] | None = None, discovered: bool = True,
+             sure: bool = True) -> list[str]:
     """Everything that is wrong, one sentence each; empty if nothing is.
 
     `airtime_ns` is what the frames of one slot need in all, guard times included; slot_ns = 0 means not known.
-    `delay_ns` is how long after its slot's start a broadcast value takes effect.
+    `delay_ns` is how long after its slot's start a broadcast value takes effect. Unless `sure`, a sampled loop that is
+    unstable is no problem.
     """
     broken = laplacian_problems(laplacian)
     if broken:
@@ -48,7 +50,7 @@ def problems(agents: Sequence[LinearAgent], laplacian: Floats, *, slot_ns: int =
     if 0 < slot_ns < airtime_ns:
         found.append(f"a slot of {slot_ns} ns is shorter than its frames, {airtime_ns} ns: gamma gamma_e(tau) < 1 "
                      f"(6.20) allows no longer slot; use a faster radio, shorter frames or smaller gains K")
-    elif worst.real < 0 and 0 <= delay_ns < slot_ns:
+    elif sure and worst.real < 0 and 0 <= delay_ns < slot_ns:
         exact = ExactLoop(loop.agents, loop.laplacian, partition(loop.laplacian))
         radius = exact.spectral_radius(slot_ns * 1e-9, delay_ns * 1e-9)
         if radius >= 1:

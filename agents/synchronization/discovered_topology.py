@@ -14,11 +14,15 @@ have parted: the robot falls back to the slots of the start, where all meet agai
 
 from __future__ import annotations
 
+from typing import Final
+
 from agents.synchronization.discovery import Discovery, Incomplete, Phase
 from agents.synchronization.discovery_frame import decode
 from agents.synchronization.graph import Floats, neighbours
 from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 from netem.node import Node
+
+COUNTERS: Final = ("discoveries started", "incomplete discoveries", "refused control frames")
 
 
 class DiscoveredTopology:
@@ -37,6 +41,8 @@ class DiscoveredTopology:
         self._whole_round = False                           # a round has passed since the topology was adopted
         self._adopts = False
         self._out_of_step = False                           # somebody's control frame came when it could not
+        for counter in COUNTERS:
+            node.count(counter, 0)
 
     def heard_control(self, data: bytes, schedule: SlottedBroadcast, sent_ns: int) -> bool:
         slot = schedule.slot_at(sent_ns).number

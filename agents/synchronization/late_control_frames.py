@@ -24,6 +24,8 @@ from agents.synchronization.discovery_frame import frame_bytes
 from agents.synchronization.team import Team
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.scenario_view import ImpairmentView
+from netem.impairments.construct import construct_impairment
+from netem.impairments.recordings import Recordings
 from netem.impairments.table import IMPAIRMENTS
 
 LinkName = tuple[str, str, str]         # (medium, sender, receiver)
@@ -55,13 +57,13 @@ def _delays(impairments: Sequence[ImpairmentView], size_bytes: int,
             length_ns: int) -> dict[LinkName, list[tuple[str, int]]]:
     """Per link the impairments that delay every frame of the run, with the least delay of each."""
     found: dict[LinkName, list[tuple[str, int]]] = defaultdict(list)
+    recordings = Recordings()
     for spec in impairments:
         kind = IMPAIRMENTS.get(spec.kind)       # of a class of the author's own nothing is known
         always = not spec.windows_ns or any(start <= 0 and end >= length_ns for start, end in spec.windows_ns)
         if kind is None or not hasattr(kind, "least_delay_ns") or not always:
             continue
-        rng = {"rng": Random(0)} if "rng" in kind.__dataclass_fields__ else {}
-        least_ns = kind(**spec.fields, **rng).least_delay_ns(size_bytes)
+        least_ns = construct_impairment(kind, spec.fields, Random(0), recordings).least_delay_ns(size_bytes)
         if least_ns:
             for link in spec.links:
                 found[link].append((spec.place, least_ns))

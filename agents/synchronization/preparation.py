@@ -16,6 +16,7 @@ from agents.synchronization.check import problems
 from agents.synchronization.discovery_frame import MAX_NODES, frame_bytes
 from agents.synchronization.graph import Floats, laplacian
 from agents.synchronization.late_control_frames import late_control_frames
+from agents.synchronization.late_values import AddedDelay, LinkName, added_delays, late_values, oldest_value_ns
 from agents.synchronization.partition import colliding_pairs
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans, heard_by
@@ -23,6 +24,7 @@ from agents.synchronization.sync_frame import SyncFrameCodec
 from agents.synchronization.team import SYNC_GAIN, Layout, Team, TeamError, read_team
 from firmware_sim.scenario_view import MediumView, ScenarioView
 from firmware_sim.slot_sync_condition import contraction_per_round
+from netem.impairments.flow import Flow
 from netem.topology import Site, Topology
 
 
@@ -57,7 +59,7 @@ def check(scenario: ScenarioView) -> Iterator[str]:
         slot_ns = plan.slot_ns if plan is not None else 0
         found = problems(team.agents, graph, slot_ns=slot_ns, airtime_ns=team.slot_needs_ns, names=team.names,
                          delay_ns=layout.data_airtime_ns + layout.latency_ns,
-                         discovered=team.topology == "discovered")
+                         discovered=team.topology == "discovered", sure=team.sure)
         if plan is None and not found:
             found = [f"team.slot_quantum_s={team.slot_quantum_s}: longer than the slot that (6.20) allows"]
         yield from (f"{name}: {problem}" for problem in found)
@@ -66,8 +68,11 @@ def check(scenario: ScenarioView) -> Iterator[str]:
     if team.topology == "discovered" and team.boot_slot_s * 1e9 < team.slot_needs_ns:
         yield (f"team.boot_slot_s={team.boot_slot_s}: expected at least {team.slot_needs_ns * 1e-9:.9f} s, "
                "what the frames of one slot need with their guard times")
-    elif team.topology == "discovered":
+    elif team.topology == "discovered" and team.sure:
         yield from _late_problems(team, scenario, medium, plans)
+    if team.sure:
+        slots_ns = {name: plan.slot_ns for name, graph in graphs.items() if (plan := plans.plan(graph)) is not None}
+        yield from late_values(team, medium.name, graphs, slots_ns, _delays(team, scenario, plans, graphs))
     yield from _medium_problems(team, scenario, medium, plans, graphs)
     offsets_ns = [agent.clock.offset_ns for agent in scenario.agents.values()]
     if max(offsets_ns) - min(offsets_ns) > round(team.guard_s * 1e9):
@@ -79,10 +84,25 @@ def prepare(scenario: ScenarioView) -> dict[str, Any]:
     """What goes into the team table of every robot: frame times, and the round plan of each graph that will occur."""
     team = read_team(scenario.team)
     medium = scenario.media[next(iter(scenario.agents.values())).media[0]]
+    team = msgspec.structs.replace(team, layout=frame_layout(team, medium))
     plans = RoundPlans(team)
-    entries = [plans.table_entry(graph) for graph in occurring_graphs(team, scenario, medium).values()]
-    return {"layout": msgspec.to_builtins(frame_layout(team, medium)),
-            "designs": [msgspec.to_builtins(entry) for entry in entries if entry is not None]}
+    graphs = occurring_graphs(team, scenario, medium)
+    entries = [plans.table_entry(graph) for graph in graphs.values()]
+    return {"layout": msgspec.to_builtins(team.layout),
+            "designs": [msgspec.to_builtins(entry) for entry in entries if entry is not None],
+            "oldest_value_ns": oldest_value_ns(team, medium.name, graphs, _delays(team, scenario, plans, graphs))}
+
+
+def _delays(team: Team, scenario: ScenarioView, plans: RoundPlans,
+            graphs: Mapping[str, Floats]) -> dict[LinkName, AddedDelay]:
+    """What the impairments add, under the frames that a robot sends: it speaks at most once in a slot."""
+    slots_ns = [plan.slot_ns for graph in graphs.values() if (plan := plans.plan(graph)) is not None]
+    sizes_bytes = [SyncFrameCodec(len(team.names), team.outputs).size_bytes]
+    if team.topology == "discovered":
+        slots_ns.append(plans.boot().slot_ns)
+        sizes_bytes.append(frame_bytes(len(team.names)))
+    flow = Flow(tuple(sizes_bytes), max(1, min(slots_ns, default=1)))
+    return added_delays(scenario.impairments, flow, scenario.length_ns)
 
 
 def frame_layout(team: Team, medium: MediumView) -> Layout:

@@ -16,10 +16,11 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from simpy.events import Event
 
+from agents.synchronization.age_watch import AgeWatch
 from agents.synchronization.agreement_law import AgreementLaw
 from agents.synchronization.discovered_topology import DiscoveredTopology
 from agents.synchronization.graph import Floats, neighbours
@@ -33,6 +34,8 @@ from agents.synchronization.topology_source import TopologySource
 from firmware_sim.board import Board
 from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 from firmware_sim.slot_sync import SlotSync
+
+COUNTERS: Final = ("adoptions", "fallbacks", "unreadable frames")
 
 
 class SyncRobot:
@@ -64,8 +67,13 @@ class SyncRobot:
         self._heard: set[int] = set()           # since the last own slot
         self._own_delay_ns = team.layout.data_airtime_ns + team.layout.latency_ns
         self._sync = SlotSync(max(1, round(team.guard_s * 1e9 / 2)), SYNC_GAIN) if team.resynchronize else None
+        self._watch = AgeWatch(team.oldest_value_ns, round(team.guard_s * 1e9))
+        self._watching = team.oldest_value_ns < 0 or not team.sure     # else the check proved that none is too old
+        self._since_ns = 0                      # local time from which the schedule is in force
         self._source, plan = self._start_topology()
         self._follow(plan, self._first_schedule(plan))
+        for counter in COUNTERS:
+            board.node.count(counter, 0)
         board.node.signals([(f"y{suffix}", "1") for suffix in _suffixes(agent.outputs)]
                            + [(f"u{suffix}", "1") for suffix in _suffixes(agent.inputs)], self._sample)
         if team.every_output_known:
@@ -80,6 +88,7 @@ class SyncRobot:
     def _live(self) -> Generator[Event, Any, None]:
         board, clock, source = self._board, self._board.clock, self._source
         self._apply()
+        self._report_own_slots()
         while True:
             now_ns = clock.now_ns()
             schedule = self._schedule
@@ -143,15 +152,20 @@ class SyncRobot:
             return
         schedule = SlottedBroadcast(len(plan.parts), plan.slot_ns, at_ns, self._schedule.guard_ns,
                                     self._schedule.agents, self._control_offset_ns(plan))
+        self._watch.retire(self._schedule, self._part_of, self._since_ns, at_ns)
+        self._since_ns = at_ns
         self._follow(plan, schedule)
         board.node.count("adoptions")
         board.node.event("adopted topology", _links(laplacian))
+        self._report_own_slots()
         self._apply()
 
     def _fall_back(self, why: str) -> None:
         """Nobody can be sure of the others' slots any more: back to those of the start, which lie on a grid from local
         time 0 and are the same for all. The neighbours and their values stay in use."""
         plan = self._plans.boot()
+        self._watch.forget()
+        self._since_ns = self._board.now_ns
         self._schedule = self._first_schedule(plan)
         self._part_of = dict(enumerate(range(len(self._team.names))))
         self._part = self._number
@@ -185,12 +199,34 @@ class SyncRobot:
         if sender == self._number:
             self._board.node.count("unreadable frames")
             return
+        if self._watching:
+            self._check_age(frame)
         self._heard.add(sender)
         self._law.held[sender] = frame.outputs
         if self._sync is not None:
             self._synchronize(frame)
         if sender in self._law.neighbours:
             self._apply()
+
+    def _check_age(self, frame: SyncFrame) -> None:
+        """Report a value older than a slot. Of discovered topologies every robot that is heard is a neighbour."""
+        sender, now_ns, slot_ns = frame.sender, self._board.now_ns, self._schedule.slot_ns
+        if self._team.topology == "told" and sender not in self._law.neighbours:
+            return
+        age_ns = self._watch.age_ns(sender, frame.slot, now_ns, self._schedule, self._part_of, self._since_ns)
+        if age_ns is None or age_ns < slot_ns:
+            return
+        self._board.node.count("values too old")
+        if self._watch.is_news(sender, age_ns):
+            self._board.node.event("assumption violated", f"{self._team.names[sender]}'s value is {age_ns} ns old when "
+                                   f"it comes: expected less than {slot_ns} ns, the slot length")
+
+    def _report_own_slots(self) -> None:
+        """A slot length that the author chose may be longer than what is certified."""
+        slot_ns, certified_ns = self._schedule.slot_ns, self._certified_ns
+        if 0 < certified_ns < slot_ns:
+            self._board.node.event("assumption violated", f"slots of {slot_ns} ns, as team.slot_us says: expected at "
+                                   f"most {certified_ns} ns, which (6.20) certifies")
 
     def _synchronize(self, frame: SyncFrame) -> None:
         assert self._sync is not None
@@ -249,6 +285,7 @@ class SyncRobot:
         self._heard.clear()
         self._part_of = {number: index for index, part in enumerate(plan.parts) for number in part}
         self._part = self._part_of[self._number]
+        self._certified_ns = plan.certified_ns
         self._schedule = schedule
         self._slot = self._part                 # in the first round slot k belongs to part k
         self._last_control = -1

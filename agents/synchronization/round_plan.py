@@ -28,6 +28,7 @@ class RoundPlan:
     laplacian: Floats
     parts: Parts
     slot_ns: int
+    certified_ns: int = 0               # the slot length that (6.20) gives, where `slot_ns` is another; 0: the same
 
     def __post_init__(self) -> None:
         spoken = sorted(agent for part in self.parts for agent in part)

@@ -22,7 +22,7 @@ class RoundPlans:
         for entry in team.designs:
             laplacian = laplacian_from_neighbours(entry.heard)
             self._plans[heard_by(laplacian)] = RoundPlan(laplacian, tuple(tuple(part) for part in entry.parts),
-                                                         entry.slot_ns)
+                                                         entry.slot_ns, entry.certified_ns)
 
     def plan(self, laplacian: Floats) -> RoundPlan | None:
         """None if A_cl is not Hurwitz for it (Assumption 6), or its slot is shorter than the quantum."""
@@ -44,6 +44,8 @@ class RoundPlans:
         except ValueError:
             return None
         slot_ns = self._quantized(plan.slot_ns)
+        if self._team.slot_us:
+            return RoundPlan(plan.laplacian, plan.parts, max(1, round(self._team.slot_us * 1000)), slot_ns)
         return RoundPlan(plan.laplacian, plan.parts, slot_ns) if slot_ns else None
 
     def _quantized(self, slot_ns: int) -> int:
@@ -56,4 +58,4 @@ class RoundPlans:
         if plan is None:
             return None
         heard = [list(numbers) for numbers in heard_by(laplacian)]
-        return TableEntry(heard, [list(part) for part in plan.parts], plan.slot_ns)
+        return TableEntry(heard, [list(part) for part in plan.parts], plan.slot_ns, plan.certified_ns)

@@ -66,6 +66,7 @@ class TableEntry(msgspec.Struct, frozen=True):
     heard: list[list[int]]
     parts: list[list[int]]
     slot_ns: int
+    certified_ns: int = 0           # the slot length that (6.20) gives; 0: the same
 
 
 class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
@@ -83,8 +84,11 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
     boot_slot_s: float = 1e-3               # slot length until the first topology is known
     slot_quantum_s: float = 1e-9            # slot lengths are rounded down to a multiple
     resynchronize: bool = False             # correct the local clock by the slots of those heard
+    sure: bool = True                       # refuse delays and slots without a proof
+    slot_us: float = 0.0                    # not sure: the slot length of every topology, 0: the certified one
     layout: Layout = Layout()
     designs: list[TableEntry] = []
+    oldest_value_ns: int = 0                # the greatest age of a value that the links allow, -1: nobody knows
 
     @cached_property
     def names(self) -> list[str]:
@@ -154,6 +158,11 @@ def read_team(table: Mapping[str, Any]) -> Team:
     if team.requests and 0 < team.repeat_s <= team.requests[-1].from_s:
         problems.append(f"team.repeat_s={team.repeat_s}: expected more than the last request's from_s, "
                         f"{team.requests[-1].from_s}")
+    if not 0 <= team.slot_us < float("inf"):
+        problems.append(f"team.slot_us={team.slot_us}: expected 0 or more microseconds")
+    elif team.slot_us and team.sure:
+        problems.append(f"team.slot_us={team.slot_us}: the slot length follows from (6.20); set team.sure = false to "
+                        "choose one without a proof")
     if team.topology == "discovered" and len(team.models) < 2:
         problems.append("team.models: a topology can be discovered by 2 robots or more")
     if team.topology == "told" and (not team.requests or team.requests[0].from_s != 0):

@@ -39,6 +39,7 @@ class ReferenceRobot:
         self._port.on_receive = self._hear
         self._switches_ns = [round(from_s * 1e9) for from_s in board.team["reference"]["from_s"] if from_s > 0]
         self._next_word_ns = 0
+        board.node.count("unreadable frames", 0)
         board.node.signals([("x", "m"), ("y", "m"), ("theta", "rad"), ("v", "m/s"), ("omega", "rad/s")],
                            self._measure)
         board.node.start(self._announce())

@@ -42,6 +42,8 @@ from firmware_sim.board import Board
 from firmware_sim.scenario_view import ScenarioView
 from netem.agenda import NEVER_NS
 
+COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
+            "unreadable frames", "unreadable CAN frames", "violated assumptions")
 RETRY_NS = 20_000_000           # before the first measurement: no interval is certified yet
 
 
@@ -64,6 +66,8 @@ class TrackingRobot:
         self._policy = make_policy(board.team, policy, settings)
         self._gains, self._radius = gains_of(board.team), certified_radius
         self._watch = AssumptionWatch(board.node, policy)
+        for counter in COUNTERS:
+            board.node.count(counter, 0)
         self._noise = Noise(board.rng, board.rng, measurement_noise, 0.0)
         self._radio = board.node.ports["radio"]
         self._radio.on_receive = self._hear

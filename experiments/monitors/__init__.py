@@ -14,10 +14,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import Enum
-from typing import ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
-from experiments.monitors.outcome import Finding
-from experiments.monitors.records import Records
+if TYPE_CHECKING:                       # a command that only needs the names of the kinds imports no table library
+    from experiments.monitors.outcome import Finding
+    from experiments.monitors.records import Records
 
 Subject = tuple[str, ...]
 

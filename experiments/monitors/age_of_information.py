@@ -18,12 +18,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-import polars as pl
 
-from experiments.link_metrics import LINK, NS_PER_S, age_steps
+from experiments.groups import Ints, new_group
+from experiments.link_metrics import NS_PER_S, teeth
 from experiments.monitors import Named, Subject
 from experiments.monitors.frames_in_words import frames_in_words
-from experiments.monitors.link_frames import Ints, LinkFrames, link_frames, new_group, numbered
+from experiments.monitors.link_frames import LinkFrames, link_frames
 from experiments.monitors.outcome import Finding, Violation, seconds
 from experiments.monitors.records import Records
 from experiments.monitors.stretches import joined
@@ -49,7 +49,7 @@ class AgeOfInformation:
             return Finding(judged=False)
         oldest_ns = int((to_ns - newest_ns).max())
         worst, margin = oldest_ns / NS_PER_S, (self.below_ns - oldest_ns) / NS_PER_S
-        start_ns = np.maximum(from_ns, newest_ns + self.below_ns)
+        start_ns = np.maximum(from_ns, newest_ns + min(self.below_ns, records.length_ns))
         late = np.flatnonzero(start_ns < to_ns)
         if not late.size:
             return Finding((), worst, margin)
@@ -74,19 +74,22 @@ class AgeOfInformation:
 
 def _pieces(subjects: Sequence[Subject], records: Records) -> tuple[Ints, Ints, Ints, Ints]:
     """The sawtooth of every subject: link, from_ns, to_ns and newest_ns of each piece, sorted by link and time."""
-    steps = numbered(age_steps(records.ledger, records.length_ns), LINK, subjects, "from_ns", "to_ns", "newest_ns")
-    steps = steps.rename({"subject": "link"}).select("link", "from_ns", "to_ns", "newest_ns")
-    silent = sorted(set(range(len(subjects))) - set(steps["link"].to_list()))
-    whole_run = {"from_ns": 0, "to_ns": records.length_ns, "newest_ns": 0}
-    steps = pl.concat([steps, pl.DataFrame({"link": silent, **whole_run}, schema=steps.schema)])
-    steps = steps.sort("link", "from_ns", "newest_ns")
-    link, from_ns, to_ns, newest_ns = (steps[name].to_numpy() for name in steps.columns)
-    return link, from_ns, to_ns, newest_ns
+    place = {subject: k for k, subject in enumerate(subjects)}
+    of_name = np.array([place.get(name, -1) for name in records.ledger.link.names], dtype=np.int64)
+    found = [(of_name[some.link], some.from_ns, some.to_ns, some.newest_ns)
+             for some in teeth(records.ledger, records.length_ns, place)]
+    silent = np.setdiff1d(np.arange(len(subjects)), [link for some in found for link in np.unique(some[0])])
+    found.append((silent, np.zeros_like(silent), np.full_like(silent, records.length_ns), np.zeros_like(silent)))
+    link, from_ns, to_ns, newest_ns = (np.concatenate(columns) for columns in zip(*found, strict=True))
+    order = np.argsort(link, kind="stable")
+    return link[order], from_ns[order], to_ns[order], newest_ns[order]
 
 
 def _handed_out(frames: LinkFrames, link: Ints, after_ns: Ints, until_ns: Ints) -> tuple[Ints, Ints]:
     """Rows [first, end) of the frames that were handed out on `link` within (after, until]."""
-    span = int(max(frames.offered_ns.max(initial=0), until_ns.max())) + 1
-    instants = frames.link * span + frames.offered_ns
-    first, end = (np.searchsorted(instants, link * span + time_ns, side="right") for time_ns in (after_ns, until_ns))
+    first, end = np.empty_like(link), np.empty_like(link)
+    starts, ends = (np.searchsorted(frames.link, link, side=side) for side in ("left", "right"))
+    for k, (start, until) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):
+        offered_ns = frames.offered_ns[start:until]
+        first[k], end[k] = start + np.searchsorted(offered_ns, [after_ns[k], until_ns[k]], side="right")
     return first, end

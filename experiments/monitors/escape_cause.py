@@ -10,13 +10,12 @@ show this target.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-import polars as pl
 
-from experiments.link_metrics import DELIVERED, LINK
+from experiments.frame_copies import DELIVERED, FrameCopies, LinkName
 from experiments.monitors import Subject
 from experiments.monitors.frames_in_words import frames_in_words
 from experiments.monitors.link_frames import LinkFrames, link_frames
@@ -30,36 +29,36 @@ MOST_LINKS = 3                  # that are named, those that lost most
 
 def cause(observers: Sequence[Subject], records: Records, since_ns: int, at_ns: int) -> str:
     """As it stood at `at_ns`."""
-    ledger = records.ledger.filter(pl.col("offered_ns") <= at_ns)
-    told = "; ".join(_knowledge(subject, ledger, at_ns) for subject in observers)
+    known = records.ledger.taken(records.ledger.ints("offered_ns") <= at_ns)
+    told = "; ".join(_knowledge(subject, known, at_ns) for subject in observers)
     target = observers[0][1]
     nodes = {node for medium, _, observer in observers
              for node in (observer, records.sensing[medium].cameras.get(observer, observer))} - {target}
-    cameras = pl.col("medium").cast(pl.String).is_in(list(records.sensing))
-    nodes = _with_their_modems(nodes, records.ledger.filter(~cameras))
-    involved = ledger.filter(pl.col("offered_ns") >= since_ns).with_columns(pl.col(LINK).cast(pl.String)).filter(
-        pl.col("sender").is_in(nodes) | pl.col("receiver").is_in(nodes)).filter(
-        ~pl.col("medium").is_in(list(records.sensing)) | (pl.col("sender") == target)).filter(
-        ~pl.col("fate").cast(pl.String).is_in(NOT_SEEN))
-    links = involved.select(LINK).unique().sort(LINK).rows()
-    ways = ", ".join(_ways(link_frames(involved, links), links, at_ns))
+    nodes = _with_their_modems(nodes, [link for link in records.ledger.link.names if link[0] not in records.sensing])
+    recent = known.taken((known.ints("offered_ns") >= since_ns) & ~known.fate.among(*NOT_SEEN))
+    links = [(medium, sender, receiver) for medium, sender, receiver in recent.link.used()
+             if not nodes.isdisjoint((sender, receiver)) and (medium not in records.sensing or sender == target)]
+    ways = ", ".join(_ways(link_frames(recent, links), links, at_ns))
     return f"{told}; since {seconds(since_ns)} {ways or 'nothing was lost or on its way'}"
 
 
-def _with_their_modems(nodes: set[str], ledger: pl.DataFrame) -> set[str]:
-    """And who is alone with one of them on a medium."""
-    ends = ledger.select(pl.col("medium", "sender", "receiver").cast(pl.String)).unique().group_by("medium").agg(
-        pl.concat_list("sender", "receiver").list.explode().unique())["sender"].to_list()
-    return nodes.union(*(pair for pair in ends if len(pair) == 2 and not nodes.isdisjoint(pair)))
+def _with_their_modems(nodes: set[str], links: Iterable[LinkName]) -> set[str]:
+    """And the nodes that are alone with one of them on a medium."""
+    ends: dict[str, set[str]] = {}
+    for medium, sender, receiver in links:
+        ends.setdefault(medium, set()).update((sender, receiver))
+    return nodes.union(*(pair for pair in ends.values() if len(pair) == 2 and not nodes.isdisjoint(pair)))
 
 
-def _knowledge(subject: Subject, ledger: pl.DataFrame, at_ns: int) -> str:
+def _knowledge(subject: Subject, known: FrameCopies, at_ns: int) -> str:
     medium, target, observer = subject
-    seen = ledger.filter((pl.col("medium") == medium) & (pl.col("sender") == target) & (pl.col("receiver") == observer)
-                         & (pl.col("fate") == DELIVERED) & (pl.col("delivered_ns") <= at_ns)).sort("offered_ns")
-    if seen.is_empty():
+    seen = known.only(medium=medium, sender=target, receiver=observer, fate=DELIVERED)
+    seen = seen.taken(seen.ints("delivered_ns") <= at_ns)
+    if not len(seen):
         return f"{observer} has never seen it"
-    return (f"{observer} saw it last at {seconds(seen['offered_ns'][-1])}, told at {seconds(seen['delivered_ns'][-1])}")
+    last = int(seen.ints("offered_ns").argmax())
+    offered_ns, delivered_ns = (int(seen.ints(name)[last]) for name in ("offered_ns", "delivered_ns"))
+    return f"{observer} saw it last at {seconds(offered_ns)}, told at {seconds(delivered_ns)}"
 
 
 def _ways(frames: LinkFrames, links: Sequence[tuple[str, ...]], at_ns: int) -> Iterator[str]:
@@ -82,4 +81,4 @@ def _ways(frames: LinkFrames, links: Sequence[tuple[str, ...]], at_ns: int) -> I
 def _only(frames: LinkFrames, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> LinkFrames:
     return replace(frames, link=frames.link[rows], number=frames.number[rows], offered_ns=frames.offered_ns[rows],
                    ended_ns=frames.ended_ns[rows], delivered_ns=frames.delivered_ns[rows],
-                   unfinished=frames.unfinished[rows], rows=frames.rows[rows])
+                   unfinished=frames.unfinished[rows], fate=frames.fate[rows], cause=frames.cause[rows])

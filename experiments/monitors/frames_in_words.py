@@ -12,7 +12,8 @@ def frames_in_words(frames: LinkFrames, first: int, end: int, at_ns: int = NEVER
     """Rows `first` to `end` (exclusive) as they stood at `at_ns`, those that ended alike together, in the order of the
     first of each. A frame that reached the node after `at_ns` was on its way."""
     alike: dict[str, list[int]] = {}
-    for row, (fate, cause) in enumerate(frames.endings[first:end], first):
+    endings = zip(frames.fate[first:end].values(), frames.cause[first:end].values(), strict=True)
+    for row, (fate, cause) in enumerate(endings, first):
         arrives_ns = int(frames.delivered_ns[row])
         if at_ns < arrives_ns < NEVER_NS:
             how = f"on its way until {seconds(arrives_ns)}"

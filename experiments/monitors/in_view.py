@@ -25,9 +25,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.groups import Ints, new_group
 from experiments.monitors import Named, Subject
 from experiments.monitors.escape_cause import cause
-from experiments.monitors.link_frames import Ints, new_group
 from experiments.monitors.outcome import Finding, Violation
 from experiments.monitors.records import Records
 from experiments.monitors.view_boundary import distance_m

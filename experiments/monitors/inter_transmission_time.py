@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
-import polars as pl
 
-from experiments.link_metrics import NS_PER_S, SENDER
+from experiments.groups import new_group
+from experiments.link_metrics import NS_PER_S, sources
 from experiments.monitors import Named, Subject
-from experiments.monitors.link_frames import new_group, numbered
+from experiments.monitors.link_frames import rows_of
 from experiments.monitors.outcome import Finding, Violation, seconds
 from experiments.monitors.records import Records
 from experiments.monitors.stretches import joined
@@ -44,10 +44,12 @@ class InterTransmissionTime:
 
     def watch(self, subjects: Sequence[Subject], records: Records) -> Finding:
         column = "offered_ns" if self.instant == "handed_out" else "on_air_ns"
-        rows = numbered(records.ledger, SENDER, subjects, "number", column).filter(pl.col(column) >= 0).sort(
-            "subject", column, "number")
-        kept = new_group(rows["subject"].to_numpy(), rows["number"].to_numpy())
-        source, number, time_ns = (rows[name].to_numpy()[kept] for name in ("subject", "number", column))
+        source, chosen = rows_of(sources(records.ledger), subjects)
+        number, time_ns = records.ledger.ints("number")[chosen], records.ledger.ints(column)[chosen]
+        order = np.lexsort((number, time_ns, source))
+        order = order[time_ns[order] >= 0]
+        order = order[new_group(source[order], number[order])]
+        source, number, time_ns = source[order], number[order], time_ns[order]
         later = np.flatnonzero(source[1:] == source[:-1]) + 1
         if not later.size:
             return Finding()
@@ -57,7 +59,7 @@ class InterTransmissionTime:
         early = later[gap_ns < self.at_least_ns]
         if not early.size:
             return Finding((), worst, margin)
-        until_ns = time_ns[early - 1] + self.at_least_ns
+        until_ns = time_ns[early - 1] + min(self.at_least_ns, records.length_ns)
         firsts = joined(source[early], time_ns[early], until_ns)
         lasts = np.r_[firsts[1:], early.size] - 1
         nearest_ns = np.minimum.reduceat(gap_ns[gap_ns < self.at_least_ns], firsts)

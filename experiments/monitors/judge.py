@@ -51,5 +51,5 @@ def _outcome(name: str, guarantee: Guarantee, records: Records) -> Outcome:
     violated_ns = covered_ns([(violation.from_ns, violation.until_ns) for violation in violations])
     standing = Standing(name, guarantee.kind, guarantee.on, monitor.requires(), monitor.UNIT, guarantee.expected,
                         finding.judged, len(violations), violations[0] if violations else None, violated_ns,
-                        finite(finding.worst), finite(finding.margin))
+                        finite(finding.worst), finite(finding.margin), finding.why)
     return Outcome(standing, violations)

@@ -34,6 +34,7 @@ class Finding:
     worst: float | None = None
     margin: float | None = None
     judged: bool = True             # False: the run has nothing to judge it by
+    why: str = ""                   # it has nothing, where that is known
 
 
 class Standing(msgspec.Struct, frozen=True):
@@ -51,6 +52,7 @@ class Standing(msgspec.Struct, frozen=True):
     violated_ns: int                # how long at least one subject did not keep to it
     worst: float | None
     margin: float | None
+    why: str = ""                   # the run has nothing to judge it by, where that is known
 
     @property
     def as_expected(self) -> bool:
@@ -58,7 +60,7 @@ class Standing(msgspec.Struct, frozen=True):
 
     def in_words(self) -> str:
         if not self.judged:
-            return "the run has nothing to judge it by"
+            return self.why or "the run has nothing to judge it by"
         if self.first is None:
             return "never violated"
         times = "once" if self.violations == 1 else f"{self.violations} times"

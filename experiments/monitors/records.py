@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import polars as pl
-
+from experiments.frame_copies import FrameCopies
 from netem.media.sensing.settings import SensingSettings
 from netem.records.events import Event
 from netem.records.signal_table import SignalTable
@@ -17,7 +16,7 @@ class Records:
     """`signals` by node, those worked out after the run included; `sensing`: the settings of the media of that kind."""
 
     length_ns: int
-    ledger: pl.DataFrame
+    ledger: FrameCopies
     signals: Mapping[str, SignalTable] = field(default_factory=dict)
     events: Sequence[Event] = ()
     sensing: Mapping[str, SensingSettings] = field(default_factory=dict)

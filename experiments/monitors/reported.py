@@ -14,6 +14,7 @@ from typing import ClassVar, Final
 
 import numpy as np
 
+from experiments.metric_keys import nearest
 from experiments.monitors import Named, Subject
 from experiments.monitors.outcome import Finding
 from experiments.monitors.records import Records
@@ -31,10 +32,18 @@ class Reported(ValueBounds):
         for event in sorted(records.events, key=lambda event: event.time_ns):
             if (event.node, event.kind) in told:
                 told[event.node, event.kind].append((event.time_ns, event.detail))
+        if not any(told.values()):
+            return Finding(judged=False, why=_nothing_told(subjects, records))
         return self.judge((Reports(node, kind, np.array([time_ns for time_ns, _ in reports], dtype=np.int64),
                                    np.array([number_in(detail) for _, detail in reports], dtype=np.float64),
                                    [detail for _, detail in reports])
                            for (node, kind), reports in told.items()), records.length_ns)
+
+
+def _nothing_told(subjects: Sequence[Subject], records: Records) -> str:
+    nodes, kind = {node for node, _ in subjects}, subjects[0][1]
+    near = nearest(kind, {event.kind for event in records.events if event.node in nodes})
+    return f"no node that it names told an event {kind!r}" + (f"; nearest: {near!r}" if near else "")
 
 
 def number_in(detail: str) -> float:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Ints = NDArray[np.int64]
+from experiments.groups import Ints, largest_so_far, new_group
 
 
 def joined(subject: Ints, start: Ints, end: Ints) -> Ints:
@@ -17,11 +16,9 @@ def joined(subject: Ints, start: Ints, end: Ints) -> Ints:
     """
     if not subject.size:
         return np.zeros(0, dtype=np.int64)
-    first = np.r_[True, subject[1:] != subject[:-1]]
-    # the largest end so far within the subject: subjects are kept apart by a distance that no time reaches
-    apart = np.cumsum(first) * (int(end.max()) - int(start.min()) + 1)
-    reached = np.maximum.accumulate(end + apart)
-    first[1:] |= start[1:] + apart[1:] > reached[:-1]
+    first = new_group(subject)
+    reached = largest_so_far(subject, end)
+    first[1:] |= start[1:] > reached[:-1]
     return np.flatnonzero(first)
 
 

@@ -18,9 +18,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from experiments.groups import new_group
 from experiments.monitors import Named, Subject
 from experiments.monitors.frames_in_words import frames_in_words
-from experiments.monitors.link_frames import NEVER_NS, link_frames, new_group
+from experiments.monitors.link_frames import NEVER_NS, link_frames
 from experiments.monitors.outcome import Finding, Violation
 from experiments.monitors.records import Records
 

@@ -6,20 +6,15 @@ Every member is a frozen dataclass whose fields are its TOML keys. Times are fie
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Final
 
-from experiments.monitors.age_of_information import AgeOfInformation
-from experiments.monitors.in_view import InView
-from experiments.monitors.inter_transmission_time import InterTransmissionTime
-from experiments.monitors.reported import Reported
-from experiments.monitors.signal import Signal
-from experiments.monitors.successive_losses import SuccessiveLosses
+from netem.kinds import Kinds
 
-MONITORS: dict[str, type[Any]] = {
-    "age_of_information": AgeOfInformation,
-    "in_view": InView,
-    "inter_transmission_time": InterTransmissionTime,
-    "reported": Reported,
-    "signal": Signal,
-    "successive_losses": SuccessiveLosses,
-}
+MONITORS: Final = Kinds({
+    "age_of_information": "experiments.monitors.age_of_information:AgeOfInformation",
+    "in_view": "experiments.monitors.in_view:InView",
+    "inter_transmission_time": "experiments.monitors.inter_transmission_time:InterTransmissionTime",
+    "reported": "experiments.monitors.reported:Reported",
+    "signal": "experiments.monitors.signal:Signal",
+    "successive_losses": "experiments.monitors.successive_losses:SuccessiveLosses",
+})

@@ -17,7 +17,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.monitors.link_frames import Ints, new_group
+from experiments.groups import Ints, new_group
 from experiments.monitors.outcome import Finding, Violation, finite
 
 Floats = NDArray[np.float64]

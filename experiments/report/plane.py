@@ -10,12 +10,11 @@ without being asked, is none. Where there are too many, those that had the body 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import polars as pl
 
 from experiments.report.thinning import keep
 from experiments.run_data import RunData
@@ -31,15 +30,17 @@ DETECTION = "detection"
 DIGITS = 6          # micrometres
 
 
-def plane(data: RunData) -> Json | None:
-    """Paths at common instants, fields of view, obstacles and looks; None if nobody has a place."""
+def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
+    """Paths at common instants, those of `also_ns` among them, fields of view, obstacles and looks; None if no node has
+    a place."""
     tracks = [(node, name, table, columns) for node, table in sorted(data.signals.items()) if table.time_ns.size
               for name, columns in _places(table)]
     bodies = [track for track in tracks if not track[1]]
     if not bodies:
         return None
     last_ns = max(data.length_ns, *(int(table.time_ns[-1]) for _, _, table, _ in tracks))
-    instants_ns = np.unique(np.linspace(0, last_ns, MOST_INSTANTS).astype(np.int64))
+    instants_ns = np.linspace(0, last_ns, MOST_INSTANTS).astype(np.int64)
+    instants_ns = np.unique(np.append(instants_ns, np.array(also_ns, dtype=np.int64)).clip(0, last_ns))
     sensing = {name: medium["settings"] for name, medium in (data.scenario.get("media") or {}).items()
                if medium.get("kind") == "sensing"}
     carriers = {observer: carrier for settings in sensing.values()
@@ -103,20 +104,20 @@ def _views(settings: Mapping[str, Any]) -> Iterator[Json]:
 
 
 def _looks(data: RunData, sensing: Mapping[str, Any]) -> Json:
-    asked = [(pl.col("medium").cast(pl.String) == name)
-             & ~pl.col("receiver").cast(pl.String).is_in(list(settings.get("every_exposure_to") or ()))
-             for name, settings in sensing.items()]
-    copies = data.ledger.filter(pl.any_horizontal(asked)).sort("offered_ns") if asked else None
-    if copies is None or copies.is_empty():
+    unasked = {(name, receiver) for name, settings in sensing.items()
+               for receiver in settings.get("every_exposure_to") or ()}
+    asked = np.array([medium in sensing and (medium, receiver) not in unasked
+                      for medium, _, receiver in data.ledger.link.names], dtype=np.bool_)
+    if not asked.any():
         return {"looks": [], "looks_total": 0}
-    shown = copies
-    if copies.height > MOST_LOOKS:
-        shown = copies.filter(pl.col("fate").cast(pl.String) != Fate.OUT_OF_VIEW.value).head(MOST_LOOKS)
+    copies = data.ledger.taken(asked[data.ledger.link.codes])
+    shown = copies.taken(np.argsort(copies.ints("offered_ns"), kind="stable"))
+    if len(copies) > MOST_LOOKS:
+        shown = shown.taken(np.flatnonzero(~shown.fate.among(Fate.OUT_OF_VIEW.value))[:MOST_LOOKS])
     places: dict[str, Json] = {}
     looks = []
-    times = shown["offered_ns"].to_numpy()
-    for row, (sender, receiver, fate) in enumerate(zip(*(
-            shown[column].cast(pl.String).to_list() for column in ("sender", "receiver", "fate")), strict=True)):
+    times = shown.ints("offered_ns")
+    for row, ((_, sender, receiver), fate) in enumerate(zip(shown.link.values(), shown.fate.values(), strict=True)):
         table = data.signals.get(sender)
         if table is None or not {"x", "y"} <= set(table.names):
             continue
@@ -125,4 +126,4 @@ def _looks(data: RunData, sensing: Mapping[str, Any]) -> Json:
         looks.append({"t_s": int(times[row]) / 1e9, "observer": receiver, "body": sender, "fate": fate,
                       "seen": fate in (Fate.DELIVERED.value, Fate.DELIVERED_CORRUPT.value),
                       "x": places[sender]["x"][row], "y": places[sender]["y"][row]})
-    return {"looks": looks, "looks_total": copies.height}
+    return {"looks": looks, "looks_total": len(copies)}

@@ -9,12 +9,11 @@ from typing import Any
 from experiments.scenario.fill import fill
 from experiments.scenario.model import AgentSpec, PlantSpec
 from experiments.scenario.overrides import parse_path
-from experiments.scenario.plant_parameters import base
 from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.program import check_program
 from experiments.scenario.sections import Reading, holds
 from experiments.scenario.shape import shape_of
-from experiments.scenario.units import siblings
+from experiments.scenario.units import siblings, spellings
 from firmware_sim.clock_settings import ClockSettings
 
 
@@ -24,6 +23,7 @@ class PlantTable:
     preset: str | None = None
     parameters: dict[str, Any] = field(default_factory=dict)
     parameters_from: str | None = None
+    step_ns: int | None = None
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Agents:
         values = fill(shape_of(AgentTable), merged, place, self.problems, self.reading.folder).values
         table = AgentTable(**{"program": "", **values})
         parameters = self._program(table.program, table.parameters, place) if "program" in values else {}
-        plant = None if table.plant is None else self._plant(table.plant, (*place, "plant"))
+        plant = None if table.plant is None else self._plant(table.plant, merged["plant"], (*place, "plant"))
         attached = media if table.media is None else table.media
         for index, medium in enumerate(attached):
             if medium not in media:
@@ -73,7 +73,7 @@ class Agents:
             self.programs.setdefault(cls, program)
         return keywords
 
-    def _plant(self, table: PlantTable, place: Place) -> PlantSpec | None:
+    def _plant(self, table: PlantTable, written: Mapping[str, Any], place: Place) -> PlantSpec | None:
         try:
             plant = self.reading.vocabulary.plant_names(table.fmu, self.reading.folder)
         except ValueError as error:
@@ -88,18 +88,19 @@ class Agents:
             found, complaint = self._lookup(table.parameters_from)
             start = plant.taken_from(found)
             if found and not start:
-                known = dict.fromkeys(map(base, plant.parameters))
-                complaint = f"no key of that table is a parameter of {table.fmu}; {near('', known)}"
+                complaint = f"no key of that table is a parameter of {table.fmu}; {near('', plant.parameters)}"
             if complaint:
                 self.problems.add((*place, "parameters_from"), complaint, table.parameters_from)
-            for key, value in start.items():
-                if complaint := plant.complaint(key, value):
-                    self.problems.add((*parse_path(table.parameters_from)[0], key), complaint, value)
-        for key, value in table.parameters.items():
-            if complaint := plant.complaint(key, value):
-                self.problems.add((*place, "parameters", key), complaint, value)
         given = {**start, **table.parameters}
-        return PlantSpec(plant.fmu, given if self.problems.found > before else plant.over_preset(table.preset, given))
+        for key, complaint in plant.complaints(given).items():
+            where = (*place, "parameters", key) if key in table.parameters \
+                else (*parse_path(table.parameters_from or "")[0], key)
+            self.problems.add(where, complaint, given[key])
+        if complaint := plant.step_complaint(table.step_ns):
+            key = next((key for key in spellings("step_ns") if key in written), "step_ms")
+            self.problems.add((*place, key), complaint, *([written[key]] if key in written else []))
+        return PlantSpec(plant.fmu, given if self.problems.found > before else plant.over_preset(table.preset, given),
+                         table.step_ns)
 
     def _lookup(self, dotted: str) -> tuple[dict[str, Any], str]:
         """The table of this file at a path and what is wrong with the path."""

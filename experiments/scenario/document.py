@@ -66,7 +66,7 @@ def check_values(document: dict[str, Any], problems: Problems) -> None:
             waiting.extend(((*place, index), part) for index, part in reversed(list(enumerate(value))))
         elif isinstance(value, float) and not isfinite(value):
             problems.add(place, "expected a finite number", value)
-        elif isinstance(value, int) and not -2**63 <= value < 2**63:
+        elif isinstance(value, int) and not -2**63 <= value < 2**64:
             problems.add(place, "expected a number that fits 64 bits", value)
         elif not isinstance(value, str | int | float | bool):
             problems.add(place, "dates and times of day mean nothing to a scenario; put text in quotes", value)

@@ -10,12 +10,13 @@ from typing import Any
 from experiments.metric_keys import over_a_window, unknown_keys
 from experiments.monitors.subjects import subjects_of
 from experiments.monitors.table import MONITORS
+from experiments.scenario.files_there import near_file, plants_in
 from experiments.scenario.medium_links import medium_links
-from experiments.scenario.plant_parameters import PlantNames, StartValue
+from experiments.scenario.plant_parameters import PlantNames
 from experiments.scenario.problems import near
 from experiments.scenario.vocabulary import Position, Vocabulary
 from fmus.build import build_model, model_folder, own_models
-from fmus.describe import read_model
+from fmus.describe import read_model, variables_of
 from fmus.describe_fmu import describe
 from fmus.errors import PlantError
 from fmus.presets import read_presets
@@ -49,33 +50,29 @@ def try_windows(impairment: Any, windows_ns: Sequence[tuple[int, int]]) -> None:
 
 def plant_names(fmu: str, folder: Path) -> PlantNames:
     """An own model is known without a compiler; a model folder is built; of an FMU its own description is read."""
+    try:
+        return _plant_names(fmu, folder)
+    except OSError as error:                # a name that is too long for the file system, a folder that is not ours
+        raise ValueError(f"cannot be read: {error.strerror or error}") from error
+
+
+def _plant_names(fmu: str, folder: Path) -> PlantNames:
     if "/" not in fmu and not fmu.endswith(".fmu") and not (folder / fmu / "variables.toml").is_file():
         if fmu not in own_models():
             raise ValueError(f"no such model; {near(fmu, own_models())} (or give the path of a .fmu)")
-        model = read_model(model_folder(fmu) / "variables.toml")
-        values: dict[bool, dict[str, StartValue]] = {True: {}, False: {}}
-        for scalar in model.scalars():
-            if not scalar.computed:
-                values[scalar.kind == "parameter"][scalar.name] = StartValue(min=scalar.min, max=scalar.max)
-        return PlantNames(fmu, values[True], values[False], _presets(model_folder(fmu)),
-                          tuple(scalar.name for scalar in model.scalars() if scalar.kind == "output"))
+        return PlantNames(fmu, variables_of(read_model(model_folder(fmu) / "variables.toml")),
+                          _presets(model_folder(fmu)))
     path = (folder / fmu).absolute()
     if not path.exists():
-        there = [str(other.relative_to(folder)) for other in sorted(path.parent.glob("*.fmu"))]
-        raise ValueError(f"no such file; {near(fmu, there)}")
+        raise ValueError(f"no such file; {near_file(fmu, plants_in(folder))}")
     try:
         archive = build_model(path) if path.is_dir() else path
         presets = _presets(path) if path.is_dir() else {}
         description = describe(archive)
     except PlantError as error:
         raise ValueError(str(error)) from error
-    known: dict[bool, dict[str, StartValue]] = {True: {}, False: {}}
-    for item in description.variables.values():
-        if not item.settable_at_start:
-            continue
-        known[item.causality in ("parameter", "structuralParameter")][item.name] = StartValue(
-            item.type, item.elements, item.min, item.max)
-    return PlantNames(str(archive), known[True], known[False], presets, tuple(description.names("output")))
+    return PlantNames(str(archive), description.variables, presets, description.variable_step,
+                      description.fixed_step_s)
 
 
 def _presets(folder: Path) -> dict[str, dict[str, Any]]:

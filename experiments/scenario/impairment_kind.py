@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from dataclasses import is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from experiments.scenario.program import import_program
 from experiments.scenario.shape import shape_of
 from netem.fate import Fate
 from netem.impairments.table import IMPAIRMENTS
+
+KEYS_OF_EVERY_KIND: Final = ("on", "during_ns", "kind", "name")
 
 
 def impairment_class(kind: str, folder: Path) -> Any:
@@ -32,7 +34,11 @@ def import_impairment(path: str, folder: Path) -> type:
         raise ValueError(f"{cls.__name__} does not say how a copy ends that it drops; "
                          "write `loses_as: ClassVar = Fate.LOST` in it")
     try:
-        shape_of(cls)
+        shape = shape_of(cls)
     except (NameError, TypeError) as error:
         raise ValueError(f"the types of {cls.__name__}'s fields are not known: {error}") from error
+    taken = [key for key in KEYS_OF_EVERY_KIND if key in shape.hints]
+    if taken:
+        raise ValueError(f"{cls.__name__} has a field {taken[0]!r}, a key that every impairment has already; "
+                         "rename the field")
     return cls

@@ -6,12 +6,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field
+from annotated_types import Ge, Gt
 
 from experiments.scenario import overrides as overriding
 from experiments.scenario.agents import Agents
@@ -24,6 +25,7 @@ from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
 from experiments.scenario.network import Network
 from experiments.scenario.problems import Place, Problems
+from experiments.scenario.question_signal import check_question_signal
 from experiments.scenario.sections import SECTIONS, Reading, holds
 from experiments.scenario.shape import shape_of
 from experiments.scenario.units import siblings
@@ -34,10 +36,11 @@ from experiments.scenario.vocabulary import Vocabulary
 class Header:
     """The single values at the top of the file."""
 
-    seed: Annotated[int, Field(ge=0)]
-    length_ns: Annotated[int, Field(gt=0)]
-    sample_period_ns: Annotated[int, Field(ge=0)] = 10_000_000      # 0: no samples
-    node_timeout_s: Annotated[float, Field(gt=0)] = 30.0            # wall clock: stays in seconds
+    seed: Annotated[int, Ge(0)]
+    length_ns: Annotated[int, Gt(0)]
+    sample_period_ns: Annotated[int, Ge(0)] = 10_000_000      # 0: no samples
+    node_timeout_s: Annotated[float, Gt(0)] = 30.0            # wall clock: stays in seconds
+    question_signal: str = ""                                 # "node.signal", shown first in the report
 
 
 def load(source: Path, *, seed: int | None = None, duration_s: float | None = None, overrides: Sequence[str] = (),
@@ -78,11 +81,14 @@ def _resolve(reading: Reading, source: Path, question: str) -> Scenario:
     derived = read_derived(tables["derived"], agents, reading)
     guarantees = Guarantees(reading, agents, media, derived, *(
         (0, 1) if header is None else (header.length_ns, header.sample_period_ns))).read(tables["guarantees"])
-    expect = read_expect(tables["expect"], [*agents, *derived, *media], media, guarantees, reading)
+    recorded = [*agents, *derived, *media]
+    expect = read_expect(tables["expect"], recorded, media, guarantees, reading)
+    if header is not None:
+        check_question_signal(header.question_signal, recorded, derived, problems)
     problems.stop_if_any()
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
-                        gateways, derived, implied(guarantees) | expect, guarantees)
+                        gateways, derived, implied(guarantees) | expect, guarantees, header.question_signal)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
     return scenario
@@ -105,8 +111,12 @@ def _ask_programs(scenario: Scenario, programs: Mapping[type, str], problems: Pr
         if check is None:
             continue
         try:
-            found: Iterable[str] = check(scenario) or ()
-            for problem in found:
-                problems.say(problem)
+            with warnings.catch_warnings():         # figures beyond all bounds are told as what they break
+                warnings.simplefilter("ignore", RuntimeWarning)
+                found: Iterable[str] = check(scenario) or ()
+                for problem in found:
+                    problems.say(problem)
         except (ValueError, ArithmeticError) as error:
             problems.say(f"{program}: {error}")
+        except Exception as error:
+            problems.say(f"{program}: its check of the scenario failed: {type(error).__name__}: {error}")

@@ -25,6 +25,7 @@ class Bound(msgspec.Struct, frozen=True):
 class PlantSpec(msgspec.Struct, frozen=True):
     fmu: str                            # name of an own model, or the absolute path of a .fmu
     parameters: dict[str, Any]
+    step_ns: int | None = None          # of an FMU whose description does not say it
 
 
 class AgentSpec(msgspec.Struct, frozen=True):
@@ -63,12 +64,18 @@ class GatewaySpec(msgspec.Struct, frozen=True):
 class ImpairmentSpec(msgspec.Struct, frozen=True):
     """`impairment_class(kind)(**fields, rng=...)` on each of `links`, within `windows_ns` (none: the whole run)."""
 
-    place: str                          # "impairments[0]", names the random stream
+    place: str                          # "impairments[0]"
     on: str
     links: tuple[Link, ...]
     windows_ns: tuple[Window, ...]
     kind: str                           # of the house, or "package.module:Class"
     fields: dict[str, Any]
+    name: str = ""                      # by which its author calls it; no two have the same
+
+    @property
+    def called(self) -> str:
+        """What names its random streams, and its losses in the ledger: its name or else its place."""
+        return self.name or self.place
 
 
 class DerivedSpec(msgspec.Struct, frozen=True):
@@ -107,6 +114,7 @@ class Scenario(msgspec.Struct, frozen=True):
     derived: dict[str, DerivedSpec]
     expect: dict[str, Bound]            # with what the guarantees imply
     guarantees: dict[str, GuaranteeSpec] = {}
+    question_signal: str = ""           # "node.signal", each a pattern; "": the report shows outputs first
 
     @property
     def folder(self) -> Path:

@@ -15,6 +15,8 @@ from experiments.scenario.refusals import refuse
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
 from experiments.scenario.units import spellings
+from netem.impairments.construct import construct_impairment
+from netem.impairments.recordings import Recordings
 from netem.media.sensing.settings import SensingSettings
 
 
@@ -22,6 +24,7 @@ from netem.media.sensing.settings import SensingSettings
 class ImpairmentHeader:
     on: str
     during_ns: tuple[Any, ...] = ()
+    name: str = ""
 
 
 class Network:
@@ -30,6 +33,7 @@ class Network:
         self.problems = reading.problems
         self.folder = reading.folder
         self.vocabulary = reading.vocabulary
+        self.recordings = Recordings()
 
     def media(self, tables: Mapping[str, Any], agents: Mapping[str, AgentSpec],
               gateways: Mapping[str, GatewaySpec]) -> dict[str, MediumSpec]:
@@ -73,7 +77,21 @@ class Network:
         if not isinstance(tables, list):
             self.problems.add(("impairments",), "expected a list: write [[impairments]]", tables)
             return ()
+        self._check_names(tables)
         return tuple(self._impairment(table, ("impairments", index), media) for index, table in enumerate(tables))
+
+    def _check_names(self, tables: Sequence[Any]) -> None:
+        first: dict[str, Place] = {}
+        for index, table in enumerate(tables):
+            name = table.get("name") if isinstance(table, dict) else None
+            if not isinstance(name, str):
+                continue
+            place: Place = ("impairments", index, "name")
+            self.reading.check_name(place, name)
+            if name in first:
+                self.problems.add(place, f"the name of {path_text(first[name])} too, so both would draw the same; "
+                                         "give each a name of its own", name)
+            first.setdefault(name, ("impairments", index))
 
     def _impairment(self, table: Any, place: Place, media: Mapping[str, MediumSpec]) -> ImpairmentSpec:
         cls = (self._own_kind(table, place) if _names_a_class(table)
@@ -93,12 +111,13 @@ class Network:
             if filled.complete:
                 self._try(cls, fields, windows, table, place)
         links = self._links(values.get("on"), place, media)
-        return ImpairmentSpec(path_text(place), values.get("on", ""), links, windows, str(table.get("kind")), fields)
+        return ImpairmentSpec(path_text(place), values.get("on", ""), links, windows, str(table.get("kind")), fields,
+                              values.get("name", ""))
 
     def _try(self, cls: Any, fields: Mapping[str, Any], windows: Sequence[Window], table: Any, place: Place) -> None:
         """Construct the impairment, so that what it refuses is said before the run."""
         try:
-            impairment = cls(**fields, **({"rng": Random(0)} if "rng" in cls.__dataclass_fields__ else {}))
+            impairment = construct_impairment(cls, fields, Random(0), self.recordings)
             if windows:
                 self.vocabulary.try_windows(impairment, windows)
         except (ValueError, OSError) as error:

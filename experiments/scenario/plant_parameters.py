@@ -1,36 +1,38 @@
 """Which start values a plant gets: those of a preset, then from a table of the team's knowledge, then the agent's own.
 
 A key is a variable or, as a nested list, a matrix of them: `A = [[-3, 1], [2, -1]]` is A[1,1], A[1,2], A[2,1], A[2,2].
+What fits which type of variable is told in `fmus/start_values.py`, by which the plant itself is built.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, Final
 
 from experiments.scenario.problems import near
-from fmus.bounds import outside
-from fmus.errors import PlantError
+from fmus.description import Variable
 from fmus.parameters import expand_parameters
+from fmus.start_values import start_values
 
-
-class StartValue(NamedTuple):
-    fmi_type: str = "Float64"
-    elements: int = 1                   # of an array
-    min: float | None = None
-    max: float | None = None
+PARAMETERS: Final = ("parameter", "structuralParameter")
 
 
 @dataclass(frozen=True)
 class PlantNames:
-    """What can be set before the first step, by variable. `fmu` is an own model or an absolute path."""
+    """What a scenario can say about a plant. `fmu` is an own model or an absolute path."""
 
     fmu: str
-    parameters: Mapping[str, StartValue]
-    others: Mapping[str, StartValue]    # inputs, initial values
+    variables: Mapping[str, Variable]
     presets: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    outputs: tuple[str, ...] = ()
+    variable_step: bool = True
+    fixed_step_s: float | None = None   # that its description names
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Those that a medium can read as a place: scalars of 64-bit floating point."""
+        return tuple(name for name, variable in self.variables.items()
+                     if variable.causality == "output" and variable.is_float64)
 
     def over_preset(self, preset: str | None, given: Mapping[str, Any]) -> dict[str, Any]:
         """The values of a preset, `given` over them variable by variable; both are free of complaints."""
@@ -41,54 +43,38 @@ class PlantNames:
 
     def taken_from(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """The entries of a table that are parameters of this plant."""
-        known = {base(name) for name in self.parameters} | set(self.parameters)
-        return {key: value for key, value in table.items() if key in known}
+        parameters = {name for name, variable in self.variables.items() if variable.causality in PARAMETERS}
+        return {key: value for key, value in table.items() if key in parameters or key in self.parameters}
 
-    def complaint(self, key: str, value: Any) -> str:
-        """What is wrong with a start value, "" if nothing."""
-        types = {**self.others, **self.parameters}
-        if key not in types and key not in {base(name) for name in types}:
-            return f"no such parameter; {near(key, dict.fromkeys(map(base, self.parameters)))}"
-        if isinstance(value, dict):
-            return "expected a number or lists of them"
-        if key in types:
-            return _misfit(types[key], value)
-        try:
-            elements = expand_parameters({key: value})
-        except PlantError as error:
-            return str(error).removeprefix(f"{key}: ")
-        for name, element in elements.items():
-            if name not in types:
-                largest = [other for other in types if base(other) == key][-1]
-                return f"the model has no {name}; {key} ends with {largest}"
-            if problem := _misfit(types[name], element):
-                return f"{name}: {problem}"
+    @property
+    def parameters(self) -> list[str]:
+        """The names of the parameters without their indices: A for A[1,1] and A[1,2]."""
+        return list(dict.fromkeys(base(name) for name, variable in self.variables.items()
+                                  if variable.causality in PARAMETERS))
+
+    def complaints(self, given: Mapping[str, Any]) -> dict[str, str]:
+        """What is wrong with start values, by key."""
+        settable = [name for name, variable in self.variables.items() if variable.settable_at_start]
+        bases = list(dict.fromkeys(map(base, settable)))
+        known = {*self.variables, *map(base, self.variables)}
+        found = {key: f"no such parameter or start value; {near(key, bases)}" for key in given if key not in known}
+        found |= {key: "expected a value or lists of them, no table" for key, value in given.items()
+                  if key in known and isinstance(value, dict)}
+        rest = {key: value for key, value in given.items() if key not in found}
+        return found | start_values(self.variables, rest).complaints
+
+    def step_complaint(self, step_ns: int | None) -> str:
+        """What is wrong with the step that the scenario gives or does not give, "" if nothing."""
+        if step_ns is None:
+            return "" if self.variable_step or self.fixed_step_s is not None else (
+                "is missing: the FMU takes only steps of one size (canHandleVariableCommunicationStepSize is not true) "
+                "and its description names none; give the step that it was exported with")
+        if step_ns < 1:
+            return "expected a step above 0"
+        if self.fixed_step_s is not None and step_ns != round(self.fixed_step_s * 1e9):
+            return f"the FMU's description says a step of {self.fixed_step_s * 1e3:.9g} ms; leave the key out"
         return ""
 
 
 def base(name: str) -> str:
     return name.partition("[")[0]
-
-
-_IS: Mapping[str, tuple[str, Callable[[Any], bool]]] = {
-    "Boolean": ("true or false", lambda value: isinstance(value, bool)),
-    "String": ("text in quotes", lambda value: isinstance(value, str)),
-    "whole": ("a whole number", lambda value: isinstance(value, int) and not isinstance(value, bool)),
-    "number": ("a number", lambda value: isinstance(value, int | float) and not isinstance(value, bool)),
-}
-
-
-def _misfit(wanted: StartValue, value: Any) -> str:
-    whole = "Int" in wanted.fmi_type or wanted.fmi_type == "Enumeration"
-    words, fits = _IS.get(wanted.fmi_type, _IS["whole" if whole else "number"])
-    values = _flat(value)
-    if len(values) != wanted.elements or (wanted.elements == 1 and isinstance(value, list)):
-        return f"expected {words}" if wanted.elements == 1 else f"expected {wanted.elements} values"
-    if not all(map(fits, values)):
-        return f"expected {words}"
-    wrong = (outside(each, wanted.min, wanted.max) for each in values if not isinstance(each, str))
-    return next(filter(None, wrong), "")
-
-
-def _flat(value: Any) -> list[Any]:
-    return [leaf for part in value for leaf in _flat(part)] if isinstance(value, list) else [value]

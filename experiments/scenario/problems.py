@@ -32,6 +32,8 @@ class Problems:
         self.file = file
         self.lines: list[str] = []
         self.found = 0                  # with those that are not told again
+        self._agents: dict[tuple[Place, str], list[str]] = {}       # who has the same mistake, by what it is
+        self._line_of: dict[tuple[Place, str], tuple[int, str]] = {}
         self.written_at: Callable[[Place], Place] = lambda place: place     # where the author wrote what is at a place
         self._places: set[Place] = set()
 
@@ -42,7 +44,23 @@ class Problems:
             return
         self._places.add(place)
         where = path_text(place) + ("" if value is _ABSENT else f"={value_text(value)}")
-        self.lines.append(f"{self.file}: {where}: {rule}" if where else f"{self.file}: {rule}")
+        line = f"{self.file}: {where}: {rule}" if where else f"{self.file}: {rule}"
+        if len(place) > 2 and place[0] == "agents" and not self._is_first_of_its_kind(place, line):
+            return
+        self.lines.append(line)
+
+    def _is_first_of_its_kind(self, place: Place, line: str) -> bool:
+        """False if another agent has the same mistake at the same place; its line then names this agent too."""
+        name = str(place[1])
+        kind = place[2:], line.replace(path_text(place[:2]), "", 1)
+        agents = self._agents.setdefault(kind, [])
+        agents.append(name)
+        if len(agents) == 1:
+            self._line_of[kind] = len(self.lines), line
+            return True
+        at, alone = self._line_of[kind]
+        self.lines[at] = f"{alone} ({len(agents)} agents: {', '.join(agents)})"
+        return False
 
     def say(self, line: str) -> None:
         """A problem that names its own place."""

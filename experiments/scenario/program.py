@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any, Final, get_type_hints
@@ -17,7 +17,9 @@ import msgspec
 from experiments.own_modules import NameTaken, module_for
 from experiments.scenario.fill import fill
 from experiments.scenario.problems import Place, Problems, near
+from experiments.scenario.program_run import complaint_about_run
 from experiments.scenario.shape import Shape
+from experiments.scenario.units import spellings
 
 NO_PROGRAM: Final = {
     inspect.iscoroutinefunction: "is a coroutine, and asyncio does not run in virtual time; write blocking code",
@@ -66,6 +68,9 @@ def check_program(program: str, parameters: dict[str, Any], place: Place, proble
     except Exception as error:
         problems.add((*place, "program"), f"importing it failed: {type(error).__name__}: {error}", program)
         return None, parameters
+    if isinstance(cls, type) and (complaint := complaint_about_run(cls)):
+        problems.add((*place, "program"), complaint, program)
+        return None, parameters
     shape, complaint = _keywords(cls)
     if complaint:
         problems.add((*place, "program"), complaint, program)
@@ -73,7 +78,21 @@ def check_program(program: str, parameters: dict[str, Any], place: Place, proble
     if shape is None:
         return cls, parameters
     filled = fill(shape, parameters, (*place, "parameters"), problems, folder)
+    _check_periods(cls, filled.values, parameters, (*place, "parameters"), problems)
     return cls, msgspec.to_builtins(filled.values, enc_hook=str)
+
+
+def _check_periods(cls: Callable[..., Any], values: Mapping[str, Any], written: Mapping[str, Any], place: Place,
+                   problems: Problems) -> None:
+    """A period is more than 0, or 0 for "never" where the program's own default says so."""
+    for name, value in values.items():
+        if not (name == "period_ns" or name.endswith("_period_ns")) or not isinstance(value, int):
+            continue
+        may_be_0 = inspect.signature(cls).parameters[name].default == 0
+        if value < 0 or (value == 0 and not may_be_0):
+            key = next(key for key in spellings(name) if key in written)
+            problems.add((*place, key), f"expected {'>= 0' if may_be_0 else '> 0'}; a program that waits for its next "
+                         "period would never get past the first instant", written[key])
 
 
 def _keywords(cls: Callable[..., Any]) -> tuple[Shape | None, str]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any, Final
 
+from experiments.scenario.files_there import files_like, near_file
 from experiments.scenario.problems import Place, Problems, path_text, value_text
 from experiments.scenario.units import spellings
 
@@ -13,7 +15,11 @@ _NAMED_VALUE: Final = re.compile(r"([A-Za-z_]\w*)=(.+?): ", re.DOTALL)
 
 def refuse(error: Exception, table: Any, place: Place, problems: Problems) -> None:
     """Problems from a class's own message, `field=value: rule` or free text; one line each."""
-    for line in str(error).splitlines() or [type(error).__name__]:
+    missing = error if isinstance(error, FileNotFoundError) else error.__cause__
+    remedy = ""
+    if isinstance(missing, FileNotFoundError) and missing.filename:
+        remedy = f"; {near_file(str(missing.filename), files_like(Path(missing.filename)))}"
+    for line in (str(error) + remedy).splitlines() or [type(error).__name__]:
         named = _NAMED_VALUE.match(line)
         keys = (spellings(named[1]) or [named[1]]) if named else []
         key = next((key for key in keys if isinstance(table, dict) and key in table), None)

@@ -1,13 +1,16 @@
-"""Which keys a table of the file may have: those of a dataclass, without its random stream."""
+"""Which keys a table of the file may have: those of a dataclass, without what is passed to it besides."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from random import Random
-from typing import Any, get_type_hints
+from typing import Any, Final, get_type_hints
 
 from experiments.scenario.units import spellings
+from netem.impairments.recordings import Recordings
+
+PASSED_IN: Final = (Random, Recordings)
 
 
 @dataclass(frozen=True)
@@ -22,8 +25,8 @@ class Shape:
 
 
 def shape_of(cls: type) -> Shape:
-    """Of a dataclass; its random stream is not the author's to write."""
+    """Of a dataclass; its random stream and its recordings are not the author's to write."""
     hints = get_type_hints(cls, include_extras=True)
-    own = [item for item in fields(cls) if item.init and hints[item.name] is not Random]
+    own = [item for item in fields(cls) if item.init and hints[item.name] not in PASSED_IN]
     return Shape({item.name: hints[item.name] for item in own},
                  frozenset(item.name for item in own if item.default is MISSING and item.default_factory is MISSING))

@@ -86,7 +86,7 @@ def _prepare(prepared: Prepared, hint: Any, value: Any, path: Place) -> Any:
             return {key: _prepare(prepared, get_args(mapping)[1], part, (*path, key)) for key, part in value.items()}
     if isinstance(value, list):
         return [_prepare(prepared, _element(kinds, index), part, (*path, index)) for index, part in enumerate(value)]
-    if isinstance(value, str) and value and (Path in kinds or path[-1] == "file"):
+    if isinstance(value, str) and value and (Path in kinds or (path[-1] == "file" and Any not in kinds)):
         return str(prepared.folder / value)
     return value
 

@@ -1,26 +1,31 @@
-"""Types of a prepared table: pydantic judges, its errors come out in our words and at our places."""
+"""Types of a prepared table: pydantic judges what is not plainly right, in our words and at our places."""
 
 from __future__ import annotations
 
 import json
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
-from pydantic.errors import PydanticSchemaGenerationError
-
+from experiments.scenario.plain_types import plain_values
 from experiments.scenario.problems import Place, near, nearest, value_text
 from experiments.scenario.refusals import refuse
 from experiments.scenario.shape import Shape
 from experiments.scenario.table_names import Prepared
 
-_CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, arbitrary_types_allowed=True,
-                     protected_namespaces=())
+if TYPE_CHECKING:
+    from pydantic import BaseModel, ConfigDict, ValidationError
+
+_CONFIG: Final[ConfigDict] = {"extra": "forbid", "strict": True, "allow_inf_nan": False,
+                              "arbitrary_types_allowed": True, "protected_namespaces": ()}
 
 
 def typed(shape: Shape, prepared: Prepared, ready: Mapping[str, Any]) -> dict[str, Any]:
     """Values of the right types; a field with a problem is left out."""
+    if not prepared.wrong and (plain := plain_values(shape, ready)) is not None:
+        return plain
+    from pydantic import ValidationError  # late: a correct scenario does without it
+
     model = _model(shape)
     try:
         values = _values(model, ready)
@@ -39,6 +44,9 @@ def _values(model: type[BaseModel], ready: Mapping[str, Any]) -> dict[str, Any]:
 
 def _model(shape: Shape) -> type[BaseModel]:
     """A pydantic model of the fields; which of them must be there has been said before."""
+    from pydantic import Field, create_model
+    from pydantic.errors import PydanticSchemaGenerationError
+
     def model(hints: Mapping[str, Any]) -> type[BaseModel]:
         columns: dict[str, Any] = {f"field_{index}": (hint, Field(default=None, alias=name))
                                    for index, (name, hint) in enumerate(hints.items())}
@@ -51,6 +59,9 @@ def _model(shape: Shape) -> type[BaseModel]:
 
 
 def _has_schema(hint: Any) -> bool:
+    from pydantic import create_model
+    from pydantic.errors import PydanticSchemaGenerationError
+
     try:
         create_model("Table", __config__=_CONFIG, field=(hint, None))
     except PydanticSchemaGenerationError:

@@ -17,8 +17,15 @@ class Row:
     unit: str                           # "m"
     printed: float | None
     printed_variance: float | None = None
-    low: float | None = None            # what has to be met; None: open, or with the other one None: not to be met
+    low: float | None = None            # the band that ours has to lie in; None: open, both None: ours is not judged
     high: float | None = None
+
+    @property
+    def reproduced(self) -> bool | None:
+        """Whether the printed value lies in the band. None: nothing is printed, or the band is no more than a limit."""
+        if self.printed is None or self.low is None or self.high is None:
+            return None
+        return self.low <= self.printed <= self.high
 
 
 class Measured(NamedTuple):
@@ -42,6 +49,7 @@ class Measured(NamedTuple):
 
 class Table(Protocol):
     title: str
+    judged_by: str                      # where the bands come from, one sentence
     runs: int                           # by default
 
     def steps(self, runs: int) -> int:

@@ -24,6 +24,7 @@ Round = Callable[[], float]             # seconds a step
 
 class StepTime:
     title = "Table 3.5: running time per step on this machine, the fastest of rounds of 500 steps"
+    judged_by = "Judged by limits on this machine's time; the printed times are another machine's."
     runs = 20                           # rounds
 
     def steps(self, runs: int) -> int:

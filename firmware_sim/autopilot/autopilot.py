@@ -45,6 +45,8 @@ EVENTS: Final = {Severity.CRITICAL: "autopilot critical", Severity.ERROR: "autop
                  Severity.WARNING: "autopilot warning", Severity.NOTICE: "autopilot notice",
                  Severity.INFO: "autopilot info"}
 DEFAULT: Final = AutopilotSettings()
+COUNTERS: Final = ("releases missed", "unreadable frames", "motion capture out of order", "motion capture taken",
+                   "motion capture refused")
 NO_PLANT: Final = 'an autopilot needs a plant, as plant = { fmu = "quadrotor", preset = "hummingbird" }'
 
 
@@ -69,6 +71,8 @@ class Autopilot:
         self._motors = self._plant.input_group([f"u[{i}]" for i in range(1, 5)], ["rad/s"] * 4)
         self._sensors = self._plant.output_group(SENSORS, SENSOR_UNITS)
         self._truth = self._plant.output_group([name for name, _ in TRUTH], [unit for _, unit in TRUTH])
+        for counter in COUNTERS:
+            board.node.count(counter, 0)
         board.node.signals([*TRUTH, *BELIEF], self._sample)
 
     # --- the program

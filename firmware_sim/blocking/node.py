@@ -17,6 +17,6 @@ class BlockingNode(Node):
     def advance(self, grant: Grant) -> Report:
         report = super().advance(grant)
         if grant.last and self.program is not None:
-            self.env.move_to(grant.horizon_ns)
+            self.env.move_to(max(grant.horizon_ns, self.now_ns))     # later, if another node ended the run
             self.program.finish()
         return report

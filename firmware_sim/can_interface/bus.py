@@ -52,6 +52,8 @@ class Channel:
         self.state = ControllerState.ERROR_ACTIVE
         self._senders: dict[bytes, MarconetBus] = {}        # who last sent this identifier; no other node may
         program.node.ports[name].on_receive = self._receive
+        for what in ("malformed", "rx_dropped"):
+            program.node.count(f"{name}.{what}", 0)
 
     def send(self, sender: MarconetBus, data: bytes) -> None:
         self.program.hand_out(self.name, data)

@@ -46,6 +46,7 @@ from netem.media.can.frame import MalformedFrame, unpack
 TRUTH: Final = (("x", "m"), ("y", "m"), ("theta", "rad"), ("v", "m/s"), ("omega", "rad/s"), ("wheel_left", "rad/s"),
                 ("wheel_right", "rad/s"))
 DEFAULT: Final = DriveSettings()
+COUNTERS: Final = ("releases missed", "unreadable frames", "setpoints refused", "setpoints taken")
 NO_PLANT: Final = 'a drive controller needs a plant, as plant = { fmu = "unicycle" }'
 
 
@@ -84,6 +85,8 @@ class DriveController:
         self._inputs = self._plant.input_group(["u_left", "u_right"], ["rad/s", "rad/s"])
         self._angles = self._plant.output_group(["angle_left", "angle_right"], ["rad", "rad"])
         self._truth = self._plant.output_group([name for name, _ in TRUTH], [unit for _, unit in TRUTH])
+        for counter in COUNTERS:
+            board.node.count(counter, 0)
         board.node.signals([*TRUTH, ("setpoint_left", "rad/s"), ("setpoint_right", "rad/s"), ("drive_state", "1")],
                            self._sample)
 

@@ -16,6 +16,7 @@ from simpy.events import Event
 
 from firmware_sim.autopilot.vehicle import Vehicle
 from firmware_sim.board import Board
+from firmware_sim.mavlink.counters import FRONT_COUNTERS
 from firmware_sim.mavlink.front import MavlinkFront
 from firmware_sim.mavlink.settings import MavlinkSettings
 from firmware_sim.schedules.periodic import Periodic
@@ -32,6 +33,8 @@ class MavlinkTask:
         self._room = settings.receive_buffer_bytes
         self._heard = bytearray()
         self._told: dict[str, int] = {}
+        for counter in FRONT_COUNTERS:
+            board.node.count(f"mavlink {counter}", 0)
         self.front = MavlinkFront(vehicle, settings, board.node.event)
 
     def run(self) -> Generator[Event, Any, None]:

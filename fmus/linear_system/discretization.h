@@ -18,6 +18,8 @@ typedef struct {
     int next;               /* slot that the next new step size takes */
     double h[KEPT];         /* [s], 0 = free */
     Discretization of[KEPT];
+    long long since_ns;     /* discrete time: since the last sample instant */
+    double held[INPUTS];    /* discrete time: the inputs at the last sample instant, once time has left it */
 } Memory;
 
 #endif

@@ -1,4 +1,4 @@
-/* Linear time-invariant system with held inputs.
+/* Linear time-invariant system with held inputs, in continuous time or, with a sample time dt > 0, in discrete time.
  *
  *     dx/dt = A x + B u          y = C x + D u          u constant over a step
  *     x(t + h) = x + Z x + G u   Z = exp(A h) - I   G = Phi B   Phi = integral of exp(A s) ds over [0, h]
@@ -6,6 +6,9 @@
  * Exact for any h up to rounding. Phi(h / 2^s) comes from its Taylor series, Phi(2 h) = (2 I + Z) Phi and
  * Z(2 h) = 2 Z + Z^2 double it back (Higham 2008, Functions of Matrices, section 10.3, with Phi as in section 10.7.4).
  * Z rather than exp(A h) is kept because a short step then loses no digits of A h against I.
+ *
+ * In discrete time x(k + 1) = A x(k) + B u(k) at t = k dt, dt rounded to a nanosecond; u(k) is what is set last at
+ * k dt, and y holds C x(k) + D u(k) until (k + 1) dt.
  *
  * A trailing state whose rows of A and B and whose start are zero stays zero for ever, so leaving it out changes no
  * result; the same holds for trailing inputs with zero columns and outputs with zero rows.
@@ -125,8 +128,41 @@ static const Discretization *discretization(Values *v, double h)
     return &memory->of[slot];
 }
 
+/* States that one sample leads to. */
+static void next_sample(Values *v)
+{
+    double x[STATES];
+    for (int i = 0; i < v->memory.n; i++) {
+        x[i] = 0;
+        for (int j = 0; j < v->memory.n; j++)
+            x[i] += v->A[i][j] * v->x[j];
+        for (int j = 0; j < v->memory.m; j++)
+            x[i] += v->B[i][j] * v->memory.held[j];
+    }
+    memcpy(v->x, x, (size_t)v->memory.n * sizeof x[0]);
+}
+
+static void step_in_discrete_time(Values *v, double h)
+{
+    Memory *memory = &v->memory;
+    const long long sample_ns = v->dt > 1e-9 ? llround(v->dt * 1e9) : 1;
+    if (memory->since_ns == 0)
+        memcpy(memory->held, v->u, sizeof memory->held);
+    memory->since_ns += llround(h * 1e9);
+    while (memory->since_ns >= sample_ns) {
+        next_sample(v);
+        memory->since_ns -= sample_ns;
+        if (memory->since_ns > 0)
+            memcpy(memory->held, v->u, sizeof memory->held);
+    }
+}
+
 void model_step(Values *v, double h /* [s] */)
 {
+    if (v->dt > 0) {
+        step_in_discrete_time(v, h);
+        return;
+    }
     const Discretization *d = discretization(v, h);
     double change[STATES];
     for (int i = 0; i < v->memory.n; i++) {
@@ -142,11 +178,12 @@ void model_step(Values *v, double h /* [s] */)
 
 void model_outputs(Values *v)
 {
+    const double *u = v->memory.since_ns > 0 ? v->memory.held : v->u;
     for (int i = 0; i < v->memory.p; i++) {
         v->y[i] = 0;
         for (int j = 0; j < v->memory.n; j++)
             v->y[i] += v->C[i][j] * v->x[j];
         for (int j = 0; j < v->memory.m; j++)
-            v->y[i] += v->D[i][j] * v->u[j];
+            v->y[i] += v->D[i][j] * u[j];
     }
 }

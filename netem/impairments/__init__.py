@@ -4,7 +4,12 @@ A member of this kind is a class with one verb, `carry`: it yields what comes ou
 nothing (lost, counted under `loses_as`), the copy, the copy later, changed, or twice. Impairments of a link compose in
 the order in which the scenario lists them; each owns a random stream named by the seed and its place in the scenario.
 
-A member that delays every copy says how much at least, by `least_delay_ns(size_bytes)`.
+A member may have three more methods; the caller takes the default where one is missing:
+
+    carry_outside(transit)      a copy that enters outside the impairment's time window; default: the copy, unchanged
+    least_delay_ns(size_bytes)  no copy of this size comes out earlier than this after it went in; default: 0
+    most_delay_ns(flow)         adds at most this to the greatest delay of the copies of this flow; default: not known
+    most_copies                 a constant: how many copies come out for one at most; default: 1
 """
 
 from __future__ import annotations

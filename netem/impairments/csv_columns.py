@@ -1,79 +1,173 @@
 """Columns of numbers from a CSV file with a header, for recorded delays and losses.
 
-A time column is named by its unit, `delay_s`, `_ms`, `_us` or `_ns`, and comes out as int nanoseconds under the name
-`delay_ns`, rounded from the decimal digits (no detour through binary fractions). Other columns come out as floats.
+    time_s, delay_ms      named by their unit, _s, _ms, _us or _ns; come out as int nanoseconds, rounded from the
+                          decimal digits (half to even), without a detour through binary fractions
+    lost, received        0 or 1, false or true; come out as whether the copy was lost
+    probability           a number from 0 to 1
 
-Not modelled: quoting beyond the csv module's default, comments, missing values.
+A row whose copy was lost needs no delay: its delay is passed over, whatever stands there.
+
+Invariant: the two ways to convert a time, all of a column at once and value by value, give the same nanoseconds.
 """
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Collection, Iterator
-from decimal import Decimal, InvalidOperation
-from difflib import get_close_matches
-from pathlib import Path
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import ROUND_HALF_EVEN, Decimal
+from typing import Any, Final
 
-NS_PER = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
-REPORTED = 10
+import numpy as np
+
+from netem.impairments.csv_text import RecordingError, TextColumns, first_of, read_text, report
+
+__all__ = ["NS_PER", "Columns", "RecordingError", "read_columns"]
+
+NS_PER: Final = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
+LIMIT_NS: Final = 1 << 62                   # 146 years
+FLAGS: Final = ("lost", "received")
+_DIGITS: Final = {"s": 9, "ms": 6, "us": 3, "ns": 0}
+_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_TRUE: Final = frozenset({"1", "true"})
+_FALSE: Final = frozenset({"0", "false"})
+
+Integers = np.ndarray[tuple[int], np.dtype[np.int64]]
+Floats = np.ndarray[tuple[int], np.dtype[np.float64]]
+Flags = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
 
-class RecordingError(ValueError):
-    """A file of recorded values cannot be used; the message lists every problem, one a line."""
+@dataclass(frozen=True)
+class Columns:
+    """What the file has of the columns asked for; all have `rows` entries."""
+
+    rows: int
+    times_ns: Mapping[str, Integers]        # by stem: "time", "delay"
+    lost: Flags | None
+    ratios: Mapping[str, Floats]
+    text: TextColumns
+
+    def line(self, row: int) -> int:
+        return self.text.line(row)
 
 
-def read_columns(file: str, times: Collection[str], ratios: Collection[str]) -> dict[str, list[int] | list[float]]:
-    """`times` are names without unit (they come out as `<name>_ns`), `ratios` plain names with values in [0, 1]."""
+def read_columns(file: str, *, times: Collection[str], ratios: Collection[str] = (), flags: bool = False,
+                 columns: Mapping[str, str] | None = None) -> Columns:
+    """`times` are names without unit, `ratios` plain names, `flags` allows `lost` or `received`.
+
+    `columns` maps own names with their unit to those in the file: {"delay_ms": "rtt"}.
+    """
+    known = [f"{stem}_{unit}" for stem in times for unit in NS_PER] + list(ratios) + (list(FLAGS) if flags else [])
+    text = read_text(file, known, columns or {})
+    cells = {own: _plain(cells, text) for own, cells in text.cells.items()}
+    problems: list[str] = []
+    lost = _lost(text, cells, problems)
+    found_ns: dict[str, Integers] = {}
+    for stem in times:
+        for own in (f"{stem}_{unit}" for unit in NS_PER if f"{stem}_{unit}" in cells):
+            skipped = lost if stem == "delay" else None
+            found_ns[stem] = _times_ns(text, own, cells[own], skipped, problems, signed=stem == "time")
+    found = {own: _ratios(text, own, cells[own], problems) for own in ratios if own in cells}
+    report(problems)
+    return Columns(text.rows, found_ns, lost, found, text)
+
+
+def _plain(cells: Any, text: TextColumns) -> Any:
+    """Text of the cells without blanks around it, a decimal comma as a point."""
+    import pyarrow.compute as pc
+
+    trimmed = pc.utf8_trim_whitespace(cells)
+    return trimmed if text.separator == "," else pc.replace_substring(trimmed, ",", ".")
+
+
+def _lost(text: TextColumns, cells: Mapping[str, Any], problems: list[str]) -> Flags | None:
+    there = [own for own in FLAGS if own in cells]
+    if len(there) == 2:
+        problems.append(f"{text.file}: columns {text.headers['lost']!r} and {text.headers['received']!r}: one says the "
+                        "other; take out one")
+    if not there:
+        return None
+    own = there[0]
+    coded = cells[own].combine_chunks().dictionary_encode()
+    values: list[str] = coded.dictionary.to_pylist()
+    codes = np.asarray(coded.indices)
+    meant = [_flag(value) for value in values]
+    if None in meant:
+        wrong = np.flatnonzero(np.array([flag is None for flag in meant])[codes])
+        problems += _refused(text, own, [(int(row), values[codes[row]]) for row in wrong], "0 or 1, false or true")
+    lost: Flags = np.array([flag is (own == "lost") for flag in meant], dtype=np.bool_)[codes]
+    return lost
+
+
+def _flag(value: str) -> bool | None:
+    plain = value.lower()
+    if plain in _TRUE or plain in _FALSE:
+        return plain in _TRUE
+    return bool(Decimal(plain)) if _NUMBER.fullmatch(plain) and len(plain) < 20 and Decimal(plain) in (0, 1) else None
+
+
+def _times_ns(text: TextColumns, own: str, cells: Any, skipped: Flags | None, problems: list[str], *,
+              signed: bool) -> Integers:
+    """All of a column; where `skipped`, 0."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    unit = own.rpartition("_")[2]
+    if skipped is not None:
+        cells = pc.if_else(pa.array(skipped), "0", cells)
     try:
-        with Path(file).open(newline="", encoding="utf-8-sig") as text:
-            rows = list(csv.reader(text))
-    except (OSError, UnicodeDecodeError, csv.Error) as reason:
-        raise RecordingError(f"{file}: cannot be read as CSV: {reason}") from reason
-    if not rows:
-        raise RecordingError(f"{file}: empty: expected a header and rows")
-    header = [name.strip() for name in rows[0]]
-    problems = list(_header_problems(file, header, times, ratios))
-    if problems:
-        raise RecordingError("\n".join(problems))
-    columns: dict[str, list[int] | list[float]] = {}
-    numbered = [(line, row) for line, row in enumerate(rows[1:], 2) if row]
-    for at, name in enumerate(header):
-        stem, _, unit = name.rpartition("_")
-        per = NS_PER[unit] if stem in times else None
-        values: list[float] = []
-        for line, row in numbered:
-            try:
-                values.append(_value(row[at], per))
-            except (InvalidOperation, IndexError, ValueError):
-                found = row[at].strip() if at < len(row) else "nothing"
-                rule = "a number from 0 to 1" if per is None else "a number >= 0"
-                problems.append(f"{file}:{line}: {name}={found}: expected {rule}")
-        columns[name if per is None else f"{stem}_ns"] = values
-    if not numbered:
-        problems.append(f"{file}: no rows below the header")
-    if problems:
-        more = [f"{file}: and {len(problems) - REPORTED} more"] if len(problems) > REPORTED else []
-        raise RecordingError("\n".join(problems[:REPORTED] + more))
-    return columns
+        values_ns = all_at_once(cells, unit)
+    except pa.ArrowInvalid:
+        return _one_by_one(text, own, cells.to_pylist(), problems, signed)
+    if signed or values_ns.min() >= 0:
+        return values_ns
+    return _one_by_one(text, own, cells.to_pylist(), problems, signed)
 
 
-def _value(text: str, ns_per: int | None) -> float:
-    number = Decimal(text.strip())
-    if not number.is_finite() or number < 0 or (ns_per is None and number > 1):
-        raise ValueError
-    return float(number) if ns_per is None else int((number * ns_per).to_integral_value())
+def all_at_once(cells: Any, unit: str) -> Integers:
+    """Decimal text to nanoseconds; ArrowInvalid if one value is no number, too large, or has more than 18 decimals."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    digits = _DIGITS[unit]
+    exact = pc.cast(cells, pa.decimal128(38, 18))
+    rounded = pc.cast(pc.round(exact, digits, "half_to_even"), pa.decimal128(38, digits)).combine_chunks()
+    words = np.frombuffer(rounded.buffers()[1], "<i8")[2 * rounded.offset:].reshape(-1, 2)[:len(rounded)]
+    if (abs(words[:, 0]) >= LIMIT_NS).any() or (words[:, 0] >> 63 != words[:, 1]).any():
+        raise pa.ArrowInvalid("beyond the limit")
+    return words[:, 0].copy()
 
 
-def _header_problems(file: str, header: list[str], times: Collection[str], ratios: Collection[str]) -> Iterator[str]:
-    valid = [f"{name}_{unit}" for name in times for unit in NS_PER] + list(ratios)
-    seen: set[str] = set()
-    for name in header:
-        if name not in valid:
-            near = get_close_matches(name, valid, 1)
-            remedy = f"nearest: {near[0]}" if near else f"expected of {', '.join(valid)}"
-            yield f"{file}:1: column {name!r} is not known, {remedy}"
-            continue
-        stem = name if name in ratios else name.rpartition("_")[0]
-        if stem in seen:
-            yield f"{file}:1: column {name!r}: {stem} stands there twice"
-        seen.add(stem)
+def one_ns(value: str, unit: str) -> int | None:
+    """Decimal text to nanoseconds; None if it is no number or beyond the limit."""
+    if not _NUMBER.fullmatch(value):
+        return None
+    try:
+        number = Decimal(value)
+        if abs(number) >= LIMIT_NS // NS_PER[unit]:
+            return None
+        return int((number * NS_PER[unit]).to_integral_value(ROUND_HALF_EVEN))
+    except ArithmeticError:
+        return None
+
+
+def _one_by_one(text: TextColumns, own: str, cells: Sequence[str], problems: list[str], signed: bool) -> Integers:
+    unit = own.rpartition("_")[2]
+    values_ns = [one_ns(value, unit) for value in cells]
+
+    wrong = [(row, cells[row]) for row, value_ns in enumerate(values_ns)
+             if value_ns is None or (value_ns < 0 and not signed)]
+    problems += _refused(text, own, wrong, "a number" if signed else
+                         "a number >= 0 (only a copy that a column `lost` gives as 1 needs none)")
+    return np.array([value_ns or 0 for value_ns in values_ns], dtype=np.int64)
+
+
+def _ratios(text: TextColumns, own: str, cells: Any, problems: list[str]) -> Floats:
+    values = [float(value) if _NUMBER.fullmatch(value) else -1.0 for value in cells.to_pylist()]
+    wrong = [(row, cells[row].as_py()) for row, value in enumerate(values) if not 0 <= value <= 1]
+    problems += _refused(text, own, wrong, "a number from 0 to 1")
+    return np.array(values)
+
+
+def _refused(text: TextColumns, own: str, wrong: Sequence[tuple[int, str]], rule: str) -> Iterator[str]:
+    return first_of(wrong, text, lambda value: f"{text.headers[own]}={value}: expected {rule}")

@@ -6,6 +6,7 @@
 u[k] is uniform, with lag-1 rank correlation `correlation` (see correlated_uniforms); the distribution stays exact.
 Negative delays are cut at 0, which puts the probability q^-1(-delay_ns/jitter_ns) there and raises the mean.
 Jitter reorders, as in netem; `keep_order` lets no copy overtake the one carried before it, which adds delay to some.
+The promise of `keep_order` holds past the end of a time window: a copy that enters later waits for those still delayed.
 
 Not modelled: delay that depends on frame length (see `rate_limit`) or on time (see `trace`).
 Differs from netem: without `distribution` there is no jitter (netem takes uniform).
@@ -13,7 +14,8 @@ Differs from netem: without `distribution` there is no jitter (netem takes unifo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from array import array
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from random import Random
@@ -23,9 +25,12 @@ from msgspec.structs import replace
 
 from netem.fate import Fate
 from netem.impairments.checks import expect_at_least, expect_correlation
-from netem.impairments.correlated_uniforms import correlated_uniforms
+from netem.impairments.correlated_uniforms import LARGEST, correlated_uniforms
 from netem.impairments.csv_columns import RecordingError, read_columns
 from netem.impairments.delay_quantiles import JITTER_QUANTILES, Quantile, of_points, of_samples
+from netem.impairments.flow import Flow
+from netem.impairments.order import not_before
+from netem.impairments.recordings import Recordings
 from netem.transit import Transit
 
 
@@ -41,12 +46,16 @@ class Delay:
     quantiles_ns: list[int] = field(default_factory=list)   # empirical: at equally spaced probabilities from 0 to 1
     file: str = ""                                      # empirical: CSV, delay_s alone (samples) or with probability
     keep_order: bool = False
+    columns: dict[str, str] = field(default_factory=dict)   # of `file`: own name with unit -> name in the file
     rng: Random = field(kw_only=True)
+    recordings: Recordings = field(default_factory=Recordings, kw_only=True, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         expect_at_least("delay_ns", self.delay_ns, 0)
         expect_at_least("jitter_ns", self.jitter_ns, 0)
         expect_correlation(self.correlation)
+        if self.columns and not self.file:
+            raise ValueError(f"columns={self.columns}: these are names in a file, and there is no `file`")
         sources = [name for name in ("samples_ns", "quantiles_ns", "file") if getattr(self, name)]
         self._draw = correlated_uniforms(self.rng, self.correlation)
         self._quantile: Quantile | None = None
@@ -82,13 +91,22 @@ class Delay:
             arrival_ns = self._latest_ns = max(arrival_ns, self._latest_ns)
         yield replace(transit, arrival_ns=arrival_ns)
 
+    def carry_outside(self, transit: Transit) -> Transit:
+        """A copy that enters outside the time window does not overtake one from inside, with `keep_order`."""
+        return not_before(transit, self._latest_ns)
+
     def least_delay_ns(self, size_bytes: int) -> int:
         """No copy comes out earlier than this after it went in."""
         return max(0, round(self.delay_ns + (self._quantile(0.0) if self._quantile is not None else 0)))
 
+    def most_delay_ns(self, flow: Flow) -> int:
+        """The delay of the greatest number that the generator can draw; `keep_order` adds nothing to the greatest."""
+        return max(0, round(self.delay_ns + (self._quantile(LARGEST) if self._quantile is not None else 0)))
+
     def _empirical(self) -> Quantile:
         if self.file:
-            return _from_file(self.file)
+            key = ("delay", self.file, tuple(sorted(self.columns.items())))
+            return self.recordings.once(key, lambda: _from_file(self.file, self.columns))
         name, values = ("samples_ns", self.samples_ns) if self.samples_ns else ("quantiles_ns", self.quantiles_ns)
         if min(values) < 0:
             raise ValueError(f"{name}: {min(values)} is negative: a delay is >= 0")
@@ -103,16 +121,17 @@ def scaled(quantile: Quantile, by_ns: int) -> Callable[[float], float]:
     return lambda u: by_ns * quantile(u)
 
 
-def _from_file(file: str) -> Quantile:
-    columns = read_columns(file, times=["delay"], ratios=["probability"])
-    if "delay_ns" not in columns:
-        raise RecordingError(f"{file}:1: no column delay_s, delay_ms, delay_us or delay_ns")
-    delays_ns = [int(value) for value in columns["delay_ns"]]
-    if "probability" not in columns:
+def _from_file(file: str, names: Mapping[str, str]) -> Quantile:
+    columns = read_columns(file, times=["delay"], ratios=["probability"], columns=names)
+    if "delay" not in columns.times_ns:
+        raise RecordingError(f"{file}: no column delay_s, delay_ms, delay_us or delay_ns, and no `columns` that says "
+                             f"what it is called; there are {columns.text.there}")
+    delays_ns = array("q", columns.times_ns["delay"].astype("=i8").tobytes())
+    if "probability" not in columns.ratios:
         return of_samples(delays_ns)
-    points = columns["probability"]
+    points = columns.ratios["probability"].tolist()
     if len(points) < 2 or (points[0], points[-1]) != (0, 1) or any(b <= a for a, b in pairwise(points)):
         raise RecordingError(f"{file}: probability: expected two or more values that rise from 0 to 1")
-    if sorted(delays_ns) != delays_ns:
+    if any(b < a for a, b in pairwise(delays_ns)):
         raise RecordingError(f"{file}: delay: quantiles do not fall while probability rises")
     return of_points(points, delays_ns)

@@ -13,6 +13,7 @@ jitter is the standard deviation and the tail is whole. Its tables have 4096 ste
 
 from __future__ import annotations
 
+from array import array
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from math import sqrt
@@ -48,7 +49,7 @@ JITTER_QUANTILES: dict[str, Quantile] = {
 
 def of_samples(samples_ns: Sequence[int]) -> Quantile:
     """Each sample is equally likely: the quantile function of the empirical distribution."""
-    ordered = sorted(samples_ns)
+    ordered = array("q", sorted(samples_ns))
     return lambda u: ordered[int(u * len(ordered))]
 
 

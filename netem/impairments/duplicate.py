@@ -18,12 +18,14 @@ from msgspec.structs import replace
 from netem.fate import Fate
 from netem.impairments.checks import expect_at_least, expect_ratio
 from netem.impairments.correlated_uniforms import correlated_uniforms
+from netem.impairments.flow import Flow
 from netem.transit import Transit
 
 
 @dataclass
 class Duplicate:
     loses_as: ClassVar[Fate] = Fate.LOST
+    most_copies: ClassVar[int] = 2
 
     duplicate_ratio: float                  # 0 <= duplicate_ratio <= 1
     extra_delay_ns: int = 0                 # >= 0
@@ -39,3 +41,7 @@ class Duplicate:
         yield transit
         if self._draw() < self.duplicate_ratio:
             yield replace(transit, arrival_ns=transit.arrival_ns + self.extra_delay_ns)
+
+    def most_delay_ns(self, flow: Flow) -> int:
+        """The twin's."""
+        return self.extra_delay_ns if self.duplicate_ratio else 0

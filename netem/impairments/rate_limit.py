@@ -6,6 +6,8 @@
 A copy waits during [arrival, start); the one being sent is not in the queue. A copy that has to wait is dropped when
 `queue_frames` already wait, or when it would make more than `queue_bytes` wait, overhead included.
 First in, first out in the order of entering, not of arrival: put `rate_limit` before a `delay` with jitter.
+The queue drains in order past the end of a time window. A copy that enters later comes out no earlier than the last one
+of the queue; it has no sending time of its own, takes no place in the queue and is never dropped.
 
 Not modelled: tokens saved up for bursts (`tc tbf`), more than one queue, active queue management.
 """
@@ -21,6 +23,8 @@ from msgspec.structs import replace
 
 from netem.fate import Fate
 from netem.impairments.checks import expect_at_least
+from netem.impairments.flow import Flow
+from netem.impairments.order import not_before
 from netem.transit import Transit
 
 
@@ -59,9 +63,27 @@ class RateLimit:
         self.free_ns = start_ns + self._sending_ns(size)
         yield replace(transit, arrival_ns=self.free_ns)
 
+    def carry_outside(self, transit: Transit) -> Transit:
+        """A copy that enters outside the time window: it comes out after what is still in the queue."""
+        return not_before(transit, self.free_ns)
+
     def least_delay_ns(self, size_bytes: int) -> int:
         """No copy of this size comes out earlier than this after it went in."""
         return self._sending_ns(size_bytes + self.overhead_bytes)
+
+    def most_delay_ns(self, flow: Flow) -> int:
+        """By Lindley's recursion: the time that all frames of one interval of the flow take, if they fit into it.
+
+        Otherwise the queue fills up: then one copy is being sent, and the full queue waits, this one included.
+        """
+        sending_ns = [self._sending_ns(size + self.overhead_bytes) for size in flow.sizes_bytes]
+        interval_ns = flow.copies * sum(sending_ns)
+        if interval_ns <= flow.every_ns:
+            return interval_ns
+        full_ns = self.queue_frames * max(sending_ns)
+        if self.queue_bytes is not None:
+            full_ns = min(full_ns, self._sending_ns(self.queue_bytes) + self.queue_frames)      # each rounded up
+        return max(sending_ns) + full_ns
 
     def _sending_ns(self, size_bytes: int) -> int:
         return -(-8_000_000_000 * size_bytes // self.rate_bps)

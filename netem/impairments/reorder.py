@@ -2,7 +2,8 @@
 
 After a chosen copy the next `gap_frames - 1` are held; each one after them is chosen with probability `reorder_ratio`,
 until one is. Chosen in the long run: 1 / (gap_frames - 1 + 1/reorder_ratio) of the copies.
-A chosen copy overtakes those that entered the link less than `hold_ns` before it.
+A chosen copy overtakes those that entered the link less than `hold_ns` before it. No other copy overtakes one, also not
+past the end of a time window: a copy that enters later comes out after the last held one.
 
 Not modelled: displacement by a number of frames. For a random hold put `delay` with jitter in its place.
 """
@@ -19,6 +20,8 @@ from msgspec.structs import replace
 from netem.fate import Fate
 from netem.impairments.checks import expect_at_least, expect_ratio
 from netem.impairments.correlated_uniforms import correlated_uniforms
+from netem.impairments.flow import Flow
+from netem.impairments.order import not_before
 from netem.transit import Transit
 
 
@@ -41,6 +44,7 @@ class Reorder:
             raise ValueError("reorder_ratio=1.0, gap_frames=1: every copy would pass at once and none overtake: "
                              "lower reorder_ratio or raise gap_frames")
         self._draw = correlated_uniforms(self.rng, self.correlation)
+        self._latest_ns = 0             # when the last of the held copies comes out
 
     def carry(self, transit: Transit) -> Iterator[Transit]:
         if self.held >= self.gap_frames - 1 and self._draw() < self.reorder_ratio:
@@ -48,4 +52,14 @@ class Reorder:
             yield transit
         else:
             self.held += 1
-            yield replace(transit, arrival_ns=transit.arrival_ns + self.hold_ns)
+            arrival_ns = transit.arrival_ns + self.hold_ns
+            self._latest_ns = max(arrival_ns, self._latest_ns)
+            yield replace(transit, arrival_ns=arrival_ns)
+
+    def most_delay_ns(self, flow: Flow) -> int:
+        """The hold; a copy that waits for a held one after the window entered later than that one."""
+        return self.hold_ns
+
+    def carry_outside(self, transit: Transit) -> Transit:
+        """A copy that enters outside the time window: it is not chosen, so it overtakes no held one."""
+        return not_before(transit, self._latest_ns)

@@ -1,11 +1,14 @@
 """Loss and delay from a recording: a CSV file with one row per frame, or one row per interval of time.
 
     delay_ms,lost            by = "frame": row n is for the link's frame n
-    12.5,0                   by = "time": the file also has time_s (or _ms, _us, _ns), from 0, strictly rising; a row
-    13.1,1                     holds on [its time, the next row's time), the last one as long as the one before it
+    12.5,0                   by = "time": the file also has time_s (or _ms, _us, _ns), strictly rising; a row holds on
+    ,1                         [its time, the next row's time), the last one as long as the one before it
 
-`delay_*` and `lost` (0 or 1) may each be missing: no delay, no loss. Past the end the trace starts again (`wrap`), its
-last row holds (`hold`), or the run stops with `TraceEnded` (`error`). Time is when the copy entered the link.
+Time in the file counts from `start_ns`, its first row where `start_ns` is not given, so a file may have times of an
+epoch. `delay_*` and `lost` (or `received`) may each be missing: no delay, no loss; a lost copy needs no delay.
+`columns` says what the file calls them: {"delay_ms": "rtt"}. Other columns are passed over.
+Past the end the trace starts again (`wrap`), its last row holds (`hold`), or the run stops with `TraceEnded` (`error`).
+Time is when the copy entered the link.
 
 Not modelled: interpolation between rows, rate traces. A copy may overtake another, as its row says.
 """
@@ -14,14 +17,15 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
 from msgspec.structs import replace
 
 from netem.fate import Fate
-from netem.impairments.csv_columns import RecordingError, read_columns
+from netem.impairments.flow import Flow
+from netem.impairments.recordings import Recordings
+from netem.impairments.trace_rows import LOST, read_rows
 from netem.transit import Transit
 
 
@@ -38,52 +42,39 @@ class Trace:
     file: str                                               # CSV; the scenario loader resolves it beside the scenario
     by: Literal["frame", "time"] = "frame"
     at_end: Literal["wrap", "hold", "error"] = "wrap"
+    columns: dict[str, str] = field(default_factory=dict)   # own name with unit -> name in the file
+    start_ns: int | None = None                             # of the file's clock, when the run starts; None: first row
+    recordings: Recordings = field(default_factory=Recordings, kw_only=True, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.by not in ("frame", "time"):
             raise ValueError(f"by={self.by}: expected frame or time")
         if self.at_end not in ("wrap", "hold", "error"):
             raise ValueError(f"at_end={self.at_end}: expected wrap, hold or error")
-        columns = read_columns(self.file, times=["time", "delay"], ratios=["lost"])
-        if "delay_ns" not in columns and "lost" not in columns:
-            raise RecordingError(f"{self.file}:1: neither delay_s (or _ms, _us, _ns) nor lost: expected one")
-        rows = len(next(iter(columns.values())))
-        lost = columns.get("lost", [0.0] * rows)
-        delays_ns = columns.get("delay_ns", [0] * rows)
-        if any(value not in (0, 1) for value in lost):
-            raise RecordingError(f"{self.file}: lost: expected 0 or 1 in every row")
-        self._delay_ns = [None if gone else int(delay) for gone, delay in zip(lost, delays_ns, strict=True)]
-        self._times_ns: list[int] = []
-        self._length = rows                                 # frames, or ns
-        if self.by == "time":
-            if "time_ns" not in columns:
-                raise RecordingError(f"{self.file}:1: by=time needs a column time_s, time_ms, time_us or time_ns")
-            self._times_ns = [int(value) for value in columns["time_ns"]]
-            self._check_times()
-            self._length = 2 * self._times_ns[-1] - self._times_ns[-2]
-
-    def _check_times(self) -> None:
-        times_ns = self._times_ns
-        if times_ns[0] != 0:
-            raise RecordingError(f"{self.file}:2: time starts at {times_ns[0]} ns: expected 0")
-        if len(times_ns) < 2:
-            raise RecordingError(f"{self.file}: by=time needs two rows or more")
-        falls = [row for row, (a, b) in enumerate(pairwise(times_ns)) if b <= a]
-        if falls:
-            raise RecordingError(f"{self.file}: row {falls[0] + 2}: time does not rise")
+        by_time = self.by == "time"
+        if self.start_ns is not None and not by_time:
+            raise ValueError(f"start_ns={self.start_ns}: belongs to by = \"time\"")
+        key = ("trace", self.file, by_time, tuple(sorted(self.columns.items())), self.start_ns)
+        rows = self.recordings.once(key, lambda: read_rows(self.file, by_time, self.columns, self.start_ns))
+        self._delays_ns, self._times_ns, self._length = rows.delays_ns, rows.times_ns, rows.length
+        self._least_ns, self._most_ns = rows.least_ns, rows.most_ns
 
     def carry(self, transit: Transit) -> Iterator[Transit]:
         place = transit.sent_ns if self.by == "time" else transit.number
         if place >= self._length:
             place = self._past_the_end(place)
         row = bisect_right(self._times_ns, place) - 1 if self.by == "time" else place
-        delay_ns = self._delay_ns[row]
-        if delay_ns is not None:
+        delay_ns = self._delays_ns[row]
+        if delay_ns != LOST:
             yield replace(transit, arrival_ns=transit.arrival_ns + delay_ns)
 
     def least_delay_ns(self, size_bytes: int) -> int:
         """No copy that comes out does so earlier than this after it went in."""
-        return min((delay_ns for delay_ns in self._delay_ns if delay_ns is not None), default=0)
+        return self._least_ns
+
+    def most_delay_ns(self, flow: Flow) -> int:
+        """No copy that comes out does so later than this after it went in."""
+        return self._most_ns
 
     def _past_the_end(self, place: int) -> int:
         if self.at_end == "wrap":

@@ -1,6 +1,13 @@
 """A time window: an impairment acts only on copies that enter the link during one of the intervals [start, end).
 
-Outside, copies pass untouched and the impairment does not run: it draws nothing and its state stands still.
+A copy that enters outside is never lost, changed, doubled or counted, and the impairment draws nothing for it. It comes
+out when it went in, unless copies that entered inside are still under way and the impairment promises their order: then
+its `carry_outside` delays the copy until it overtakes none of them. An impairment without this method lets it pass.
+
+    rate_limit            the queue drains at its rate; later copies come out after its last one, at once
+    delay, keep_order     later copies come out after the last delayed one
+    reorder               later copies come out after the last held one
+    all others            promise no order: later copies pass, also those still delayed
 
 Invariants: intervals are half open, do not overlap, and are kept sorted.
 """
@@ -8,7 +15,7 @@ Invariants: intervals are half open, do not overlap, and are kept sorted.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 
 from netem.fate import Fate
@@ -23,11 +30,16 @@ class Window:
         self.impairment = impairment
         self.loses_as: Fate = impairment.loses_as
         self.during_ns = _checked(during_ns)
+        self._outside: Callable[[Transit], Transit] = getattr(impairment, "carry_outside", unchanged)
         self._edges_ns = [edge for interval in self.during_ns for edge in interval]
 
     def carry(self, transit: Transit) -> Iterable[Transit]:
         inside = bisect_right(self._edges_ns, transit.sent_ns) & 1      # an odd number of edges lies behind
-        return self.impairment.carry(transit) if inside else (transit,)
+        return self.impairment.carry(transit) if inside else (self._outside(transit),)
+
+
+def unchanged(transit: Transit) -> Transit:
+    return transit
 
 
 def _checked(during_ns: Sequence[Sequence[int]] | Sequence[int]) -> list[tuple[int, int]]:

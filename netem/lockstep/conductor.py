@@ -108,6 +108,8 @@ class Conductor:
     grants: int = 0
     instant_rounds: int = 0
     reached_ns: int = 0
+    ended_by: str = ""                  # the node that ended the run before its length, "" if none did,
+    ended_because: str = ""             # and why
     counters: dict[str, dict[str, int]] = field(default_factory=dict)
     seats: dict[str, Seat] = field(default_factory=dict)
     media: Mapping[str, Medium] = field(default_factory=dict)
@@ -182,6 +184,10 @@ class Conductor:
                 if rounds > MAX_ROUNDS_AT_ONE_INSTANT:
                     raise InstantLoop(t0_ns, sorted(self._talkers), rounds - 1)
             self._window(seats, horizon_ns, instant)
+            if self.ended_by:
+                agenda.run_before(self.end_ns)
+                self.reached_ns = self.end_ns
+                break
             self.reached_ns = horizon_ns
             agenda.run_before(horizon_ns + 1 if instant else horizon_ns)
             if (wall_s := time.monotonic()) >= next_progress_s:
@@ -213,7 +219,11 @@ class Conductor:
                                     seat.take(limit_ns) if seat.first_ns < limit_ns else []))
                   for seat in seats if seat.earliest_ns < limit_ns]
         self.grants += len(grants)
-        for name, report in self._exchange(grants):
+        reports = self._exchange(grants)
+        for name, report in reports:
+            if report.ends_ns != NEVER_NS:
+                self._end_early(name, report)
+        for name, report in reports:
             seat = self.seats[name]
             if report.offers:
                 if instant:
@@ -225,13 +235,23 @@ class Conductor:
                     self.agenda.at(time_ns, OFFER, name, partial(offer, name, data, time_ns))
             self._keep(seat, report, horizon_ns)
 
+    def _end_early(self, name: str, report: Report) -> None:
+        """End the run at the instant that the node says, or, if the run is past it, as soon as it can be ended.
+
+        Frames that are handed out from then on go nowhere; samples and events after it are not recorded.
+        """
+        end_ns = max(report.ends_ns, self.reached_ns, self.agenda.now_ns + 1)
+        if end_ns < self.end_ns or not self.ended_by:
+            self.end_ns = min(end_ns, self.end_ns)
+            self.ended_by, self.ended_because = name, report.ends_because
+
     def _exchange(self, grants: list[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         try:
             return self.host.exchange(grants)
         except NodeFailure as failure:
             seat = self.seats[failure.node]
             raise NodeFailure(failure.node, failure.reason, last_report=seat.standing(),
-                              detail=failure.detail) from None
+                              detail=failure.detail, others=failure.others) from None
 
     def _keep(self, seat: Seat, report: Report, horizon_ns: int) -> None:
         if report.soft_ns < horizon_ns:
@@ -246,12 +266,14 @@ class Conductor:
                 raise NodeFailure(seat.name, f"reports nonsense in window {report.window}: {len(values)} values of its "
                                   f"{width} signals at {time_ns} ns, expected {width} and 0 <= time <= {horizon_ns} ns",
                                   last_report=seat.standing())
-            self.recorders.sample(seat.name, time_ns, values)
+            if time_ns <= self.end_ns:
+                self.recorders.sample(seat.name, time_ns, values)
         for time_ns, kind, detail in report.events:
             if not 0 <= time_ns <= horizon_ns:
                 raise NodeFailure(seat.name, f"reports nonsense in window {report.window}: its event {kind[:40]!r} at "
                                   f"{time_ns} ns, expected 0 <= time <= {horizon_ns} ns", last_report=seat.standing())
-            self.recorders.event(seat.name, time_ns, kind, detail)
+            if time_ns <= self.end_ns:
+                self.recorders.event(seat.name, time_ns, kind, detail)
 
     def _broken_promise(self, seat: Seat, sequence: int, report: Report, limit_ns: int) -> NodeFailure:
         time_ns, port, data = report.offers[sequence]
@@ -266,9 +288,13 @@ class Conductor:
         self.windows += 1
         grants = [(seat.name, Grant(self.windows, self.end_ns, False, True, seat.take(self.end_ns))) for seat in seats]
         self.grants += len(grants)
-        for name, report in self._exchange(grants):
+        granted_ns, reports = self.end_ns, self._exchange(grants)
+        for name, report in reports:
+            if report.ends_ns != NEVER_NS and not self.ended_by:
+                self._end_early(name, report)
+        for name, report in reports:
             seat = self.seats[name]
             if report.offers:
-                raise self._broken_promise(seat, 0, report, self.end_ns)
-            self._keep(seat, report, self.end_ns)
+                raise self._broken_promise(seat, 0, report, granted_ns)
+            self._keep(seat, report, granted_ns)
             self.counters[name] = report.counters

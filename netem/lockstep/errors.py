@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from typing import Final
 
+from netem.lockstep.program_errors import own_lines, what_failed
+
+TRACEBACK: Final = "Traceback (most recent call last):"
 WHOLE_NANOSECONDS: Final = "times are int; wait with whole nanoseconds, timeout(1_000_000), not timeout(1e6)"
 
 
@@ -15,16 +19,43 @@ def with_remedy(error: str) -> str:
 
 
 class NodeFailure(Exception):
-    """A node exited, hung, failed, broke its promise or spoke nonsense; the run is over, its folder is kept."""
+    """A node exited, hung, failed, broke its promise or spoke nonsense; the run is over, its folder is kept.
+
+    `others` failed at the same time and in the same way as `node`. `detail` is a traceback or the tail of a log; of a
+    traceback the message has the lines of the program's author, `in_full` everything.
+    """
 
     exit_code = 3
 
-    def __init__(self, node: str, reason: str, *, last_report: str = "none", detail: str = "") -> None:
+    def __init__(self, node: str, reason: str, *, last_report: str = "none", detail: str = "",
+                 others: Sequence[str] = ()) -> None:
         self.node = node
         self.reason = reason
         self.last_report = last_report
         self.detail = detail
-        super().__init__(f"node {node}: {reason} (last report: {last_report})" + (f"\n{detail}" if detail else ""))
+        self.others = list(others)
+        who = f"{1 + len(others)} agents: {', '.join([node, *others])}" if others else f"node {node}"
+        report = f" (last report: {last_report})"
+        self.in_full = f"{who}: {reason}{report}" + (f"\n{detail}" if detail else "")
+        if detail.startswith(TRACEBACK):
+            super().__init__("\n".join(filter(None, [f"{who}: {reason}", own_lines(detail)])))
+        else:
+            super().__init__(self.in_full)
+
+
+def programs_failed(traces: Mapping[str, tuple[str, str]]) -> NodeFailure:
+    """The failure of the first node, and of those with it that failed in the same way.
+
+    `traces`: by node, what it was doing ("could not start", "its program failed at 5 ns") and the traceback.
+    """
+    def without_names(node: str) -> str:
+        doing, trace = traces[node]
+        return re.sub(rf"\b{re.escape(node)}\b", "", f"{doing}: {what_failed(trace)}")
+
+    first = next(iter(traces))
+    doing, trace = traces[first]
+    others = [node for node in traces if node != first and without_names(node) == without_names(first)]
+    return NodeFailure(first, f"{doing}: {with_remedy(what_failed(trace))}", detail=trace, others=others)
 
 
 class InstantLoop(Exception):

@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from netem.lockstep.errors import NodeFailure, with_remedy
+from netem.lockstep.errors import programs_failed
 from netem.lockstep.messages import Grant, Hello, Report
 from netem.node import Node
 from netem.outside_guard import OutsideGuard, OutsideRefused
@@ -40,6 +40,7 @@ class InlineHost:
         self._nodes: dict[str, Node] = {}
 
     def start(self) -> dict[str, Hello]:
+        failed: dict[str, tuple[str, str]] = {}
         guard = self._guard
         if self._guarded:
             guard.begin()
@@ -48,15 +49,19 @@ class InlineHost:
             try:
                 self._nodes[name] = build()
                 guard.check()
-            except (Exception, SystemExit, OutsideRefused) as error:
-                raise NodeFailure(name, f"could not start: {guard.refusal or error}",
-                                  detail=traceback.format_exc()) from error
+            except (Exception, SystemExit, OutsideRefused):
+                failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
+                if guard.refusal is not None:
+                    break
             finally:
                 guard.program_runs = False
+        if failed:
+            raise programs_failed(failed)
         return {name: node.hello() for name, node in self._nodes.items()}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         reports = []
+        failed: dict[str, tuple[str, str]] = {}
         guard = self._guard
         guard.program_runs = True
         for name, grant in grants:
@@ -65,12 +70,13 @@ class InlineHost:
                 reports.append((name, node.advance(grant)))
                 if guard.refusal is not None:
                     guard.check()
-            except (Exception, SystemExit, OutsideRefused) as error:
-                guard.program_runs = False
-                how = guard.refusal or f"at {node.now_ns} ns: {type(error).__name__}: {with_remedy(str(error))}"
-                raise NodeFailure(name, f"its program failed{':' if guard.refusal else ''} {how}",
-                                  detail=traceback.format_exc()) from error
+            except (Exception, SystemExit, OutsideRefused):
+                failed[name] = f"its program failed at {node.now_ns} ns", guard.with_refusal(traceback.format_exc())
+                if guard.refusal is not None:
+                    break
         guard.program_runs = False
+        if failed:
+            raise programs_failed(failed)
         return reports
 
     def stop(self) -> None:

@@ -11,6 +11,8 @@ from typing import Final
 
 import msgspec
 
+from netem.agenda import NEVER_NS
+
 UNREADABLE: Final = (msgspec.MsgspecError, UnicodeDecodeError)      # what decoding bytes of any kind can raise
 
 Delivery = tuple[int, int, bytes]       # (arrival_ns, port index, data)
@@ -40,6 +42,8 @@ class Report(msgspec.Struct, array_like=True, gc=False):
     events: list[Event]
     counters: dict[str, int]            # only in the last report
     error: str                          # traceback of the program, "" if all is well
+    ends_ns: int = NEVER_NS             # the node ends the run at this instant,
+    ends_because: str = ""              # for this reason
 
 
 class Hello(msgspec.Struct, array_like=True, gc=False):

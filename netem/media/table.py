@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import Final
 
-from netem.media.broadcast_radio import BroadcastRadio
-from netem.media.can.bus import CanBus
-from netem.media.sensing.sensing import Sensing
-from netem.media.serial_line.serial_line import SerialLine
+from netem.kinds import Kinds
 
-MEDIA: Final = {
-    "broadcast_radio": BroadcastRadio,
-    "can": CanBus,
-    "sensing": Sensing,
-    "serial_line": SerialLine,
-}
+MEDIA: Final = Kinds({
+    "broadcast_radio": "netem.media.broadcast_radio:BroadcastRadio",
+    "can": "netem.media.can.bus:CanBus",
+    "sensing": "netem.media.sensing.sensing:Sensing",
+    "serial_line": "netem.media.serial_line.serial_line:SerialLine",
+})

@@ -8,15 +8,19 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-import polars
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from netem.records.events import Event, in_order
 
-SCHEMA = {"time_ns": polars.Int64, "node": polars.Categorical, "kind": polars.Categorical, "detail": polars.String,
-          "level": polars.Categorical, "wall_clock": polars.Boolean}
+NAME = pa.dictionary(pa.int32(), pa.string())
+SCHEMA = pa.schema([("time_ns", pa.int64()), ("node", NAME), ("kind", NAME), ("detail", pa.string()), ("level", NAME),
+                    ("wall_clock", pa.bool_())])
 
 
 def write_events(path: Path, events: Iterable[Event]) -> None:
     rows = [(event.time_ns, event.node, event.kind, event.detail, event.level.name, event.wall_clock)
             for event in in_order(events)]
-    polars.DataFrame(rows, schema=SCHEMA, orient="row").write_parquet(path)
+    columns = zip(*rows, strict=True) if rows else [()] * len(SCHEMA)
+    arrays = [pa.array(values, field.type) for field, values in zip(SCHEMA, columns, strict=True)]
+    pq.write_table(pa.Table.from_arrays(arrays, schema=SCHEMA), path)

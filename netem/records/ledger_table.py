@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
-import polars
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from netem.records.ledger_file import PREFIX
 from netem.records.ledger_hash import LedgerHash
 
 
-def read_ledger(path: Path) -> polars.DataFrame:
-    """The rows in the order in which they were closed."""
-    frame = polars.from_arrow(pq.read_table(path))
-    assert isinstance(frame, polars.DataFrame)
-    return frame
+def read_ledger(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
+    """The rows in the order in which they were closed; `columns`: only these. Text columns are dictionary-encoded, with
+    one dictionary for all chunks."""
+    with pq.ParquetFile(path) as file:
+        return file.read(None if columns is None else list(columns), use_threads=False).unify_dictionaries()
 
 
 def read_metadata(path: Path) -> dict[str, str]:

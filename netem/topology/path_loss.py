@@ -15,10 +15,9 @@ from dataclasses import dataclass
 from math import dist, log10
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Discriminator
-
 from netem.topology import REFUSE_UNKNOWN_KEYS, Position, Site, TopologyError, reach
 from netem.topology.timetable import Timetable
+from netem.topology.told_apart import ToldApartBy
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ class Circle:
         return dist(self.centre_m, tuple(at_m)[:2]) <= self.radius_m
 
 
-Zone = Annotated[Rectangle | Circle, Discriminator("kind")]
+Zone = Annotated[Rectangle | Circle, ToldApartBy("kind")]
 
 
 @dataclass(frozen=True)

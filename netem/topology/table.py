@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Final
 
-from pydantic import Discriminator
-
 from netem.topology import TopologyKind
 from netem.topology.fixed_graph import FixedGraph
 from netem.topology.path_loss import PathLoss
 from netem.topology.switching_graph import SwitchingGraph
+from netem.topology.told_apart import ToldApartBy
 
 TOPOLOGIES: Final[dict[str, type[TopologyKind]]] = {
     "fixed": FixedGraph,
@@ -17,4 +16,4 @@ TOPOLOGIES: Final[dict[str, type[TopologyKind]]] = {
     "positions": PathLoss,
 }
 
-TopologySettings = Annotated[FixedGraph | SwitchingGraph | PathLoss, Discriminator("kind")]
+TopologySettings = Annotated[FixedGraph | SwitchingGraph | PathLoss, ToldApartBy("kind")]

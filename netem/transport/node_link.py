@@ -70,7 +70,7 @@ def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
                 if guard.refusal is not None:
                     guard.check()
             except (Exception, OutsideRefused):
-                out.send(encode(Report(window, NEVER_NS, NEVER_NS, [], [], [], {},
+                out.send(encode(Report(window, node.now_ns, NEVER_NS, [], [], [], {},
                                        guard.with_refusal(traceback.format_exc()))))
                 return 1
             out.send(message)

@@ -24,7 +24,7 @@ from uuid import uuid4
 
 import msgspec
 
-from netem.lockstep.errors import NodeFailure, with_remedy
+from netem.lockstep.errors import NodeFailure, programs_failed
 from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
 from netem.transport import keys
 from netem.transport.errand import Errand
@@ -82,9 +82,9 @@ class ProcessHost:
             self._senders[name] = self._session.sender(keys.grant(run, name))
         threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
         hellos = self._collect(set(self._errands), msgspec.msgpack.Decoder(Hello).decode, "to say that it is ready")
+        if failed := {name: ("could not start", hellos[name].error) for name in self._senders if hellos[name].error}:
+            raise programs_failed(failed)
         for name, sender in self._senders.items():
-            if hellos[name].error:
-                raise NodeFailure(name, f"could not start: {_last_line(hellos[name].error)}", detail=hellos[name].error)
             try:
                 sender.await_subscriber(self._timeout_s, give_up=partial(self._has_ended, name))
             except NotReachable as error:
@@ -102,10 +102,9 @@ class ProcessHost:
         window = grants[0][1].window if grants else 0
         awaited = {name for name, _ in grants}
         reports = self._collect(awaited, self._decode_report, f"to report window {window}", window)
-        for name, report in reports.items():
-            if report.error:
-                raise NodeFailure(name, f"its program failed: {with_remedy(_last_line(report.error))}",
-                                  detail=report.error)
+        if failed := {name: (f"its program failed at {reports[name].soft_ns} ns", reports[name].error)
+                      for name, _ in grants if reports[name].error}:
+            raise programs_failed(failed)
         self._placement.exchanged(len(grants))
         return [(name, reports[name]) for name, _ in grants]
 
@@ -200,10 +199,6 @@ class ProcessHost:
 
     def _tail(self, log: str) -> str:
         return (self._logs / log).read_bytes()[-LOG_TAIL_BYTES:].decode(errors="replace")
-
-
-def _last_line(error: str) -> str:
-    return error.strip().rpartition("\n")[2]
 
 
 def _tell(standard_input: BinaryIO, errand: bytes) -> None:

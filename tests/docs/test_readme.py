@@ -58,7 +58,7 @@ def test_the_door_of_the_last_example_does_lose_frames(tmp_path: Path) -> None:
         if block.language != "sh":
             write(tmp_path, block)
     with (tmp_path / "two_carts.toml").open("a") as file:
-        file.write("\n[expect.frames_lost]\nmin = 1300\nmax = 1600\n")      # of 2000, 0.8 * 0.9 = 1440, 8 sigma
+        file.write("\n[expect.frames_lost_on_link]\nmin = 1300\nmax = 1600\n")      # of 2000, 0.8 * 0.9 = 1440, 8 sigma
 
     done = type_in(tmp_path, "marconet run two_carts.toml --host inline")
 

@@ -40,7 +40,7 @@ def test_a_file_gets_a_line_now_and_then_and_one_at_the_end():
 
     assert len(lines) == 1 + 9 + 1
     assert lines[0] == "talk: 10 s of robot time"
-    assert lines[-1] == "talk: 10.00 of 10.00 s  5.0 x real time  7 delivered, 2 lost"
+    assert lines[-1] == "talk: 10.00 of 10.00 s  5.0 x real time  7 delivered, 2 lost on link"
 
 
 def test_a_file_gets_no_control_characters():
@@ -51,13 +51,13 @@ def test_a_terminal_gets_a_bar_that_is_not_drawn_for_every_window():
     few, many = (shown(True, BAR_EVERY_S, steps).count("talk") for steps in (100, 10_000))
 
     assert few <= many <= few + 1
-    assert "5.0 x real time  7 delivered, 2 lost" in shown(True, BAR_EVERY_S, 100)
+    assert "5.0 x real time  7 delivered, 2 lost on link" in shown(True, BAR_EVERY_S, 100)
 
 
 def test_figures_say_robot_time_pace_and_fates():
     line = figures(progress(5.0, 2.0, delivered=3, lost=0, deaf=1))
 
-    assert line == "5.00 of 10.00 s  2.5 x real time  3 delivered, 1 deaf"
+    assert line == "5.00 of 10.00 s  2.5 x real time  2 s left  3 delivered, 1 deaf"
 
 
 def test_before_the_first_frame_there_is_nothing_to_divide_by():

@@ -10,13 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.metric_keys import FATE_OF, LEDGER_METRICS, STATISTICS, UnknownKeys, unknown_keys
+from experiments.fate_keys import FATE_OF
+from experiments.frame_copies import FrameCopies
+from experiments.metric_keys import LEDGER_METRICS, STATISTICS, unknown_keys
 from experiments.metrics import evaluate, measure
-from experiments.run_data import RunData, empty_ledger, load_run
+from experiments.run_data import RunData, load_run
 from netem.fate import Fate
 from netem.frame import Frame
 from netem.records.ledger import Ledger
-from netem.records.ledger_table import read_ledger
 from netem.records.signal_table import SignalTable
 
 MS = 1_000_000
@@ -39,7 +40,8 @@ def signals_run(**changes: object) -> RunData:
     signals = {"r1": table("r1", y=[3.0, -4.0, 1.0], u=[0.0, 0.0, 0.0]),
                "r2": table("r2", y=[1.0, 2.0, -2.0], u=[1.0, 1.0, 1.0]),
                "base": table("base", gap=[5.0, 4.0, 6.0])}
-    data = RunData(30 * MS, empty_ledger(), signals, {"r1": {"missed": 2, "heard": 5}, "r2": {"missed": 3}})
+    counters = {"r1": {"missed": 2, "heard": 5}, "r2": {"missed": 3, "silent": 0}}
+    data = RunData(30 * MS, FrameCopies.of_rows([]), signals, counters)
     return replace(data, **changes)  # type: ignore[arg-type]
 
 
@@ -57,12 +59,13 @@ def ledger_run(path: Path) -> RunData:
     close("radio", 5, Fate.DELIVERED, 52)
     close("can", 0, Fate.DELIVERED, 1)
     ledger.finish()
-    return RunData(100 * MS, read_ledger(path / "ledger.parquet"))
+    return RunData(100 * MS, FrameCopies.of_file(path / "ledger.parquet"))
 
 
 @pytest.mark.parametrize(("key", "value"), [
     ("frames_offered", 5), ("frames_delivered", 3), ("frames_collided", 1), ("frames_queue_full", 1),
-    ("frames_lost", 0), ("radio.frames_offered", 4), ("can.frames_delivered", 1), ("radio.frames_queue_full", 1),
+    ("frames_lost_on_link", 0), ("frames_not_delivered", 2), ("radio.frames_offered", 4), ("can.frames_delivered", 1),
+    ("radio.frames_queue_full", 1), ("radio.frames_not_delivered", 2), ("can.frames_not_delivered", 0),
     ("can.frames_collided", 0), ("delivery_ratio", 3 / 5), ("radio.delivery_ratio", 0.5), ("max_successive_losses", 2),
     ("can.max_successive_losses", 0), ("inter_transmission_min_s", 0.01), ("inter_transmission_max_s", 0.03),
     ("radio.age_of_information_max_s", 0.052), ("can.age_of_information_max_s", 0.1),
@@ -77,8 +80,7 @@ def test_frames_are_counted_and_links_timed(tmp_path: Path, key: str, value: flo
     ("r1.y.first", 3), ("r1.y.last", 1), ("r2.y.last_abs", 2), ("r1.y.min", -4), ("r1.y.max", 3), ("r1.y.abs_max", 4),
     ("r1.y.mean", 0), ("r1.y.rms", math.sqrt(26 / 3)), ("r?.y.spread_last", 3), ("r1.y.spread_last", 0),
     ("r*.y.abs_max", 4), ("*.y.min", -4), ("*.y.last", 1), ("base.gap.mean", 5),
-    ("count.r1.missed", 2), ("count.r*.missed", 5), ("count.*.heard", 5), ("count.r2.heard", 0),
-    ("count.*.refused", 0),
+    ("count.r1.missed", 2), ("count.r*.missed", 5), ("count.*.heard", 5), ("count.r2.silent", 0),
 ])
 def test_statistics_of_signals_and_counters_are_those_computed_by_hand(key: str, value: float) -> None:
     assert measure(key, signals_run()) == pytest.approx(value)
@@ -132,7 +134,7 @@ EVERY_FORM = [*LEDGER_METRICS, *(f"radio.{metric}" for metric in LEDGER_METRICS)
 
 @pytest.mark.parametrize("scenario", [{}, {"agents": {"r1": {}}, "media": {"radio": {}}}])
 def test_every_metric_of_an_empty_run_is_zero_or_not_a_number(scenario: Mapping[str, object]) -> None:
-    empty = RunData(10 * MS, empty_ledger(), scenario=dict(scenario))
+    empty = RunData(10 * MS, FrameCopies.of_rows([]), scenario=dict(scenario))
 
     for key in EVERY_FORM:
         value = measure(key, empty)
@@ -145,13 +147,34 @@ def test_a_run_folder_without_a_ledger_knows_no_frame_counts(tmp_path: Path) -> 
 
     files = [line.split(":")[0] for line in data.missing]
     assert files == ["scenario.json", "summary.json", "run.json", "ledger.parquet", "signals.mcap"]
-    verdict, = evaluate({"frames_lost": Between(max=10)}, data)
+    verdict, = evaluate({"frames_lost_on_link": Between(max=10)}, data)
     assert (verdict.value, verdict.holds) == (None, False)
 
 
 def test_every_fate_has_a_metric() -> None:
-    assert set(FATE_OF.values()) == set(Fate)
-    assert all(f"frames_{fate.name.lower()}" in FATE_OF for fate in Fate)
+    assert list(FATE_OF.values()) == list(Fate)
+    assert len(FATE_OF) == len(Fate)
+
+
+@pytest.mark.parametrize("medium", ["", "radio.", "can."])
+def test_the_fates_other_than_delivered_add_up_to_what_was_not_delivered(tmp_path: Path, medium: str) -> None:
+    data = ledger_run(tmp_path)
+
+    value = {metric: measure(f"{medium}{metric}", data) for metric in (*FATE_OF, "frames_offered")}
+
+    others = sum(value[metric] for metric, fate in FATE_OF.items() if fate is not Fate.DELIVERED)
+    assert measure(f"{medium}frames_not_delivered", data) == others
+    assert others + value["frames_delivered"] == value["frames_offered"]
+
+
+@pytest.mark.parametrize(("former", "now"), [("frames_lost", "frames_lost_on_link"),
+                                             ("frames_corrupted", "frames_caught_by_checksum")])
+@pytest.mark.parametrize("medium", ["", "radio."])
+def test_a_key_that_said_more_than_it_counted_is_refused_with_what_to_write(former: str, now: str, medium: str) -> None:
+    line, = unknown_keys([medium + former], NODES, ["radio"])
+
+    assert line.startswith(f"expect.{medium}{former}: counts only what ")
+    assert line.endswith(f"; write {now} for that, or frames_not_delivered for all copies that did not arrive")
 
 
 def test_valid_keys_pass_before_the_run() -> None:
@@ -161,8 +184,8 @@ def test_valid_keys_pass_before_the_run() -> None:
 @pytest.mark.parametrize(("key", "says", "nearest"), [
     ("frames_colided", "expected <metric>", "frames_collided"),
     ("delivery", "expected <metric>", "delivery_ratio"),
-    ("radoi.frames_lost", "there is no medium 'radoi'", "radio.frames_lost"),
-    ("radio.frames_losst", "expected <metric>", "radio.frames_lost"),
+    ("radoi.frames_lost_on_link", "there is no medium 'radoi'", "radio.frames_lost_on_link"),
+    ("radio.frames_losst", "expected <metric>", "radio.frames_lost_on_link"),
     ("r3.y.last", "no node matches 'r3'", "r2.y.last"),
     ("bsae.gap.last", "no node matches 'bsae'", "base.gap.last"),
     ("r1.z.last", "no node that matches 'r1' has a signal 'z'", "r1.y.last"),
@@ -172,10 +195,10 @@ def test_valid_keys_pass_before_the_run() -> None:
     ("count.r9.missed", "no node matches 'r9'", "count.r2.missed"),
     ("count.r1", "expected <metric>", ""),
     ("", "expected <metric>", ""),
-    ("radio..lost", "expected <metric>", "radio.frames_lost"),
+    ("radio..lost_on_link", "expected <metric>", "radio.frames_lost_on_link"),
 ])
 def test_an_unknown_key_is_named_with_the_nearest_valid_one(key: str, says: str, nearest: str) -> None:
-    line, = unknown_keys([key, "frames_lost"], NODES, ["radio", "can"])
+    line, = unknown_keys([key, "frames_lost_on_link"], NODES, ["radio", "can"])
 
     assert line.startswith(f"expect.{key}: ")
     assert says in line
@@ -187,11 +210,29 @@ def test_node_names_alone_are_enough_before_signals_are_known() -> None:
     assert len(unknown_keys(["r7.anything.last"], ["r1"], [])) == 1
 
 
-def test_all_unknown_keys_are_reported_at_once_after_the_run() -> None:
-    with pytest.raises(UnknownKeys) as caught:
-        evaluate({"r1.z.last": Between(), "count.r7.missed": Between(), "frames_lots": Between()}, signals_run())
+def test_keys_that_name_nothing_in_the_run_do_not_hold_and_say_why() -> None:
+    verdicts = evaluate({"r1.z.last": Between(), "count.r7.missed": Between(), "frames_lots": Between()}, signals_run())
 
-    assert str(caught.value).count("nearest: ") == 3
+    assert [(verdict.value, verdict.holds) for verdict in verdicts] == [(None, False)] * 3
+    assert all("nearest: " in verdict.by_how_much() for verdict in verdicts)
+
+
+@pytest.mark.parametrize(("key", "says"), [
+    ("count.r1.herd", "no node that matches 'r1' has a counter 'herd'; nearest: count.r1.heard; "),
+    ("count.r2.heard", "no node that matches 'r2' has a counter 'heard'; nearest: count.r2."),
+    ("count.*.mised", "no node that matches '*' has a counter 'mised'; nearest: count.*.missed; ")])
+def test_a_counter_that_never_was_does_not_hold_whatever_the_bound(key: str, says: str) -> None:
+    verdict, = evaluate({key: Between(max=0.0)}, signals_run())
+
+    assert (verdict.value, verdict.holds) == (None, False)
+    assert verdict.by_how_much().startswith(says)
+    assert verdict.by_how_much().endswith(f"at its start: node.count('{key.split('.')[-1]}', 0)")
+
+
+def test_a_counter_that_was_declared_and_never_counted_holds_at_0() -> None:
+    verdict, = evaluate({"count.r*.silent": Between(max=0.0)}, signals_run())
+
+    assert (verdict.value, verdict.holds, verdict.why) == (0.0, True, "")
 
 
 def test_a_run_whose_nodes_never_reported_has_no_counts() -> None:

@@ -68,8 +68,8 @@ def test_with_frames_that_take_time_all_use_a_broadcast_value_from_its_arrival_i
     team = read_team(wanted.team)
     plans = RoundPlans(team)
     requested = [plans.plan(team.laplacian_of(request.links)) for request in team.requests]
-    delivered = data.ledger.filter(data.ledger["fate"] == "delivered")
-    (delay_ns,) = set(delivered["delivered_ns"] - delivered["offered_ns"])
+    delivered = data.ledger.only(fate="delivered")
+    (delay_ns,) = set((delivered.ints("delivered_ns") - delivered.ints("offered_ns")).tolist())
     exact = simulate(team.agents, [plan for plan in requested if plan], alternating(500_000_000), wanted.length_ns,
                      [int(t) for t in data.signals["r1"].time_ns], delay_ns=delay_ns)
     emulated = np.stack([data.signals[robot].column("y") for robot in ROBOTS], axis=1)
@@ -125,8 +125,8 @@ def test_a_frame_missing_in_its_slot_starts_discovery_again(tmp_path: Path) -> N
     assert [event.node for event in noticed] == ["r2"]
     assert noticed[0].detail == "robot 2 missed the frame of robot 3 in its slot"
     assert [event.detail for event in adopted] == [L1_HEARD] * 10                 # at the start, and again
-    lost_rows = data.ledger.filter((data.ledger["fate"] == "lost") & (data.ledger["receiver"] == "r2"))
-    assert 0 < noticed[0].time_ns - lost_rows["end_ns"][0] < 3 * 1_085_000        # at its own next slot
+    lost = data.ledger.only(fate="lost", receiver="r2")
+    assert 0 < noticed[0].time_ns - lost.ints("end_ns")[0] < 3 * 1_085_000        # at its own next slot
 
 
 def test_a_less_conservative_bound_saves_broadcasts_and_still_synchronizes(tmp_path: Path) -> None:
@@ -180,10 +180,10 @@ def test_drifting_clocks_collide_unless_they_follow_each_other(tmp_path: Path) -
     assert together.summary.frames.get("collided", 0) == 0
     # By hand: r2 (+200 ppm) speaks one slot after r1 (-200 ppm) and catches up 400 us in a second; between them
     # is a slot of 1084 us less the 100.5 us on the air: 983.5 us / 400 ppm = 2.46 s.
-    collided = ran(apart).ledger.filter(ran(apart).ledger["fate"] == "collided")
+    collided = ran(apart).ledger.only(fate="collided")
     free_ns = collision_free_until(-200.0, 200.0, 1_084_000, 100_500)
     assert abs(free_ns - 983_500 / 400e-6) < 2e6                    # the drift of the slower clock itself: 0.02 %
-    assert 0 <= collided["on_air_ns"].min() - free_ns < 2 * 3 * 1_084_000           # within two rounds
+    assert 0 <= collided.ints("on_air_ns").min() - free_ns < 2 * 3 * 1_084_000           # within two rounds
 
 
 def test_garbage_on_the_radio_is_counted_and_harms_nobody(tmp_path: Path) -> None:

@@ -65,7 +65,7 @@ def test_bus_and_radio_cost_less_than_a_tenth_more_looks_than_the_pure_loop(indi
 def test_each_measurement_is_one_answer_of_the_reference(individual):
     """452 looks and 2 announcements, none lost."""
     counters = individual.counters["companion"]
-    sent = individual.ledger.filter(individual.ledger["sender"] == "reference").height
+    sent = len(individual.ledger.only(sender="reference"))
 
     assert counters["measurements"] == counters["looks"] + 2 == sent
 
@@ -123,8 +123,9 @@ def test_a_lost_announcement_of_new_inputs_breaks_assumption_1_until_the_next_me
 
 def test_an_answer_that_the_announcement_of_new_inputs_overtook_is_left_out(tmp_path, individual):
     """The answer of the look at 1 s is held back for 10 ms, and the inputs change 0.3 ms after it was given."""
-    given_ns, sent_ns = next((row["offered_ns"], row["end_ns"]) for row in individual.ledger.iter_rows(named=True)
-                             if row["sender"] == "reference" and row["offered_ns"] > SECOND)
+    answers = individual.ledger.only(sender="reference")
+    after_1_s = int((answers.ints("offered_ns") > SECOND).argmax())
+    given_ns, sent_ns = (int(answers.ints(name)[after_1_s]) for name in ("offered_ns", "end_ns"))
 
     data = impaired(tmp_path, f'kind = "delay"\ndelay_ms = 10\nkeep_order = false\n'
                               f'during_s = [{(sent_ns - 1000) / 1e9:.9f}, {(sent_ns + 1000) / 1e9:.9f}]',

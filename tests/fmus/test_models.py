@@ -10,6 +10,8 @@ from random import Random
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fmus.build import MODELS, own_models
 from fmus.description import PlantDescription
@@ -121,6 +123,28 @@ def test_trailing_zeros_change_nothing(own: Own) -> None:
             return rows
 
     assert run(0) == run(6)
+
+
+@given(moves=st.lists(st.tuples(st.integers(0, 70), st.none() | st.integers(-4, 4)), max_size=20))
+def test_in_discrete_time_inputs_are_taken_and_outputs_change_at_sample_instants_alone(
+        moves: list[tuple[int, int | None]], own: Own) -> None:
+    """Oracle: x(k + 1) = A x(k) + B u(k) with u(k) as set last at or before k 20 ms; y(k) is held from then on."""
+    a, b, c, d = np.array([[0.5, 0.25], [-1.0, 0.75]]), np.array([1.0, -2.0]), np.array([2.0, 1.0]), 0.5
+    start = {"A": a.tolist(), "B": b[:, None].tolist(), "C": [c.tolist()], "D": [[d]], "x0": [1.0, 2.0], "dt": 0.02}
+    sets, t_ms = [(0, 0.0)], 0
+
+    with Plant(own("linear_system"), "p", start) as plant:
+        for wait_ms, u in moves:
+            t_ms += wait_ms
+            plant.advance_to(t_ms * 1_000_000)
+            if u is not None:
+                plant.set("u[1]", float(u))
+                sets.append((t_ms, float(u)))
+            x = np.array([1.0, 2.0])
+            inputs = [[u for at_ms, u in sets if at_ms <= 20 * k][-1] for k in range(t_ms // 20 + 1)]
+            for held in inputs[:-1]:
+                x = a @ x + b * held
+            assert plant.get("y[1]") == pytest.approx(c @ x + d * inputs[-1], rel=1e-12, abs=1e-9)
 
 
 def test_more_step_sizes_than_an_instance_keeps_still_give_the_right_ones(own: Own) -> None:

@@ -340,7 +340,7 @@ def test_the_preset_flies_as_published(fly: Callable[..., Flight]) -> None:
     ({"mass": 0.0}, "mass=0.0: expected at least 0.001"),
     ({"z": -1.0}, "z=-1.0: expected at least 0"),
     ({"tau_motor": 0.0}, "tau_motor=0.0: expected at least 0.001"),
-    ({"J": [1e-3, 0.0, 1e-3]}, "J[2]=0.0: expected at least 1e-09"),
+    ({"J": [1e-3, 0.0, 1e-3]}, "J[2]: expected at least 1e-09"),
 ])
 def test_a_parameter_out_of_its_range_is_named(start: dict[str, Any], says: str, version: str, own: Own) -> None:
     with pytest.raises(PlantError) as caught:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from typing import Final
 
 from netem.frame import Frame
 from netem.media.can.bus_off_recovery import BusOffRecovery
 from netem.media.can.fault_confinement import FaultConfinement, State
 from netem.media.can.transmit_queue import TransmitQueue
+
+COUNTERS: Final = ("queue_full", "malformed", "collisions", "transmit_errors", "no_acknowledgement",
+                   *(state.name.lower() for state in State))
 
 
 class Controller:
@@ -28,7 +32,7 @@ class Controller:
         self.recovery: BusOffRecovery | None = None
         self.unacknowledged = False     # the last transmission was
         self.again: dict[int, int] = {}
-        self.counters: Counter[str] = Counter()
+        self.counters: Counter[str] = Counter(dict.fromkeys(COUNTERS, 0))
 
     @property
     def bus_off(self) -> bool:

@@ -73,7 +73,8 @@ class DeclarationWatch:
             longer = f"; {VOID}" if length.data[4] > message.length_bytes else ""
             yield "length", f"{name}: {length.data[4]} bytes, declared with {message.length_bytes}{longer}"
         if watched.due_ns is not None and now_ns < watched.due_ns - message.jitter_ns:
-            yield "period", (f"{name}: {(now_ns - watched.last_ns) * 1e-6:.6g} ms after the one before, declared period "
+            gap_ms = (now_ns - watched.last_ns) * 1e-6
+            yield "period", (f"{name}: {gap_ms:.6g} ms after the one before, declared period "
                              f"{message.period_ns * 1e-6:.6g} ms, jitter {message.jitter_ns * 1e-6:.6g} ms; {VOID}")
         watched.due_ns = max(now_ns, watched.due_ns or now_ns) + watched.step_ns
         watched.last_ns = now_ns

@@ -35,6 +35,7 @@ from netem.media.sensing.sight import LOOK, Body, Detection, pack_detection, pac
 from netem.records.ledger import Ledger
 
 ORIGIN = Body(0.0, 0.0, 0.0, 0.0)
+COUNTERS = ("unreadable frames", "poses between exposures", "exposures without the camera's pose")
 
 
 class Sensing:
@@ -42,7 +43,8 @@ class Sensing:
 
     def __init__(self, name: str, settings: SensingSettings, nodes: Iterable[str], agenda: Agenda, ledger: Ledger,
                  links: Links, rng_for: Callable[[str], Random]) -> None:
-        settings.check_nodes(tuple(nodes))
+        nodes = tuple(nodes)
+        settings.check_nodes(nodes)
         self.name = name
         self.signals: Sequence[tuple[str, str]] = ()
         self._settings = settings
@@ -53,7 +55,7 @@ class Sensing:
         self._looking: dict[int, set[str]] = {}                 # by exposure, who asked
         self._waiting: list[int] = []                           # exposures that are still to be evaluated, in order
         self._numbers: Counter[str] = Counter()
-        self._counters: dict[str, Counter[str]] = {}
+        self._counters = {node: Counter(dict.fromkeys(COUNTERS, 0)) for node in nodes}
 
     def observe(self, observer: MediumObserver) -> None:
         """There are no events: a body out of view is a fate in the ledger."""
@@ -144,4 +146,4 @@ class Sensing:
         self._links.tell(observer, self.name, exposure_ns + self._settings.latency_ns, pack_nothing(exposure_ns))
 
     def _count(self, node: str, what: str) -> None:
-        self._counters.setdefault(node, Counter())[what] += 1
+        self._counters[node][what] += 1

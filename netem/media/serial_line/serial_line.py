@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from random import Random
+from typing import Final
 
 from netem.agenda import Agenda
 from netem.fate import Fate
@@ -29,6 +30,8 @@ from netem.media.observation import MediumObserver
 from netem.media.serial_line.settings import SerialLineSettings
 from netem.media.serial_line.transmitter import Transmitter
 from netem.records.ledger import Ledger
+
+COUNTERS: Final = ("bytes sent", "bytes refused")
 
 
 class SerialLine:
@@ -48,7 +51,7 @@ class SerialLine:
         self._latency_ns = settings.receive_latency_ns
         self._mask = (1 << settings.data_bits) - 1
         self._numbers: Counter[str] = Counter()
-        self._counters: dict[str, Counter[str]] = {end: Counter() for end in ends}
+        self._counters: dict[str, Counter[str]] = {end: Counter(dict.fromkeys(COUNTERS, 0)) for end in ends}
 
     def observe(self, observer: MediumObserver) -> None:
         """There are no events: a full buffer is a fate in the ledger."""
@@ -56,7 +59,7 @@ class SerialLine:
     def counters(self) -> Mapping[str, Mapping[str, int]]:
         """Bytes by end of the line, under names that carry the line's."""
         return {end: {f"{self.name} {what}": count for what, count in found.items()}
-                for end, found in self._counters.items() if found}
+                for end, found in self._counters.items()}
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
         if not data:

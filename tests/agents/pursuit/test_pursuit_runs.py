@@ -6,9 +6,9 @@ from itertools import pairwise
 from math import ceil
 from pathlib import Path
 
-import polars as pl
 import pytest
 
+from experiments.frame_copies import FrameCopies
 from experiments.run_data import RunData, load_run
 from experiments.runner import run
 from experiments.scenario import ScenarioError, find, load
@@ -24,8 +24,9 @@ def ran(name: str, out: Path, *overrides: str, length_s: float) -> RunData:
     return load_run(out)
 
 
-def looks(data: RunData, medium: str = "view") -> pl.DataFrame:
-    return data.ledger.filter(pl.col("medium").cast(pl.String) == medium).sort("offered_ns")
+def looks(data: RunData, medium: str = "view") -> FrameCopies:
+    found = data.ledger.only(medium=medium)
+    return found.taken(found.ints("offered_ns").argsort(kind="stable"))
 
 
 def standing(out: Path, *overrides: str, length_s: float = 12.0) -> RunData:
@@ -37,7 +38,7 @@ def standing(out: Path, *overrides: str, length_s: float = 12.0) -> RunData:
 def test_after_the_first_looks_it_looks_when_a_target_of_full_speed_could_be_near_the_edge(tmp_path: Path) -> None:
     data = standing(tmp_path / "run")
 
-    seen = looks(data)["offered_ns"].to_list()
+    seen = looks(data).ints("offered_ns").tolist()
     doubt_s = (3.0 - 1.5 - 0.5) / 0.35                   # R - zeta - |y - q|, at v_max
     steps = ceil(doubt_s * 1e9 / STEP_NS) + 1           # tested at the instant at or after it, looked one later
     assert seen[:3] == [STEP_NS, 2 * STEP_NS, 3 * STEP_NS]
@@ -49,8 +50,8 @@ def test_a_look_that_is_not_answered_is_repeated_when_the_latency_is_over(tmp_pa
                     "lose_frames=[3, 4, 5]}]")
 
     found = looks(data)
-    lost = found.filter(pl.col("fate").cast(pl.String) == "lost")["offered_ns"].to_list()
-    later = [min(at for at in found["offered_ns"].to_list() if at > one) for one in lost]
+    lost = found.only(fate="lost").ints("offered_ns").tolist()
+    later = [min(at for at in found.ints("offered_ns").tolist() if at > one) for one in lost]
     assert len(lost) == 3
     assert {b - a for a, b in zip(lost, later, strict=True)} == {4 * STEP_NS}       # 210 ms are three steps
 

@@ -88,7 +88,7 @@ def test_what_every_frame_is_delayed_by_counts(delay: str, late_ns: int) -> None
 
 @pytest.mark.parametrize("delay", [
     "kind='delay', delay_us=400, distribution='uniform', jitter_us=31",
-    "kind='delay', delay_us=400, distribution='normal', jitter_us=100",
+    "kind='delay', delay_us=400, distribution='normal', jitter_us=60",
     "kind='delay', delay_us=900, during_s=[0.1, 0.2]",
     "kind='reorder', hold_us=900, reorder_ratio=0.5",
 ])

@@ -7,15 +7,14 @@ from typing import Any, Literal
 
 import msgspec
 import numpy as np
-import polars as pl
 from hypothesis import given
 from hypothesis import strategies as st
 
+from experiments.frame_copies import FrameCopies
 from experiments.monitors.judge import VIOLATED, events, judge
 from experiments.monitors.outcome import Outcome, seconds
 from experiments.monitors.records import Records
 from experiments.monitors.stretches import covered_ns, joined
-from experiments.run_data import empty_ledger
 from netem.records.events import Event, Level
 
 STRETCHES = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 40), st.integers(1, 15)), max_size=15)
@@ -31,7 +30,7 @@ class Stated:
 
 
 def reports(*told: tuple[int, str, str]) -> Records:
-    return Records(100, empty_ledger(), {}, [Event(time, node, "gain", detail) for time, node, detail in told])
+    return Records(100, FrameCopies.of_rows([]), {}, [Event(time, node, "gain", detail) for time, node, detail in told])
 
 
 SMALL_GAIN = {"small_gain": Stated("reported", "r*.gain", (("r1", "gain"), ("r2", "gain")), {"below": 1.0})}
@@ -100,10 +99,8 @@ def test_seconds_are_exact() -> None:
 
 def test_the_order_of_the_ledger_does_not_matter() -> None:
     row = ("radio", "a", 0, "b", 0, 0, 0, 5, -1, 1, b"", "lost", "x")
-    schema = dict(zip(empty_ledger().columns, [pl.String, pl.String, pl.Int64, pl.String] + [pl.Int64] * 6 + [
-        pl.Binary, pl.String, pl.String], strict=True))
-    rows = pl.DataFrame([row, (*row[:2], 1, *row[3:5], 10, 10, 15, 20, 1, b"", "delivered", "")], schema=schema,
-                        orient="row")
+    rows = [row, ("radio", "a", 1, "b", 0, 10, 10, 15, 20, 1, b"", "delivered", "")]
     stated = {"losses": Stated("successive_losses", "", (("radio", "a", "b"),), {"at_most": 0})}
 
-    assert judge(stated, Records(100, rows)) == judge(stated, Records(100, rows.reverse()))
+    assert judge(stated, Records(100, FrameCopies.of_rows(rows))) == judge(
+        stated, Records(100, FrameCopies.of_rows(rows[::-1])))

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from experiments.frame_copies import FrameCopies
 from experiments.monitors.records import Records
 from experiments.monitors.reported import Reported, number_in
 from experiments.monitors.signal import Signal
-from experiments.run_data import empty_ledger
 from netem.records.events import Event
 from netem.records.signal_table import SignalTable
 
@@ -22,13 +22,13 @@ GAIN = ("robot", "gain product")
 
 def told(*values: tuple[int, str], length: int = 100) -> Records:
     events = [Event(time, "robot", "gain product", detail) for time, detail in values]
-    return Records(length, empty_ledger(), {}, events)
+    return Records(length, FrameCopies.of_rows([]), {}, events)
 
 
 def sampled(times: list[int], values: list[float], length: int = 100) -> Records:
     table = SignalTable("robot", ("other", "gain"), ("1", "1"), np.array(times, dtype=np.int64),
                         np.column_stack([np.zeros(len(values)), values]) if values else np.zeros((0, 2)))
-    return Records(length, empty_ledger(), {"robot": table})
+    return Records(length, FrameCopies.of_rows([]), {"robot": table})
 
 
 def test_a_product_that_reaches_one_violates_from_its_report_to_the_next_below_one() -> None:
@@ -112,3 +112,13 @@ def test_it_is_violated_at_exactly_the_nanoseconds_at_which_the_last_value_is_ou
 def test_bounds_that_guarantee_nothing_or_the_impossible_are_refused(fields: dict[str, float], says: str) -> None:
     with pytest.raises(ValueError, match=says):
         Signal(**fields)
+
+
+def test_an_event_that_no_node_told_is_named_with_the_nearest() -> None:
+    records = Records(100, FrameCopies.of_rows([]), {}, [Event(5, "robot", "gain product", "0.5"),
+                                                         Event(5, "other", "gain produt", "0.5")])
+
+    finding = Reported(below=1.0).watch([("robot", "gain produt")], records)
+
+    assert not finding.judged
+    assert finding.why == "no node that it names told an event 'gain produt'; nearest: 'gain product'"

@@ -72,7 +72,7 @@ on = "*: * -> *"
 kind = "delay"
 delay_us = 20
 [expect]
-frames_lost = { min = 1 }
+frames_lost_on_link = { min = 1 }
 "*.y.last_abs" = { max = 1e-3 }
 """
 

@@ -120,15 +120,15 @@ EACH = [
      ['guarantees."a.b": a name has letters, digits, - and _, and starts with a letter']),
     ("length_s = 2.5", "length_s = 2.5\nsample_period_s = 0",
      ['guarantees.small_gain.on="r1.gain": no signal is sampled while sample_period_s is 0; give it a value']),
-    ("frames_lost = { min = 1 }", '"guarantee.fresh.worst" = { max = 1 }',
+    ("frames_lost_on_link = { min = 1 }", '"guarantee.fresh.worst" = { max = 1 }',
      ["expect.guarantee.fresh.worst: guarantees.fresh has the figures violations, first_violation_s, violated_s, "
       "worst_s, margin_s; nearest: guarantee.fresh.worst_s"]),
-    ("frames_lost = { min = 1 }", '"guarantee.flesh.violations" = { max = 1 }',
+    ("frames_lost_on_link = { min = 1 }", '"guarantee.flesh.violations" = { max = 1 }',
      ["expect.guarantee.flesh.violations: there is no guarantee 'flesh'; nearest: guarantee.fresh.violations"]),
-    ("frames_lost = { min = 1 }", '"guarantee.fresh" = { max = 1 }',
+    ("frames_lost_on_link = { min = 1 }", '"guarantee.fresh" = { max = 1 }',
      ["expect.guarantee.fresh: expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic>, "
       "count.<node>.<counter> or guarantee.<name>.<figure>; nearest: guarantee.fresh.worst_s"]),
-    ("frames_lost = { min = 1 }", '"guarantee.fresh.violations" = { max = 1, during_s = [0, 1] }',
+    ("frames_lost_on_link = { min = 1 }", '"guarantee.fresh.violations" = { max = 1, during_s = [0, 1] }',
      ['expect."guarantee.fresh.violations"={ max = 1, during_s = [0, 1] }: during: only signals, numbers of frames and '
       "the delivery ratio can be judged over a part of the run"]),
 ]

@@ -111,7 +111,7 @@ def test_fields_of_an_impairment_construct_it(scenario):
 
 
 def test_expectations_are_bounds(scenario):
-    assert scenario.expect == {"frames_lost": Bound(min=1), "*.y.last_abs": Bound(max=1e-3)}
+    assert scenario.expect == {"frames_lost_on_link": Bound(min=1), "*.y.last_abs": Bound(max=1e-3)}
 
 
 def test_seed_and_duration_of_the_command_replace_those_of_the_file(valid, write):

@@ -29,6 +29,15 @@ EACH = [
     ("length_s = 2.5", "length_s = 2.5\nnode_timeout_s = 0", ["node_timeout_s=0: expected > 0"]),
     ("length_s = 2.5", "length_s = 2.5\nsample_period_s = 2020-01-01",
      ["sample_period_s=2020-01-01: dates and times of day mean nothing to a scenario; put text in quotes"]),
+    # the signal that the question is about
+    ("seed = 7", 'seed = 7\nquestion_signal = "y"',
+     ['question_signal="y": expected "node.signal", for example "*.y"']),
+    ("seed = 7", 'seed = 7\nquestion_signal = "r9.y"',
+     ['question_signal="r9.y": no agent, derived signal or medium matches \'r9\'; did you mean "r2"?']),
+    ("seed = 7", "seed = 7\nquestion_signal = 3", ["question_signal=3: expected text in quotes"]),
+    ("[team.models.r1]", 'question_signal = "e.nrom"\n[derived.e]\nfunction = "math:hypot"\nof = ["r1.y"]\n'
+     'signals = { norm = "1" }\n[team.models.r1]',
+     ['question_signal="e.nrom": derived.e has no signal \'nrom\'; did you mean "norm"?']),
     # gateways
     ("[media.quiet]",
      '[gateways.g]\nmedium = "radoi"\nlisten = "10.0.0.1:80"\npeer = "127.0.0.1:99999"\n[media.quiet]',
@@ -67,7 +76,7 @@ EACH = [
       "'package.module:function'"]),
     ('"robots_of_the_tests:Talker"', '""', ["agents_defaults.program=\"\": expected 'package.module:Class' or "
       "'package.module:function'"]),
-    ('program = "robots_of_the_tests:Talker"', "", ["agents.r1.program: is missing", "agents.r2.program: is missing"]),
+    ('program = "robots_of_the_tests:Talker"', "", ["agents.r1.program: is missing (2 agents: r1, r2)"]),
     ("parameters = { slot_ms = 1.1 }", "parameters = { slit_ms = 1.1 }",
      ['agents.r1.parameters.slit_ms=1.1: unknown key; did you mean "slot_ms"?']),
     ("parameters = { slot_ms = 1.1 }", 'parameters = { slot_ms = 1.1, gain = "high" }',
@@ -88,7 +97,7 @@ EACH = [
      ["team.models.r1.A=[[-1.0, 2.0], [0.0]]: its rows differ in length: a matrix is a list of rows of equal length"]),
     ("A = [[-1.0, 2.0], [0.0, -3.0]]", 'A = [["x"]]', ['team.models.r1.A=[["x"]]: A[1,1]: expected a number']),
     ('parameters_from = "team.models.r1"', "parameters = { AA = 1.0 }",
-     ['agents.r1.plant.parameters.AA=1.0: no such parameter; did you mean "A"?']),
+     ['agents.r1.plant.parameters.AA=1.0: no such parameter or start value; did you mean "A"?']),
     ("at_m = [0.0, 1.0]", "at_m = [0.0]", ["agents.r1.at_m=[0.0]: expected [x, y] or [x, y, z]"]),
     ('media = ["radio"]', 'media = ["raido"]', ['agents.r2.media[0]="raido": no such medium; did you mean "radio"?']),
     ("[agents.r2]", '[agents."r/2"]',
@@ -147,17 +156,18 @@ EACH = [
     ('on = "radio: r1 -> r2"', 'on = "radio: r1 -> r3"',
      ["impairments[0].on=\"radio: r1 -> r3\": 'radio: r1 -> r3': 'r3' names no node on medium 'radio': nearest: 'r2'"]),
     # expectations
-    ("frames_lost = { min = 1 }", "frames_lots = { min = 1 }",
+    ("frames_lost_on_link = { min = 1 }", "frames_lots = { min = 1 }",
      ["expect.frames_lots: expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic>, "
-      "count.<node>.<counter> or guarantee.<name>.<figure>; nearest: frames_lost"]),
-    ("frames_lost = { min = 1 }", "frames_lost = {}",
-     ["expect.frames_lost={}: expects nothing; give min, max or both"]),
-    ("frames_lost = { min = 1 }", "frames_lost = { min = 3, max = 1 }",
-     ["expect.frames_lost={ min = 3, max = 1 }: expected min <= max"]),
-    ("frames_lost = { min = 1 }", "frames_lost = { least = 1 }",
-     ["expect.frames_lost.least=1: unknown key; there are min, max, during_s, during_ms, "
+      "count.<node>.<counter> or guarantee.<name>.<figure>; nearest: frames_lost_on_link"]),
+    ("frames_lost_on_link = { min = 1 }", "frames_lost_on_link = {}",
+     ["expect.frames_lost_on_link={}: expects nothing; give min, max or both"]),
+    ("frames_lost_on_link = { min = 1 }", "frames_lost_on_link = { min = 3, max = 1 }",
+     ["expect.frames_lost_on_link={ min = 3, max = 1 }: expected min <= max"]),
+    ("frames_lost_on_link = { min = 1 }", "frames_lost_on_link = { least = 1 }",
+     ["expect.frames_lost_on_link.least=1: unknown key; there are min, max, during_s, during_ms, "
       "during_us, during_ns"]),
-    ("frames_lost = { min = 1 }", "frames_lost = 1", ["expect.frames_lost=1: expected a table"]),
+    ("frames_lost_on_link = { min = 1 }", "frames_lost_on_link = 1",
+     ["expect.frames_lost_on_link=1: expected a table"]),
 ]
 
 
@@ -175,7 +185,7 @@ def test_a_mistake_is_one_line_with_place_value_rule_and_remedy(right, wrong, li
 def test_mistakes_in_every_section_are_reported_in_one_go(valid, write):
     several = [case for case in EACH if case[0] in (
         "seed = 7", "parameters = { slot_ms = 1.1 }", '"team.models.r1"', 'preset = "crazyflie_p2p"',
-        "loss_ratio = 0.25", "delay_us = 20", "frames_lost = { min = 1 }", 'media = ["radio"]')]
+        "loss_ratio = 0.25", "delay_us = 20", "frames_lost_on_link = { min = 1 }", 'media = ["radio"]')]
     one_each = {right: (wrong, lines) for right, wrong, lines in reversed(several)}
     text = valid
     for right, (wrong, _) in one_each.items():

@@ -66,7 +66,7 @@ def test_characters_changed(data, valid, write):
 @given(path=st.sampled_from(["seed", "length_s", "agents.r1", "agents.r1.clock", "agents.r1.parameters.slot_ms", "team",
                         "agents.r1.plant.parameters_from", "agents", "media", "media.radio", "media.radio.topology",
                         "impairments", "impairments[0]", "impairments[0].during_s", "impairments[1].kind", "expect",
-                        "expect.frames_lost", "agents_defaults", "agents_defaults.clock", "team.models.r1.A[0]",
+                        "expect.frames_lost_on_link", "agents_defaults", "agents_defaults.clock", "team.models.r1.A[0]",
                         "agents.r1.plant.fmu", "media.radio.kind", "agents.r1.media", "impairments[0].on"]), junk=JUNK)
 def test_junk_set_from_the_command_line(path, junk, valid, write):
     survives(write(valid), overrides=[f"{path}={junk}"])

@@ -52,7 +52,7 @@ def test_later_overrides_go_before_earlier_ones(valid, write):
     ("agents.r11.at_m=[0.0, 0.0]", "agents has no 'r11'; did you mean \"r1\"?"),
     ("agent.r1.at_m=[0.0, 0.0]", 'unknown key; did you mean "agents"?'),
     ("media.radoi.preset='ideal'", "media has no 'radoi'; did you mean \"radio\"?"),
-    ("expect.frames_lots.min=3", "expect has no 'frames_lots'; did you mean \"frames_lost\"?"),
+    ("expect.frames_lots.min=3", "expect has no 'frames_lots'; did you mean \"frames_lost_on_link\"?"),
     ("impairments[2].loss_ratio=0.3", "impairments has 2 entries, the first is [0]"),
     ("impairments.loss_ratio=0.3", "impairments is no table; name the entry, as in impairments[0].loss_ratio"),
     ("seed.x=3", "seed is no table"),

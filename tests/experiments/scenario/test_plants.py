@@ -9,6 +9,8 @@ import pytest
 from experiments.scenario import ScenarioError, load
 from fmus.build import build_model, model_folder
 
+A_ENDS = "A ends with A[8,8]; a larger plant is a model folder of your own or an FMU"
+
 
 def with_plant(text, plant):
     return text.replace('{ fmu = "linear_system", parameters_from = "team.models.r1" }', plant)
@@ -33,9 +35,9 @@ def test_a_model_folder_beside_the_scenario_is_built(valid, write):
 
 
 @pytest.mark.parametrize(("parameters", "line"), [
-    ("{ RR = 2.0 }", 'parameters.RR=2.0: no such parameter; did you mean "R"?'),
+    ("{ RR = 2.0 }", 'parameters.RR=2.0: no such parameter or start value; did you mean "R"?'),
     ("{ R = true }", "parameters.R=true: expected a number"),
-    ("{ R = { a = 1 } }", "parameters.R={ a = 1 }: expected a number or lists of them"),
+    ("{ R = { a = 1 } }", "parameters.R={ a = 1 }: expected a value or lists of them, no table"),
     ("{ R = [1.0] }", "parameters.R=[1.0]: expected a number"),
 ])
 def test_a_start_value_that_does_not_fit_is_refused(parameters, line, valid, write):
@@ -48,8 +50,8 @@ def test_a_start_value_that_does_not_fit_is_refused(parameters, line, valid, wri
 
 
 @pytest.mark.parametrize(("value", "reason"), [
-    ("[[[1.0]]]", "the model has no A[1,1,1]; A ends with A[8,8]"),
-    ("[[" + "1.0, " * 9 + "]]", "the model has no A[1,9]; A ends with A[8,8]"),
+    ("[[[1.0]]]", f"the model has no A[1,1,1]; {A_ENDS}"),
+    ("[[" + "1.0, " * 9 + "]]", f"the model has no A[1,9]; {A_ENDS}"),
     ("[]", "an empty list: leave the key out to keep the FMU's start value"),
     ("[[1.0], 2.0]", "its rows differ in length: a matrix is a list of rows of equal length"),
 ])

@@ -18,6 +18,7 @@ PAGE = Path(__file__).parents[3] / "docs" / "reproduction.md"
 
 class StubTable:
     title = "Table 0.0: of a stub"
+    judged_by = "Judged by a guess."
     runs = 3
 
     def __init__(self, *ours):
@@ -42,10 +43,17 @@ def test_cells_that_are_met_exit_with_0_and_show_printed_beside_ours(monkeypatch
     result = table(monkeypatch, StubTable(0.2233))
 
     assert result.exit_code == 0
-    assert "Table 0.0: of a stub (3 runs)" in result.stdout
+    assert result.stdout.splitlines()[:2] == ["Table 0.0: of a stub (3 runs)", "Judged by a guess."]
     assert result.stdout.splitlines()[-1].split() == [
         "17", "detections,", "UKF", "RMSE", "[m]", "0.4623", "0.2233", "+-", "0.0300", "0.172", "to", "0.272", "0.033",
-        "0.0027", "met"]
+        "0.0027", "met,", "not", "reproduced"]
+
+
+@pytest.mark.parametrize(("printed", "low", "high", "reproduced"), [
+    (1.0, 1.0, 2.0, True), (2.0, 1.0, 2.0, True), (0.99, 1.0, 2.0, False), (2.01, 1.0, 2.0, False),
+    (None, 1.0, 2.0, None), (1.0, None, None, None), (9.0, None, 2.0, None)])
+def test_a_printed_value_outside_of_the_band_is_not_reproduced(printed, low, high, reproduced):
+    assert Row("", "", "", printed, None, low, high).reproduced is reproduced
 
 
 def test_one_cell_that_is_missed_exits_with_1_and_is_named(monkeypatch):

@@ -95,7 +95,7 @@ def test_a_bus_that_was_shut_down_collects_nothing_any_more(robots):
 
     _, counters = robots.alone(main, [(k * MS, arrival(k)) for k in range(1, 6)])
 
-    assert counters == {}
+    assert not any(counters.values())
 
 
 def test_a_daemon_that_listens_ends_with_the_program(robots):

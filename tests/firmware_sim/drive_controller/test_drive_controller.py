@@ -308,7 +308,7 @@ def test_frames_of_others_and_messages_of_the_controller_leave_no_trace(bench: B
               CanFrame(0x4, bytes(8), error=True), CanFrame(0x110, bytes(8), error=True)]
     drive = bench({}).hears(5 * MS, *map(pack, others)).until(50 * MS)
 
-    assert (drive.events, drive.counters) == ([], {})
+    assert (drive.events, any(drive.counters.values())) == ([], False)
 
 
 def anything() -> st.SearchStrategy[bytes]:

@@ -165,8 +165,16 @@ def test_a_file_holds_samples_or_quantiles(tmp_path, frames):
     assert drawn.max() <= 100_000
 
 
+def test_a_files_own_names_are_mapped_and_other_columns_passed_over(tmp_path, frames):
+    (tmp_path / "ping.csv").write_text("seq;rtt;ttl\n1;3,5;64\n2;7;64\n")
+
+    delay = Delay(0, "empirical", file=str(tmp_path / "ping.csv"), columns={"delay_us": "rtt"}, rng=stream(7, "delay"))
+
+    assert set(delays_ns(delay, frames(500))) == {3500, 7000}
+
+
 @pytest.mark.parametrize(("text", "message"), [
-    ("lost\n0\n", "column 'lost' is not known"),
+    ("lost\n0\n", "none of its columns is known .lost; separated by comma.: expected of delay_s"),
     ("probability\n0\n1\n", "no column delay_s, delay_ms, delay_us or delay_ns"),
     ("probability,delay_s\n0.1,0\n1,1\n", "expected two or more values that rise from 0 to 1"),
     ("probability,delay_s\n0,2\n1,1\n", "quantiles do not fall"),
@@ -186,6 +194,7 @@ def test_a_file_that_is_no_distribution_is_refused(text, message, tmp_path):
     ({"distribution": "gamma", "jitter_ns": 1}, "distribution=gamma: expected constant, uniform"),
     ({"distribution": "normal", "jitter_ns": 1, "correlation": 1.0}, "correlation=1.0: expected -1 < correlation < 1"),
     ({"distribution": "normal", "jitter_ns": 1, "samples_ns": [1]}, "samples_ns: belongs to distribution=empirical"),
+    ({"columns": {"delay_ms": "rtt"}}, "these are names in a file, and there is no `file`"),
     ({"distribution": "empirical"}, "empirical with no values: give one of samples_ns, quantiles_ns, file"),
     ({"distribution": "empirical", "samples_ns": [1], "quantiles_ns": [1, 2]}, "give one of"),
     ({"distribution": "empirical", "samples_ns": [-1]}, "samples_ns: -1 is negative"),

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from netem.impairments.construct import PASSED_IN
 from netem.impairments.table import IMPAIRMENTS
 from netem.impairments.window import Window
 from netem.link_selector import parse
@@ -33,7 +34,7 @@ def test_every_kind_has_an_example_and_its_parameters_are_on_the_page():
     assert [table["kind"] for table in TABLES] == re.findall(r"^## (\w+)$", PAGE.read_text(), re.M)[:len(TABLES)]
     assert {table["kind"] for table in TABLES} == set(IMPAIRMENTS)
     for kind in IMPAIRMENTS.values():
-        for key in [field.name for field in fields(kind) if field.init and field.name != "rng"]:
+        for key in [field.name for field in fields(kind) if field.init and field.name not in PASSED_IN]:
             assert re.search(rf"^\| `{key.removesuffix('_ns')}(_ms)?` \|", PAGE.read_text(), re.M), key
 
 

@@ -1,12 +1,14 @@
-"""One behaviour suite that every member of IMPAIRMENTS runs."""
+"""One behaviour suite that every member of IMPAIRMENTS runs, and two impairments as an author may write them."""
 
 from __future__ import annotations
 
 import dataclasses
 import typing
+from itertools import accumulate
 from pathlib import Path
 from random import Random
 
+import msgspec
 import pydantic
 import pydantic.dataclasses
 import pytest
@@ -14,11 +16,50 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from netem.fate import Fate
+from netem.frame import Frame
+from netem.impairments.construct import PASSED_IN
+from netem.impairments.flow import Flow
+from netem.impairments.recordings import Recordings
 from netem.impairments.table import IMPAIRMENTS
 from netem.impairments.window import Window
+from netem.links import Links
 from netem.random_streams import stream
+from netem.records.ledger import Ledger
 from netem.transit import Transit
 
+
+@dataclasses.dataclass
+class Batches:
+    """An author's own: copies come out at full microseconds, in order, also past the end of a window."""
+
+    loses_as: typing.ClassVar[Fate] = Fate.LOST
+    every_ns: int
+    latest_ns: int = dataclasses.field(default=0, init=False)
+
+    def carry(self, transit: Transit) -> typing.Iterator[Transit]:
+        self.latest_ns = max(self.latest_ns, -(-transit.arrival_ns // self.every_ns) * self.every_ns)
+        yield msgspec.structs.replace(transit, arrival_ns=self.latest_ns)
+
+    def carry_outside(self, transit: Transit) -> Transit:
+        if transit.arrival_ns >= self.latest_ns:
+            return transit
+        return msgspec.structs.replace(transit, arrival_ns=self.latest_ns)
+
+
+@dataclasses.dataclass
+class EverySecond:
+    """An author's own with `carry` alone."""
+
+    loses_as: typing.ClassVar[Fate] = Fate.LOST
+    odd: bool = dataclasses.field(default=False, init=False)
+
+    def carry(self, transit: Transit) -> typing.Iterator[Transit]:
+        self.odd = not self.odd
+        if self.odd:
+            yield transit
+
+
+KINDS: dict[str, typing.Any] = {**IMPAIRMENTS, "own:Batches": Batches, "own:EverySecond": EverySecond}
 TRACE = "delay_ms,lost\n0,0\n2.5,0\n1,1\n0.000001,0\n"
 EXAMPLES = {
     "independent loss": ("bernoulli_loss", {"loss_ratio": 0.3}),
@@ -37,6 +78,10 @@ EXAMPLES = {
     "bit errors": ("corrupt", {"bit_error_ratio": 0.02}),
     "damaged frames": ("corrupt", {"frame_ratio": 0.4}),
     "rate limit": ("rate_limit", {"rate_bps": 9600, "queue_frames": 2}),
+    "fast rate limit": ("rate_limit", {"rate_bps": 80_000_000, "queue_frames": 5}),
+    "constant delay in order": ("delay", {"delay_ns": 2500, "keep_order": True}),
+    "own, in order": ("own:Batches", {"every_ns": 1700}),
+    "own, with carry alone": ("own:EverySecond", {}),
 }
 
 few = settings(max_examples=40, deadline=None)
@@ -57,7 +102,7 @@ def settings_of(example: str, recording: Path) -> dict[str, typing.Any]:
 
 
 def build(example: str, recording: Path, seed: int = 7) -> typing.Any:
-    kind = IMPAIRMENTS[EXAMPLES[example][0]]
+    kind = KINDS[EXAMPLES[example][0]]
     rng = {"rng": stream(seed, example)} if draws(kind) else {}
     return kind(**settings_of(example, recording), **rng)
 
@@ -77,7 +122,7 @@ def carried(impairment: typing.Any, transits: list[Transit]) -> list[list[Transi
 
 
 def test_every_member_of_the_table_has_an_example_here():
-    assert {kind for kind, _ in EXAMPLES.values()} == set(IMPAIRMENTS)
+    assert {kind for kind, _ in EXAMPLES.values()} == set(KINDS)
 
 
 @examples
@@ -135,7 +180,7 @@ def test_the_same_seed_replays_the_same_and_another_seed_does_not(example, recor
     first, again, other = (carried(build(example, recording, seed), frames(500)) for seed in (7, 7, 8))
 
     assert first == again
-    assert (first != other) == draws(IMPAIRMENTS[EXAMPLES[example][0]]) or example == "constant delay"
+    assert (first != other) == draws(KINDS[EXAMPLES[example][0]]) or example.startswith("constant delay")
 
 
 @examples
@@ -168,24 +213,151 @@ def test_inside_its_window_it_acts_as_without_one(example, recording, frames):
     assert windowed.loses_as is build(example, recording).loses_as
 
 
+WINDOWS_NS = [(2_000, 5_000), (5_000, 6_000), (9_000, 14_000)]         # the first two touch
+across_edges = st.lists(st.tuples(
+    st.integers(0, 20_000) | st.sampled_from([edge + by for window in WINDOWS_NS for edge in window for by in (-1, 0)]),
+    st.binary(min_size=1, max_size=10)), max_size=40)
+
+
+def is_inside(transit: Transit) -> bool:
+    return any(start <= transit.sent_ns < end for start, end in WINDOWS_NS)
+
+
+def undelayed(link: list[tuple[int, bytes]]) -> list[Transit]:
+    return entering([(sent_ns, 0, data) for sent_ns, data in link])
+
+
+def may_overtake(example: str, earlier: Transit, later: Transit) -> bool:
+    """Whether the kind itself makes `later`, as it comes out, come before `earlier`."""
+    kind, keys = EXAMPLES[example]
+    if kind == "delay":
+        return not keys.get("keep_order", False)            # each copy has a delay of its own
+    if kind == "reorder":
+        return is_inside(later) and later.arrival_ns == later.sent_ns           # it was chosen
+    if kind == "duplicate":
+        return earlier.arrival_ns > earlier.sent_ns         # only the twin is overtaken
+    return kind == "trace"                                  # each row is a delay of its own
+
+
+@examples
+@few
+@given(link=across_edges)
+def test_across_the_edges_of_three_windows_nothing_overtakes_but_by_the_kind_itself(example, recording, link):
+    out = carried(Window(build(example, recording), WINDOWS_NS), undelayed(link))
+
+    in_order = [copy for yielded in out for copy in yielded]
+    for place, later in enumerate(in_order):
+        overtaken = [earlier for earlier in in_order[:place]
+                     if earlier.arrival_ns > later.arrival_ns and earlier.number != later.number]
+        assert all(is_inside(earlier) and may_overtake(example, earlier, later) for earlier in overtaken)
+
+
+@examples
+@few
+@given(link=copies)
+def test_a_copy_that_enters_outside_comes_out_once_unchanged_and_never_earlier(example, recording, link):
+    windowed = Window(build(example, recording), [(start * 50_000, end * 50_000) for start, end in WINDOWS_NS])
+
+    for transit, out in zip(entering(link), carried(windowed, entering(link)), strict=True):
+        if not any(start * 50_000 <= transit.sent_ns < end * 50_000 for start, end in WINDOWS_NS):
+            copy, = out
+            assert (copy.number, copy.sent_ns, copy.data, copy.corrupt, copy.copy) == (
+                transit.number, transit.sent_ns, transit.data, transit.corrupt, transit.copy)
+            assert copy.arrival_ns >= transit.arrival_ns
+
+
+@examples
+@few
+@given(link=across_edges)
+def test_what_enters_outside_changes_nothing_for_what_enters_inside(example, recording, link):
+    transits = undelayed(link)
+
+    out = carried(Window(build(example, recording), WINDOWS_NS), transits)
+
+    alone = carried(build(example, recording), [transit for transit in transits if is_inside(transit)])
+    assert [yielded for transit, yielded in zip(transits, out, strict=True) if is_inside(transit)] == alone
+
+
+@examples
+@few
+@given(link=across_edges)
+def test_every_copy_across_the_edges_ends_in_one_fate(example, recording, link):
+    ledger, arrived = Ledger(), []
+    windowed = Window(build(example, recording), WINDOWS_NS)
+
+    def deliver(receiver: str, medium: str, arrival_ns: int, data: bytes) -> bool:
+        arrived.append(arrival_ns)
+        return True
+
+    links = Links(ledger, deliver, {("radio", "a", "b"): [("windowed", windowed)]})
+    for transit in undelayed(link):
+        ledger.expect(1)
+        links.receive(Frame("radio", "a", transit.number, transit.sent_ns, transit.data), "b", transit.sent_ns,
+                      checksum=False)
+
+    result = ledger.finish()                    # raises if copies are missing
+    assert result.rows == result.expected >= len(link)
+    assert len(arrived) == sum(count for fate, count in result.by_fate.items() if fate.startswith("delivered"))
+
+
+@examples
+@few
+@given(gaps=st.lists(st.integers(0, 3_000_000), max_size=30), late=st.lists(st.integers(0, 9_000), min_size=31),
+       windowed=st.booleans(), every_ns=st.sampled_from([2_000, 9_000_000]))
+def test_no_copy_comes_later_than_the_bound_that_the_kind_gives(example, recording, gaps, late, windowed, every_ns):
+    """Frames of 10 bytes, `every_ns` apart at least; an impairment before this one delayed each by up to 9 us."""
+    impairment = build(example, recording)
+    if not hasattr(impairment, "most_delay_ns"):
+        return
+    most_ns = 9_000 + impairment.most_delay_ns(Flow((10,), every_ns))
+    window = Window(impairment, [(0, 10_000_000), (20_000_000, 25_000_000)]) if windowed else impairment
+    sent_ns = list(accumulate(gaps, lambda at_ns, gap_ns: at_ns + every_ns + gap_ns, initial=0))
+
+    out = carried(window, [Transit(n, at_ns, at_ns + late[n], b"0123456789") for n, at_ns in enumerate(sent_ns)])
+
+    assert all(copy.arrival_ns - copy.sent_ns <= most_ns for yielded in out for copy in yielded)
+    assert all(len(yielded) <= getattr(impairment, "most_copies", 1) for yielded in out)
+
+
+@examples
+def test_what_delays_says_how_much_at_most(example, recording, frames):
+    impairment = build(example, recording)
+
+    out = carried(impairment, frames(500))
+
+    delays = any(copy.arrival_ns > copy.sent_ns for yielded in out for copy in yielded)
+    assert hasattr(impairment, "most_delay_ns") or not delays or example.startswith("own")
+
+
+@examples
+def test_a_copy_that_enters_when_nothing_is_under_way_any_more_passes_at_once(example, recording):
+    windowed = Window(build(example, recording), WINDOWS_NS)
+    inside = undelayed([(at_ns, b"0123456789") for at_ns in range(2_000, 14_000, 100)])
+    carried(windowed, inside)
+    much_later = Transit(len(inside), 10**12, 10**12, b"late")
+
+    out = list(windowed.carry(much_later))
+
+    assert out == [much_later]
+
+
 @pytest.mark.parametrize("name", IMPAIRMENTS)
 def test_fields_are_the_toml_keys_and_a_generator_passed_by_keyword(name):
     kind = IMPAIRMENTS[name]
     types = typing.get_type_hints(kind)
-    keys = [field for field in dataclasses.fields(kind) if field.init and field.name != "rng"]
+    keys = [field for field in dataclasses.fields(kind) if field.init and field.name not in PASSED_IN]
 
     assert isinstance(kind.loses_as, Fate)
     for key in keys:
         assert not key.kw_only
-        assert types[key.name] in (int, list[int]) or not key.name.endswith("_ns")
-    for rng in (field for field in dataclasses.fields(kind) if field.name == "rng"):
-        assert types["rng"] is Random
-        assert rng.kw_only
+        assert types[key.name] in (int, int | None, list[int]) or not key.name.endswith("_ns")
+    passed_in = [field for field in dataclasses.fields(kind) if field.name in PASSED_IN]
+    assert all(field.kw_only and types[field.name] in (Random, Recordings) for field in passed_in)
 
 
 @examples
 def test_pydantic_validates_a_scenario_table_against_the_same_dataclass(example, recording):
-    kind = IMPAIRMENTS[EXAMPLES[example][0]]
+    kind = KINDS[EXAMPLES[example][0]]
     checked = pydantic.dataclasses.dataclass(
         kind, config=pydantic.ConfigDict(arbitrary_types_allowed=True, extra="forbid"))
     rng = {"rng": Random(1)} if draws(kind) else {}

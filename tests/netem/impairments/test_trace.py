@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+from decimal import Decimal
+from pathlib import Path
+
 import pytest
 
 from netem.impairments.csv_columns import RecordingError
+from netem.impairments.recordings import Recordings
 from netem.impairments.trace import Trace, TraceEnded
 from netem.transit import Transit
 
@@ -71,13 +75,59 @@ def test_delay_or_loss_may_be_missing(recording, frames):
 
 
 @pytest.mark.parametrize(("text", "by", "message"), [
-    ("time_s\n0\n1\n", "frame", "neither delay_s .* nor lost"),
-    ("delay_s,lost\n0,0.5\n", "frame", "lost: expected 0 or 1"),
+    ("time_s\n0\n1\n", "frame", "neither delay_s .* nor lost .* among time_s"),
+    ("delay_s,lost\n0,0.5\n", "frame", "trace.csv:2: lost=0.5: expected 0 or 1"),
     ("delay_s\n0\n", "time", "by=time needs a column time_s"),
-    ("time_s,lost\n1,0\n2,0\n", "time", "time starts at 1000000000 ns: expected 0"),
     ("time_s,lost\n0,0\n", "time", "needs two rows"),
-    ("time_s,lost\n0,0\n2,0\n2,0\n", "time", "row 3: time does not rise"),
+    ("time_s,lost\n0,0\n2,0\n2,0\n", "time",
+     "trace.csv:4: the time does not rise: 2000000000 ns after 2000000000 ns; sort the rows"),
 ])
 def test_a_trace_that_cannot_be_replayed_is_refused(text, by, message, recording):
     with pytest.raises(RecordingError, match=message):
         Trace(recording(text), by=by)
+
+
+@pytest.mark.parametrize("start", ["1712345678.25", "0", "-3.5"])
+def test_time_counts_from_the_first_row(recording, start):
+    rows = [(Decimal(start) + Decimal(k) / 2, 10 + k) for k in range(3)]
+    trace = Trace(recording("time_s,delay_ns\n" + "".join(f"{at},{delay}\n" for at, delay in rows)), by="time")
+
+    found = replayed(trace, [Transit(0, at_ns, at_ns, b"") for at_ns in (0, S // 2 - 1, S // 2, S, 3 * S // 2)])
+
+    assert found == [10, 10, 11, 12, 10]
+
+
+def test_time_counts_from_the_instant_that_a_key_names_and_rows_before_it_are_passed_over(recording):
+    file = recording("time_s,delay_ns\n1700000000,10\n1700000001,11\n1700000002,12\n1700000004,13\n")
+    trace = Trace(file, by="time", start_ns=1_700_000_001 * S + S // 2)
+
+    found = replayed(trace, [Transit(0, at_ns, at_ns, b"") for at_ns in (
+        0, S // 2 - 1, S // 2, 5 * S // 2, 9 * S // 2 - 1, 9 * S // 2)])
+
+    assert found == [11, 11, 12, 13, 13, 11]        # ends at 1700000006 s, 4.5 s after the start, and starts again
+
+
+@pytest.mark.parametrize("start_s", [1_699_999_999, 1_700_000_006])
+def test_a_start_outside_the_recording_is_refused(recording, start_s):
+    file = recording("time_s,delay_ns\n1700000000,10\n1700000002,12\n1700000004,13\n")
+
+    with pytest.raises(RecordingError, match="begins at 1700000000000000000 ns and ends at 1700000006000000000 ns"):
+        Trace(file, by="time", start_ns=start_s * S)
+
+
+def test_a_start_belongs_to_a_trace_by_time(recording):
+    with pytest.raises(ValueError, match='start_ns=0: belongs to by = "time"'):
+        Trace(recording(BY_FRAME), start_ns=0)
+
+
+def test_impairments_that_share_recordings_read_a_file_once(recording, monkeypatch):
+    file, shared, reads = recording(BY_TIME), Recordings(), []
+    read_bytes = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: reads.append(path) or read_bytes(path))
+
+    traces = [Trace(file, by="time", recordings=shared) for _ in range(56)]
+    by_frame = Trace(file, recordings=shared)
+
+    assert len(reads) == 2                          # once by time, once by frame
+    assert len({id(trace._delays_ns) for trace in traces}) == 1
+    assert replayed(by_frame, [Transit(1, 0, 0, b"")]) == replayed(traces[5], [Transit(1, S, S, b"")]) == [8000]

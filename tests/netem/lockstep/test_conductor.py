@@ -175,7 +175,7 @@ def test_a_program_that_breaks_its_promise_is_named(conduct: Conduct) -> None:
         node.start(program())
         return node
 
-    with pytest.raises(NodeFailure, match=r"node liar: .*silence was promised until 900 ns.*had run up to"):
+    with pytest.raises(NodeFailure, match=r"node liar: its program failed at 600 ns: .*promised until 900 ns"):
         conduct({"liar": liar, "b": talker("b", [], [])}, latency_ns=5, end_ns=1_000)
 
 

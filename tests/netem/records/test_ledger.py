@@ -114,7 +114,8 @@ def test_the_file_holds_every_row_in_order_and_says_what_it_is(tmp_path: Path) -
 
     result = filled(path, 50).finish()
 
-    assert read_ledger(path).rows() == list(kept.rows)
+    columns = [column.to_pylist() for column in read_ledger(path).columns]
+    assert list(zip(*columns, strict=True)) == list(kept.rows)
     assert read_metadata(path) == {"scenario": "two_robots", "seed": "7", "hash": result.hash, "rows": "50",
                                    "expected": "50"}
     assert hash_of(path) == result.hash
@@ -133,6 +134,18 @@ def test_the_file_has_the_ledgers_columns_with_units_and_dictionaries(tmp_path: 
             assert field.metadata[b"unit"] == b"ns"
         if field.name in {"medium", "sender", "receiver", "fate", "cause"}:
             assert pa.types.is_dictionary(field.type)
+
+
+def test_text_columns_are_read_with_one_dictionary_for_all_chunks(tmp_path: Path) -> None:
+    path = tmp_path / "ledger.parquet"
+    filled(path, 50, chunk_rows=7).finish()
+
+    table = read_ledger(path, ["fate", "receiver"])
+
+    assert table.column_names == ["fate", "receiver"]
+    for column in table.columns:
+        assert pa.types.is_dictionary(column.type)
+        assert len({tuple(chunk.dictionary.to_pylist()) for chunk in column.chunks}) == 1
 
 
 def test_a_row_that_was_changed_in_the_file_is_found(tmp_path: Path) -> None:
@@ -181,7 +194,7 @@ def test_a_copy_that_never_ends_is_an_error_with_both_numbers(tmp_path: Path) ->
     with pytest.raises(ConservationError, match=r"all media: 12 copies expected, 10 closed \(-2\)"):
         ledger.finish()
 
-    assert read_ledger(path).height == 10
+    assert read_ledger(path).num_rows == 10
 
 
 def test_differences_of_two_media_that_cancel_are_found() -> None:
@@ -211,7 +224,7 @@ def test_an_empty_ledger_finishes_and_reads_back_empty(tmp_path: Path) -> None:
     result = Ledger(path).finish()
 
     assert (result.rows, result.by_fate) == (0, {})
-    assert read_ledger(path).height == 0
+    assert read_ledger(path).num_rows == 0
     assert hash_of(path) == result.hash == Ledger().finish().hash
 
 

@@ -63,7 +63,7 @@ def test_processes_give_what_inline_nodes_give(conduct: Conduct, tmp_path: Path)
 
 @pytest.mark.parametrize(("behaviour", "reason"), [
     ("exits", r"node b: its process exited with code 7 .*had run up to 19200000 ns.*\n.*out of memory, says the node"),
-    ("raises", r"node b: its program failed: ValueError: sensor gave -1 .*had run up to 19200000 ns"),
+    ("raises", r"node b: its program failed at 20000000 ns: ValueError: sensor gave -1\n"),
     ("hangs", r"node b: waited 4 s for it to report window \d+ .*had run up to 19200000 ns"),
     ("speaks garbage", r"node b: waited 4 s for it to report window 1; 3 unreadable messages came from it"),
 ])
@@ -80,7 +80,7 @@ def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_p
 
 
 @pytest.mark.parametrize(("behaviour", "reason"), [
-    ("fails to start", r"node b: could not start: RuntimeError: no such sensor \(.*\n(.|\n)*in build"),
+    ("fails to start", r"node b: could not start: RuntimeError: no such sensor\n"),
     ("never ready", r"node b: waited 4 s for it to say that it is ready"),
 ])
 def test_a_node_that_is_not_ready_is_named_before_time_starts(tmp_path: Path, behaviour: str, reason: str) -> None:

@@ -119,8 +119,7 @@ def test_a_run_leaves_logs_load_counters_and_events(scenario, tmp_path: Path) ->
     data = load_run(tmp_path / "run")
     logs = [list(reader(tmp_path / "run" / name)) for reader, name in
             ((can.CanutilsLogReader, "can.log"), (can.BLFReader, "can.blf"))]
-    delivered = data.ledger.filter(data.ledger["receiver"] == "b").height + data.ledger.filter(
-        data.ledger["receiver"] == "a").height
+    delivered = len(data.ledger.only(receiver="b")) + len(data.ledger.only(receiver="a"))
     assert all(verdict.holds for verdict in result.summary.verdicts)
     assert delivered == 150
     assert [sum(message.is_error_frame for message in log) for log in logs] == [1, 1]

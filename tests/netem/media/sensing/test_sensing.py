@@ -42,6 +42,11 @@ class Bench:
         return [Fate(dict(zip(COLUMNS, row, strict=True))["fate"]) for row in self.ledger.rows]
 
 
+def nonzero(bench):
+    """The counters that counted something."""
+    return {node: dict(+found) for node, found in bench.medium.counters().items() if +found}
+
+
 def test_who_asks_learns_what_was_at_the_next_exposure_a_latency_later():
     bench = Bench()
     bench.offer(1 * MS, "pursuer", LOOK)
@@ -109,7 +114,7 @@ def test_without_its_cameras_pose_an_observer_is_blind_and_that_is_counted():
     bench.run()
 
     assert bench.news == [(LATENCY_NS, "companion", NothingSeen(0))]
-    assert bench.medium.counters() == {"companion": {"exposures without the camera's pose": 1}}
+    assert nonzero(bench) == {"companion": {"exposures without the camera's pose": 1}}
 
 
 def test_nothing_arrives_below_the_lookahead_whenever_it_is_asked():
@@ -150,7 +155,7 @@ def test_bytes_that_are_no_pose_and_poses_between_exposures_are_counted():
 
     bench.run()
 
-    assert bench.medium.counters() == {"evader": {"unreadable frames": 1, "poses between exposures": 1}}
+    assert nonzero(bench) == {"evader": {"unreadable frames": 1, "poses between exposures": 1}}
     assert bench.ledger.expected == 0
 
 

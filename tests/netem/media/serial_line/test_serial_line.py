@@ -97,7 +97,8 @@ def test_what_the_buffer_has_no_room_for_is_refused_as_a_whole_and_counted():
 
     assert sorted(bench.fates(), key=str) == sorted([Fate.DELIVERED, Fate.QUEUE_FULL, Fate.DELIVERED], key=str)
     assert bench.heard[-1] == (10 * US, "modem", b"b")
-    assert bench.line.counters() == {"fc": {"uart bytes sent": 10, "uart bytes refused": 1}}
+    assert bench.line.counters() == {"fc": {"uart bytes sent": 10, "uart bytes refused": 1},
+                                     "modem": {"uart bytes sent": 0, "uart bytes refused": 0}}
 
 
 def test_bits_that_are_not_on_the_line_do_not_arrive():

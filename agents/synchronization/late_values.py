@@ -1,0 +1,102 @@
+"""Links on which a value may come a slot or more after its slot began: there nothing proves that the team synchronizes.
+
+    delay = airtime + receive latency + what the impairments of the link add at most,   expected < slot
+
+The bounds of (6.20) take transmission as instantaneous, and the exact loop (`exact_loop`) takes it as shorter than a
+slot. Needed are the links of every graph that the robots work with, told or discovered, each against that graph's slot.
+
+What an impairment adds at most is the greatest value of a distribution that the random generator can give, the longest
+delay of a recording, the hold of `reorder`, the extra delay of a twin, the queue of `rate_limit` under the frames that
+a robot sends. An impairment in a window counts if the window begins before the run ends.
+
+Not modelled: an author's own impairment without `most_delay_ns`; there the robots watch the age of what they hear.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from random import Random
+from typing import Final
+
+import numpy as np
+
+from agents.synchronization.graph import Floats
+from agents.synchronization.team import Team
+from firmware_sim.scenario_view import ImpairmentView
+from netem.impairments.construct import construct_impairment
+from netem.impairments.flow import Flow
+from netem.impairments.recordings import Recordings
+from netem.impairments.table import IMPAIRMENTS
+
+LinkName = tuple[str, str, str]         # (medium, sender, receiver)
+UNKNOWN: Final = -1
+
+
+@dataclass(frozen=True)
+class AddedDelay:
+    most_ns: int = 0
+    places: tuple[str, ...] = ()        # of the impairments that add to it
+    known: bool = True                  # False: one of them does not say how much it adds
+
+
+def added_delays(impairments: Sequence[ImpairmentView], flow: Flow, length_ns: int) -> dict[LinkName, AddedDelay]:
+    """By link what its impairments add at most; links without impairments are left out."""
+    delays: dict[LinkName, AddedDelay] = {}
+    flows: dict[LinkName, Flow] = defaultdict(lambda: flow)
+    recordings = Recordings()
+    for spec in impairments:
+        if spec.windows_ns and all(start_ns >= length_ns for start_ns, _ in spec.windows_ns):
+            continue
+        kind = IMPAIRMENTS.get(spec.kind)
+        impairment = None if kind is None else construct_impairment(kind, spec.fields, Random(0), recordings)
+        for link in spec.links:
+            before = delays.get(link, AddedDelay())
+            if impairment is None:
+                delays[link] = replace(before, known=False)
+                continue
+            most_ns = impairment.most_delay_ns(flows[link]) if hasattr(impairment, "most_delay_ns") else 0
+            delays[link] = replace(before, most_ns=before.most_ns + most_ns,
+                                   places=(*before.places, spec.place) if most_ns else before.places)
+            flows[link] = replace(flows[link], copies=flows[link].copies * getattr(impairment, "most_copies", 1))
+    return delays
+
+
+def late_values(team: Team, medium: str, graphs: Mapping[str, Floats], slots_ns: Mapping[str, int],
+                delays: Mapping[LinkName, AddedDelay]) -> Iterator[str]:
+    """One sentence for each set of impairments and delay; it names the graph with the shortest slot."""
+    own_ns = team.layout.data_airtime_ns + team.layout.latency_ns
+    found: dict[tuple[tuple[str, ...], int], dict[LinkName, None]] = defaultdict(dict)
+    shortest: dict[tuple[tuple[str, ...], int], str] = {}
+    for name, slot_ns in sorted(slots_ns.items(), key=lambda item: item[1]):
+        for link in _links(team, medium, graphs[name]):
+            added = delays.get(link, AddedDelay())
+            if added.most_ns and own_ns + added.most_ns >= slot_ns:
+                key = (added.places, added.most_ns)
+                found[key][link] = None
+                shortest.setdefault(key, name)
+    for (places, most_ns), links in found.items():
+        _, sender, receiver = next(iter(links))
+        others = f" and {len(links) - 1} more" if len(links) > 1 else ""
+        name = shortest[places, most_ns]
+        yield (f"{' and '.join(places)}: {medium}: {sender} -> {receiver}{others}: a value may come "
+               f"{own_ns + most_ns} ns after its slot began, {most_ns} ns of them by impairments: expected less than "
+               f"{slots_ns[name]} ns, the slot of {name}, or nothing proves that the team synchronizes ((6.20) takes "
+               "no delay, the exact loop less than a slot); shorten the delay, or set team.sure = false to run it "
+               "all the same")
+
+
+def oldest_value_ns(team: Team, medium: str, graphs: Mapping[str, Floats],
+                    delays: Mapping[LinkName, AddedDelay]) -> int:
+    """The greatest age that a value of a needed link can have when it comes, UNKNOWN if nobody can say."""
+    links = [link for graph in graphs.values() for link in _links(team, medium, graph)]
+    added = [delays[link] for link in links if link in delays]
+    if not all(delay.known for delay in added):
+        return UNKNOWN
+    return team.layout.data_airtime_ns + team.layout.latency_ns + max((delay.most_ns for delay in added), default=0)
+
+
+def _links(team: Team, medium: str, graph: Floats) -> Iterator[LinkName]:
+    for receiver, sender in np.argwhere(graph < 0):
+        yield medium, team.names[sender], team.names[receiver]

@@ -1,0 +1,56 @@
+"""What the shell offers after a Tab: scenario names, plants; commands, options and their choices click knows itself.
+
+The script that a shell loads is click's; it calls `marconet` with `_MARCONET_COMPLETE` in its environment.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import click
+from click.shell_completion import CompletionItem, get_completion_class
+
+VARIABLE: Final = "_MARCONET_COMPLETE"
+PLACES: Final = {                   # where each shell looks for the completions of a user, below the home folder
+    "bash": ".local/share/bash-completion/completions/marconet",
+    "zsh": ".zfunc/_marconet",
+    "fish": ".config/fish/completions/marconet.fish",
+}
+THEN: Final = {
+    "bash": "open a new shell; it needs the package bash-completion",
+    "zsh": "add `fpath+=~/.zfunc; autoload -Uz compinit && compinit` to ~/.zshrc, then open a new shell",
+    "fish": "open a new shell",
+}
+
+
+def complete_scenario(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Names from `marconet list` that begin as typed, and paths."""
+    from experiments.scenario.library import catalog
+
+    names = [CompletionItem(entry.name, help=entry.question) for entry in catalog()
+             if entry.name.startswith(incomplete)]
+    return [*names, CompletionItem(incomplete, type="file")]
+
+
+def complete_plant(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Names from `marconet fmu list` that begin as typed, and paths."""
+    from fmus.build import own_models
+
+    names = [CompletionItem(name) for name in own_models() if name.startswith(incomplete)]
+    return [*names, CompletionItem(incomplete, type="file")]
+
+
+def script(command: click.Command, shell: str) -> str:
+    """What `shell` has to load."""
+    found = get_completion_class(shell)
+    assert found is not None, shell
+    return found(command, {}, "marconet", VARIABLE).source()
+
+
+def install(command: click.Command, shell: str) -> str:
+    """Write the script below the home folder; returns what the user has to do yet."""
+    file = Path.home() / PLACES[shell]
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(script(command, shell), encoding="utf-8")
+    return f"completion: {file}\n{THEN[shell]}"

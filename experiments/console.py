@@ -1,0 +1,74 @@
+"""Where the commands print: rich on a terminal, plain lines in a file or a pipe.
+
+Rich knows widths, bold type and progress bars; a file or a pipe needs none of them, and importing rich takes a tenth of
+the time of `marconet check`. Plain lines are never folded, so that each row of a table can be searched for.
+
+`NO_COLOR` (any value that is not empty) takes the colours away, `FORCE_COLOR` asks for a terminal's output in a pipe.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    from rich.console import Console as RichConsole
+
+    Console: TypeAlias = "RichConsole | PlainConsole"
+
+
+class PlainConsole:
+    """The part of rich's `Console` that the commands use, as plain text on standard output."""
+
+    is_terminal = False
+
+    def print(self, text: str = "", *, soft_wrap: bool = True) -> None:
+        print(text, flush=True)
+
+    @contextmanager
+    def status(self, text: str) -> Iterator[None]:
+        """Say what is being waited for; rich shows it only while it lasts."""
+        self.print(text)
+        yield
+
+
+class Silent(PlainConsole):
+    """For `--quiet` and `--json`: prints nothing."""
+
+    def print(self, text: str = "", *, soft_wrap: bool = True) -> None:
+        """Drop `text`."""
+
+
+def console_for(stdout_is_for_people: bool = True) -> Console:
+    """The console of standard output; a silent one where standard output is not for people."""
+    if not stdout_is_for_people:
+        return Silent()
+    if not (sys.stdout.isatty() or os.environ.get("FORCE_COLOR")):
+        return PlainConsole()
+    from rich import console as rich
+
+    return rich.Console(highlight=False, markup=False, emoji=False)
+
+
+def print_table(console: Console, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Columns as wide as their longest cell; on a terminal the cells are folded where the line is too narrow."""
+    if isinstance(console, PlainConsole):
+        lines = [list(columns), *map(list, rows)] if any(columns) else [list(row) for row in rows]
+        widths = [max(len(line[at]) for line in lines) for at in range(len(columns))] if lines else []
+        for line in lines:
+            console.print("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
+        return
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False, header_style="bold", show_header=any(columns))
+    for column in columns:
+        table.add_column(column, overflow="fold")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    console.print(table)

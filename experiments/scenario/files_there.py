@@ -1,0 +1,49 @@
+"""What is there instead of a file that is not: the nearest name, or all of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from experiments.scenario.problems import near, nearest, value_text
+
+DEEPEST = 3                 # folders below the scenario's that are looked through
+MOST = 200                  # entries: a home folder is not searched to its end
+TOLD = 8
+
+
+def near_file(wanted: str, there: Sequence[str]) -> str:
+    """The remedy for a path that does not exist: the path whose last part is nearest to the wanted one's, or all."""
+    by_name = {Path(path).stem: path for path in reversed(there)}
+    if (close := nearest(Path(wanted).stem, by_name)) is not None:
+        return f"did you mean {value_text(by_name[close])}?"
+    if len(there) > TOLD:
+        return f"there are {', '.join(there[:TOLD])} and {len(there) - TOLD} more"
+    return near("", there)
+
+
+def plants_in(folder: Path) -> list[str]:
+    """FMUs and model folders at and below `folder`, as a scenario in it names them."""
+    found = [path for path in _entries(folder)
+             if path.suffix == ".fmu" or (path.is_dir() and (path / "variables.toml").is_file())]
+    return sorted(str(path.relative_to(folder)) for path in found)
+
+
+def files_like(missing: Path) -> list[str]:
+    """Files with the same ending in the folder of `missing`, or in the nearest folder above it that exists."""
+    folder = next((above for above in missing.parents if above.is_dir()), missing.parent)
+    found: Iterable[Path] = folder.glob(f"*{missing.suffix}") if folder.is_dir() else ()
+    return sorted(str(path.relative_to(missing.parent) if folder == missing.parent else path) for path in found)[:MOST]
+
+
+def _entries(folder: Path) -> Iterator[Path]:
+    seen = 0
+    for where, folders, files in os.walk(folder):
+        depth = len(Path(where).relative_to(folder).parts)
+        folders[:] = sorted(name for name in folders if not name.startswith((".", "__"))) if depth < DEEPEST else []
+        for name in (*folders, *sorted(files)):
+            seen += 1
+            if seen > MOST * 10:
+                return
+            yield Path(where) / name

@@ -1,0 +1,148 @@
+"""The JSON Schema of a scenario, for editors: from the same classes and types that scenarios are read with.
+
+An editor completes keys and marks wrong ones; `marconet check` knows more: names, units that contradict each other,
+rules between keys, programs. What the schema refuses, `check` refuses too.
+
+Every time `x_ns` may be written `x_s`, `x_ms`, `x_us` or `x_ns`, a number of that unit. Draft 7, as Taplo reads it.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import is_dataclass
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin
+
+from annotated_types import Ge, Gt, Le, Lt
+
+from experiments.scenario import derived, gateways
+from experiments.scenario.agents import AgentTable
+from experiments.scenario.expect import SHAPE as EXPECTED
+from experiments.scenario.guarantees import GuaranteeHeader
+from experiments.scenario.house import house_vocabulary
+from experiments.scenario.loader import Header
+from experiments.scenario.network import ImpairmentHeader
+from experiments.scenario.shape import Shape, shape_of
+from experiments.scenario.units import spellings
+
+Schema = dict[str, Any]
+_PLAIN: Final[Mapping[Any, Schema]] = {
+    int: {"type": "integer"}, float: {"type": "number"}, str: {"type": "string"}, bool: {"type": "boolean"},
+    type(None): {"type": "null"}, Path: {"type": "string"}, dict: {"type": "object"}}
+_LIMITS: Final = {Ge: ("ge", "minimum"), Gt: ("gt", "exclusiveMinimum"), Le: ("le", "maximum"),
+                  Lt: ("lt", "exclusiveMaximum")}
+NAMES: Final = {"pattern": "^[A-Za-z][A-Za-z0-9_-]*$"}
+ABOUT: Final = {
+    "team": "what every robot knows beforehand, as its program asks for it",
+    "agents": "the nodes: each a program with its clock, plant and place",
+    "agents_defaults": "what every agent has unless it says otherwise",
+    "media": "what carries frames between the agents",
+    "gateways": "who takes part from outside, in real time",
+    "impairments": "what goes wrong on links, in this order",
+    "derived": "signals worked out from recorded ones after the run",
+    "guarantees": "what has to hold at every instant",
+    "expect": "what has to hold at the end",
+}
+
+
+def scenario_schema() -> Schema:
+    vocabulary = house_vocabulary()
+    header = _table(shape_of(Header))
+    media: Mapping[str, Any] = vocabulary.media
+    sections: Schema = {
+        "team": {"type": "object"},
+        "agents": _named(_table(shape_of(AgentTable), complete=False)),
+        "agents_defaults": _table(shape_of(AgentTable), complete=False),
+        "media": _named(_kinds({kind: shape_of(cls.Settings) for kind, cls in media.items()})),
+        "gateways": _named(_table(shape_of(gateways.Table))),
+        "impairments": {"type": "array", "items": _kinds(
+            {kind: shape_of(cls) for kind, cls in vocabulary.impairments.items()}, shape_of(ImpairmentHeader),
+            own_classes=True)},
+        "derived": _named(_table(shape_of(derived.Table))),
+        "guarantees": _named(_kinds({kind: shape_of(cls) for kind, cls in vocabulary.monitors.items()},
+                                    shape_of(GuaranteeHeader))),
+        "expect": {"type": "object", "additionalProperties": _table(EXPECTED)},
+    }
+    return {
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "A scenario of marconet",
+        **header,
+        "properties": {**header["properties"],
+                       **{key: {"description": ABOUT[key], **schema} for key, schema in sections.items()}},
+        "required": [*header.get("required", []), "agents"],
+    }
+
+
+def _named(table: Schema) -> Schema:
+    return {"type": "object", "propertyNames": NAMES, "additionalProperties": table}
+
+
+def _table(shape: Shape, *, complete: bool = True, kind: Schema | None = None) -> Schema:
+    """`complete`: the required fields have to be there; `kind`: what the key `kind` has to be."""
+    properties: Schema = {} if kind is None else {"kind": kind}
+    required = [] if kind is None else ["kind"]
+    one_of_each: list[Schema] = []
+    for name, hint in shape.hints.items():
+        keys = spellings(name)
+        for key in keys:
+            properties[key] = _of(hint, time=True, complete=complete)
+        if not keys:
+            properties[name] = _of(hint, complete=complete)
+        if complete and name in shape.required:
+            if keys:
+                one_of_each.append({"anyOf": [{"required": [key]} for key in keys]})
+            else:
+                required.append(name)
+    schema: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
+    if required:
+        schema["required"] = required
+    if one_of_each:
+        schema["allOf"] = one_of_each
+    return schema
+
+
+def _kinds(shapes: Mapping[str, Shape], common: Shape | None = None, *, own_classes: bool = False) -> Schema:
+    """A table whose key `kind` says which of the shapes it has, each with the fields of `common`."""
+    more = Shape({}, frozenset()) if common is None else common
+    tables = [_table(Shape({**more.hints, **shape.hints}, more.required | shape.required), kind={"const": kind})
+              for kind, shape in shapes.items()]
+    if own_classes:
+        table = _table(more, kind={"type": "string", "pattern": ":"})
+        tables.append({**table, "additionalProperties": True})
+    return {"oneOf": tables}
+
+
+def _of(hint: Any, time: bool = False, complete: bool = True) -> Schema:
+    """`time`: whole numbers of nanoseconds, written as numbers of another unit; `complete`: as in `_table`."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        schema = _of(parts[0], time, complete)
+        for mark in parts[1:]:
+            if type(mark) in _LIMITS:
+                attribute, keyword = _LIMITS[type(mark)]
+                schema = {**schema, keyword: getattr(mark, attribute)}
+        return schema
+    if hint is int and time:
+        return {"type": "number"}
+    if isinstance(hint, type) and hint in _PLAIN:
+        return dict(_PLAIN[hint])
+    if origin in (Union, types.UnionType):
+        return _any_of(_of(part, time, complete) for part in parts if part is not type(None))
+    if origin is Literal:
+        return {"enum": list(parts)}
+    if origin is tuple and parts and parts[-1] is not Ellipsis:
+        return {"type": "array", "items": [_of(part, time, complete) for part in parts], "minItems": len(parts),
+                "maxItems": len(parts)}
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return {"type": "object", "additionalProperties": _of(parts[1], time, complete)}
+    if isinstance(origin, type) and issubclass(origin, Sequence | set | frozenset):
+        return {"type": "array", "items": _of(parts[0], time, complete)}
+    if isinstance(hint, type) and is_dataclass(hint):
+        return _table(shape_of(hint), complete=complete)
+    return {}
+
+
+def _any_of(schemas: Iterable[Schema]) -> Schema:
+    found = list(schemas)
+    return found[0] if len(found) == 1 else {"anyOf": found}

@@ -1,0 +1,69 @@
+"""Refuses `time.sleep` in the program of a class, where it would hold up the emulator and let no robot time pass.
+
+Blocking programs (`firmware_sim/blocking`) sleep in virtual time and are not concerned; nor are threads beside the one
+that runs the nodes. The question who calls is asked only when somebody sleeps, so nothing else becomes slower.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from netem.lockstep.program_errors import is_authors
+
+OURS = ("netem", "fmus", "firmware_sim", "agents", "experiments")
+
+
+class SleepRefused(RuntimeError):
+    """A program of a class called `time.sleep`."""
+
+
+@contextmanager
+def sleep_refused() -> Iterator[None]:
+    """Within it `time.sleep` raises if a program of this thread calls it, also under `from time import sleep`."""
+    real, thread = time.sleep, threading.get_ident()
+
+    def sleep(seconds: float, /) -> None:
+        if threading.get_ident() == thread and _program_calls():
+            raise SleepRefused(f"time.sleep({seconds!r}) would hold up the emulator by the wall clock and let no robot "
+                               "time pass; write `yield from self.board.wait_until(self.board.now_ns + "
+                               f"{_whole_ns(seconds)})`")
+        real(seconds)
+
+    changed = list(_replaced(real, sleep))
+    try:
+        yield
+    finally:
+        for module, name in changed:
+            setattr(sys.modules[module], name, real)
+
+
+def _replaced(real: Callable[[float], None], by: Callable[[float], None]) -> Iterator[tuple[str, str]]:
+    """Put `by` where authors' modules and `time` have the real function; gives the places."""
+    for module_name, module in list(sys.modules.items()):
+        file = getattr(module, "__file__", None)
+        if module_name != "time" and not (isinstance(file, str) and is_authors(file)):
+            continue
+        for name, value in list(vars(module).items()):
+            if value is real:
+                setattr(module, name, by)
+                yield module_name, name
+
+
+def _program_calls() -> bool:
+    """Whether a file of a program's author is nearer on the stack than anything of marconet's."""
+    frame = sys._getframe(2)
+    while frame is not None:
+        if str(frame.f_globals.get("__name__", "")).partition(".")[0] in OURS:
+            return False
+        if is_authors(frame.f_code.co_filename):
+            return True
+        frame = frame.f_back        # type: ignore[assignment]
+    return False
+
+
+def _whole_ns(seconds: float) -> str:
+    return f"{round(seconds * 1e9):_}" if isinstance(seconds, int | float) else "..."

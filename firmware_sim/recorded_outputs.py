@@ -1,0 +1,86 @@
+"""Records the outputs of a plant as signals of its node, whether or not its program names them.
+
+Every output that is a number, a truth value or an item of an enumeration becomes a signal with the output's name and
+unit, each element of an array one of its own (`a[1]`, `m[2,1]`): at most `MOST_RECORDED` of a plant, in the order of
+its description. An output whose name the program has declared as a signal is left to the program.
+
+Not recorded: text, binary values, clocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from itertools import product
+from math import nan
+from typing import Final
+
+from fmus.description import Variable
+from fmus.plant import Plant
+from fmus.start_values import RANGES, REALS
+from netem.node import Node
+
+MOST_RECORDED: Final = 64
+NUMBERS: Final = frozenset({*REALS, *RANGES, "Boolean", "Enumeration"})
+
+
+def record_outputs(node: Node, plant: Plant, idle: Collection[str] = ()) -> None:
+    """Declare the signals; called when the program has declared its own. `idle` outputs are 0 for good: left out."""
+    taken = node.signal_names
+    chosen: list[Variable] = []
+    signals: list[tuple[str, str]] = []
+    left_out = 0
+    for variable in plant.description.variables.values():
+        if variable.causality != "output" or variable.type not in NUMBERS \
+                or variable.name in idle:
+            continue
+        names = elements(variable)
+        if not taken.isdisjoint(names):
+            continue
+        if len(signals) + len(names) > MOST_RECORDED:
+            left_out += len(names)
+            continue
+        chosen.append(variable)
+        signals += [(name, variable.unit or "1") for name in names]
+    if left_out:
+        node.event("outputs not recorded", f"{left_out} of {left_out + len(signals)} numbers: at most {MOST_RECORDED} "
+                                           "of a plant are; a program can record others with node.signal")
+    if not signals:
+        return
+    if all(variable.is_float64 for variable in chosen):
+        node.signals(signals, plant.output_group([variable.name for variable in chosen], finite=False).read_at)
+    else:
+        node.signals(signals, _Reading(plant, chosen).at)
+
+
+def elements(variable: Variable) -> list[str]:
+    """The names of its elements: itself, or `a[1]`, `a[2]`, ..., rows first."""
+    if not variable.shape:
+        return [variable.name]
+    return [f"{variable.name}[{','.join(map(str, place))}]"
+            for place in product(*(range(1, extent + 1) for extent in variable.shape))]
+
+
+class _Reading:
+    """Outputs of several types, or arrays: those that no group can hold are read one by one."""
+
+    def __init__(self, plant: Plant, variables: Sequence[Variable]) -> None:
+        self._plant = plant
+        floats = [variable.name for variable in variables if variable.is_float64]
+        self._group = plant.output_group(floats, finite=False) if floats else None
+        self._variables = variables
+
+    def at(self, time_ns: int) -> Sequence[float]:
+        """The outputs at a sample; not numbers once the plant has stopped."""
+        plant = self._plant
+        if plant.stopped is not None:
+            return [nan] * sum(variable.elements for variable in self._variables)
+        plant.advance_to(time_ns)
+        together = iter(self._group.read() if self._group is not None else ())
+        values: list[float] = []
+        for variable in self._variables:
+            if variable.is_float64:
+                values.append(next(together))
+            else:
+                found = plant.get(variable.name)
+                values += map(float, found) if variable.shape else (float(found),)
+        return values

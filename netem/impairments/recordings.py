@@ -1,0 +1,25 @@
+"""What impairments have read from files, so that a file is read once, whatever the number of links.
+
+Whoever builds the impairments of a scenario passes one `Recordings` to all of them, and drops it with them.
+
+Invariant: what is kept is never changed, so links may share it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
+
+Value = TypeVar("Value")
+
+
+class Recordings:
+    def __init__(self) -> None:
+        self._kept: dict[Hashable, Any] = {}
+
+    def once(self, key: Hashable, read: Callable[[], Value]) -> Value:
+        """What `read` returned for this key; it is called the first time. What it raises is raised each time."""
+        if key not in self._kept:
+            self._kept[key] = read()
+        value: Value = self._kept[key]
+        return value

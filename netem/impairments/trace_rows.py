@@ -1,0 +1,67 @@
+"""The rows of a recorded course of loss and delay, as `trace` replays them.
+
+Time counts from `start_ns` of the file's own clock, its first row where nothing is said. The row in force at the start
+holds from 0 on; rows before it are passed over.
+
+Invariant: nothing here is changed after construction, so all links with one recording share it.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from netem.impairments.csv_columns import Columns, RecordingError, read_columns
+
+LOST = -1                               # instead of a delay
+
+
+@dataclass(frozen=True)
+class TraceRows:
+    delays_ns: array[int]               # by row, LOST where the copy is lost
+    times_ns: array[int]                # when a row begins to hold, from 0; empty: row n is for frame n
+    length: int                         # frames, or ns
+    least_ns: int                       # of the delays of copies that come out; 0 if there are none
+    most_ns: int
+
+
+def read_rows(file: str, by_time: bool, columns: Mapping[str, str], start_ns: int | None) -> TraceRows:
+    found = read_columns(file, times=["time", "delay"], flags=True, columns=columns)
+    if "delay" not in found.times_ns and found.lost is None:
+        raise RecordingError(f"{file}: neither delay_s (or _ms, _us, _ns) nor lost (or received) among "
+                             f"{found.text.there}: expected one, or its name in the file in `columns`")
+    delays_ns = found.times_ns.get("delay", np.zeros(found.rows, dtype=np.int64))
+    if found.lost is not None:
+        delays_ns = np.where(found.lost, LOST, delays_ns)
+    times_ns = _times(found, file, start_ns) if by_time else np.zeros(0, dtype=np.int64)
+    length = found.rows
+    if by_time:
+        length = int(2 * times_ns[-1] - times_ns[-2])
+        first = int(np.searchsorted(times_ns, 0, "right")) - 1
+        if first < 0 or length <= 0:
+            raise RecordingError(f"start_ns={start_ns}: expected an instant within {file}, which begins "
+                                 f"at {int(times_ns[0]) + (start_ns or 0)} ns and ends at {length + (start_ns or 0)}"
+                                 " ns")
+        delays_ns, times_ns = delays_ns[first:], np.maximum(times_ns[first:], 0)
+    coming_out = delays_ns[delays_ns != LOST]
+    return TraceRows(array("q", delays_ns.astype("=i8").tobytes()), array("q", times_ns.astype("=i8").tobytes()),
+                     length, int(coming_out.min()) if len(coming_out) else 0,
+                     int(coming_out.max()) if len(coming_out) else 0)
+
+
+def _times(found: Columns, file: str, start_ns: int | None) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    if "time" not in found.times_ns:
+        raise RecordingError(f"{file}: by=time needs a column time_s, time_ms, time_us or time_ns, or its name in the "
+                             f"file in `columns`; there are {found.text.there}")
+    times_ns = found.times_ns["time"]
+    if len(times_ns) < 2:
+        raise RecordingError(f"{file}: by=time needs two rows or more: the last one holds as long as the one before it")
+    falls = np.flatnonzero(np.diff(times_ns) <= 0)
+    if len(falls):
+        row = int(falls[0]) + 1
+        raise RecordingError(f"{file}:{found.line(row)}: the time does not rise: {times_ns[row]} ns after "
+                             f"{times_ns[row - 1]} ns; sort the rows and keep one of each instant")
+    return times_ns - (times_ns[0] if start_ns is None else start_ns)

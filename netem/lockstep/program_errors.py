@@ -1,0 +1,61 @@
+"""What a program raised, in words for its author: the place in the program, the rule, the remedy.
+
+Works on the text of a traceback, as both hosts have it: the host with processes gets no more than the text.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import sysconfig
+from pathlib import Path
+from typing import Final
+
+_FRAME: Final = re.compile(r'  File "(?P<file>[^"]+)", line (?P<line>\d+), in (?P<function>.+)')
+_INVALID_YIELD: Final = re.compile(r'Invalid yield value "(?P<value>.*)"\s*$', re.DOTALL)
+_GENERATOR: Final = re.compile(r"<generator object (?P<name>\S+) at 0x[0-9a-f]+>")
+_OUR_TYPE: Final = re.compile(r"^(?:netem|fmus|firmware_sim|experiments)(?:\.\w+)*: ")
+_OURS: Final = str(Path(__file__).parents[2])
+_PACKAGES: Final = tuple(f"{_OURS}/{name}/" for name in ("netem", "fmus", "firmware_sim", "experiments"))
+_LIBRARIES: Final = tuple(f"{path}/" for path in {sysconfig.get_paths()[key] for key in
+                                                  ("stdlib", "platstdlib", "purelib", "platlib")})
+MOST_FRAMES: Final = 5             # shown of a recursion
+NO_EVENT: Final = "expected an event, as `yield self.board.until(local_ns)` or `yield port.receive()` wait for"
+
+
+def what_failed(trace: str) -> str:
+    """The last line of a traceback, "Type: message", with the remedy where the mistake is a known one."""
+    last = trace.strip().rpartition("\n")[2].strip()
+    if (wrong := _INVALID_YIELD.search(trace)) is not None:
+        frames = list(_FRAME.finditer(trace[:wrong.start()]))
+        place = f"{Path(frames[-1]['file']).name}:{frames[-1]['line']}: " if frames else ""
+        if (generator := _GENERATOR.fullmatch(wrong["value"])) is not None:
+            name = generator["name"].rpartition(".")[2]
+            return (f"{place}yield of the generator {generator['name']}: it waits only if it is delegated to; write "
+                    f"`yield from ...{name}(...)`")
+        return f"{place}yield {wrong['value']}: {NO_EVENT}"
+    if "'NoneType' object has no attribute" in last and re.search(r"^    .*\.plant\.", trace, re.MULTILINE):
+        return f"{last}: this agent has no plant; give it one, plant = {{ fmu = \"...\" }}"
+    return _OUR_TYPE.sub("", last)
+
+
+def own_lines(trace: str) -> str:
+    """The frames that lie in the files of the program's author, "" if there are none."""
+    kept: list[str] = []
+    keep = False
+    for line in trace.rstrip().splitlines():
+        if (frame := _FRAME.match(line)) is not None:
+            keep = is_authors(frame["file"])
+        elif not line.startswith("    "):
+            keep = False
+        if keep:
+            kept.append(line)
+    starts = [at for at, line in enumerate(kept) if _FRAME.match(line)]
+    if len(starts) > MOST_FRAMES:
+        kept[:starts[-MOST_FRAMES]] = [f"  ... {len(starts) - MOST_FRAMES} frames before"]
+    return "\n".join(kept)
+
+
+def is_authors(file: str) -> bool:
+    """Whether a source file is neither marconet's nor a library's."""
+    return not file.startswith((*_PACKAGES, *_LIBRARIES, f"{sys.prefix}/", "<"))

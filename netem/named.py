@@ -1,0 +1,40 @@
+"""A mapping by names that says which names there are when one is asked for that is not.
+
+    node.ports["radi"]      KeyError: r1 has no port 'radi'; did you mean 'radio'?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Any, NoReturn, TypeVar
+
+Value = TypeVar("Value")
+
+
+class UnknownName(KeyError):
+    """A name that is not there; the message is a sentence, not only the name."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class Named(dict[str, Value]):
+    """`owner` and `what` are for the message: "r1", "port"; `if_empty` is the remedy where there are none at all."""
+
+    def __init__(self, entries: Mapping[str, Value], owner: str, what: str, if_empty: str) -> None:
+        super().__init__(entries)
+        self._owner, self._what, self._if_empty = owner, what, if_empty
+
+    def __missing__(self, name: Any) -> NoReturn:
+        raise UnknownName(f"{self._owner} has no {self._what} {name!r}; {self._remedy(str(name))}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return dict, (dict(self),)
+
+    def _remedy(self, name: str) -> str:
+        if not self:
+            return self._if_empty
+        if close := get_close_matches(name, list(self), 1, cutoff=0.5):
+            return f"did you mean {close[0]!r}?"
+        return ("there are " if len(self) > 1 else "there is only ") + ", ".join(map(repr, self))

@@ -1,0 +1,147 @@
+"""A plant is where its time is: what a program sets and reads, and what is recorded, belongs to the present instant."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import sin
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import expm
+
+from experiments.node_build import NodeSpecification, PlantSpecification, build_node
+from experiments.run_data import load_run
+from experiments.runner import run
+from experiments.scenario import load
+from firmware_sim.clock_settings import ClockSettings
+from fmus.build import build_model, model_folder
+from fmus.describe import read_model
+from fmus.describe_fmu import describe
+from fmus.errors import PlantError
+from netem.lockstep.messages import Grant
+from netem.node import Node
+
+CASES = Path(__file__).parents[1] / "cases"
+MS = 1_000_000
+A, B, C = [[-0.6, -1.0], [1.0, 0.0]], [[1.0], [0.0]], [[0.0, 2.0]]
+PROGRAMS = '''
+from math import sin
+
+
+class Steps:
+    """Sets and reads without a word of where the plant is; by names, or by groups."""
+
+    def __init__(self, board, *, groups: bool = False, named: bool = False):
+        self.board, self.plant = board, board.plant
+        write = board.plant.input_group(["u[1]"]).write
+        read = board.plant.output_group(["y[1]"]).read
+        self.set = (lambda u: write([u])) if groups else (lambda u: board.plant.set("u[1]", u))
+        self.get = (lambda: read()[0]) if groups else (lambda: board.plant.get("y[1]"))
+        if named:
+            board.node.signal("y[1]", "m", lambda t_ns: -1.0)
+
+    def run(self):
+        k = 0
+        while True:
+            yield self.board.sleep_until(k * 50_000_000)
+            self.board.node.event("y", repr(self.get()))
+            self.set(sin(0.7 * k))
+            k += 1
+
+
+class Ahead:
+    """Steps its plant to a later instant than it stands at."""
+
+    def __init__(self, board):
+        self.board = board
+
+    def run(self):
+        yield self.board.sleep_until(10_000_000)
+        self.board.plant.advance_to(15_000_000)
+        self.board.plant.set("u[1]", 1.0)
+'''
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    where = tmp_path_factory.mktemp("present")
+    (where / "programs_at_present.py").write_text(PROGRAMS)
+    return where
+
+
+def node(folder: Path, sample_period_ns: int, program: str = "Steps", **parameters: object) -> Node:
+    start = {"A": A, "B": B, "C": C}
+    idle = read_model(model_folder("linear_system") / "variables.toml").idle_outputs(start)
+    plant = PlantSpecification(describe(build_model("linear_system")), start, idle_outputs=idle)
+    return build_node(NodeSpecification("p", f"programs_at_present:{program}", dict(parameters), {}, ClockSettings(),
+                                        plant, {}, sample_period_ns, 1, str(folder)))
+
+
+@cache
+def closed_form() -> list[float]:
+    """y at k 50 ms before u changes: the exact step for a held input, by the exponential of the augmented matrix."""
+    step = expm(np.block([[np.array(A), np.array(B)], [np.zeros((1, 3))]]) * 0.05)
+    x, ys = np.zeros(2), []
+    for k in range(41):
+        ys.append(float((np.array(C) @ x)[0]))
+        x = step[:2, :2] @ x + step[:2, 2] * sin(0.7 * k)
+    return ys
+
+
+@settings(max_examples=40)
+@given(sample_period_ns=st.sampled_from([0, MS, 10 * MS, 50 * MS, 100 * MS]) | st.integers(MS // 2, 300 * MS),
+       groups=st.booleans())
+def test_how_often_a_signal_is_recorded_never_changes_the_physics(sample_period_ns: int, groups: bool, folder: Path,
+                                                                  ) -> None:
+    report = node(folder, sample_period_ns, groups=groups).advance(Grant(1, 2_000 * MS + 1, False, True, []))
+
+    found = [float(detail) for _, _, detail in report.events]
+    assert found == pytest.approx(closed_form(), rel=1e-12, abs=1e-12)
+
+
+def test_outputs_are_recorded_though_no_program_names_them(folder: Path) -> None:
+    subject = node(folder, 50 * MS)
+
+    report = subject.advance(Grant(1, 2_000 * MS + 1, False, True, []))
+
+    assert subject.hello().signals == [("y[1]", "1"), ("x[1]", "1"), ("x[2]", "1")]     # the others stay 0 for good
+    assert [values[0] for _, values in report.samples] == pytest.approx(closed_form(), rel=1e-12, abs=1e-12)
+    assert all(values[0] == 2.0 * values[2] for _, values in report.samples)
+
+
+def test_a_signal_of_the_program_with_the_name_of_an_output_stands(folder: Path) -> None:
+    subject = node(folder, 50 * MS, named=True)
+
+    report = subject.advance(Grant(1, 100 * MS, False, True, []))
+
+    assert subject.hello().signals == [("y[1]", "m"), ("x[1]", "1"), ("x[2]", "1")]
+    assert {values[0] for _, values in report.samples} == {-1.0}
+
+
+def test_what_is_set_on_a_plant_ahead_of_the_present_is_refused_with_both_instants(folder: Path) -> None:
+    with pytest.raises(PlantError) as caught:
+        node(folder, 0, "Ahead").advance(Grant(1, 100 * MS, False, True, []))
+
+    assert str(caught.value).endswith(
+        ": p: set or read at t=0.01 s, but the plant was stepped to t=0.015 s already: advance_to takes the present "
+        "true time, board.node.now_ns, no later instant and not the local clock's board.now_ns")
+
+
+@pytest.mark.parametrize("file", ["ctl.py", "ctl_advance.py"])
+def test_ordinary_blocking_code_closes_the_loop(file: str, tmp_path: Path) -> None:
+    """y(k) = 1 - 0.95^k, whether or not the program says where the plant is."""
+    (tmp_path / "ctl.py").write_bytes((CASES / "blocking_plant" / file).read_bytes())
+    (tmp_path / "ctl.toml").write_bytes((CASES / "blocking_plant" / "ctl.toml").read_bytes())
+
+    result = run(load(tmp_path / "ctl.toml"), out=tmp_path / "out", report=False)
+
+    log = next((result.folder / "logs").glob("p*")).read_text()
+    assert [float(line.split()[-1]) for line in log.splitlines() if " y " in line] == pytest.approx(
+        [1 - 0.95**k for k in (9, 19, 29, 39)], abs=1e-6)
+    table = load_run(result.folder).signals["p"]
+    at_s = [0.45, 0.95, 1.45, 1.95]
+    found = [float(table.column("y[1]")[table.time_ns.tolist().index(round(t * 1e9))]) for t in at_s]
+    assert found == pytest.approx([1 - 0.95**k for k in (9, 19, 29, 39)], rel=1e-12)
