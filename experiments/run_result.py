@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
@@ -19,6 +19,8 @@ class Progress(msgspec.Struct, frozen=True):
     wall_s: float
     windows: int
     frames: Mapping[str, int]
+    waits_for: Sequence[str] = ()       # the nodes that have not answered for seconds
+    waited_s: float = 0.0
 
     @property
     def real_time_factor(self) -> float:
@@ -78,10 +80,13 @@ class Summary(msgspec.Struct, frozen=True):
     code: str = ""              # "compiled", or "interpreted: " and why
     real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.real_time.lateness`
     ended: str = ""             # why the run ended before its length, and when; figures are up to there
+    failure: str = ""           # what ended the run before its end, in words; empty if nothing did
+    last_report: str = ""       # of the node that failed, where the failure is one of a node
+    reached_ns: int | None = None
 
     @property
     def holds(self) -> bool:
-        return all(verdict.holds for verdict in self.verdicts)
+        return not self.failure and all(verdict.holds for verdict in self.verdicts)
 
 
 def lateness_in_words(real_time: Mapping[str, int]) -> str:

@@ -1,29 +1,38 @@
 """Plotly for a page: inside it, or as one file that all reports of a folder share.
 
-The bundle is plotly.js's own `cartesian` one (1.5 MB; the complete one has 4.8), kept in `page/` as npm publishes it,
-see decision 0020. A report holds it, so that the page can be sent alone. Where a run folder lies beside those of other
-runs, the file lies once beside them, and each page names it as `../plotly-....js`, which browsers load from the disk.
+The bundle is the one that the Python package `plotly` brings (4.8 MB), see decision 0020. A report holds it, so that
+the page can be sent alone. Where a run folder lies beside those of other runs, the file lies once beside them, and each
+page names it as `../plotly-VERSION.min.js`, which browsers load from the disk.
 """
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import cache
 from importlib.resources import files
 from itertools import islice
 from pathlib import Path
 from typing import Final, Literal
 from uuid import uuid4
 
-PLOTLY: Final = "plotly-cartesian-4.1.1.min.js"
 MOST_SIBLINGS: Final = 1_000        # folders looked at for another run
 
 Where = Literal["auto", "inside", "beside"]
 
 
+@cache
 def plotly_source() -> str:
-    return (files("experiments.report") / "page" / PLOTLY).read_text("utf-8")
+    """The JavaScript of the installed package, read once in a process."""
+    return (files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")
+
+
+def plotly_name() -> str:
+    """The name of the file that reports share: with the version of plotly.js, which its first lines say."""
+    version = re.search(r"plotly\.js v([0-9A-Za-z.-]+)", plotly_source()[:300])
+    return f"plotly-{version[1] if version else 'js'}.min.js"
 
 
 def shared_plotly(run_dir: Path, where: Where = "auto") -> str | None:
@@ -31,11 +40,12 @@ def shared_plotly(run_dir: Path, where: Where = "auto") -> str | None:
     has to hold Plotly itself. "auto": shared if another run lies beside this one and the file can be written."""
     if where == "inside" or (where == "auto" and not _has_siblings(run_dir)):
         return None
-    path = run_dir.absolute().parent / PLOTLY
+    name = plotly_name()
+    path = run_dir.absolute().parent / name
     try:
         if not _is_ours(path):
             _write(path, plotly_source().encode())
-        return f"../{PLOTLY}" if _is_ours(path) else None
+        return f"../{name}" if _is_ours(path) else None
     except OSError:
         if where == "beside":
             raise
@@ -44,7 +54,7 @@ def shared_plotly(run_dir: Path, where: Where = "auto") -> str | None:
 
 def _has_siblings(run_dir: Path) -> bool:
     own = run_dir.absolute()
-    if (own.parent / PLOTLY).exists():
+    if (own.parent / plotly_name()).exists():
         return True
     return any(folder != own.name and _holds_a_run(own.parent / folder)
                for folder in islice(_folders(own.parent), MOST_SIBLINGS))

@@ -46,6 +46,7 @@ class Seat:
     pending_ns: int = NEVER_NS          # first one at a port that is not quiet
     earliest_ns: int = 0                # max(firm, min(soft, pending))
     granted_ns: int = 0
+    sampled_ns: int = 0                 # its last sample
     inbox: list[Delivery] = field(default_factory=list)
     ports: dict[str, int] = field(init=False)           # index of the port to each medium
 
@@ -250,6 +251,7 @@ class Conductor:
             return self.host.exchange(grants)
         except NodeFailure as failure:
             seat = self.seats[failure.node]
+            self.counters |= failure.counters
             raise NodeFailure(failure.node, failure.reason, last_report=seat.standing(),
                               detail=failure.detail, others=failure.others) from None
 
@@ -262,10 +264,11 @@ class Conductor:
         seat.earliest_ns = max(seat.firm_ns, min(seat.soft_ns, seat.pending_ns))
         width = len(seat.signals)
         for time_ns, values in report.samples:
-            if len(values) != width or not 0 <= time_ns <= horizon_ns:
+            if len(values) != width or not seat.sampled_ns <= time_ns <= horizon_ns:
                 raise NodeFailure(seat.name, f"reports nonsense in window {report.window}: {len(values)} values of its "
-                                  f"{width} signals at {time_ns} ns, expected {width} and 0 <= time <= {horizon_ns} ns",
-                                  last_report=seat.standing())
+                                  f"{width} signals at {time_ns} ns, expected {width} and "
+                                  f"{seat.sampled_ns} <= time <= {horizon_ns} ns", last_report=seat.standing())
+            seat.sampled_ns = time_ns
             if time_ns <= self.end_ns:
                 self.recorders.sample(seat.name, time_ns, values)
         for time_ns, kind, detail in report.events:
@@ -282,6 +285,14 @@ class Conductor:
             f"broke its promise in window {report.window}: frame {sequence} of {len(data)} bytes on port {port} at "
             f"{time_ns} ns, expected a port below {len(seat.media)} and {seat.earliest_ns} <= time < {limit_ns} ns",
             last_report=seat.standing())
+
+    def ask_counters(self, within_s: float) -> None:
+        """After a failure: what the nodes have counted that still answer, each where it stands. They end with it."""
+        waiting = [seat for seat in self.seats.values() if seat.name not in self.counters]
+        self.windows += 1
+        grants = [(seat.name, Grant(self.windows, seat.granted_ns, False, True, [])) for seat in waiting]
+        for name, report in self.host.last_words(grants, within_s):
+            self.counters[name] = report.counters
 
     def _finish(self, seats: list[Seat]) -> None:
         """Bring every node to the end: pending frames, samples and counters come in, nothing may go out any more."""

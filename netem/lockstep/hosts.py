@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
-from netem.lockstep.errors import programs_failed
+from netem.agenda import NEVER_NS
+from netem.diagnosis.under_way import UnderWay
+from netem.lockstep.credible import credible
+from netem.lockstep.errors import NodeFailure, is_interruption, programs_failed
 from netem.lockstep.messages import Grant, Hello, Report
+from netem.lockstep.watchdog import NodeHangs, Watchdog
 from netem.node import Node
-from netem.outside_guard import OutsideGuard, OutsideRefused
+from netem.outside_guard import OutsideGuard
 
 
 class Host(Protocol):
@@ -23,6 +27,9 @@ class Host(Protocol):
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         """Send every grant, wait for every report; raises `NodeFailure` for a node that does not answer."""
 
+    def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
+        """After a failure: the reports of the nodes that still answer a last grant; raises for none that does not."""
+
     def stop(self) -> None:
         """End every node, whatever happened; leaves no process and no socket."""
 
@@ -30,34 +37,51 @@ class Host(Protocol):
 class InlineHost:
     """All nodes in this process. `build` maps a node's name to the function that makes it.
 
-    `guard` watches the programs while they run, if time is virtual.
+    `guard` watches the programs while they run, if time is virtual. `under_way.words[0]` is the place in `build` of the
+    node whose code runs, counted from 1. With a `timeout_s`, a `Watchdog` ends a run in which that code does not come
+    back; `waiting` learns whose it is after two seconds.
     """
 
-    def __init__(self, build: Mapping[str, Callable[[], Node]], guard: OutsideGuard | None = None) -> None:
+    def __init__(self, build: Mapping[str, Callable[[], Node]], guard: OutsideGuard | None = None,
+                 under_way: UnderWay | None = None, timeout_s: float | None = None,
+                 waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None) -> None:
         self._build = build
         self._guard = guard or OutsideGuard()
         self._guarded = guard is not None
         self._nodes: dict[str, Node] = {}
+        self._places = {name: place for place, name in enumerate(build, 1)}
+        self._running: Any = [0] if under_way is None else under_way.words
+        self._watchdog: Watchdog | None = None
+        if under_way is not None and timeout_s is not None:
+            self._watchdog = Watchdog(list(build), under_way, timeout_s, waiting)
 
     def start(self) -> dict[str, Hello]:
         failed: dict[str, tuple[str, str]] = {}
         guard = self._guard
+        if self._watchdog is not None:
+            self._watchdog.start()
         if self._guarded:
             guard.begin()
         for name, build in self._build.items():
+            if guard.refusal is not None:
+                break
             guard.program_runs = True
+            self._running[0] = self._places[name]
             try:
                 self._nodes[name] = build()
                 guard.check()
-            except (Exception, SystemExit, OutsideRefused):
+            except NodeHangs as error:
+                raise self._hangs(name) from error
+            except BaseException as error:
+                if is_interruption(error):
+                    raise
                 failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
-                if guard.refusal is not None:
-                    break
             finally:
                 guard.program_runs = False
+                self._came_back()
         if failed:
             raise programs_failed(failed)
-        return {name: node.hello() for name, node in self._nodes.items()}
+        return {name: credible(name, node.hello()) for name, node in self._nodes.items()}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         reports = []
@@ -66,19 +90,49 @@ class InlineHost:
         guard.program_runs = True
         for name, grant in grants:
             node = self._nodes[name]
+            self._running[0] = self._places[name]
             try:
                 reports.append((name, node.advance(grant)))
                 if guard.refusal is not None:
                     guard.check()
-            except (Exception, SystemExit, OutsideRefused):
+            except NodeHangs as error:
+                guard.program_runs = False
+                raise self._hangs(name) from error
+            except BaseException as error:
+                if is_interruption(error):
+                    guard.program_runs = False
+                    raise
                 failed[name] = f"its program failed at {node.now_ns} ns", guard.with_refusal(traceback.format_exc())
                 if guard.refusal is not None:
                     break
         guard.program_runs = False
+        self._came_back()
         if failed:
-            raise programs_failed(failed)
+            failure = programs_failed(failed)
+            failure.counters = {name: self._nodes[name].counters() for name in failed}
+            raise failure
         return reports
 
+    def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
+        """What the nodes have counted; no code of theirs runs for it."""
+        return [(name, Report(grant.window, NEVER_NS, NEVER_NS, [], [], [], self._nodes[name].counters(), ""))
+                for name, grant in grants if name in self._nodes]
+
+    def counters(self) -> dict[str, dict[str, int]]:
+        """What every node has counted up to now."""
+        return {name: node.counters() for name, node in self._nodes.items()}
+
     def stop(self) -> None:
+        if self._watchdog is not None:
+            self._watchdog.stop()
         self._guard.end()
         self._nodes.clear()
+
+    def _came_back(self) -> None:
+        self._running[0] = 0
+        if self._watchdog is not None:
+            self._watchdog.steps += 1
+
+    def _hangs(self, name: str) -> NodeFailure:
+        assert self._watchdog is not None
+        return NodeFailure(name, self._watchdog.reason, detail=self._watchdog.detail)
