@@ -63,6 +63,8 @@ class InlineHost:
         if self._guarded:
             guard.begin()
         for name, build in self._build.items():
+            if guard.refusal is not None:
+                break
             guard.program_runs = True
             self._running[0] = self._places[name]
             try:

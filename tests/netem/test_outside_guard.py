@@ -124,12 +124,12 @@ def line_of(text: str) -> int:
 
 @pytest.mark.parametrize(("program", "reason"), [
     ("AtStart", f"could not start: robot.py:{{udp}}: {SENDING} {RULE}"),
-    ("LaterOn", f"its program failed: robot.py:{{udp}}: {SENDING} {RULE}"),
-    ("Swallows", f"its program failed: robot.py:{{udp}}: {SENDING} {RULE}"),
-    ("InAThread", f"its program failed: robot.py:{{udp}}: {SENDING} {RULE}"),
-    ("Zenoh", f"its program failed: robot.py:{{zenoh}}: opening a Zenoh session {RULE}"),
-    ("ZenohByName", f"its program failed: robot.py:{{by_name}}: opening a Zenoh session {RULE}"),
-    ("Scout", f"its program failed: robot.py:{{scout}}: scouting for Zenoh {RULE}"),
+    ("LaterOn", f"its program failed at 50000000 ns: robot.py:{{udp}}: {SENDING} {RULE}"),
+    ("Swallows", f"its program failed at 50000000 ns: robot.py:{{udp}}: {SENDING} {RULE}"),
+    ("InAThread", f"its program failed at 50000000 ns: robot.py:{{udp}}: {SENDING} {RULE}"),
+    ("Zenoh", f"its program failed at 50000000 ns: robot.py:{{zenoh}}: opening a Zenoh session {RULE}"),
+    ("ZenohByName", f"its program failed at 50000000 ns: robot.py:{{by_name}}: opening a Zenoh session {RULE}"),
+    ("Scout", f"its program failed at 50000000 ns: robot.py:{{scout}}: scouting for Zenoh {RULE}"),
 ])
 def test_a_program_that_goes_past_the_emulator_is_refused_in_the_same_words_on_both_hosts(
         robot: Path, program: str, reason: str) -> None:
@@ -164,7 +164,7 @@ def test_in_real_time_a_program_may_send_on_sockets(robot: Path, host: str) -> N
     ("zenoh_unmodified/two.toml", r"z(pub.py:6|sub.py:4): opening a Zenoh session"),
 ])
 def test_blocking_programs_are_refused(tmp_path: Path, case: str, place: str) -> None:
-    with pytest.raises(NodeFailure, match=rf"its program failed: \S*{place} goes past the emulator"):
+    with pytest.raises(NodeFailure, match=rf"its program failed at \d+ ns: \S*{place} goes past the emulator"):
         run(load(CASES / case), out=tmp_path, report=False)
 
 
