@@ -74,11 +74,11 @@ class InlineHost:
                 if is_interruption(error):
                     raise
                 failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
-                if guard.refusal is not None:
-                    break
             finally:
                 guard.program_runs = False
                 self._came_back()
+            if guard.refusal is not None:       # mypyc compiles no break within try and finally
+                break
         if failed:
             raise programs_failed(failed)
         return {name: credible(name, node.hello()) for name, node in self._nodes.items()}
