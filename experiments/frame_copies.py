@@ -16,21 +16,23 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
 from netem.fate import Fate
 from netem.records.ledger import COLUMNS, Row
-from netem.records.ledger_table import read_ledger
+
+if TYPE_CHECKING:                       # `check` knows the kinds of guarantees without a ledger to read
+    import pyarrow as pa
+
+    Read = Callable[[Sequence[str]], pa.Table]
 
 Ints = NDArray[np.int64]
 Codes = NDArray[np.unsignedinteger[Any]]
 Mask = NDArray[np.bool_]
 LinkName = tuple[str, str, str]
-Read = Callable[[Sequence[str]], pa.Table]
 
 LINK = ("medium", "sender", "receiver")
 DELIVERED = Fate.DELIVERED.value
@@ -89,6 +91,10 @@ class FrameCopies:
     def of_file(path: Path) -> FrameCopies:
         """The copies of a ledger file: names are read at once, the rest when asked for. Raises FileNotFoundError and
         LedgerUnreadable, which reading a column may raise later."""
+        import pyarrow as pa
+
+        from netem.records.ledger_table import read_ledger
+
         def read(columns: Sequence[str]) -> pa.Table:
             try:
                 return read_ledger(path, list(columns))
@@ -106,6 +112,8 @@ class FrameCopies:
     @staticmethod
     def of_rows(rows: Sequence[Row]) -> FrameCopies:
         """As an in-memory `Ledger` has them."""
+        import pyarrow as pa
+
         columns = zip(*rows, strict=True) if rows else [()] * len(COLUMNS)
         kinds = [pa.string() if name in (*LINK, "fate", "cause") else pa.binary() if name == "digest" else pa.int64()
                  for name in COLUMNS]
@@ -205,6 +213,8 @@ def _of_source(read: Read) -> FrameCopies:
 
 
 def _coded(column: pa.ChunkedArray) -> Coded:
+    import pyarrow as pa
+
     if not pa.types.is_dictionary(column.type):
         column = column.dictionary_encode()
     chunks = column.unify_dictionaries().chunks
