@@ -62,10 +62,10 @@ class InlineHost:
                 if is_interruption(error):
                     raise
                 failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
-                if guard.refusal is not None:
-                    break
             finally:
                 guard.program_runs = False
+            if guard.refusal is not None:
+                break
         self._running[0] = 0
         if failed:
             raise programs_failed(failed)
