@@ -15,14 +15,14 @@ import sys
 import time
 
 from netem.transport import keys
-from netem.transport.zenoh_session import Session
+from netem.transport.zenoh_session import Session, new_secret
 
 RUN = "exchange"
 MESSAGE = bytes(120)            # about what a grant with two frames has
 
 
 def echo(endpoint: str, name: str) -> None:
-    with Session(RUN, connect=endpoint) as session:
+    with Session(sys.stdin.read(), connect=endpoint) as session:
         grants = session.receiver(keys.grant(RUN, name))
         out = session.sender(keys.report(RUN, name))
         out.await_subscriber(10.0)
@@ -34,11 +34,16 @@ def echo(endpoint: str, name: str) -> None:
 def measure(nodes: int, windows: int) -> dict[int, float]:
     """Median microseconds per window, by how many nodes are granted at once."""
     found = {}
-    with Session(RUN) as session:
+    secret = new_secret()
+    with Session(secret) as session:
         reports = session.receiver(keys.report(RUN), *(keys.report(RUN, str(index)) for index in range(nodes)))
         grants = [session.sender(keys.grant(RUN, str(index))) for index in range(nodes)]
-        processes = [subprocess.Popen([sys.executable, "-m", "benchmarks.zenoh_exchange", session.endpoint, str(index)])
-                     for index in range(nodes)]
+        processes = [subprocess.Popen([sys.executable, "-m", "benchmarks.zenoh_exchange", session.endpoint, str(index)],
+                                      stdin=subprocess.PIPE) for index in range(nodes)]
+        for process in processes:
+            assert process.stdin is not None
+            with process.stdin as pipe:
+                pipe.write(secret.encode())
         for _ in processes:
             reports.receive()
         for sender in grants:

@@ -12,29 +12,27 @@ The parent forks before anything heavy is imported. The child ends when its pare
 
 from __future__ import annotations
 
-import faulthandler
-import mmap
 import os
 import signal
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import BinaryIO, Final
+from typing import Final
 
 import msgspec
 
 from experiments.exits import ExitCode
+from netem.diagnosis.stack_dump import dump_stacks_into
+from netem.diagnosis.under_way import UnderWay
 
 FORWARDED: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 DEATH_SIGNAL: Final = 1                 # prctl(2)
 CHILD_SUBREAPER: Final = 36
 LOOK_EVERY_S: Final = 0.05
-STACK_LINES: Final = 12
 
 
 class Told(msgspec.Struct):
@@ -48,10 +46,9 @@ class Told(msgspec.Struct):
 
 @dataclass
 class Child:
-    """The child's end. `running` is for InlineHost; `stack` is where Python's fault handler writes."""
+    """The child's end. `under_way` is memory that the parent reads if the child ends without a word."""
 
-    running: memoryview
-    stack: BinaryIO
+    under_way: UnderWay
     _pipe: int
     _told: Told = field(default_factory=Told)
 
@@ -71,8 +68,7 @@ class Child:
 
 def run_in_child(work: Callable[[Child], int]) -> int:
     """Call `work` in a child; returns its exit code, or that of a failed program if the child ended without one."""
-    running = memoryview(mmap.mmap(-1, mmap.PAGESIZE)).cast("q")
-    stack = tempfile.TemporaryFile()            # noqa: SIM115  both processes have it open to their end
+    under_way = UnderWay()
     reading, writing = os.pipe()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -80,7 +76,7 @@ def run_in_child(work: Callable[[Child], int]) -> int:
     pid = os.fork()
     if pid == 0:
         os.close(reading)
-        _be_child(Child(running, stack, writing), work, parent)
+        _be_child(Child(under_way, writing), work, parent)
     os.close(writing)
     _prctl(CHILD_SUBREAPER, 1)                  # what a robot program leaves behind becomes a child of this process
     before = {number: signal.signal(number, _forward_to(pid)) for number in FORWARDED
@@ -96,7 +92,7 @@ def run_in_child(work: Callable[[Child], int]) -> int:
             signal.signal(number, handler)
     if told.exit_code is not None and not stopped:
         return told.exit_code
-    return _conclude(told, status, stopped, running[0], stack)
+    return _conclude(told, status, stopped, under_way)
 
 
 def _be_child(child: Child, work: Callable[[Child], int], parent: int) -> None:
@@ -106,7 +102,7 @@ def _be_child(child: Child, work: Callable[[Child], int], parent: int) -> None:
         _prctl(DEATH_SIGNAL, signal.SIGTERM)
         if os.getppid() != parent:
             os._exit(code)
-        faulthandler.enable(child.stack, all_threads=False)
+        dump_stacks_into(child.under_way)
         code = work(child)
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else int(bool(end.code))
@@ -174,28 +170,23 @@ def _end_children() -> None:
                     os.waitpid(int(child), 0)
 
 
-def _conclude(told: Told, status: int, stopped: bool, place: int, stack: BinaryIO) -> int:
+def _conclude(told: Told, status: int, stopped: bool, under_way: UnderWay) -> int:
     """Say how the child ended, and make the records of its run."""
+    from netem.diagnosis import words  # late: only where something went wrong
+    from netem.lockstep.watchdog import last_words
+
     number = os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
     if number in FORWARDED:
         print(f"ended by {signal.Signals(number).name} before the run could begin", file=sys.stderr)
         return 128 + number
-    node = told.nodes[place - 1] if 0 < place <= len(told.nodes) else ""
+    node, how, stack = last_words(os.waitstatus_to_exitcode(status), told.nodes, under_way, told.timeout_s)
     if stopped:
-        how = f"was stopped (SIGSTOP) and not continued within {told.timeout_s:g} s"
-    elif number:
-        how = f"was ended by {signal.Signals(number).name}"
-        how += ", as by the kernel where memory is short" if number == signal.SIGKILL else ""
-    else:
-        how = f"exited with code {os.waitstatus_to_exitcode(status)}, as by os._exit"
-    who = f"node {node}: " if node else ""
-    what = f"{who}the emulator's process {how}{' while the code of this node ran' if node else ''}"
-    stack.seek(0)
-    where = "\n".join(stack.read().decode(errors="replace").splitlines()[:STACK_LINES])
-    print(what, *([where] if where else []), sep="\n", file=sys.stderr)
+        how = words.hangs("no answer", told.timeout_s, under_way, stopped=True)
+    what = f"node {node}: {how}" if node else f"the emulator: {how}"
+    print(what, *([stack.rstrip()] if stack else []), sep="\n", file=sys.stderr)
     folder = Path(told.folder)
     if told.folder and (folder / "scenario.json").exists() and not (folder / "summary.json").exists():
-        _make_records(folder, f"{what}\n{where}".rstrip())
+        _make_records(folder, f"{what}\n{stack}".rstrip())
     return ExitCode.NODE_FAILED
 
 

@@ -1,12 +1,13 @@
 """How far a run is: a bar on a terminal, a line every few seconds elsewhere.
 
-The runner may call after every window; what is shown changes a few times a second, and no thread takes part.
+The runner may call after every window, and, from the thread that watches the nodes, while it waits for one. What is
+shown changes a few times a second.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 BAR_EVERY_S = 0.1
 LINE_EVERY_S = 5.0
+MOST_NAMES = 5          # of nodes that are waited for
 
 
 @contextmanager
@@ -76,11 +78,18 @@ def counting_view(console: Console, what: str, total: int,
 
 
 def figures(progress: Progress) -> str:
-    """Robot time, real-time factor, wall time left and frames by fate in one line."""
+    """Robot time, real-time factor, wall time left and frames by fate in one line; or for whom the run waits."""
+    if progress.waits_for:
+        return f"waits for {_some(progress.waits_for)}: no answer for {progress.waited_s:.0f} s"
     time_s = f"{progress.now_ns * 1e-9:.2f} of {progress.end_ns * 1e-9:.2f} s"
     left_s = progress.left_s
     left = f"{_duration(left_s)} left  " if left_s else ""
     return f"{time_s}  {progress.real_time_factor:.1f} x real time  {left}{by_fate(progress.frames)}"
+
+
+def _some(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:MOST_NAMES])
+    return f"{shown} and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else shown
 
 
 def _duration(seconds: float) -> str:
@@ -100,10 +109,13 @@ def _bar(console: RichConsole) -> Bar:
 def _now_and_then(show: Callable[[Progress], None], every_s: float,
                   now_s: Callable[[], float]) -> Callable[[Progress], None]:
     due_s = now_s() + every_s if every_s == LINE_EVERY_S else now_s()
+    waiting = False
 
     def tell(progress: Progress) -> None:
-        nonlocal due_s
-        if now_s() >= due_s or progress.now_ns >= progress.end_ns:
+        nonlocal due_s, waiting
+        begins = bool(progress.waits_for) and not waiting       # said at once
+        waiting = bool(progress.waits_for)
+        if begins or now_s() >= due_s or progress.now_ns >= progress.end_ns:
             show(progress)
             due_s = now_s() + every_s
 

@@ -20,6 +20,7 @@ from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
 from firmware_sim.recorded_outputs import record_outputs
+from fmus.call_record import CallRecord
 from fmus.description import PlantDescription
 from fmus.plant import Plant
 from netem.media.sensing.sight import Body, pack_body
@@ -62,15 +63,17 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     shown: tuple[Shown, ...] = ()       # where it is seen
 
 
-def build_node(specification: NodeSpecification, at_end: ExitStack | None = None) -> Node:
+def build_node(specification: NodeSpecification, at_end: ExitStack | None = None,
+               record: CallRecord | None = None) -> Node:
     """The node, its program constructed and started.
 
-    `at_end` is closed when its process ends; on the host without processes there is none.
+    `at_end` is closed when its process ends; on the host without processes there is none. `record` is told which FMI
+    call of its plant runs.
     """
     if specification.blocking:
-        return _blocking_node(specification, at_end)
+        return _blocking_node(specification, at_end, record)
     node = Node(specification.name, list(specification.media), specification.sample_period_ns)
-    board = _board(specification, node)
+    board = _board(specification, node, record)
     program = class_for(specification.program, Path(specification.folder))(board, **specification.parameters)
     if hasattr(program, "run"):
         running = program.run()
@@ -94,13 +97,13 @@ def _show(node: Node, plant: Plant, shown: Shown) -> None:
     node.show(shown.medium, shown.period_ns, pose)
 
 
-def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None) -> Node:
+def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None, record: CallRecord | None) -> Node:
     assert at_end is not None, "blocking code needs a process of its own"
     from firmware_sim.blocking.node import BlockingNode
     from firmware_sim.blocking.own_process import own_process
 
     node = BlockingNode(specification.name, list(specification.media), specification.sample_period_ns)
-    board, folder = _board(specification, node), Path(specification.folder)
+    board, folder = _board(specification, node, record), Path(specification.folder)
     at_end.enter_context(own_process(node, board, specification.program, folder,
                                      partial(_load_blocking, specification, at_end), specification.parameters,
                                      specification.media, specification.own_frames))
@@ -119,12 +122,12 @@ def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:
     return class_for(specification.program, Path(specification.folder))
 
 
-def _board(specification: NodeSpecification, node: Node) -> Board:
+def _board(specification: NodeSpecification, node: Node, record: CallRecord | None) -> Board:
     clock = LocalClock(specification.clock, node.env.time_ns)
     plant = None
     if specification.plant is not None:
         plant = Plant(specification.plant.description, specification.name, specification.plant.start,
-                      specification.plant.step_ns, present=node.present_ns, on_end=node.end_run)
+                      specification.plant.step_ns, present=node.present_ns, on_end=node.end_run, record=record)
         for shown in specification.shown:
             _show(node, plant, shown)
     team = Named(specification.team, specification.name, "key of [team]", "the scenario has no [team]")

@@ -16,20 +16,21 @@ import msgspec
 
 from experiments.node_build import NodeSpecification, build_node
 from experiments.wall_clock_sleep import sleep_refused
+from netem.diagnosis.under_way import UnderWay
 from netem.node import Node
 from netem.transport.errand import Errand
 from netem.transport.fork_server import serve
 from netem.transport.node_link import take_part
 
 
-def build(at_end: ExitStack, errand: Errand) -> Node:
-    return build_node(msgspec.json.decode(errand.specification, type=NodeSpecification), at_end)
+def build(at_end: ExitStack, under_way: UnderWay, errand: Errand) -> Node:
+    return build_node(msgspec.json.decode(errand.specification, type=NodeSpecification), at_end, under_way)
 
 
-def life() -> int:
+def life(under_way: UnderWay) -> int:
     with ExitStack() as at_end:
         at_end.enter_context(sleep_refused())
-        return take_part(partial(build, at_end))
+        return take_part(partial(build, at_end, under_way))
 
 
 def main() -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
@@ -19,6 +19,8 @@ class Progress(msgspec.Struct, frozen=True):
     wall_s: float
     windows: int
     frames: Mapping[str, int]
+    waits_for: Sequence[str] = ()       # the nodes that have not answered for seconds
+    waited_s: float = 0.0
 
     @property
     def real_time_factor(self) -> float:

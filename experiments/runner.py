@@ -46,6 +46,7 @@ from fmus.describe import read_model
 from fmus.describe_fmu import describe
 from fmus.description import PlantDescription
 from netem.agenda import Agenda
+from netem.diagnosis.under_way import UnderWay
 from netem.fate import Fate
 from netem.impairments import Impairment
 from netem.impairments.construct import construct_impairment
@@ -86,12 +87,13 @@ PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
         progress: Callable[[Progress], None] | None = None, report: bool = True,
         shuffle_start: int | None = None, real_time: bool = False, overwrite: bool = False,
-        running: memoryview | None = None) -> RunResult:
+        under_way: UnderWay | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs), with `report.html` unless told otherwise.
 
     `real_time`: at the wall clock's pace, with the scenario's gateways to the outside; these need it.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
-    `overwrite`: replace the records of an earlier run in `out`. `running`: see InlineHost.
+    `overwrite`: replace the records of an earlier run in `out`.
+    `under_way`: memory from which another process can tell what an inline run did when it crashed.
     Raises NodeFailure, InstantLoop or ConservationError after the folder was written, NeedsProcess, NeedsRealTime or
     FolderTaken before.
     """
@@ -105,7 +107,7 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     folder = RunFolder.claim(path, overwrite=overwrite)
     try:
         write_whole(path / "scenario.json", msgspec.json.encode(scenario.resolved()))
-        prepared = _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time, running)
+        prepared = _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time, under_way)
     except BaseException:
         folder.abandon()
         raise
@@ -152,7 +154,7 @@ class CannotRecord(OSError):
 class _Run:
     def __init__(self, scenario: Scenario, host: HostName, folder: RunFolder,
                  progress: Callable[[Progress], None] | None, report: bool, shuffle_start: int | None,
-                 command_s: float, real_time: bool, running: memoryview | None) -> None:
+                 command_s: float, real_time: bool, under_way: UnderWay | None) -> None:
         self.scenario = scenario
         self.host_name = host
         self.owned = folder
@@ -168,7 +170,7 @@ class _Run:
         self.signals = SignalRecorder(self.folder / "signals.mcap")
         self.guarantees = GuaranteeWatch(scenario, self.signals)
         self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
-                          running)
+                          under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
                                    Recorders(self.guarantees.sample, self._event), self._progress)
         links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
@@ -356,6 +358,11 @@ class _Run:
             self.on_progress(Progress(now_ns, self.scenario.length_ns, time.monotonic() - self.started_s,
                                       self.conductor.windows, frames))
 
+    def _waits(self, nodes: Sequence[str], waited_s: float) -> None:
+        if self.on_progress is not None:
+            self.on_progress(Progress(self.conductor.reached_ns, self.scenario.length_ns,
+                                      time.monotonic() - self.started_s, self.conductor.windows, {}, nodes, waited_s))
+
 
 def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     """One for each agent. What a program class prepares for its team (`prepare`) is part of what the team knows."""
@@ -403,10 +410,13 @@ def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription]) -> Plant
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
-          shuffle_start: int | None, real_time: bool, running: memoryview | None) -> Host:
+          shuffle_start: int | None, real_time: bool, under_way: UnderWay | None,
+          waits: Callable[[Sequence[str], float], None]) -> Host:
     if host == "inline":
-        return InlineHost({name: partial(build_node, specification) for name, specification in specifications.items()},
-                          None if real_time else OutsideGuard(ENTRANCES), running)
+        under_way = under_way or UnderWay(shared=False)
+        return InlineHost({name: partial(build_node, specification, record=under_way)
+                           for name, specification in specifications.items()},
+                          None if real_time else OutsideGuard(ENTRANCES), under_way, timeout_s, waits)
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)
@@ -415,7 +425,7 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
     return ProcessHost([sys.executable, "-P", "-m", "experiments.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
-                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time)
+                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, waiting=waits)
 
 
 def _medium(scenario: Scenario, name: str, agenda: Agenda, ledger: Ledger, links: Links) -> Medium:

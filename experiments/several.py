@@ -83,7 +83,7 @@ class Batch:
 
         if self.child is not None:
             self.child.begins(folder, list(scenario.agents), scenario.node_timeout_s)
-            options = options | {"running": self.child.running}
+            options = options | {"under_way": self.child.under_way}
         with live_view(self.console, scenario.name, scenario.length_ns * 1e-9) as progress:
             result = runner.run(scenario, out=folder, progress=progress, **options)
         if in_full:

@@ -5,12 +5,14 @@
  *
  * ctypes does the same (ctypes_calls.py), but works out where each argument goes at every call.
  * An instance belongs to one thread at a time, as FMI asks. A call that is not `brief` lets other threads run.
+ * While a call runs, its number stands in the word named by `watch`, so that another process can tell after a crash.
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 #include <structmember.h>
 
 #include <stdbool.h>
+#include <stdint.h>
 
 typedef int (*Step2)(void *, double, double, int);
 typedef int (*Step3)(void *, double, double, bool, bool *, bool *, bool *, double *);
@@ -29,11 +31,19 @@ typedef union {
 } Function;
 
 typedef struct {
+    volatile int64_t *word;
+    int64_t number;
+    int64_t own;            /* the word until another is named */
+    Py_buffer view;         /* of the other */
+} Record;
+
+typedef struct {
     PyObject_HEAD
     Function function;
     void *instance;
     int fmi;
     int brief;
+    Record record;
     bool asks_to_end, early, event;
     double last;
 } BoundStep;
@@ -44,6 +54,7 @@ typedef struct {
     void *instance;
     int fmi;
     int brief;
+    Record record;
     Py_ssize_t count;
     unsigned *references;
     double *values;
@@ -55,6 +66,23 @@ static int known_version(int fmi)
         return 1;
     PyErr_Format(PyExc_ValueError, "fmi=%d: expected 2 or 3", fmi);
     return 0;
+}
+
+static PyObject *watch(Record *record, PyObject *arguments)
+{
+    Py_buffer view;
+    long long number;
+    if (!PyArg_ParseTuple(arguments, "w*L", &view, &number))
+        return NULL;
+    if (view.len != sizeof *record->word || (uintptr_t)view.buf % sizeof *record->word) {
+        PyBuffer_Release(&view);
+        return PyErr_Format(PyExc_ValueError, "%zd bytes: expected one aligned 64-bit word", view.len);
+    }
+    PyBuffer_Release(&record->view);
+    record->view = view;
+    record->word = view.buf;
+    record->number = number;
+    Py_RETURN_NONE;
 }
 
 static PyObject *step_new(PyTypeObject *type, PyObject *arguments, PyObject *keywords)
@@ -72,16 +100,22 @@ static PyObject *step_new(PyTypeObject *type, PyObject *arguments, PyObject *key
     self->instance = (void *)(uintptr_t)instance;
     self->fmi = fmi;
     self->brief = brief;
+    self->record.word = &self->record.own;
     self->last = Py_NAN;
     return (PyObject *)self;
 }
 
 static int call_step(BoundStep *self, double time, double h)
 {
+    int status;
+    *self->record.word = self->record.number;
     if (self->fmi == 2)
-        return self->function.step2(self->instance, time, h, 1);
-    return self->function.step3(self->instance, time, h, true, &self->event, &self->asks_to_end, &self->early,
-                                &self->last);
+        status = self->function.step2(self->instance, time, h, 1);
+    else
+        status = self->function.step3(self->instance, time, h, true, &self->event, &self->asks_to_end, &self->early,
+                                      &self->last);
+    *self->record.word = 0;
+    return status;
 }
 
 static PyObject *step_do(PyObject *object, PyObject *const *arguments, Py_ssize_t count)
@@ -134,6 +168,7 @@ static PyObject *values_new(PyTypeObject *type, PyObject *arguments, PyObject *k
         self->instance = (void *)(uintptr_t)instance;
         self->fmi = fmi;
         self->brief = brief;
+        self->record.word = &self->record.own;
         self->count = count;
         self->references = PyMem_Calloc((size_t)count + 1, sizeof *self->references);
         self->values = PyMem_Calloc((size_t)count + 1, sizeof *self->values);
@@ -151,6 +186,7 @@ static PyObject *values_new(PyTypeObject *type, PyObject *arguments, PyObject *k
 static void values_dealloc(PyObject *object)
 {
     BoundValues *self = (BoundValues *)object;
+    PyBuffer_Release(&self->record.view);
     PyMem_Free(self->references);
     PyMem_Free(self->values);
     PyTypeObject *type = Py_TYPE(object);
@@ -161,9 +197,14 @@ static void values_dealloc(PyObject *object)
 static int call_values(BoundValues *self)
 {
     const size_t count = (size_t)self->count;
+    int status;
+    *self->record.word = self->record.number;
     if (self->fmi == 2)
-        return self->function.values2(self->instance, self->references, count, self->values);
-    return self->function.values3(self->instance, self->references, count, self->values, count);
+        status = self->function.values2(self->instance, self->references, count, self->values);
+    else
+        status = self->function.values3(self->instance, self->references, count, self->values, count);
+    *self->record.word = 0;
+    return status;
 }
 
 static int exchange(BoundValues *self)
@@ -214,8 +255,19 @@ static PyObject *values_get(PyObject *object, PyObject *unused)
     return values;
 }
 
+static PyObject *step_watch(PyObject *object, PyObject *arguments)
+{
+    return watch(&((BoundStep *)object)->record, arguments);
+}
+
+static PyObject *values_watch(PyObject *object, PyObject *arguments)
+{
+    return watch(&((BoundValues *)object)->record, arguments);
+}
+
 static void step_dealloc(PyObject *object)
 {
+    PyBuffer_Release(&((BoundStep *)object)->record.view);
     PyTypeObject *type = Py_TYPE(object);
     type->tp_free(object);
     Py_DECREF(type);
@@ -223,6 +275,7 @@ static void step_dealloc(PyObject *object)
 
 static PyMethodDef step_methods[] = {
     {"do", (PyCFunction)(void (*)(void))step_do, METH_FASTCALL, NULL},
+    {"watch", step_watch, METH_VARARGS, NULL},
     {NULL, NULL, 0, NULL},
 };
 static PyMemberDef step_members[] = {
@@ -243,6 +296,7 @@ static PyType_Spec step_type = {"fmus.bound_calls.BoundStep", sizeof(BoundStep),
 static PyMethodDef values_methods[] = {
     {"set", values_set, METH_O, NULL},
     {"get", values_get, METH_NOARGS, NULL},
+    {"watch", values_watch, METH_VARARGS, NULL},
     {NULL, NULL, 0, NULL},
 };
 static PyType_Slot values_slots[] = {

@@ -9,6 +9,8 @@ class BoundStep:
     def __init__(self, function: int, instance: int, fmi: int, brief: bool) -> None: ...
     def do(self, time: float, h: float) -> int:
         """Step from `time` by `h` [s]; returns the FMI status."""
+    def watch(self, word: memoryview, number: int) -> None:
+        """While a call runs, `word` (one 64-bit integer, written in place) is `number`, else 0."""
     @property
     def ended(self) -> bool:
         """The FMU ended the last step early, or asks to end."""
@@ -22,3 +24,5 @@ class BoundValues:
         """Returns the FMI status; TypeError for what is not as many numbers as references."""
     def get(self) -> tuple[float, ...] | int:
         """The values, or the FMI status if that is neither ok nor a warning."""
+    def watch(self, word: memoryview, number: int) -> None:
+        """As that of BoundStep."""

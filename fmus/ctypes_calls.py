@@ -21,6 +21,8 @@ def _function(address: int, brief: bool) -> Any:
 class BoundStep:
     def __init__(self, function: int, instance: int, fmi: int, brief: bool) -> None:
         self._call = _function(function, brief)
+        self._word: memoryview | list[int] = [0]
+        self._number = 0
         self._time, self._h, self._last = c.c_double(), c.c_double(), c.c_double(float("nan"))
         self._flags = (c.c_bool * 3)()              # asks to end, ended early, event
         common = (c.c_void_p.from_param(instance), self._time, self._h)
@@ -33,7 +35,13 @@ class BoundStep:
     def do(self, time: float, h: float) -> int:
         self._time.value = time
         self._h.value = h
-        return self._call(*self._arguments)     # type: ignore[no-any-return]
+        self._word[0] = self._number
+        status: int = self._call(*self._arguments)
+        self._word[0] = 0
+        return status
+
+    def watch(self, word: memoryview, number: int) -> None:
+        self._word, self._number = word, number
 
     @property
     def last(self) -> float:
@@ -54,6 +62,8 @@ class BoundValues:
         layout = struct.Struct(f"{count}d")
         self._pack, self._unpack = layout.pack_into, layout.unpack_from
         self._call = _function(function, brief)
+        self._word: memoryview | list[int] = [0]
+        self._number = 0
         self._values = (c.c_double * count)()
         size = c.c_size_t.from_param(count)
         self._arguments = (c.c_void_p.from_param(instance), c.byref((c.c_uint * count)(*references)), size,
@@ -64,8 +74,17 @@ class BoundValues:
             self._pack(self._values, 0, *values)
         except struct.error as error:
             raise TypeError(str(error)) from None
-        return self._call(*self._arguments)     # type: ignore[no-any-return]
+        return self._do()
 
     def get(self) -> tuple[float, ...] | int:
-        status: int = self._call(*self._arguments)
+        status = self._do()
         return status if status > WARNING or status < 0 else self._unpack(self._values)
+
+    def watch(self, word: memoryview, number: int) -> None:
+        self._word, self._number = word, number
+
+    def _do(self) -> int:
+        self._word[0] = self._number
+        status: int = self._call(*self._arguments)
+        self._word[0] = 0
+        return status

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 from weakref import WeakValueDictionary, finalize
 
+from fmus.call_record import CallRecord, NoRecord, recorded
 from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
 
@@ -95,6 +96,15 @@ def _function(library: c.CDLL, prefix: str, description: PlantDescription, name:
     return found    # type: ignore[no-any-return]
 
 
+def _recorded(library: c.CDLL, prefix: str, description: PlantDescription, record: CallRecord, name: str,
+              result: Any = c.c_int) -> Call:
+    return recorded(_function(library, prefix, description, name, result), record, _name(prefix, name, description))
+
+
+def _name(prefix: str, function: str, description: PlantDescription) -> str:
+    return f"{prefix}{function} of plant {description.model_name}"
+
+
 def _end(function: Callable[..., Call], handle: Any, in_step_mode: list[bool], _kept: object) -> None:
     """Runs at the latest before the interpreter exits, so that no FMU calls back into a dead one. What the instance
     may still use is kept until then."""
@@ -112,8 +122,10 @@ class Fmu:
     types: dict[str, tuple[str, Any]]
     _callbacks: _Callbacks | None = None
 
-    def __init__(self, description: PlantDescription, instance_name: str, logging: bool) -> None:
+    def __init__(self, description: PlantDescription, instance_name: str, logging: bool,
+                 record: CallRecord | None = None) -> None:
         self.description = description
+        self.record = record or NoRecord()
         self.messages = Messages(maxlen=20)
         self.number = next(_numbers)
         _messages[self.number] = self.messages
@@ -130,11 +142,11 @@ class Fmu:
         self._address = handle
         self.handle = c.c_void_p.from_param(handle)
         self.in_step_mode = [False]                 # `Terminate` is due
-        self.release = finalize(self, _end, partial(_function, self._library, self.prefix, description), self.handle,
-                                self.in_step_mode, (self.messages, self._callbacks))
+        self.release = finalize(self, _end, partial(_recorded, self._library, self.prefix, description, self.record),
+                                self.handle, self.in_step_mode, (self.messages, self._callbacks))
 
     def function(self, name: str, result: Any = c.c_int) -> Call:
-        return _function(self._library, self.prefix, self.description, name, result)
+        return _recorded(self._library, self.prefix, self.description, self.record, name, result)
 
     def told(self) -> str:
         """The FMU's own messages since the last look, ready to append to an error."""
@@ -179,16 +191,24 @@ class Fmu:
         return None
 
     def step(self) -> BoundStep:
-        return BoundStep(self._address_of("DoStep"), self._address, self.version, self.description.ours)
+        step = BoundStep(self._address_of("DoStep"), self._address, self.version, self.description.ours)
+        step.watch(self.record.call_word, self.record.place(self._name_of("DoStep")))
+        return step
 
     def floats(self, verb: str, variables: Sequence[Variable]) -> BoundValues:
         """To "Set" or "Get" all of `variables`, scalars of 64-bit floating point, together."""
         infix, _ = self.types[variables[0].type]
-        return BoundValues(self._address_of(verb + infix), self._address, [each.reference for each in variables],
-                           self.version, self.description.ours)
+        values = BoundValues(self._address_of(verb + infix), self._address, [each.reference for each in variables],
+                             self.version, self.description.ours)
+        values.watch(self.record.call_word, self.record.place(self._name_of(verb + infix)))
+        return values
 
     def _address_of(self, name: str) -> int:
-        return c.cast(self.function(name), c.c_void_p).value or 0       # type: ignore[arg-type]
+        function = _function(self._library, self.prefix, self.description, name)
+        return c.cast(function, c.c_void_p).value or 0      # type: ignore[arg-type]
+
+    def _name_of(self, function: str) -> str:
+        return _name(self.prefix, function, self.description)
 
     def initialize(self) -> list[tuple[str, Call, tuple[Any, ...]]]:
         """The calls that lead from the start values to step mode, each with its name."""

@@ -25,6 +25,7 @@ from typing import Any
 
 import msgspec
 
+from fmus.call_record import CallRecord
 from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantEnded, PlantError
 from fmus.fixed_step import FixedStep
@@ -131,12 +132,12 @@ class Plant:
     for an FMU that takes only one step size and does not say which. With `logging` off an FMU is faster if it comments
     on every call, but may keep the reason of a failure to itself. `present` gives the instant [ns] at which the caller
     stands; without it the plant is where it was advanced to last. `on_end(why, time_ns)` is called when the model ends
-    the simulation by itself, found out at `time_ns`, before PlantEnded is raised.
+    the simulation by itself, found out at `time_ns`, before PlantEnded is raised. `record` is told which FMI call runs.
     """
 
     def __init__(self, description: PlantDescription, instance_name: str, start: Mapping[str, Nested] | None = None,
                  fixed_step_ns: int | None = None, logging: bool = True, present: Callable[[], int] | None = None,
-                 on_end: Callable[[str, int], None] | None = None) -> None:
+                 on_end: Callable[[str, int], None] | None = None, record: CallRecord | None = None) -> None:
         self.now_ns = 0
         self.stopped: str | None = None        # why no call may reach the instance any more
         self.present = present
@@ -149,7 +150,8 @@ class Plant:
         found = start_values(description.variables, start or {})
         self._check_start(description, start or {}, found.complaints)
         self.description = msgspec.structs.replace(description, variables=dict(found.variables))
-        self._fmu = fmu = (Fmu3 if description.fmi == "3.0" else Fmu2)(description, instance_name, logging)
+        self._fmu = fmu = (Fmu3 if description.fmi == "3.0" else Fmu2)(description, instance_name, logging,
+                                                                              record)
         self._set_start(found.values)
         for name, call, arguments in fmu.initialize():
             self.check(call(*arguments), fmu.prefix + name)

@@ -46,6 +46,7 @@ class Seat:
     pending_ns: int = NEVER_NS          # first one at a port that is not quiet
     earliest_ns: int = 0                # max(firm, min(soft, pending))
     granted_ns: int = 0
+    sampled_ns: int = 0                 # its last sample
     inbox: list[Delivery] = field(default_factory=list)
     ports: dict[str, int] = field(init=False)           # index of the port to each medium
 
@@ -263,10 +264,11 @@ class Conductor:
         seat.earliest_ns = max(seat.firm_ns, min(seat.soft_ns, seat.pending_ns))
         width = len(seat.signals)
         for time_ns, values in report.samples:
-            if len(values) != width or not 0 <= time_ns <= horizon_ns:
+            if len(values) != width or not seat.sampled_ns <= time_ns <= horizon_ns:
                 raise NodeFailure(seat.name, f"reports nonsense in window {report.window}: {len(values)} values of its "
-                                  f"{width} signals at {time_ns} ns, expected {width} and 0 <= time <= {horizon_ns} ns",
-                                  last_report=seat.standing())
+                                  f"{width} signals at {time_ns} ns, expected {width} and "
+                                  f"{seat.sampled_ns} <= time <= {horizon_ns} ns", last_report=seat.standing())
+            seat.sampled_ns = time_ns
             if time_ns <= self.end_ns:
                 self.recorders.sample(seat.name, time_ns, values)
         for time_ns, kind, detail in report.events:

@@ -11,8 +11,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from netem.agenda import NEVER_NS
-from netem.lockstep.errors import is_interruption, programs_failed
+from netem.diagnosis.under_way import UnderWay
+from netem.lockstep.credible import credible
+from netem.lockstep.errors import NodeFailure, is_interruption, programs_failed
 from netem.lockstep.messages import Grant, Hello, Report
+from netem.lockstep.watchdog import NodeHangs, Watchdog
 from netem.node import Node
 from netem.outside_guard import OutsideGuard
 
@@ -34,22 +37,29 @@ class Host(Protocol):
 class InlineHost:
     """All nodes in this process. `build` maps a node's name to the function that makes it.
 
-    `guard` watches the programs while they run, if time is virtual. `running` is shared with whoever has to say which
-    node ended this process: `running[0]` is the place of the node in `build` whose code runs, counted from 1.
+    `guard` watches the programs while they run, if time is virtual. `under_way.words[0]` is the place in `build` of the
+    node whose code runs, counted from 1. With a `timeout_s`, a `Watchdog` ends a run in which that code does not come
+    back; `waiting` learns whose it is after two seconds.
     """
 
     def __init__(self, build: Mapping[str, Callable[[], Node]], guard: OutsideGuard | None = None,
-                 running: memoryview | None = None) -> None:
+                 under_way: UnderWay | None = None, timeout_s: float | None = None,
+                 waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None) -> None:
         self._build = build
         self._guard = guard or OutsideGuard()
         self._guarded = guard is not None
         self._nodes: dict[str, Node] = {}
         self._places = {name: place for place, name in enumerate(build, 1)}
-        self._running: Any = running if running is not None else [0]
+        self._running: Any = [0] if under_way is None else under_way.words
+        self._watchdog: Watchdog | None = None
+        if under_way is not None and timeout_s is not None:
+            self._watchdog = Watchdog(list(build), under_way, timeout_s, waiting)
 
     def start(self) -> dict[str, Hello]:
         failed: dict[str, tuple[str, str]] = {}
         guard = self._guard
+        if self._watchdog is not None:
+            self._watchdog.start()
         if self._guarded:
             guard.begin()
         for name, build in self._build.items():
@@ -58,18 +68,20 @@ class InlineHost:
             try:
                 self._nodes[name] = build()
                 guard.check()
+            except NodeHangs as error:
+                raise self._hangs(name) from error
             except BaseException as error:
                 if is_interruption(error):
                     raise
                 failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
             finally:
                 guard.program_runs = False
+                self._came_back()
             if guard.refusal is not None:
                 break
-        self._running[0] = 0
         if failed:
             raise programs_failed(failed)
-        return {name: node.hello() for name, node in self._nodes.items()}
+        return {name: credible(name, node.hello()) for name, node in self._nodes.items()}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         reports = []
@@ -83,6 +95,9 @@ class InlineHost:
                 reports.append((name, node.advance(grant)))
                 if guard.refusal is not None:
                     guard.check()
+            except NodeHangs as error:
+                guard.program_runs = False
+                raise self._hangs(name) from error
             except BaseException as error:
                 if is_interruption(error):
                     guard.program_runs = False
@@ -91,7 +106,7 @@ class InlineHost:
                 if guard.refusal is not None:
                     break
         guard.program_runs = False
-        self._running[0] = 0
+        self._came_back()
         if failed:
             failure = programs_failed(failed)
             failure.counters = {name: self._nodes[name].counters() for name in failed}
@@ -108,5 +123,16 @@ class InlineHost:
         return {name: node.counters() for name, node in self._nodes.items()}
 
     def stop(self) -> None:
+        if self._watchdog is not None:
+            self._watchdog.stop()
         self._guard.end()
         self._nodes.clear()
+
+    def _came_back(self) -> None:
+        self._running[0] = 0
+        if self._watchdog is not None:
+            self._watchdog.steps += 1
+
+    def _hangs(self, name: str) -> NodeFailure:
+        assert self._watchdog is not None
+        return NodeFailure(name, self._watchdog.reason, detail=self._watchdog.detail)

@@ -15,9 +15,11 @@ ABANDONED = 4       # exit code of a node whose emulator is gone
 
 
 class Errand(msgspec.Struct):
-    """`specification` is for whoever builds the node; in virtual time its program is guarded (`OutsideGuard`)."""
+    """`specification` is for whoever builds the node; in virtual time its program is guarded (`OutsideGuard`). `secret`
+    lets the node into the emulator's session."""
 
     endpoint: str
+    secret: str
     run: str
     node: str
     timeout_s: float
@@ -48,8 +50,12 @@ class EmulatorPipe:
         threading.Thread(target=self._watch, name="pipe to the emulator", daemon=True).start()
         return msgspec.json.decode(line, type=Errand)
 
+    def has_said_all(self) -> None:
+        """From now on the end of the pipe is expected: it no longer ends the process."""
+        self._done.set()
+
     def await_end(self, timeout_s: float) -> None:
-        """The node has said its last word: stay until the emulator has heard it and closes the pipe."""
+        """Stay until the emulator has heard the last word and closes the pipe."""
         self._done.set()
         self._closed.wait(timeout_s)
 

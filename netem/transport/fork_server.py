@@ -1,6 +1,6 @@
 """The process that nodes are forked from: it has imported what a node needs, and is none itself.
 
-    emulator --Start(node), with its standard input and log--> fork server --fork--> node: `life()`
+    emulator --Start(node), with its input, log and memory--> fork server --fork--> node: `life(memory)`
              <------------- Started(node), Ended(node) ------      <--------ends-------
 
 Forked nodes have one layout of memory and share the pages of what was imported. Processes that take turns on a core
@@ -27,17 +27,26 @@ from typing import Final
 
 import msgspec
 
+from netem.diagnosis.stack_dump import DUMP_SIGNAL, dump_stacks_into
+from netem.diagnosis.under_way import UnderWay
+
 LONGEST_MESSAGE: Final = 4096
 END_WITHIN_S: Final = 5.0
 
 
 class Start(msgspec.Struct, tag="start"):
-    """Fork this node. Two file descriptors come with it: its standard input, and its log."""
+    """Fork this node. Three file descriptors come with it: its standard input, its log, and its `UnderWay` memory."""
 
     node: str
 
 
 class Kill(msgspec.Struct, tag="kill"):
+    node: str
+
+
+class Dump(msgspec.Struct, tag="dump"):
+    """Let this node write the stacks of its threads into its memory, even if it is stopped."""
+
     node: str
 
 
@@ -51,7 +60,7 @@ class Ended(msgspec.Struct, tag="ended"):
     exit_code: int              # -N: by signal N
 
 
-def serve(life: Callable[[], int]) -> int:
+def serve(life: Callable[[UnderWay], int]) -> int:
     """Fork nodes as the emulator at the standard input asks; returns an exit code, in a node that of its `life`."""
     server = _ForkServer()
     gc.collect()
@@ -63,8 +72,8 @@ def serve(life: Callable[[], int]) -> int:
         for key, _ in happened:
             if key.data:
                 server.bury(key.data)
-            elif server.obey():
-                return life()           # this process is a node now
+            elif (under_way := server.obey()) is not None:
+                return life(under_way)      # this process is a node now
     return 0
 
 
@@ -73,41 +82,45 @@ class _ForkServer:
         self.selector = selectors.DefaultSelector()
         self._emulator: socket.socket | None = socket.socket(fileno=os.dup(sys.stdin.fileno()))
         self._nodes: dict[str, tuple[int, int]] = {}            # (pid, pidfd)
-        self._decode = msgspec.msgpack.Decoder(Start | Kill).decode
+        self._decode = msgspec.msgpack.Decoder(Start | Kill | Dump).decode
         self.selector.register(self._emulator, selectors.EVENT_READ, "")
         self.patience_s: float | None = None        # with the nodes, once the emulator has gone
 
     def has_work(self) -> bool:
         return self._emulator is not None or bool(self._nodes)
 
-    def obey(self) -> bool:
-        """Do what the emulator asks; True in the process of a new node."""
+    def obey(self) -> UnderWay | None:
+        """Do what the emulator asks; in the process of a new node, its memory."""
         assert self._emulator is not None
         message, fds = b"", list[int]()
         with suppress(ConnectionResetError):        # it has gone, and has not read all that it was told
-            message, fds, _, _ = socket.recv_fds(self._emulator, LONGEST_MESSAGE, 2)
+            message, fds, _, _ = socket.recv_fds(self._emulator, LONGEST_MESSAGE, 3)
         if not message:
             self.selector.unregister(self._emulator)
             self._emulator.close()
             self._emulator = None
             self.patience_s = END_WITHIN_S
-            return False
+            return None
         order = self._decode(message)
         if isinstance(order, Kill):
             if order.node in self._nodes:
                 _kill_group(self._nodes[order.node][0])
-            return False
+            return None
+        if isinstance(order, Dump):
+            if order.node in self._nodes:
+                for number in (DUMP_SIGNAL, signal.SIGCONT):        # a stopped process takes signals when it goes on
+                    os.kill(self._nodes[order.node][0], number)
+            return None
         pid = os.fork()
         if pid == 0:
-            self._become(order.node, *fds)
-            return True
+            return self._become(order.node, *fds)
         for fd in fds:
             os.close(fd)
         pidfd = os.pidfd_open(pid)
         self._nodes[order.node] = pid, pidfd
         self.selector.register(pidfd, selectors.EVENT_READ, order.node)
         self._tell(Started(order.node, pid))
-        return False
+        return None
 
     def bury(self, node: str) -> None:
         pid, pidfd = self._nodes.pop(node)
@@ -121,7 +134,7 @@ class _ForkServer:
         for pid, _ in self._nodes.values():
             _kill_group(pid)
 
-    def _become(self, node: str, standard_input: int, log: int) -> None:
+    def _become(self, node: str, standard_input: int, log: int, memory: int) -> UnderWay:
         """Be a node: its own standard files, a name for `ps`, and a group, so that Ctrl-C reaches the emulator only."""
         os.setpgid(0, 0)
         for target, fd in ((0, standard_input), (1, log), (2, log)):
@@ -133,6 +146,9 @@ class _ForkServer:
             os.close(fd)
         with suppress(OSError), open("/proc/self/comm", "w") as title:
             title.write(node[:15])
+        under_way = UnderWay(memory)
+        dump_stacks_into(under_way)
+        return under_way
 
     def _tell(self, news: Started | Ended) -> None:
         if self._emulator is not None:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import msgspec
 
 from netem.agenda import NEVER_NS
-from netem.lockstep.messages import Grant, Hello, Report
+from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
 from netem.node import Node
 from netem.outside_guard import OutsideGuard, OutsideRefused
 from netem.transport import keys
@@ -27,16 +27,16 @@ def take_part(build: Callable[[Errand], Node]) -> int:
     """
     pipe = EmulatorPipe()
     errand = pipe.read_errand()
-    code = _serve(errand, build)
+    code = _serve(errand, build, pipe)
     pipe.await_end(errand.timeout_s)
     return code
 
 
-def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
+def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) -> int:
     run, name = errand.run, errand.node
     encode = msgspec.msgpack.Encoder().encode
     decode = msgspec.msgpack.Decoder(Grant).decode
-    with Session(run, connect=errand.endpoint) as session:
+    with Session(errand.secret, connect=errand.endpoint) as session:
         grants = session.receiver(keys.grant(run, name))
         out = session.sender(keys.report(run, name))
         out.await_subscriber(errand.timeout_s)
@@ -61,7 +61,7 @@ def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
                 grant = decode(message)
                 if grant.window <= window:
                     raise msgspec.ValidationError(f"window {grant.window} after {window}")
-            except msgspec.MsgspecError:
+            except UNREADABLE:
                 node.count("garbage grants")
                 continue
             window = grant.window
@@ -75,4 +75,5 @@ def _serve(errand: Errand, build: Callable[[Errand], Node]) -> int:
                 return 1
             out.send(message)
             if grant.last:
+                pipe.has_said_all()         # closing the session takes a while, and the emulator does not wait for it
                 return 0

@@ -7,6 +7,7 @@ Invariants:
 
 from __future__ import annotations
 
+import logging
 import os
 import socket
 import subprocess
@@ -19,10 +20,15 @@ from typing import BinaryIO, Final
 
 import msgspec
 
-from netem.transport.fork_server import LONGEST_MESSAGE, Ended, Kill, Start, Started
+from netem.diagnosis import words
+from netem.diagnosis.under_way import UnderWay
+from netem.transport.fork_server import LONGEST_MESSAGE, Dump, Ended, Kill, Start, Started
 
 NOT_FORKED_S: Final = 1.0
 TELL_WITHIN_S: Final = 5.0
+DUMP_WITHIN_S: Final = 2.0
+DUMP_LOOK_S: Final = 0.05
+_log: Final = logging.getLogger(__name__)       # a warning goes to the standard error, unless told otherwise
 
 
 class NodeProcesses:
@@ -41,15 +47,17 @@ class NodeProcesses:
         self._exit_codes: dict[str, int] = {}
         self._orphans: set[str] = set()
         self._pids: dict[str, int] = {}
+        self._under_way: dict[str, UnderWay] = {}
 
     def start(self, node: str, log: Path) -> BinaryIO:
         """Start `node`, its output going to `log`; returns its standard input, which it ends with."""
         reading, writing = os.pipe()
         self._names.add(node)
+        under_way = self._under_way[node] = UnderWay()
         self._listen()          # so that neither end waits for the other to read
         try:
             with log.open("wb") as file:
-                self._tell(Start(node), [reading, file.fileno()])
+                self._tell(Start(node), [reading, file.fileno(), under_way.file])
         finally:
             os.close(reading)
         return open(writing, "wb")
@@ -68,15 +76,43 @@ class NodeProcesses:
         """Whether `node` counts as ended because the fork server has: `exit_code` is that of the fork server."""
         return node in self._orphans
 
+    def under_way(self, node: str) -> UnderWay:
+        """What the code of `node` does, or did when it ended."""
+        return self._under_way[node]
+
+    def dump_stacks(self, node: str) -> None:
+        """Let `node` write its stacks into its memory; returns when it has, or after `DUMP_WITHIN_S`."""
+        under_way = self._under_way[node]
+        before = written = under_way.stacks()
+        self._tell(Dump(node), [])
+        deadline_s = time.monotonic() + DUMP_WITHIN_S
+        while time.monotonic() < deadline_s:
+            time.sleep(DUMP_LOOK_S)
+            earlier, written = written, under_way.stacks()
+            if written == earlier != before:            # it has written something, and nothing more since
+                return
+
+    def stopped(self, node: str) -> bool:
+        """Whether the process of `node` is stopped, as by SIGSTOP."""
+        with suppress(OSError, KeyError, IndexError):
+            stat = Path(f"/proc/{self._pids[node]}/stat").read_text(errors="replace")
+            return stat.rpartition(")")[2].split()[0] == "T"
+        return False
+
     def kill(self, node: str) -> None:
         self._tell(Kill(node), [])
 
     def close(self, timeout_s: float) -> None:
         """Wait for nodes that are ending; kill what has not ended in time, the fork server at last."""
         self._await_ends(timeout_s)
-        for node in self._running():
+        for node in sorted(self._running()):
+            self.dump_stacks(node)
+            _log.warning("node %s: its process did not end within %g s, and was killed: it hangs%s", node, timeout_s,
+                         words.location(self._under_way[node]))
             self.kill(node)
         self._await_ends(timeout_s)
+        for under_way in self._under_way.values():
+            under_way.close()
         self._socket.close()
         try:
             self._server.wait(0.0 if self._running() else timeout_s)
@@ -84,7 +120,7 @@ class NodeProcesses:
             self._server.kill()
             self._server.wait()
 
-    def _tell(self, order: Start | Kill, fds: list[int]) -> None:
+    def _tell(self, order: Start | Kill | Dump, fds: list[int]) -> None:
         """A fork server that is gone is no error here: `exit_code` says so."""
         with self._lock, suppress(OSError):
             self._socket.settimeout(TELL_WITHIN_S)

@@ -2,7 +2,7 @@
 
 Nodes are forked from one process (`fork_server`). A node gets its specification as one line on its standard input and
 ends when that pipe closes, so no node outlives the emulator, however it ends. A watchdog thread wakes the waiting
-conductor when a process has ended or the time-out has passed, and the node is named.
+conductor when a process has ended or the time-out has passed, and the node is named with what its code did.
 
 Invariants:
 - time starts only when every node has said hello and hears its grants;
@@ -24,13 +24,15 @@ from uuid import uuid4
 
 import msgspec
 
+from netem.diagnosis import words
+from netem.lockstep.credible import credible
 from netem.lockstep.errors import NodeFailure, programs_failed
 from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
 from netem.transport import keys
 from netem.transport.errand import Errand
 from netem.transport.node_processes import NodeProcesses
 from netem.transport.placement import Placement
-from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Session
+from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Session, new_secret
 
 WATCH_EVERY_S: Final = 0.05
 GRACE_S: Final = 0.5                # for the last words of a process that has ended, which may still be on the way
@@ -41,20 +43,30 @@ ENVIRONMENT: Final = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTH
 LOG_TAIL_BYTES: Final = 4_000
 FORK_SERVER_LOG: Final = "fork_server.log"      # no name of a node has a full stop
 END_WITHIN_S: Final = 5.0
+WAITING_AFTER_S: Final = 2.0
+TELL_EVERY_S: Final = 0.5
+KILL_AFTER_S: Final = 3.0
 Message = TypeVar("Message", Hello, Report)
 
 
 class ProcessHost:
-    """`command` starts the process that nodes are forked from; `specifications` maps each node's name to its bytes."""
+    """`command` starts the process that nodes are forked from; `specifications` maps each node's name to its bytes.
+
+    `waiting` is called a few times a second with the names of the nodes that have not answered for `WAITING_AFTER_S`,
+    and for how long.
+    """
 
     def __init__(self, command: Sequence[str], specifications: Mapping[str, bytes], *, logs: Path,
-                 timeout_s: float, real_time: bool = False) -> None:
+                 timeout_s: float, real_time: bool = False,
+                 waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None) -> None:
         self._command = list(command)
         self._specifications = specifications
         self._logs = logs
         self._timeout_s = timeout_s
+        self._waiting = waiting
         self._virtual_time = not real_time
         self._run = uuid4().hex[:12]
+        self._secret = new_secret()
         self._session: Session | None = None
         self._processes: NodeProcesses | None = None
         self._errands: dict[str, tuple[BinaryIO, threading.Thread]] = {}    # a node's input, and who writes to it
@@ -62,7 +74,8 @@ class ProcessHost:
         self._encode = msgspec.msgpack.Encoder().encode
         self._decode_report = msgspec.msgpack.Decoder(Report).decode
         self._awaited: frozenset[str] | set[str] = frozenset()
-        self._deadline_s = float("inf")
+        self._began_s = float("inf")            # when the wait that goes on began
+        self._late: set[str] = set()            # killed because they were, so that sending to them does not block
         self._ended_s: dict[str, float] = {}
         self._over = threading.Event()
         self._placement = Placement(lambda: (os.getpid(), *self._alive.pids().values()))
@@ -71,20 +84,22 @@ class ProcessHost:
     def start(self) -> dict[str, Hello]:
         self._logs.mkdir(parents=True, exist_ok=True)
         run = self._run
-        self._session = Session(run)
+        self._session = Session(self._secret)
         self._reports: Receiver = self._session.receiver(
             keys.report(run), *(keys.report(run, name) for name in (*self._specifications, "-")))
         self._alarm = self._session.sender(keys.report(run, "-"))
         self._processes = NodeProcesses(self._command, self._logs / FORK_SERVER_LOG, os.environ | ENVIRONMENT)
         for name, specification in self._specifications.items():
-            self._spawn(name, Errand(self._session.endpoint, run, name, self._timeout_s, specification,
+            self._spawn(name, Errand(self._session.endpoint, self._secret, run, name, self._timeout_s, specification,
                                      self._virtual_time))
             self._senders[name] = self._session.sender(keys.grant(run, name))
         threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
-        hellos = self._collect(set(self._errands), msgspec.msgpack.Decoder(Hello).decode, "to say that it is ready")
+        self._expect(set(self._errands))
+        hellos = self._collect(set(self._errands), msgspec.msgpack.Decoder(Hello).decode, "word that it is ready")
         if failed := {name: ("could not start", hellos[name].error) for name in self._senders if hellos[name].error}:
             raise programs_failed(failed)
         for name, sender in self._senders.items():
+            credible(name, hellos[name])
             try:
                 sender.await_subscriber(self._timeout_s, give_up=partial(self._has_ended, name))
             except NotReachable as error:
@@ -97,11 +112,12 @@ class ProcessHost:
         return self._session.endpoint, self._run
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
+        awaited = {name for name, _ in grants}
+        self._expect(awaited)
         for name, grant in grants:
             self._senders[name].send(self._encode(grant))
         window = grants[0][1].window if grants else 0
-        awaited = {name for name, _ in grants}
-        reports = self._collect(awaited, self._decode_report, f"to report window {window}", window)
+        reports = self._collect(awaited, self._decode_report, f"report for window {window}", window)
         if failed := {name: (f"its program failed at {reports[name].soft_ns} ns", reports[name].error)
                       for name, _ in grants if reports[name].error}:
             failure = programs_failed(failed)
@@ -169,12 +185,16 @@ class ProcessHost:
         self._errands[name] = standard_input, teller
         teller.start()
 
+    def _expect(self, awaited: set[str]) -> None:
+        """From now on the watchdog counts the time until each of these has answered."""
+        self._awaited = frozenset(awaited)
+        self._began_s = time.monotonic()
+
     def _collect(self, awaited: set[str], decode: Callable[[bytes], Message], what: str,
                  window: int = 0) -> dict[str, Message]:
         """One message from each awaited node; raises for the first that has ended or is late."""
         collected: dict[str, Message] = {}
         self._awaited = awaited
-        self._deadline_s = time.monotonic() + self._timeout_s
         while awaited:
             key, data = self._reports.receive()
             name = keys.node_of(key)
@@ -191,37 +211,61 @@ class ProcessHost:
                 continue
             awaited.discard(name)
             collected[name] = message
-        self._deadline_s = float("inf")
+        self._began_s = float("inf")
         return collected
 
     def _watch(self) -> None:
-        """Wake the conductor when it waits for a process that has ended, or for too long."""
+        """Wake the conductor when it waits for a process that has ended, or for long."""
+        told_s = 0.0
         while not self._over.wait(WATCH_EVERY_S):
-            late = time.monotonic() > self._deadline_s
-            if late or any(map(self._has_ended, tuple(self._awaited))):
+            now_s = time.monotonic()
+            waited_s = now_s - self._began_s
+            if waited_s > self._timeout_s + KILL_AFTER_S:       # the conductor itself waits: to send to such a node
+                for name in self._awaited - self._late:
+                    self._late.add(name)
+                    self._alive.dump_stacks(name)
+                    self._alive.kill(name)
+            tell = waited_s > WAITING_AFTER_S and now_s - told_s > TELL_EVERY_S
+            if tell or waited_s > self._timeout_s or any(map(self._has_ended, tuple(self._awaited))):
+                told_s = now_s
                 self._alarm.send(b"")
 
     def _raise_for_missing(self, awaited: set[str], what: str) -> None:
-        for name in sorted(awaited):
-            if self._has_ended(name) and time.monotonic() > self._ended_s.setdefault(name, time.monotonic()) + GRACE_S:
+        now_s = time.monotonic()
+        for name in sorted(awaited - self._late):
+            if self._has_ended(name) and now_s > self._ended_s.setdefault(name, now_s) + GRACE_S:
                 raise self._gone(name)
-        if time.monotonic() > self._deadline_s:
-            name = min(awaited)
-            others = f"; also missing: {', '.join(sorted(awaited - {name}))}" if len(awaited) > 1 else ""
-            garbage = f"; {self.garbage[name]} unreadable messages came from it" if self.garbage[name] else ""
-            raise NodeFailure(name, f"waited {self._timeout_s:g} s for it {what}{others}{garbage}",
-                              detail=self._log_of(name))
+        waited_s = now_s - self._began_s
+        if waited_s > self._timeout_s:
+            raise self._hangs(min(awaited), awaited, what)
+        if waited_s > WAITING_AFTER_S:
+            self._waiting(sorted(awaited), waited_s)
+
+    def _hangs(self, name: str, awaited: set[str], what: str) -> NodeFailure:
+        stopped = self._alive.stopped(name)
+        if name not in self._late:
+            self._alive.dump_stacks(name)
+        others = f"; also missing: {', '.join(sorted(awaited - {name}))}" if len(awaited) > 1 else ""
+        garbage = f"; {self.garbage[name]} unreadable messages came from it" if self.garbage[name] else ""
+        under_way = self._alive.under_way(name)
+        self._alive.kill(name)
+        why = words.hangs(f"no {what}", self._timeout_s, under_way, stopped=stopped)
+        return NodeFailure(name, f"{why}{others}{garbage}", detail=self._detail(name))
 
     def _has_ended(self, name: str) -> bool:
         return self._alive.exit_code(name) is not None
 
     def _gone(self, name: str) -> NodeFailure:
         code = self._alive.exit_code(name) or 0
-        how = f"was ended by signal {-code}" if code < 0 else f"exited with code {code}"
         if self._alive.orphaned(name):
-            return NodeFailure(name, f"the process that nodes are forked from {how}",
+            return NodeFailure(name, f"the process that nodes are forked from {words.ended(code)}",
                                detail=self._tail(FORK_SERVER_LOG))
-        return NodeFailure(name, f"its process {how}", detail=self._log_of(name))
+        return NodeFailure(name, f"its process {words.ended(code, self._alive.under_way(name))}",
+                           detail=self._detail(name))
+
+    def _detail(self, name: str) -> str:
+        """Where the code of `name` is, or was when it ended, and what it printed."""
+        return "\n".join(filter(None, (words.stack(self._alive.under_way(name)).rstrip(), self._log_of(name))))
 
     def _log_of(self, name: str) -> str:
         return self._tail(f"{name}.log") or self._tail(FORK_SERVER_LOG)

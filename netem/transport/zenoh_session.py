@@ -1,7 +1,9 @@
-"""The adapter to Eclipse Zenoh 1.x: sessions on the loopback, one channel out and one in.
+"""The adapter to Eclipse Zenoh 1.x: sessions on this machine, one channel out and one in.
 
 - explicit endpoints, multicast scouting and gossip off: nothing is discovered, so it works in a container;
 - the emulator listens on port 0 and reads the port that the system chose from its own admin space;
+- each connection to it proves that it knows the secret of the run, before a message passes: Zenoh's user and password,
+  of which only a keyed hash of a number that is new for each connection is sent (docs/decisions/0016);
 - every key in use is declared, for as long as it is in use: Zenoh remembers the way of a declared key, and works out
   that of any other for each message;
 - congestion control BLOCK and express on every message; receiving is a FIFO handler, so no callback runs Python code;
@@ -14,8 +16,11 @@ from __future__ import annotations
 
 import json
 import os
+import secrets
+import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from hashlib import blake2b
 from typing import Final
 
@@ -28,6 +33,11 @@ import zenoh
 BATCH_BYTES: Final = 4_096         # Zenoh clears a buffer of this size for every message that comes in
 MAX_PART_BYTES: Final = 3_500
 TOKEN_BYTES: Final = 4
+USER: Final = "member"             # of every run: what is secret is the password
+JOIN_WITHIN_MS: Final = 20_000     # a node tries again: others may hold every place for connections that say nothing
+MOST_STRANGERS: Final = 300        # connections that have not proved themselves yet; each takes a file descriptor,
+STRANGERS_WITHIN_MS: Final = 3_000  # and is closed after this time
+CLOSE_WITHIN_S: Final = 2.0
 ENTRANCES: Final = ((zenoh, "open", "opening a Zenoh session"), (zenoh, "scout", "scouting for Zenoh"))
 
 
@@ -35,12 +45,14 @@ class NotReachable(Exception):
     """No subscriber for a key within the time allowed."""
 
 
-def _config(*, listen: str | None, connect: str | None) -> zenoh.Config:
+def _config(*, listen: str | None, connect: str | None, usrpwd: dict[str, str]) -> zenoh.Config:
     settings = {
         "mode": "peer",
         "listen/endpoints": [listen] if listen else [],
         "connect/endpoints": [connect] if connect else [],
         "connect/exit_on_failure": True,
+        "connect/timeout_ms": JOIN_WITHIN_MS,
+        "connect/retry": {"period_init_ms": 50, "period_max_ms": 500, "period_increase_factor": 2.0},
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "adminspace/enabled": listen is not None,
@@ -48,6 +60,9 @@ def _config(*, listen: str | None, connect: str | None) -> zenoh.Config:
         "transport/shared_memory/enabled": False,
         "transport/unicast/qos/enabled": False,
         "transport/unicast/lowlatency": True,
+        "transport/unicast/accept_pending": MOST_STRANGERS,
+        "transport/unicast/accept_timeout": STRANGERS_WITHIN_MS,
+        "transport/auth/usrpwd": usrpwd,
     }
     config = zenoh.Config()
     for key, value in settings.items():
@@ -111,14 +126,29 @@ class Receiver:
             self._parts.setdefault(key, []).append(part)
 
 
-class Session:
-    """A Zenoh session on the loopback; close it, or use it in a `with`."""
+def new_secret() -> str:
+    """256 random bits: nobody finds it by trying the hash that went over the wire."""
+    return secrets.token_hex(32)
 
-    def __init__(self, run: str, *, connect: str | None = None) -> None:
-        """Connect to an endpoint such as tcp/127.0.0.1:40123; without one, listen on a port that the system chooses."""
-        self._token = blake2b(run.encode(), digest_size=TOKEN_BYTES).digest()
-        self._session = zenoh.open(_config(listen=None if connect else "tcp/127.0.0.1:0", connect=connect))
-        self.endpoint = connect or self._listening_on()
+
+class Session:
+    """A Zenoh session among the processes of one run; close it, or use it in a `with`."""
+
+    def __init__(self, secret: str, *, connect: str | None = None) -> None:
+        """Connect to an endpoint such as tcp/127.0.0.1:40123; without one, listen on a port that the system chooses.
+
+        `secret` is what the processes of the run share. Zenoh reads it from a file: here one in memory.
+        """
+        self._token = blake2b(secret.encode(), digest_size=TOKEN_BYTES).digest()
+        if connect is not None:
+            self.endpoint = connect
+            self._session = zenoh.open(_config(listen=None, connect=connect,
+                                               usrpwd={"user": USER, "password": secret}))
+            return
+        with _in_memory(f"{USER}:{secret}\n") as dictionary:
+            self._session = zenoh.open(_config(listen="tcp/127.0.0.1:0", connect=None,
+                                               usrpwd={"dictionary_file": dictionary}))
+        self.endpoint = self._listening_on()
 
     def _listening_on(self) -> str:
         for reply in self._session.get(f"@/{self._session.info.zid()}/peer"):
@@ -136,10 +166,24 @@ class Session:
         return Receiver(self._session, key, self._token, senders)
 
     def close(self) -> None:
-        self._session.close()  # type: ignore[no-untyped-call]
+        """Close the session, waiting at most `CLOSE_WITHIN_S` for what has not been sent yet."""
+        closing = threading.Thread(target=self._session.close, name="closing Zenoh", daemon=True)
+        closing.start()
+        closing.join(CLOSE_WITHIN_S)
 
     def __enter__(self) -> Session:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+@contextmanager
+def _in_memory(text: str) -> Iterator[str]:
+    """The path of a file with this text that this process alone can open; it never exists on a disk."""
+    file = os.memfd_create("users", os.MFD_CLOEXEC)
+    try:
+        os.write(file, text.encode())
+        yield f"/proc/self/fd/{file}"
+    finally:
+        os.close(file)

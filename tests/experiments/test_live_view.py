@@ -83,3 +83,20 @@ def test_counted_work_is_told_of_now_and_then():
 
 def test_counted_work_is_a_bar_on_a_terminal():
     assert "500 of 1000 runs" in counted(True, BAR_EVERY_S, 1000)
+
+
+def test_whom_the_run_waits_for_is_said_at_once_and_then_now_and_then():
+    clock, file = Clock(), io.StringIO()
+    with live_view(Console(file=file, width=100), "talk", LENGTH_S, clock) as tell:
+        for half_seconds in range(4, 20):
+            clock.now_s = 100.0 + 0.5 * half_seconds
+            tell(Progress(5, 10, 1.0, 1, {}, ["left", "right"], 0.5 * half_seconds))
+
+    said = file.getvalue().splitlines()[1:]
+    assert said[0] == "talk: waits for left, right: no answer for 2 s"
+    assert len(said) == 2
+
+
+def test_of_many_that_are_waited_for_some_are_named():
+    assert figures(Progress(5, 10, 1.0, 1, {}, [f"r{k}" for k in range(128)], 3.0)) == (
+        "waits for r0, r1, r2, r3, r4 and 123 more: no answer for 3 s")

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Generator
-from functools import partial
 from typing import Any
 
 import msgspec
@@ -31,6 +30,8 @@ def build(name: str, behaviour: str) -> Node:
     heard: list[bytes] = []
     node.ports["wire"].on_receive = heard.append
     node.signal("heard", "1", lambda _: float(len(heard)))
+    if behaviour == "lies":
+        node._signals.extend([("x", "m"), ("x", "m")])          # past the check of `Node.signals`
 
     def program() -> Generator[Any, Any, None]:
         while True:
@@ -50,6 +51,10 @@ def misbehave(behaviour: str) -> None:
     if behaviour == "kills its fork server":
         os.kill(os.getppid(), signal.SIGKILL)
         time.sleep(3600)
+    if behaviour == "crashes":
+        os.abort()
+    if behaviour == "stops":
+        os.kill(os.getpid(), signal.SIGSTOP)
     if behaviour == "hangs":
         time.sleep(3600)
     if behaviour == "reads its standard input":
@@ -59,9 +64,9 @@ def misbehave(behaviour: str) -> None:
         raise ValueError("sensor gave -1")
 
 
-def speak_garbage(endpoint: str, run: str, name: str) -> None:
+def speak_garbage(endpoint: str, secret: str, run: str, name: str) -> None:
     """Says hello as it should, then answers every grant with bytes that are no report."""
-    with Session(run, connect=endpoint) as session:
+    with Session(secret, connect=endpoint) as session:
         grants = session.receiver(keys.grant(run, name))
         out = session.sender(keys.report(run, name))
         out.await_subscriber(5.0)
@@ -78,9 +83,9 @@ def build_as_told(errand: Errand) -> Node:
     if behaviour == "never ready":
         time.sleep(3600)
     if behaviour == "speaks garbage":
-        speak_garbage(errand.endpoint, errand.run, errand.node)
+        speak_garbage(errand.endpoint, errand.secret, errand.run, errand.node)
     return build(errand.node, behaviour)
 
 
 if __name__ == "__main__":
-    sys.exit(serve(partial(take_part, build_as_told)))
+    sys.exit(serve(lambda under_way: take_part(build_as_told)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -19,12 +20,14 @@ import os, subprocess, sys, time
 from netem.transport import fork_server
 fork_server.END_WITHIN_S = 0.2
 
-def life():
+def life(under_way):
     word = sys.stdin.readline().strip()
     if word == "crash":
         os.abort()
     if word == "open files":
-        print(sorted(int(fd) for fd in os.listdir("/proc/self/fd") if os.path.exists(f"/proc/self/fd/{fd}")))
+        memory = os.fstat(under_way.file)
+        found = [int(fd) for fd in os.listdir("/proc/self/fd") if os.path.lexists(f"/proc/self/fd/{fd}")]
+        print(sorted(fd for fd in found if os.fstat(fd).st_ino != memory.st_ino))
         return 0
     if word == "start something":
         print(subprocess.Popen(["sleep", "3600"]).pid, flush=True)
@@ -91,7 +94,8 @@ def test_a_node_that_a_signal_ends_is_told_by_its_number(processes: NodeProcesse
     assert (code, killed) == (-6, -9)
 
 
-def test_closing_ends_a_node_that_does_not_end_by_itself(tmp_path: Path) -> None:
+def test_closing_ends_a_node_that_does_not_end_by_itself_and_says_where_it_was(
+        tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     processes = NodeProcesses([sys.executable, "-c", SERVER], tmp_path / "server.log", os.environ)
     with processes.start("left", tmp_path / "left.log"):
         while "left" not in processes.pids():
@@ -101,6 +105,9 @@ def test_closing_ends_a_node_that_does_not_end_by_itself(tmp_path: Path) -> None
         processes.close(0.2)
 
     assert not Path(f"/proc/{pid}").exists()
+    assert len(caplog.messages) == 1
+    assert re.fullmatch(r"node left: its process did not end within 0.2 s, and was killed: it hangs at <string>:\d+ in "
+                        r"life", caplog.messages[0])
 
 
 def test_when_the_fork_server_cannot_start_every_node_counts_as_ended(tmp_path: Path) -> None:

@@ -20,16 +20,17 @@ from netem.lockstep.errors import NodeFailure
 from netem.lockstep.messages import Grant
 from netem.transport import keys
 from netem.transport.process_host import ProcessHost
-from netem.transport.zenoh_session import MAX_PART_BYTES, Sender, Session
+from netem.transport.zenoh_session import MAX_PART_BYTES, Sender
 
 NODE = Path(__file__).with_name("misbehaving_node.py")
 END_NS = 50_000_000
 Conduct = Callable[..., Conductor]
 
 
-def host_of(behaviours: Mapping[str, str], logs: Path, timeout_s: float = 20.0) -> ProcessHost:
+def host_of(behaviours: Mapping[str, str], logs: Path, timeout_s: float = 20.0, **options: Any) -> ProcessHost:
     specifications = {name: msgspec.json.encode(how) for name, how in behaviours.items()}
-    return ProcessHost([sys.executable, str(NODE)], specifications, logs=logs, timeout_s=timeout_s)
+    return ProcessHost([sys.executable, str(NODE)], specifications, logs=logs, timeout_s=timeout_s,
+                       real_time="speaks garbage" in behaviours.values(), **options)    # it opens a session of its own
 
 
 def children() -> list[str]:
@@ -61,16 +62,19 @@ def test_processes_give_what_inline_nodes_give(conduct: Conduct, tmp_path: Path)
 
 
 @pytest.mark.parametrize(("behaviour", "reason"), [
-    ("exits", r"node b: its process exited with code 7 .*had run up to 19200000 ns.*\n.*out of memory, says the node"),
-    ("raises", r"node b: its program failed at 20000000 ns: ValueError: sensor gave -1\n"),
-    ("hangs", r"node b: waited 4 s for it to report window \d+ .*had run up to 19200000 ns"),
-    ("speaks garbage", r"node b: waited 4 s for it to report window 1; 3 unreadable messages came from it"),
+    ("crashes", r"its process was ended by SIGABRT at .*misbehaving_node.py:\d+ in misbehave \(.* 19200000 ns"),
+    ("exits", r"its process exited with code 7 .*had run up to 19200000 ns.*\n.*out of memory, says the node"),
+    ("raises", r"its program failed at 20000000 ns: ValueError: sensor gave -1\n"),
+    ("hangs", r"no report for window \d+ within node_timeout_s = 4 s: it hangs at .*misbehaving_node.py:\d+ in "
+              r"misbehave \(.*had run up to 19200000 ns"),
+    ("speaks garbage", r"no report for window 1 within .*: it hangs at .*in speak_garbage; "
+                       r"3 unreadable messages came from it"),
 ])
 def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_path: Path, behaviour: str,
                                                          reason: str) -> None:
-    host = host_of({"a": "well", "b": behaviour, "c": "well"}, tmp_path, timeout_s=4.0 if "waited" in reason else 30.0)
+    host = host_of({"a": "well", "b": behaviour, "c": "well"}, tmp_path, timeout_s=4.0 if "within" in reason else 30.0)
     try:
-        with pytest.raises(NodeFailure, match=reason):
+        with pytest.raises(NodeFailure, match=f"node b: {reason}"):
             conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
     finally:
         host.stop()
@@ -80,10 +84,11 @@ def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_p
 
 @pytest.mark.parametrize(("behaviour", "reason"), [
     ("fails to start", r"node b: could not start: RuntimeError: no such sensor\n"),
-    ("never ready", r"node b: waited 4 s for it to say that it is ready"),
+    ("lies", r"node b: says nonsense of itself: signal 'x' twice"),
+    ("never ready", r"node b: no word that it is ready within node_timeout_s = 4 s: it hangs at .*in build_as_told"),
 ])
 def test_a_node_that_is_not_ready_is_named_before_time_starts(tmp_path: Path, behaviour: str, reason: str) -> None:
-    host = host_of({"a": "well", "b": behaviour}, tmp_path, timeout_s=4.0 if "waited" in reason else 30.0)
+    host = host_of({"a": "well", "b": behaviour}, tmp_path, timeout_s=4.0 if "within" in reason else 30.0)
     try:
         with pytest.raises(NodeFailure, match=reason):
             host.start()
@@ -98,7 +103,7 @@ def test_a_process_that_never_reads_its_errand_is_named_and_ended(tmp_path: Path
     deaf = [sys.executable, "-c", f"import time; time.sleep(3600)  # {NODE}"]
     host = ProcessHost(deaf, {"a": bytes(1_000_000)}, logs=tmp_path, timeout_s=2.0)
     try:
-        with pytest.raises(NodeFailure, match="node a: waited 2 s for it to say that it is ready"):
+        with pytest.raises(NodeFailure, match="node a: no word that it is ready within node_timeout_s = 2 s"):
             host.start()
     finally:
         host.stop()
@@ -121,7 +126,7 @@ def test_a_program_finds_its_standard_input_at_its_end(conduct: Conduct, tmp_pat
 def test_when_the_fork_server_ends_no_node_is_blamed(conduct: Conduct, tmp_path: Path) -> None:
     host = host_of({"a": "well", "b": "kills its fork server"}, tmp_path)
     try:
-        with pytest.raises(NodeFailure, match="the process that nodes are forked from was ended by signal 9"):
+        with pytest.raises(NodeFailure, match="the process that nodes are forked from was ended by SIGKILL"):
             conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
     finally:
         host.stop()
@@ -157,18 +162,16 @@ def test_random_bytes_on_the_control_keys_are_counted_and_change_nothing(conduct
 
     def start_then_disturb() -> Any:
         hellos = host.start()
-        endpoint, run = host.reachable_at()
-        with Session("another run", connect=endpoint) as intruder:
-            outs = [intruder.sender(keys.report(run, name)) for name in ("a", "nobody")]
-            # Nodes take only the emulator's connection, so bytes on a grant key can come from its session alone.
-            emulator = host._session
-            assert emulator is not None
-            outs += [Sender(emulator._session, keys.grant(run, "a"), b"none"), emulator.sender(keys.grant(run, "a"))]
-            for out in outs:
-                out.await_subscriber(5.0)
-                for size in (0, 1, 3, 64, 1_000, MAX_PART_BYTES):
-                    out.send(os.urandom(size))
-            outs[-1].send(msgspec.msgpack.encode(Grant(0, END_NS, False, False, [])))       # of a window that is over
+        _, run = host.reachable_at()
+        emulator = host._session                    # others cannot reach these keys: test_foreign_sessions.py
+        assert emulator is not None
+        outs = [emulator.sender(keys.report(run, name)) for name in ("a", "nobody")]
+        outs += [Sender(emulator._session, keys.grant(run, "a"), b"none"), emulator.sender(keys.grant(run, "a"))]
+        for out in outs:
+            out.await_subscriber(5.0)
+            for size in (0, 1, 3, 64, 1_000, MAX_PART_BYTES):
+                out.send(os.urandom(size))
+        outs[-1].send(msgspec.msgpack.encode(Grant(0, END_NS, False, False, [])))           # of a window that is over
         return hellos
 
     disturbed = SimpleNamespace(start=start_then_disturb, exchange=host.exchange, stop=host.stop)
@@ -181,6 +184,57 @@ def test_random_bytes_on_the_control_keys_are_counted_and_change_nothing(conduct
     assert host.garbage["a"] > 0
     assert host.garbage["nobody"] > 0
     assert conductor.counters["a"]["garbage grants"] == 2 * 6 + 1
+
+
+def test_a_grant_of_a_window_that_is_over_is_garbage(conduct: Conduct, tmp_path: Path) -> None:
+    """Each grant of a window comes once more after its report: the node answers it once, and counts the other."""
+    samples: list[Any] = []
+    host = host_of({"a": "well", "b": "well"}, tmp_path)
+    repeated = 0
+
+    def exchange_then_repeat(grants: Any) -> Any:
+        nonlocal repeated
+        reports = host.exchange(grants)
+        for name, grant in grants:
+            if not grant.last:
+                host._senders[name].send(msgspec.msgpack.encode(grant))
+                repeated += 1
+        return reports
+
+    try:
+        conductor = conduct({}, latency_ns=100_000, end_ns=END_NS, samples=samples,
+                            host=SimpleNamespace(start=host.start, exchange=exchange_then_repeat, stop=host.stop))
+    finally:
+        host.stop()
+
+    assert samples[-1] == ("b", 40_000_000, [39.0])
+    assert repeated > 10
+    assert sum(conductor.counters[name]["garbage grants"] for name in "ab") == repeated
+
+
+def test_after_two_seconds_the_caller_learns_who_is_waited_for(conduct: Conduct, tmp_path: Path) -> None:
+    told: list[tuple[list[str], float]] = []
+    host = host_of({"a": "well", "b": "hangs"}, tmp_path, timeout_s=3.5,
+                   waiting=lambda nodes, waited_s: told.append((list(nodes), waited_s)))
+    try:
+        with pytest.raises(NodeFailure, match="node b"):
+            conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
+    finally:
+        host.stop()
+
+    assert told[0][0] == ["b"]
+    assert 2.0 <= told[0][1] < 3.0
+
+
+def test_a_node_that_is_stopped_says_where(conduct: Conduct, tmp_path: Path) -> None:
+    host = host_of({"a": "well", "b": "stops"}, tmp_path, timeout_s=2.0)
+    try:
+        with pytest.raises(NodeFailure, match=r"node b: no report .*: it is stopped \(SIGSTOP\) at .* in misbehave"):
+            conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
+    finally:
+        host.stop()
+
+    assert children() == []
 
 
 def test_nodes_end_when_the_emulator_is_killed(tmp_path: Path) -> None:

@@ -1,0 +1,98 @@
+"""What code of a process runs, kept in memory that another process can read after a crash.
+
+    word 0                  the node whose code runs in an inline run, counted from 1; 0 between nodes
+    word 1                  where below the name of the FMI call under way starts; 0 between calls
+    names                   UTF-8, each ended by a zero byte
+    -- MEMORY_BYTES --
+    stacks                  what Python's fault handler wrote (`stack_dump.py`)
+
+Words are 64-bit integers. A name is written once, when a plant is built; a call then costs two stores.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import struct
+from contextlib import suppress
+from functools import cached_property
+from typing import Final
+
+MEMORY_BYTES: Final = 1 << 20
+WORDS_BYTES: Final = 16
+LONGEST_NAME: Final = 200
+LONGEST_STACKS: Final = 1 << 18
+
+
+class UnderWay:
+    """Memory of its own, or that of `file`, the descriptor of another one's memory.
+
+    `shared`: another process reads it, and says what it finds there; without, there is no descriptor.
+    """
+
+    def __init__(self, file: int | None = None, *, shared: bool = True) -> None:
+        self.shared = shared
+        if file is None:
+            file = -1
+            if shared:
+                file = os.memfd_create("under way", os.MFD_CLOEXEC)
+                os.ftruncate(file, MEMORY_BYTES)
+                os.lseek(file, MEMORY_BYTES, os.SEEK_SET)       # stacks are written from here on
+        self.file = file
+        self._places: dict[str, int] = {}
+        self._end = WORDS_BYTES
+
+    @cached_property
+    def _memory(self) -> memoryview:
+        """For the process that writes; one that only reads has no use for the second descriptor that a mapping takes.
+        """
+        return memoryview(mmap.mmap(self.file, MEMORY_BYTES))
+
+    @cached_property
+    def words(self) -> memoryview:
+        return self._memory[:WORDS_BYTES].cast("q")
+
+    @cached_property
+    def call_word(self) -> memoryview:
+        return self.words[1:2]
+
+    def place(self, call: str) -> int:
+        """The number that stands for this name in word 1; 0, so no name, when the memory is full."""
+        if call not in self._places:
+            name = call.encode(errors="replace")[:LONGEST_NAME] + b"\0"
+            if self._end + len(name) > MEMORY_BYTES:
+                return 0
+            self._memory[self._end:self._end + len(name)] = name
+            self._places[call] = self._end
+            self._end += len(name)
+        return self._places[call]
+
+    def call(self) -> str:
+        """The name of the FMI call under way, "" between calls. A process may have written anything: none is an error.
+        """
+        _, start = self._words_read()
+        if not WORDS_BYTES <= start < MEMORY_BYTES:
+            return ""
+        return self._read(start, min(start + LONGEST_NAME, MEMORY_BYTES)).partition(b"\0")[0].decode(errors="replace")
+
+    def running(self) -> int:
+        """Word 0."""
+        return self._words_read()[0]
+
+    def _words_read(self) -> tuple[int, int]:
+        first, second = struct.unpack("qq", self._read(0, WORDS_BYTES))
+        return first, second
+
+    def _read(self, start: int, end: int) -> bytes:
+        return os.pread(self.file, end - start, start) if self.shared else bytes(self._memory[start:end])
+
+    def stacks(self) -> str:
+        """What the fault handler has written up to now."""
+        if not self.shared:
+            return ""
+        return os.pread(self.file, LONGEST_STACKS, MEMORY_BYTES).decode(errors="replace")
+
+    def close(self) -> None:
+        """Close the descriptor; the memory goes when no plant writes to it any more."""
+        with suppress(OSError):
+            os.close(self.file)

@@ -1,0 +1,94 @@
+"""Robots that crash or hang, as a user meets them: who, what and where, the same with processes and inline."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from experiments import runner
+from experiments.scenario import load
+from netem.lockstep.errors import NodeFailure
+
+CASES = Path(__file__).parents[1] / "cases"
+ROBOTS = CASES / "robots_that_misbehave"
+COMMAND = [sys.executable, "-c", "from experiments.command_line import main; main()", "run"]
+
+
+def failure_of(scenario: Path, host: runner.HostName, out: Path, timeout_s: float) -> NodeFailure:
+    with pytest.raises(NodeFailure) as failure:
+        runner.run(load(scenario, overrides=[f"node_timeout_s={timeout_s}"]), host=host, out=out, report=False)
+    return failure.value
+
+
+def line_of(file: Path, text: str) -> int:
+    return next(number for number, line in enumerate(file.read_text().splitlines(), 1) if text in line)
+
+
+@pytest.mark.parametrize("host", ["process", "inline"])
+@pytest.mark.parametrize(("robot", "code", "function"), [
+    ("BusyLoop", "while True: pass", "act"),
+    ("InfYield", "yield from self.board.wait_until(self.board.now_ns)", "run"),
+])
+def test_a_robot_that_hangs_is_named_with_its_line(robot: str, code: str, function: str, host: runner.HostName,
+                                                   tmp_path: Path) -> None:
+    timeout_s = 4 if host == "process" else 1           # it also has to be up by then
+    failure = failure_of(ROBOTS / f"{robot}.toml", host, tmp_path, timeout_s)
+
+    assert failure.node == "bad"
+    place = f"{ROBOTS / 'robots.py'}:{line_of(ROBOTS / 'robots.py', code)} in {function}"
+    assert failure.reason.startswith("no ")
+    assert failure.reason.endswith(f" within node_timeout_s = {timeout_s} s: it hangs at {place}")
+    assert code in failure.detail
+
+
+@pytest.mark.parametrize(("robot", "code", "what"), [
+    ("Segv", "ctypes.string_at(0)", "its process was ended by SIGSEGV at"),
+    ("Abort", "os.abort()", "its process was ended by SIGABRT at"),
+    ("GilHold", "ctypes.PyDLL(None)", "it hangs at"),
+    ("StopSelf", "signal.SIGSTOP", "it is stopped (SIGSTOP) at"),
+])
+def test_a_robot_that_ends_or_stops_its_process_is_named_with_its_line(robot: str, code: str, what: str,
+                                                                       tmp_path: Path) -> None:
+    failure = failure_of(ROBOTS / f"{robot}.toml", "process", tmp_path, 4.0)
+
+    assert failure.node == "bad"
+    assert f"{what} {ROBOTS / 'robots.py'}:{line_of(ROBOTS / 'robots.py', code)} in act" in failure.reason
+
+
+@pytest.mark.parametrize(("plant", "what"), [("k07_segv", "its process was ended by SIGSEGV"), ("k03_inf", "it hangs")])
+def test_a_plant_that_crashes_or_hangs_is_named_with_its_fmi_call(plant: str, what: str, tmp_path: Path) -> None:
+    failure = failure_of(CASES / "novice" / f"{plant}.toml", "process", tmp_path, 4.0)
+
+    carts = CASES / "novice" / "carts.py"
+    assert (f"{what} in fmi3DoStep of plant {plant}, called at {carts}:{line_of(carts, 'plant.advance_to')} in measure"
+            in failure.reason)
+
+
+def test_the_command_says_whom_it_waits_for_and_ends_with_the_code_of_a_failed_node(tmp_path: Path) -> None:
+    for file in ("robots.py", "BusyLoop.toml"):
+        shutil.copy(ROBOTS / file, tmp_path)
+
+    began_s = time.monotonic()
+    ended = subprocess.run([*COMMAND, "BusyLoop.toml", "--host", "inline", "--out", "out"], cwd=tmp_path,
+                           capture_output=True, text=True, timeout=60)
+
+    assert ended.returncode == 3
+    assert "BusyLoop: waits for bad: no answer for 2 s" in ended.stdout
+    assert re.search(r"^node bad: no answer within node_timeout_s = 4 s: it hangs at .*robots.py:\d+ in act",
+                     ended.stderr, re.MULTILINE)
+    assert (tmp_path / "out" / "ledger.parquet").is_file()
+    assert time.monotonic() - began_s < 30
+
+
+def test_a_process_that_does_not_end_after_the_run_is_named(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    result = runner.run(load(ROBOTS / "AtExitHang.toml"), host="process", out=tmp_path, report=False)
+
+    assert result.summary.holds
+    assert [message for message in caplog.messages if message.startswith(
+        f"node bad: its process did not end within 5 s, and was killed: it hangs at {ROBOTS / 'robots.py'}:")]
