@@ -204,7 +204,7 @@ def test_a_node_that_fails_leaves_records_with_its_last_report(tmp_path: Path, c
 @pytest.mark.parametrize("host", ["inline", pytest.param("process", marks=slow)])
 def test_on_a_full_disk_what_was_written_before_can_be_read(tmp_path: Path, forever: Path, host: str) -> None:
     out = tmp_path / "run"
-    small = ["sh", "-c", 'ulimit -f 2000; exec "$@"', "sh"]    # no file beyond 1 MB
+    small = ["sh", "-c", 'ulimit -f 4000; exec "$@"', "sh"]    # no file beyond 2 MB
     done = subprocess.run([*small, *MARCONET, "run", str(forever), "--out", str(out), "--host", host],
                           capture_output=True, text=True, check=False, timeout=120)
     report = subprocess.run([*MARCONET, "report", str(out)], capture_output=True, text=True, check=False)
