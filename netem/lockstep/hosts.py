@@ -76,6 +76,8 @@ class InlineHost:
                 failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
             finally:
                 guard.program_runs = False
+            if guard.refusal is not None:
+                break
                 self._came_back()
             if guard.refusal is not None:
                 break
