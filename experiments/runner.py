@@ -80,7 +80,7 @@ if TYPE_CHECKING:
 HostName = Literal["process", "inline"]
 OWN_PROGRAMS = ("agents.", "firmware_sim.")         # whose import does nothing but define
 KEEP_EVERY_S = 0.7          # age of what is on the disk; the conductor may be a tenth of a second late
-LAST_WORDS_S = 1.0          # for the counters of the nodes, once another has failed or the run was broken off
+LAST_WORDS_S = 2.0          # for the counters of the nodes, once another has failed or the run was broken off
 PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
 
