@@ -149,8 +149,11 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
 
 @app.command(epilog="Example: marconet report runs/third")
 @click.argument("run_dir", metavar="RUN_DIR", type=click.Path(path_type=Path))
+@click.option("--self-contained", is_flag=True,
+              help="With the drawing library inside, so that the page can be sent alone. Without this it is so only "
+                   "where no other run lies beside this one.")
 @verbosely
-def report(run_dir: Path, verbose: bool) -> None:
+def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
     """Write report.html anew from the records of a run."""
     with errors_as_text(verbose):
         from experiments.report.build import write_report
@@ -158,7 +161,7 @@ def report(run_dir: Path, verbose: bool) -> None:
 
         if not (run_dir / "scenario.json").is_file():
             raise FileNotFoundError(f"{run_dir}: no run was recorded there: it has no scenario.json")
-        print_path(_console(), "report", write_report(run_dir))
+        print_path(_console(), "report", write_report(run_dir, "inside" if self_contained else "auto"))
 
 
 @app.command(epilog="Example: marconet schema --out marconet.schema.json")

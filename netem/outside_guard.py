@@ -123,9 +123,8 @@ def _hear(event: str, args: tuple[Any, ...]) -> None:
     if not _on_duty or event not in HEARD:
         return
     for guard in _on_duty:
-        if guard.watches():
-            if doing := _doing(event, args):
-                guard.refuse(doing, CAN_REMEDY if "CAN" in doing else REMEDY)
+        if guard.watches() and (doing := _doing(event, args)):
+            guard.refuse(doing, CAN_REMEDY if "a CAN socket" in doing else REMEDY)
 
 
 def _doing(event: str, args: tuple[Any, ...]) -> str:

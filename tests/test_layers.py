@@ -21,11 +21,12 @@ BELOW = {                                       # what each package may import o
 ADAPTERS = {
     "zenoh": {"netem/transport/zenoh_session.py"},
     "fmpy": {"fmus/describe_fmu.py"},
-    "can": {"firmware_sim/can_interface/bus.py", "netem/records/can_log.py"},     # to programs, and into log files
+    "can": {"firmware_sim/can_interface/bus.py", "firmware_sim/can_interface/other_interfaces.py",      # to programs
+            "netem/records/can_log.py"},                                                                # into log files
     "cantools": {"netem/media/can/dbc_file.py"},
     "pymavlink": {"firmware_sim/mavlink/dialect.py"},
 }
-HEAVY = ("pydantic", "pyarrow", "plotly", "typer", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap")
+HEAVY = ("pydantic", "pyarrow", "typer", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap")
 FILES = [str(path.relative_to(ROOT)) for package in BELOW for path in sorted((ROOT / package).rglob("*.py"))]
 
 

@@ -35,7 +35,7 @@ from firmware_sim.board import Board
 from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 from firmware_sim.slot_sync import SlotSync
 
-COUNTERS: Final = ("adoptions", "fallbacks", "unreadable frames")
+COUNTERS: Final = ("adoptions", "fallbacks", "unreadable frames", "values too old")
 
 
 class SyncRobot:

@@ -1,12 +1,13 @@
 """`report.html`: a run on one page that opens without a network, from the run folder alone.
 
-The page carries the numbers once, as JSON, and draws them with the Plotly that is installed; nothing is fetched. Curves
-of more than 5 000 points keep the extremes of each stretch (see `thinning`); what is thinned or cut is said beside it.
-A folder of a run that was broken off gives a page that says what is missing.
+The page carries the numbers once, as JSON, and draws them with Plotly (see `plotly_file`); nothing is fetched from a
+network. Curves of more than 5 000 points keep the extremes of each stretch (see `thinning`); what is thinned or cut is
+said beside it. A folder of a run that was broken off gives a page that says why, and what is missing.
 """
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Sequence
 from importlib.resources import files
@@ -16,22 +17,34 @@ from typing import Any, NamedTuple
 
 import msgspec
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from experiments.frame_copies import LedgerUnreadable
 from experiments.metrics import evaluate
 from experiments.monitors.judge import VIOLATED
+from experiments.monitors.outcome import Standing
 from experiments.report import series
+from experiments.report.facts import facts, failure_of, seconds, unfinished, windows
+from experiments.report.moments import Moments, moments
+from experiments.report.palette import FATES, for_page
 from experiments.report.plane import plane
+from experiments.report.plotly_file import Where, plotly_source, shared_plotly
+from experiments.report.question_first import no_such_signal, question_first
+from experiments.report.records_list import RecordFile, record_files
+from experiments.report.series import Json
 from experiments.run_data import RunData, load_run
-from experiments.run_result import Verdict, lateness_in_words
+from experiments.run_result import Verdict
+from netem.fate import Fate
+from netem.fate_meaning import MEANING
 from netem.records.events import Event, Level
 
 PAGE = files("experiments.report") / "page"
 MOST_EVENTS = 300
 MOST_OF_A_KIND = 30
 FEW_OF_A_KIND = 3           # of what a program tells at every step, so that it hides nothing else
-MOST_VIOLATIONS = 60
+
+KIND_NAMES = {"guarantee": "guarantee violated", "assumption": "assumption violated", "warning": "warning",
+              "expectation": "expectation broken"}
 
 
 class Limits(NamedTuple):
@@ -42,40 +55,79 @@ class Limits(NamedTuple):
     during_ns: tuple[int, int] | None = None
 
 
-def write_report(run_dir: Path) -> Path:
-    data = load_run(run_dir)
+def write_report(run_dir: Path, plotly: Where = "auto") -> Path:
+    """`plotly` says where the drawing library is: "inside" the page, "beside" the run folder in a file that reports
+    share, or "auto": beside if another run's folder lies there."""
     path = run_dir / "report.html"
+    data, address = load_run(run_dir), shared_plotly(run_dir, plotly)
     try:
-        page = render(data, run_dir.name)
+        page = render(data, run_dir, address)
     except LedgerUnreadable as error:
-        page = render(data.without_ledger(str(error)), run_dir.name)
-    path.write_text(page, encoding="utf-8")
+        page = render(data.without_ledger(str(error)), run_dir, address)
+    part = run_dir / ".report.html.part"
+    part.write_text(page, encoding="utf-8")
+    os.replace(part, path)
     return path
 
 
-def render(data: RunData, folder: str) -> str:
+def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> str:
     verdicts = verdicts_of(data)
-    drawn = {"signals": series.signals(data), "switching": series.switching(data),
-             "violated": series.violated(data), "spoken": series.spoken(data),
-             "fates": series.fates(data), "ages": series.ages(data), "gaps": series.gaps(data), "nodes": data.nodes,
-             "plane": plane(data),
-             "length_s": data.length_ns * 1e-9}
+    broke = moments(data, verdicts)
+    drawn = _drawn(data, broke)
     listed = [event for event in data.events if event.kind != VIOLATED or not data.guarantees]
+    guarantees = [outcome.standing for outcome in data.guarantees.values()]
+    broken = [verdict for verdict in verdicts if not verdict.holds]
+    records = record_files(run_dir)
     environment = Environment(loader=PackageLoader("experiments.report", "page"), autoescape=True,
                               undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"number": number, "seconds": seconds}
+    environment.filters |= {"number": number, "seconds": seconds, "size": size, "code": code, "explained": explained}
     return environment.get_template("report.html.j2").render(
-        name=data.scenario.get("name") or folder, question=data.scenario.get("question") or "", verdicts=verdicts,
-        broken=[verdict for verdict in verdicts if not verdict.holds], missing=data.missing,
+        name=data.scenario.get("name") or run_dir.absolute().name, question=data.scenario.get("question") or "",
+        verdicts=verdicts, broken=broken, missing=data.missing,
+        notes=[note for note in (no_such_signal(data), *data.summary.get("warnings", ())) if note],
+        failure=failure_of(data), reached_ns=data.length_ns,
         windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
-        table=series.node_table(data),
-        guarantees=[outcome.standing for outcome in data.guarantees.values()],
-        violations=[(outcome.standing, outcome.violations[:MOST_VIOLATIONS]) for outcome in data.guarantees.values()
-                    if outcome.violations],
-        events=listed_events(listed), event_total=len(listed), level_name=level_name,
+        table=series.node_table(data), guarantees=guarantees, moments=broke, kind_names=KIND_NAMES,
+        fates_shown=[(fate.value, MEANING[fate], *FATES[fate]) for fate in Fate
+                     if any(fate.value in link["fates"] for link in drawn["fates"])],
+        contents=_contents(verdicts, broken, guarantees, len(broke.shown), drawn, records),
+        events=listed_events(listed), event_total=len(listed), level_name=level_name, records=records,
         event_kinds=sorted(Counter(event.kind for event in data.events).items()),
-        data_json=_for_script(drawn), plotly=_text(files("plotly") / "package_data" / "plotly.min.js"),
-        script=_text(PAGE / "report.js"), style=_text(PAGE / "report.css"))
+        data_json=_for_script(drawn), plotly_address=plotly_address,
+        plotly=None if plotly_address else Markup(plotly_source()), script=_script(), style=_text(PAGE / "report.css"))
+
+
+def _drawn(data: RunData, broke: Moments) -> Json:
+    """What the page's script draws."""
+    return {"signals": question_first(data), "switching": series.switching(data), "violated": series.violated(data),
+            "spoken": series.spoken(data, broke.instants_ns), "fates": series.fates(data), "ages": series.ages(data),
+            "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, broke.instants_ns),
+            "length_s": data.length_ns * 1e-9, "palette": for_page(),
+            "meanings": {fate.value: meaning for fate, meaning in MEANING.items()},
+            "moments": [{"t_s": moment.from_ns / 1e9, "words": f"{moment.what}, {moment.on}"}
+                        for moment in broke.shown if moment.from_ns is not None]}
+
+
+def _contents(verdicts: Sequence[Verdict], broken: Sequence[Verdict], guarantees: Sequence[Standing], broke: int,
+              drawn: Json, records: Sequence[RecordFile]) -> list[tuple[str, str, str, bool]]:
+    """The entries of the contents: (id of the section, its name, what is said beside it, whether that is bad)."""
+    unmet = sum(not standing.as_expected for standing in guarantees)
+    shown: list[tuple[bool, str, str, str, bool]] = [
+        (True, "top", "Result", "", False),
+        (bool(verdicts), "expectations", "Expectations", f"✗ {len(broken)}" if broken else "✓", bool(broken)),
+        (bool(guarantees), "guarantees", "Guarantees", f"✗ {unmet}" if unmet else "✓", bool(unmet)),
+        (bool(broke), "broke", "What broke, and when", str(broke), False),
+        (True, "signals", "Signals over time", "", False),
+        (bool(drawn["plane"]), "plane", "In the plane", "", False),
+        (True, "spoken", "Who spoke when", "", False),
+        (True, "fates", "Fates by link", "", False),
+        (True, "ages", "Age of information", "", False),
+        (True, "gaps", "Time between transmissions", "", False),
+        (True, "nodes", "Nodes", "", False),
+        (True, "events", "Events", "", False),
+        (bool(records), "records", "Records", "", False),
+    ]
+    return [entry for there, *entry in shown if there]  # type: ignore[misc]
 
 
 def listed_events(events: Sequence[Event]) -> list[Event]:
@@ -101,57 +153,44 @@ def verdicts_of(data: RunData) -> list[Verdict]:
     return evaluate(expect, data)
 
 
-def windows(data: RunData) -> dict[str, str]:
-    """Of the expectations that judge a part of the run, which: "[2, 4) s"."""
-    return {key: f"[{', '.join(f'{time_ns * 1e-9:g}' for time_ns in bound['during_ns'])}) s"
-            for key, bound in (data.scenario.get("expect") or {}).items() if bound.get("during_ns")}
-
-
-def unfinished(data: RunData) -> str:
-    meant = data.scenario.get("length_ns")
-    if ended := data.run.get("ended"):
-        return f"The run ended {ended}; all figures are up to there."
-    if isinstance(meant, int) and data.length_ns < meant:
-        return f"The run was broken off at {seconds(data.length_ns)} of {seconds(meant)}; all figures are up to there."
-    if not data.summary and data.scenario:
-        return "The run left no summary: it was broken off, or is still going on."
-    return ""
-
-
-def facts(data: RunData) -> list[tuple[str, str]]:
-    """What identifies the run and how it went, as far as it is known."""
-    summary, run = data.summary, data.run
-    shown: list[tuple[str, Any]] = [
-        ("Seed", data.scenario.get("seed", summary.get("seed"))),
-        ("Length", seconds(data.length_ns)),
-        ("Host", summary.get("host")),
-        ("Real-time factor", _times(summary.get("real_time_factor"))),
-        ("Lateness", lateness_in_words(run["real_time"]) if run.get("real_time") else None),
-        ("Wall clock", f"{summary['wall_s']:.2f} s" if summary.get("wall_s") else None),
-        ("Windows", summary.get("windows")),
-        ("Grants", summary.get("grants")),
-        ("Frame copies", f"{len(data.ledger):,}".replace(",", " ")),
-        ("Ledger hash", data.ledger_metadata.get("hash")),
-        ("Versions", ", ".join(f"{name} {text}" for name, text in (run.get("versions") or {}).items())),
-    ]
-    return [(label, str(value)) for label, value in shown if value not in (None, "")]
-
-
-def _times(factor: float | None) -> str | None:
-    return f"{factor:.1f} x real time" if factor else None
-
-
 def number(value: float | None) -> str:
     """Five significant digits; an open side of a bound is empty."""
     return "" if value is None else f"{value:.5g}"
 
 
-def seconds(time_ns: int) -> str:
-    return f"{time_ns * 1e-9:.9f}".rstrip("0").rstrip(".") + " s"
-
-
 def level_name(level: int) -> str:
     return Level(level).name.lower()
+
+
+def size(size_bytes: int) -> str:
+    """With a unit that leaves one to three digits before the point: 987 B, 1.2 MB, 345 kB."""
+    value, unit = float(size_bytes), "B"
+    for larger in ("kB", "MB", "GB"):
+        if value < 999.5:
+            break
+        value, unit = value / 1000, larger
+    return f"{value:.0f} {unit}" if unit == "B" or value >= 99.95 else f"{value:.1f} {unit}"
+
+
+def code(text: str) -> Markup:
+    """Words between backticks become code."""
+    parts = [escape(part) for part in text.split("`")]
+    return Markup("").join(Markup("<code>{}</code>").format(part) if k % 2 else part for k, part in enumerate(parts))
+
+
+def explained(text: str) -> Markup:
+    """The first fate in `text`, if any, gets its meaning as a hint."""
+    for fate in sorted(Fate, key=lambda fate: -len(fate.value)):
+        before, found, after = text.partition(f" {fate.value}")
+        if found:
+            return Markup('{} <abbr title="{}">{}</abbr>{}').format(before, MEANING[fate], fate.value, after)
+    return escape(text)
+
+
+def _script() -> Markup:
+    """The page's script: its files in the order of their names."""
+    return Markup("\n").join(_text(part) for part in sorted((PAGE / "script").iterdir(), key=lambda part: part.name)
+                             if part.name.endswith(".js"))
 
 
 def _text(resource: Traversable) -> Markup:

@@ -1,8 +1,9 @@
-"""`outputs.svg`: the outputs of a run over time with its switching instants, for a page that shows pictures only.
+"""`outputs.svg`: the signal that the scenario's question is about, or else the outputs of the run, over time with the
+switching instants, for a page that shows pictures only.
 
     python -m experiments.report.picture RUN_DIR [FILE.svg]
 
-An SVG file of some 50 kB, readable on light and dark pages; it needs no browser and no plotting library.
+An SVG file of some 50 kB that follows the reader's light or dark scheme; it needs no plotting library.
 """
 
 from __future__ import annotations
@@ -13,15 +14,17 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from experiments.report.palette import CARD, CURVES, SWITCHED
+from experiments.report.question_first import question_signals
 from experiments.report.series import OUTPUT, Json, switching
 from experiments.report.thinning import keep
 from experiments.run_data import RunData, load_run
 
 WIDTH, HEIGHT = 900, 400
 LEFT, RIGHT, TOP, BOTTOM = 62, 16, 62, 48
-HUES = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#8c8c8c")
 MOST_POINTS = 700
 LONGEST_TITLE = 105
+CHARACTER = 7.3         # width of one at the font size of the legend, in px
 
 
 def write_picture(run_dir: Path, path: Path | None = None) -> Path:
@@ -31,10 +34,12 @@ def write_picture(run_dir: Path, path: Path | None = None) -> Path:
 
 
 def draw(data: RunData) -> str:
-    curves = [(node, name, table.units[k], table.time_ns * 1e-9, table.values[:, k])
-              for node, table in sorted(data.signals.items()) for k, name in enumerate(table.names)
-              if OUTPUT.fullmatch(name) and table.time_ns.size]
-    several = len({name for _, name, *_ in curves}) > 1
+    asked = question_signals(data)
+    chosen = asked or [(node, name, unit, table) for node, table in sorted(data.signals.items())
+                       for name, unit in zip(table.names, table.units, strict=True)
+                       if OUTPUT.fullmatch(name) and table.time_ns.size]
+    curves = [(node, name, unit, table.time_ns * 1e-9, table.column(name)) for node, name, unit, table in chosen]
+    one_node, one_name = (len({curve[place] for curve in curves}) == 1 for place in (0, 1))
     finite = [value for *_, values in curves for value in values.tolist() if math.isfinite(value)]
     end_s = max(data.length_ns * 1e-9, 1e-9)
     across, up = ticks(0.0, end_s, 14), ticks(min(finite, default=0.0), max(finite, default=1.0), 6)
@@ -48,7 +53,7 @@ def draw(data: RunData) -> str:
     lines: list[Json] = []
     for k, (node, name, _, time_s, values) in enumerate(curves):
         kept = [i for i in keep(values, MOST_POINTS).tolist() if math.isfinite(values[i])]
-        lines.append({"label": f"{node}.{name}" if several else node, "hue": HUES[k % len(HUES)],
+        lines.append({"label": node if one_name else name if one_node else f"{node}.{name}", "hue": k % len(CURVES),
                       "points": " ".join(f"{x(float(time_s[i]))},{y(float(values[i]))}" for i in kept)})
     instants = sorted({instant for medium in switching(data)["media"].values() for instant in medium})
     environment = Environment(loader=PackageLoader("experiments.report", "page"), autoescape=True,
@@ -58,7 +63,23 @@ def draw(data: RunData) -> str:
         title=title(data),
         across=[(x(tick), f"{tick:g}") for tick in across if tick <= end_s], up=[(y(tick), f"{tick:g}") for tick in up],
         switches=[x(instant) for instant in instants if instant <= end_s],
-        label=label(curves[0][1:3] if curves else None))
+        label=label([(name, unit) for _, name, unit, *_ in curves],
+                    "output " if not asked else f"{curves[0][0]}: " if one_node and not one_name else ""),
+        legend=legend(lines, room=WIDTH - LEFT - RIGHT - (112 if instants else 0)),
+        colours=[("curve-" + str(k), pair) for k, pair in enumerate(CURVES)] + [("switched", SWITCHED)], card=CARD)
+
+
+def legend(lines: list[Json], room: float) -> list[tuple[float, Json]]:
+    """(x, line) of those whose names have room in one row."""
+    placed: list[tuple[float, Json]] = []
+    at = float(LEFT)
+    for line in lines:
+        width = 26 + CHARACTER * len(line["label"]) + 16
+        if at + width - 16 > LEFT + room:
+            break
+        placed.append((round(at, 1), line))
+        at += width
+    return placed
 
 
 def title(data: RunData) -> str:
@@ -67,11 +88,12 @@ def title(data: RunData) -> str:
     return question if 0 < len(question) <= LONGEST_TITLE else data.scenario.get("name") or ""
 
 
-def label(output: tuple[str, str] | None) -> str:
-    if output is None:
+def label(shown: list[tuple[str, str]], before: str) -> str:
+    """The names and units of the vertical axis: "output y [-]", "drive_fast, drive_slow [m]"."""
+    if not shown:
         return "no outputs recorded"
-    name, unit = output
-    return f"output {name} [{'-' if unit == '1' else unit}]"
+    names, units = (", ".join(dict.fromkeys(words)) for words in zip(*shown, strict=True))
+    return f"{before}{names} [{'-' if units == '1' else units}]"
 
 
 def ticks(low: float, high: float, most: int) -> list[float]:

@@ -10,7 +10,7 @@ without being asked, is none. Where there are too many, those that had the body 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,15 +30,17 @@ DETECTION = "detection"
 DIGITS = 6          # micrometres
 
 
-def plane(data: RunData) -> Json | None:
-    """Paths at common instants, fields of view, obstacles and looks; None if nobody has a place."""
+def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
+    """Paths at common instants, those of `also_ns` among them, fields of view, obstacles and looks; None if no node has
+    a place."""
     tracks = [(node, name, table, columns) for node, table in sorted(data.signals.items()) if table.time_ns.size
               for name, columns in _places(table)]
     bodies = [track for track in tracks if not track[1]]
     if not bodies:
         return None
     last_ns = max(data.length_ns, *(int(table.time_ns[-1]) for _, _, table, _ in tracks))
-    instants_ns = np.unique(np.linspace(0, last_ns, MOST_INSTANTS).astype(np.int64))
+    instants_ns = np.linspace(0, last_ns, MOST_INSTANTS).astype(np.int64)
+    instants_ns = np.unique(np.append(instants_ns, np.array(also_ns, dtype=np.int64)).clip(0, last_ns))
     sensing = {name: medium["settings"] for name, medium in (data.scenario.get("media") or {}).items()
                if medium.get("kind") == "sensing"}
     carriers = {observer: carrier for settings in sensing.values()

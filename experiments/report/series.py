@@ -9,6 +9,7 @@ from itertools import groupby, pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from experiments.frame_copies import DELIVERED, LINK, Coded
 from experiments.groups import Ints, new_group
@@ -29,6 +30,8 @@ MARKED = {"adopted topology": "topology adopted by a node", "switched inputs": "
           VIOLATED: "guarantee violated"}
 OUTPUT = re.compile(r"y\d*")
 MOST_TRANSMISSIONS = 30_000
+AROUND_NS = 250_000_000         # before and after the instants that the page leads to
+MOST_AROUND = 10_000
 MOST_AGE_CURVES = 12
 MOST_AGE_LINKS = 60
 MOST_STRETCHES = 120
@@ -46,24 +49,24 @@ def signals(data: RunData) -> list[Json]:
     for node, table in sorted(data.signals.items()):
         for name, unit in zip(table.names, table.units, strict=True):
             if node not in derived:
-                _draw(found.setdefault(name, _empty(name, unit)), node, table, name)
+                add_curve(found.setdefault(name, empty_entry(name, unit)), node, table, name)
     together = []
     for node in derived:
         table = data.signals[node]
         units = list(dict.fromkeys(table.units))
-        entry = _empty(f"{node}: {', '.join(table.names)}", ", ".join(units))
+        entry = empty_entry(f"{node}: {', '.join(table.names)}", ", ".join(units))
         for name in table.names:
-            _draw(entry, name, table, name)
+            add_curve(entry, name, table, name)
         together.append(entry)
     alone = sorted(found.values(), key=lambda entry: (OUTPUT.fullmatch(entry["name"]) is None, entry["name"]))
     return [entry for entry in (*together, *alone) if entry["samples"]]
 
 
-def _empty(name: str, unit: str) -> Json:
+def empty_entry(name: str, unit: str) -> Json:
     return {"name": name, "unit": unit, "curves": [], "samples": 0, "shown": 0}
 
 
-def _draw(entry: Json, label: str, table: SignalTable, name: str) -> None:
+def add_curve(entry: Json, label: str, table: SignalTable, name: str) -> None:
     values = table.column(name)
     kept = keep(values)
     entry["samples"] += values.size
@@ -88,8 +91,9 @@ def violated(data: RunData) -> list[Json]:
     return [{"from_s": violation.from_ns * 1e-9, "until_s": violation.until_ns * 1e-9} for violation in longest]
 
 
-def spoken(data: RunData) -> Json:
-    """Who spoke when: one entry per frame and what became of it, over the first `MOST_TRANSMISSIONS` frames.
+def spoken(data: RunData, around_ns: Sequence[int] = ()) -> Json:
+    """Who spoke when: one entry per frame and what became of it, of the first `MOST_TRANSMISSIONS` frames and of those
+    within `AROUND_NS` of the instants `around_ns`, of these at most `MOST_AROUND` more.
 
     The outcome is "delivered" if every copy was, else the commonest other fate (ties: the first by name)."""
     ledger = data.ledger
@@ -102,7 +106,9 @@ def spoken(data: RunData) -> Json:
     on_air_ns = ledger.ints("on_air_ns")[first]
     start_ns = np.where(on_air_ns >= 0, on_air_ns, ledger.ints("offered_ns")[first])
     copies, total = np.diff(np.r_[starts, order.size]), starts.size
-    shown = np.lexsort((number[first], source.codes[first], start_ns))[:MOST_TRANSMISSIONS]
+    by_time = np.lexsort((number[first], source.codes[first], start_ns))
+    until_s = float(start_ns[by_time[min(total, MOST_TRANSMISSIONS) - 1]]) * 1e-9
+    shown = by_time[_first_and_around(start_ns[by_time], around_ns)]
     first, starts, copies = first[shown], starts[shown], copies[shown]
     start_ns, on_air_ns, end_ns = start_ns[shown], on_air_ns[shown], ledger.ints("end_ns")[first]
     heard, outcome = _outcomes(ledger.fate, order, starts, copies)
@@ -118,7 +124,21 @@ def spoken(data: RunData) -> Json:
         "number": number[first].tolist(), "heard": heard.tolist(), "copies": copies.tolist(),
         "bytes": ledger.ints("size_bytes")[first].tolist(),
     }
-    return columns | {"rows": first.size, "total": total, "until_s": float(start_ns[-1]) * 1e-9}
+    return columns | {"rows": first.size, "total": total, "until_s": until_s, "around_s": AROUND_NS * 1e-9}
+
+
+def _first_and_around(start_ns: NDArray[np.int64], around_ns: Sequence[int]) -> NDArray[np.intp]:
+    """Indices into the sorted `start_ns`, increasing."""
+    chosen = np.zeros(start_ns.size, dtype=np.bool_)
+    chosen[:MOST_TRANSMISSIONS] = True
+    more = MOST_AROUND
+    for instant_ns in around_ns:
+        first, end = np.searchsorted(start_ns, (instant_ns - AROUND_NS, instant_ns + AROUND_NS))
+        more -= int(np.count_nonzero(~chosen[first:end]))
+        if more < 0:
+            break
+        chosen[first:end] = True
+    return np.flatnonzero(chosen)
 
 
 def _outcomes(fate: Coded, order: Ints, starts: Ints, copies: Ints) -> tuple[Ints, list[str]]:

@@ -25,6 +25,7 @@ from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
 from experiments.scenario.network import Network
 from experiments.scenario.problems import Place, Problems
+from experiments.scenario.question_signal import check_question_signal
 from experiments.scenario.sections import SECTIONS, Reading, holds
 from experiments.scenario.shape import shape_of
 from experiments.scenario.units import siblings
@@ -39,6 +40,7 @@ class Header:
     length_ns: Annotated[int, Gt(0)]
     sample_period_ns: Annotated[int, Ge(0)] = 10_000_000      # 0: no samples
     node_timeout_s: Annotated[float, Gt(0)] = 30.0            # wall clock: stays in seconds
+    question_signal: str = ""                                 # "node.signal", shown first in the report
 
 
 def load(source: Path, *, seed: int | None = None, duration_s: float | None = None, overrides: Sequence[str] = (),
@@ -79,11 +81,14 @@ def _resolve(reading: Reading, source: Path, question: str) -> Scenario:
     derived = read_derived(tables["derived"], agents, reading)
     guarantees = Guarantees(reading, agents, media, derived, *(
         (0, 1) if header is None else (header.length_ns, header.sample_period_ns))).read(tables["guarantees"])
-    expect = read_expect(tables["expect"], [*agents, *derived, *media], media, guarantees, reading)
+    recorded = [*agents, *derived, *media]
+    expect = read_expect(tables["expect"], recorded, media, guarantees, reading)
+    if header is not None:
+        check_question_signal(header.question_signal, recorded, derived, problems)
     problems.stop_if_any()
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
-                        gateways, derived, implied(guarantees) | expect, guarantees)
+                        gateways, derived, implied(guarantees) | expect, guarantees, header.question_signal)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
     return scenario

@@ -114,6 +114,7 @@ class Scenario(msgspec.Struct, frozen=True):
     derived: dict[str, DerivedSpec]
     expect: dict[str, Bound]            # with what the guarantees imply
     guarantees: dict[str, GuaranteeSpec] = {}
+    question_signal: str = ""           # "node.signal", each a pattern; "": the report shows outputs first
 
     @property
     def folder(self) -> Path:

@@ -20,6 +20,7 @@ from agents.estimation.monte_carlo import FILTERS, Build, circle, errors_m, foll
 from agents.estimation.paths import PATHS, STEP_NS, Floats
 from agents.pursuit.sampling import FIRST_LOOKS
 from agents.pursuit.section_3_3 import TABLE_ZETA_M, run
+from experiments.report.plotly_file import plotly_source
 
 Json = dict[str, Any]
 STATISTICS_RUNS = 50
@@ -67,7 +68,7 @@ def render(drawn: list[Json]) -> str:
                               undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     return environment.get_template("figures.html.j2").render(
         figures=drawn, data_json=Markup(msgspec.json.encode(drawn).decode().replace("<", "\\u003c")),
-        plotly=Markup((files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")),
+        plotly=Markup(plotly_source()),
         style=Markup((files("experiments.report") / "page" / "report.css").read_text("utf-8")),
         script=Markup((files("experiments.tables") / "page" / "figures.js").read_text("utf-8")))
 

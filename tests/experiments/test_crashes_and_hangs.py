@@ -31,19 +31,20 @@ def line_of(file: Path, text: str) -> int:
 
 
 @pytest.mark.parametrize("host", ["process", "inline"])
-@pytest.mark.parametrize(("robot", "code", "function"), [
-    ("BusyLoop", "while True: pass", "act"),
-    ("InfYield", "yield from self.board.wait_until(self.board.now_ns)", "run"),
+@pytest.mark.parametrize(("scenario", "file", "node", "code", "function"), [
+    ("robots_that_misbehave/BusyLoop.toml", "robots.py", "bad", "while True: pass", "act"),
+    ("novice/p05_inf.toml", "p05_inf.py", "r2", "while next_ns > 500_000_000: pass", "run"),
 ])
-def test_a_robot_that_hangs_is_named_with_its_line(robot: str, code: str, function: str, host: runner.HostName,
-                                                   tmp_path: Path) -> None:
+def test_a_robot_that_hangs_is_named_with_its_line(scenario: str, file: str, node: str, code: str, function: str,
+                                                   host: runner.HostName, tmp_path: Path) -> None:
     timeout_s = 4 if host == "process" else 1           # it also has to be up by then
-    failure = failure_of(ROBOTS / f"{robot}.toml", host, tmp_path, timeout_s)
+    failure = failure_of(CASES / scenario, host, tmp_path, timeout_s)
 
-    assert failure.node == "bad"
-    place = f"{ROBOTS / 'robots.py'}:{line_of(ROBOTS / 'robots.py', code)} in {function}"
+    assert failure.node == node
+    source = (CASES / scenario).with_name(file)
     assert failure.reason.startswith("no ")
-    assert failure.reason.endswith(f" within node_timeout_s = {timeout_s} s: it hangs at {place}")
+    assert failure.reason.endswith(f" within node_timeout_s = {timeout_s} s: it hangs at {source}:"
+                                   f"{line_of(source, code)} in {function}")
     assert code in failure.detail
 
 

@@ -1,7 +1,9 @@
 "use strict";
-// Draws the figures (the JSON element "data") with Plotly. Colours: Okabe and Ito (2008), readable by the colour-blind.
+// Draws the figures (the JSON element "data") with Plotly, in the colours of experiments/report/palette.py.
 const DATA = JSON.parse(document.getElementById("data").textContent);
 const CONFIG = {responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]};
+const dark = window.matchMedia("(prefers-color-scheme: dark)");
+const pick = (light, onDark) => dark.matches ? onDark : light;
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 function layout(x, y, more) {
@@ -19,8 +21,8 @@ function layout(x, y, more) {
 function drawPlane(id, figure) {
   const traces = [
     {name: "actual path", mode: "lines", line: {color: css("--soft"), width: 2}, ...figure.target},
-    {name: "estimate", mode: "lines", line: {color: "#d55e00", width: 1.4}, ...figure.expected},
-    {name: "detections", mode: "markers", marker: {color: "#e69f00", symbol: "diamond", size: 8}, ...figure.seen},
+    {name: "estimate", mode: "lines", line: {color: pick("#d55e00", "#ff7a2f"), width: 1.4}, ...figure.expected},
+    {name: "detections", mode: "markers", marker: {color: pick("#b97d00", "#e69f00"), symbol: "diamond", size: 8}, ...figure.seen},
   ];
   Plotly.newPlot(id, traces, layout("x [m]", "y [m]", {scaleanchor: "x"}), CONFIG);
 }
@@ -35,4 +37,4 @@ function drawAll() {
 }
 
 drawAll();
-window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
+dark.addEventListener("change", drawAll);

@@ -80,7 +80,7 @@ def test_what_cannot_be_judged_is_never_as_expected_and_says_so() -> None:
         stated = Stated("reported", "r1.gain", (("r1", "gain"),), {"below": 1.0}, expected)     # type: ignore[arg-type]
         standing = judge({"g": stated}, reports())[0].standing
         assert not standing.as_expected
-        assert standing.in_words() == "the run has nothing to judge it by"
+        assert standing.in_words() == "no node that it names told an event 'gain'"
 
 
 def test_outcomes_survive_their_file_also_with_what_is_no_number() -> None:

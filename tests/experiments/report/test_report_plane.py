@@ -60,6 +60,15 @@ def test_bodies_are_at_each_instant_where_their_last_sample_was(drawn):
             assert (x_m, y_m, heading_rad) == pytest.approx((sampled, sampled + 1, sampled + 2), abs=1e-6)
 
 
+def test_the_instants_that_the_page_leads_to_are_among_those_of_the_animation(tmp_path):
+    drawn = plane(a_run(tmp_path / "run", {"evader": POSE}), [123_456_789, 5_000_000_000])
+
+    assert 0.123456789 in drawn["instants_s"]
+    assert drawn["instants_s"] == sorted(set(drawn["instants_s"]))
+    assert drawn["instants_s"][-1] == 1.0               # nothing is later than the run
+    assert len(drawn["bodies"][0]["x"]) == len(drawn["instants_s"]) == MOST_INSTANTS + 1
+
+
 def test_what_is_believed_is_apart_and_numbers_without_metres_or_partner_are_no_places(drawn):
     assert [body["label"] for body in drawn["believed"]] == ["companion: estimate"]
     assert drawn["believed"][0]["heading"] is None

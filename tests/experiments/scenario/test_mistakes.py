@@ -29,6 +29,15 @@ EACH = [
     ("length_s = 2.5", "length_s = 2.5\nnode_timeout_s = 0", ["node_timeout_s=0: expected > 0"]),
     ("length_s = 2.5", "length_s = 2.5\nsample_period_s = 2020-01-01",
      ["sample_period_s=2020-01-01: dates and times of day mean nothing to a scenario; put text in quotes"]),
+    # the signal that the question is about
+    ("seed = 7", 'seed = 7\nquestion_signal = "y"',
+     ['question_signal="y": expected "node.signal", for example "*.y"']),
+    ("seed = 7", 'seed = 7\nquestion_signal = "r9.y"',
+     ['question_signal="r9.y": no agent, derived signal or medium matches \'r9\'; did you mean "r2"?']),
+    ("seed = 7", "seed = 7\nquestion_signal = 3", ["question_signal=3: expected text in quotes"]),
+    ("[team.models.r1]", 'question_signal = "e.nrom"\n[derived.e]\nfunction = "math:hypot"\nof = ["r1.y"]\n'
+     'signals = { norm = "1" }\n[team.models.r1]',
+     ['question_signal="e.nrom": derived.e has no signal \'nrom\'; did you mean "norm"?']),
     # gateways
     ("[media.quiet]",
      '[gateways.g]\nmedium = "radoi"\nlisten = "10.0.0.1:80"\npeer = "127.0.0.1:99999"\n[media.quiet]',

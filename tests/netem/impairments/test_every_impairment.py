@@ -84,7 +84,7 @@ EXAMPLES = {
     "own, with carry alone": ("own:EverySecond", {}),
 }
 
-few = settings(max_examples=40, deadline=None)
+few = settings(max_examples=25, deadline=None)
 copies = st.lists(st.tuples(st.integers(0, 10 ** 9), st.integers(0, 10 ** 6), st.binary(max_size=40)), max_size=30)
 examples = pytest.mark.parametrize("example", EXAMPLES)
 

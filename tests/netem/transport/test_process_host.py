@@ -29,7 +29,8 @@ Conduct = Callable[..., Conductor]
 
 def host_of(behaviours: Mapping[str, str], logs: Path, timeout_s: float = 20.0, **options: Any) -> ProcessHost:
     specifications = {name: msgspec.json.encode(how) for name, how in behaviours.items()}
-    return ProcessHost([sys.executable, str(NODE)], specifications, logs=logs, timeout_s=timeout_s, **options)
+    return ProcessHost([sys.executable, str(NODE)], specifications, logs=logs, timeout_s=timeout_s,
+                       real_time="speaks garbage" in behaviours.values(), **options)    # it opens a session of its own
 
 
 def children() -> list[str]:
