@@ -52,7 +52,7 @@ $(VENV)/.installed-all: pyproject.toml | $(VENV)/.installed-dev
 # The first verdict comes first; the compiler of the inner loops is installed and run after it.
 demo: $(VENV)/.installed
 	@echo "run: output_sync; its plants are built before it starts"
-	@$(BIN)/marconet run output_sync --out $(OUT)
+	@$(BIN)/marconet run output_sync --out $(OUT) --overwrite
 	@echo
 	@echo "compile: the inner loops, half a minute, so that later runs are faster; Ctrl-C does no harm"
 	@$(MAKE) --no-print-directory $(VENV)/.installed-compiled

@@ -17,9 +17,11 @@ from experiments.exits import ExitCode, errors_as_text
 
 if TYPE_CHECKING:
     from experiments.console import Console
+    from experiments.inline_parent import Child
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 TABLES = ("3.1", "3.2", "3.3", "3.4", "3.5")
+ON_ITS_OWN = "this process is the command's own, so it may fork"
 SHELLS = ("bash", "zsh", "fish")
 
 
@@ -131,10 +133,11 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
 @click.option("--no-report", is_flag=True, help="Write the records without report.html.")
 @click.option("--real-time", is_flag=True,
               help="At the wall clock's pace; a scenario with gateways to the outside needs it.")
+@click.option("--overwrite", is_flag=True, help="Replace the records of an earlier run in the folder.")
 @reporting
 def run(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
-        host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool, junit: Path | None,
-        as_json: bool, quiet: bool, verbose: bool) -> None:
+        host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool, overwrite: bool,
+        junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
     """Run scenarios and write their records and reports.
 
     Exits with 0 if every [expect] holds, 1 if one does not, 2 for bad input, 3 when a node failed; of several
@@ -143,8 +146,17 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
     from experiments.several import Batch
 
     batch = Batch(_console(not (quiet or as_json)), verbose, junit, "runs" if as_json else None)
-    raise SystemExit(batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
-                               report=not no_report))
+
+    def work(child: Child | None = None) -> int:
+        batch.child = child
+        return batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
+                         report=not no_report, overwrite=overwrite)
+
+    if host == "inline" and click.get_current_context().find_root().obj == ON_ITS_OWN:
+        from experiments.inline_parent import run_in_child
+
+        raise SystemExit(run_in_child(work))
+    raise SystemExit(work())
 
 
 @app.command(epilog="Example: marconet report runs/third")
@@ -156,11 +168,16 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
 def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
     """Write report.html anew from the records of a run."""
     with errors_as_text(verbose):
+        from experiments.killed_run import complete, is_unfinished
         from experiments.report.build import write_report
+        from experiments.run_folder import owner
         from experiments.text_views import print_path
 
         if not (run_dir / "scenario.json").is_file():
             raise FileNotFoundError(f"{run_dir}: no run was recorded there: it has no scenario.json")
+        if is_unfinished(run_dir) and not owner(run_dir):
+            for problem in complete(run_dir):
+                click.echo(problem, err=True)
         print_path(_console(), "report", write_report(run_dir, "inside" if self_contained else "auto"))
 
 
@@ -311,7 +328,7 @@ def _console(for_people: bool = True) -> Console:
 
 
 def main() -> None:
-    app(prog_name="marconet")
+    app(prog_name="marconet", obj=ON_ITS_OWN)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,11 @@
 """How a command ends: exit codes, and errors as text instead of tracebacks.
 
     0 done, every [expect] holds    1 an [expect] does not hold    2 bad input    3 a node failed
-    4 a defect of marconet itself    130 interrupted with Ctrl-C    143 terminated (SIGTERM), as by a time limit
+    4 a defect of marconet itself    129 its terminal was closed (SIGHUP)    130 interrupted with Ctrl-C
+    143 terminated (SIGTERM), as by a time limit
+
+The first of these signals ends the work; those that come within a second of it are taken as the same wish, so that a
+second Ctrl-C does not cut off the closing of the records.
 """
 
 from __future__ import annotations
@@ -9,13 +13,19 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
 from types import FrameType
-from typing import NoReturn
+from typing import Final
+
+from netem.lockstep.errors import Interrupted, NodeFailure
+
+SAME_WISH_S: Final = 1.0
+VERBS: Final = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended, as its terminal was closed"}
 
 
 class ExitCode(IntEnum):
@@ -24,6 +34,7 @@ class ExitCode(IntEnum):
     BAD_INPUT = 2
     NODE_FAILED = 3
     DEFECT = 4
+    HUNG_UP = 129
     INTERRUPTED = 130
     TERMINATED = 143
 
@@ -37,42 +48,74 @@ class Ended(SystemExit):
         self.lines = [line for text in lines for line in text.splitlines() if line]
 
 
-class Terminated(BaseException):
-    """The process was asked to end (SIGTERM)."""
-
-
 @contextmanager
 def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[None]:
     """Print what went wrong and exit with its code; `kept` is the folder with what is left of the work, if it is there.
 
-    SIGTERM ends the work as Ctrl-C does, so that records are closed and no robot process is left.
+    SIGTERM and SIGHUP end the work as Ctrl-C does, so that records are closed and no robot process is left.
     """
-    in_main = threading.current_thread() is threading.main_thread()     # only there signals can be handled
-    before = signal.signal(signal.SIGTERM, _terminate) if in_main else None
+    with _ended_by_signals():
+        try:
+            yield
+        except Ended:
+            raise
+        except KeyboardInterrupt as error:
+            number = error.number if isinstance(error, Interrupted) else int(signal.SIGINT)
+            what = in_words(error)
+            _tell(what, _what_is_left(kept))
+            raise Ended(ExitCode(128 + number), what) from None
+        except Exception as error:
+            if show_traceback:
+                traceback.print_exception(error)
+            code = exit_code_of(error)
+            said = getattr(error, "in_full", str(error)) if show_traceback else str(error)
+            lines = [said or type(error).__name__]
+            if code is ExitCode.DEFECT and not show_traceback:
+                lines = [f"{type(error).__name__}: {error}", "this is a defect of marconet; --verbose shows where"]
+            _tell(*lines, _what_is_left(kept) if getattr(error, "leaves_records", True) else "")
+            raise Ended(code, *lines) from None
+        except BaseException as error:      # a library's panic, or sys.exit in what a user brought
+            if show_traceback:
+                traceback.print_exception(error)
+            what = f"{in_words(error)}: raised outside of a node's program"
+            _tell(what, _what_is_left(kept))
+            raise Ended(ExitCode.NODE_FAILED, what) from None
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """Raise Interrupted in the main thread for the signals that end a command, where nobody had them ignored."""
+    if threading.current_thread() is not threading.main_thread():       # only there signals can be handled
+        yield
+        return
+    raised_s = float("-inf")
+
+    def end(number: int, frame: FrameType | None) -> None:
+        nonlocal raised_s
+        now_s = time.monotonic()
+        if now_s > raised_s + SAME_WISH_S:
+            raised_s = now_s
+            raise Interrupted(number)
+
+    ending = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.getsignal(number) for number in ending}
+    taken = [number for number in ending if before[number] not in (signal.SIG_IGN, None)]      # as under nohup
+    for number in taken:
+        signal.signal(number, end)
     try:
         yield
-    except (KeyboardInterrupt, Terminated) as error:
-        interrupted = isinstance(error, KeyboardInterrupt)
-        what = "interrupted" if interrupted else "terminated"
-        _tell(what, _what_is_left(kept))
-        raise Ended(ExitCode.INTERRUPTED if interrupted else ExitCode.TERMINATED, what) from None
-    except Exception as error:
-        if show_traceback:
-            traceback.print_exception(error)
-        code = exit_code_of(error)
-        said = getattr(error, "in_full", str(error)) if show_traceback else str(error)
-        lines = [said or type(error).__name__]
-        if code is ExitCode.DEFECT and not show_traceback:
-            lines = [f"{type(error).__name__}: {error}", "this is a defect of marconet; --verbose shows where"]
-        _tell(*lines, _what_is_left(kept))
-        raise Ended(code, *lines) from None
     finally:
-        if before is not None:
-            signal.signal(signal.SIGTERM, before)
+        for number in taken:
+            signal.signal(number, before[number])
 
 
-def _terminate(number: int, frame: FrameType | None) -> NoReturn:
-    raise Terminated
+def in_words(error: BaseException) -> str:
+    """What ended the work, for a reader of the summary."""
+    if isinstance(error, KeyboardInterrupt):
+        number = error.number if isinstance(error, Interrupted) else int(signal.SIGINT)
+        name = signal.Signals(number).name
+        return f"{VERBS.get(name, 'ended')} ({name})"
+    return str(error) if isinstance(error, NodeFailure) else f"{type(error).__name__}: {error}"
 
 
 def _what_is_left(kept: Path | None) -> str:
@@ -90,6 +133,7 @@ def exit_code_of(error: Exception) -> ExitCode:
 
 
 def _tell(*lines: str) -> None:
-    for line in lines:
-        if line:
-            print(line, file=sys.stderr)
+    with suppress(OSError):             # its terminal may be gone
+        for line in lines:
+            if line:
+                print(line, file=sys.stderr)

@@ -24,6 +24,7 @@ from experiments.monitors.table import MONITORS
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError, near
 from netem.media.sensing.settings import SensingSettings
+from netem.records.part_file import write_whole
 from netem.records.signal_table import SignalTable
 from netem.records.signals import SignalRecorder
 
@@ -85,7 +86,7 @@ class GuaranteeWatch:
         outcomes = judge(self._scenario.guarantees, records)
         for event in events(outcomes):
             self._recorder.event(event.time_ns, event.node, event.kind, event.detail, event.level)
-        (folder / "guarantees.json").write_bytes(msgspec.json.encode(outcomes))
+        write_whole(folder / "guarantees.json", msgspec.json.encode(outcomes))
         self.standings = [outcome.standing for outcome in outcomes]
 
     def _signals(self) -> dict[str, SignalTable]:

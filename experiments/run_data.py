@@ -4,6 +4,8 @@
     summary.json    verdicts, hashes, speed          signals.mcap     signals, events, and the scenario again
     run.json        switching instants, counters, how far the run came, versions
     guarantees.json what became of each guarantee, where the scenario states any
+
+Of a run that was killed the journals are read, up to the last piece that is whole.
 """
 
 from __future__ import annotations
@@ -21,7 +23,9 @@ from experiments.derived import derive
 from experiments.frame_copies import FrameCopies, LedgerUnreadable
 from experiments.monitors.outcome import Outcome
 from netem.records.events import Event
+from netem.records.ledger_file import journal_of
 from netem.records.ledger_table import read_metadata
+from netem.records.part_file import part_of
 from netem.records.signal_table import Recording, SignalTable, read_recording
 
 Json = dict[str, Any]
@@ -96,6 +100,8 @@ def _json(path: Path, missing: list[str]) -> Json:
         return msgspec.json.decode(path.read_bytes(), type=Json)
     except FileNotFoundError:
         missing.append(f"{path.name}: not there")
+        with suppress(msgspec.MsgspecError, OSError):
+            return msgspec.json.decode(part_of(path).read_bytes(), type=Json)       # as it stood when it was killed
     except (msgspec.MsgspecError, OSError) as error:
         missing.append(f"{path.name}: unreadable: {error}")
     return {}
@@ -114,6 +120,8 @@ def _guarantees(path: Path, missing: list[str]) -> dict[str, Outcome]:
 
 
 def _ledger(path: Path, missing: list[str]) -> tuple[FrameCopies, dict[str, str]]:
+    if not path.exists() and journal_of(path).exists():
+        missing.append(f"{path.name}: not there (the run was killed); its journal is read as far as it goes")
     try:
         return FrameCopies.of_file(path), read_metadata(path)
     except FileNotFoundError:

@@ -80,10 +80,13 @@ class Summary(msgspec.Struct, frozen=True):
     code: str = ""              # "compiled", or "interpreted: " and why
     real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.real_time.lateness`
     ended: str = ""             # why the run ended before its length, and when; figures are up to there
+    failure: str = ""           # what ended the run before its end, in words; empty if nothing did
+    last_report: str = ""       # of the node that failed, where the failure is one of a node
+    reached_ns: int | None = None
 
     @property
     def holds(self) -> bool:
-        return all(verdict.holds for verdict in self.verdicts)
+        return not self.failure and all(verdict.holds for verdict in self.verdicts)
 
 
 def lateness_in_words(real_time: Mapping[str, int]) -> str:

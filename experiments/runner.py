@@ -2,18 +2,21 @@
 
     scenario -> node specifications -> host -> conductor -> ledger, signals -> metrics -> summary, report
 
-The folder is there whatever happens: a run that is broken off leaves what it has recorded so far.
+The folder is there whatever happens. A run that fails or is broken off leaves its records up to there, with a summary
+and a report that say what ended it; one whose process is killed leaves journals, which `killed_run` makes records of.
 """
 
 from __future__ import annotations
 
+import errno
 import gc
+import os
 import platform
 import random
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from functools import cache, partial
 from importlib.metadata import version
@@ -25,6 +28,7 @@ import msgspec
 from experiments import CODE
 from experiments.blocking_programs import is_blocking, refuse_blocking
 from experiments.event_levels import level_of
+from experiments.exits import in_words
 from experiments.guarantee_watch import GuaranteeWatch
 from experiments.metrics import evaluate
 from experiments.node_build import NodeSpecification, PlantSpecification, Shown, build_node
@@ -32,7 +36,8 @@ from experiments.own_modules import class_for
 from experiments.recorded_signals import refuse_unrecorded
 from experiments.report.build import write_report
 from experiments.run_data import load_run
-from experiments.run_result import Progress, RunResult, Summary
+from experiments.run_folder import RunFolder
+from experiments.run_result import Progress, RunResult, Summary, Verdict
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
 from experiments.wall_clock_sleep import sleep_refused
@@ -49,6 +54,7 @@ from netem.impairments.recordings import Recordings
 from netem.impairments.window import Window
 from netem.links import LinkName, Links
 from netem.lockstep.conductor import Conductor, Recorders
+from netem.lockstep.errors import Interrupted, NodeFailure
 from netem.lockstep.hosts import Host, InlineHost
 from netem.lockstep.messages import Hello
 from netem.media import Medium
@@ -61,8 +67,10 @@ from netem.random_streams import stream
 from netem.real_time.pace import Pace
 from netem.real_time.udp_gateway import UdpGateway
 from netem.records.events_file import write_events
-from netem.records.ledger import Ledger
+from netem.records.ledger import Ledger, LedgerResult
+from netem.records.part_file import write_whole
 from netem.records.signals import SignalRecorder
+from netem.records.uninterrupted import uninterrupted
 from netem.transport.process_host import ProcessHost
 from netem.transport.zenoh_session import ENTRANCES
 
@@ -71,19 +79,23 @@ if TYPE_CHECKING:
 
 HostName = Literal["process", "inline"]
 OWN_PROGRAMS = ("agents.", "firmware_sim.")         # whose import does nothing but define
+KEEP_EVERY_S = 0.7          # age of what is on the disk; the conductor may be a tenth of a second late
+LAST_WORDS_S = 1.0          # for the counters of the nodes, once another has failed or the run was broken off
 PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
 
 def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
         progress: Callable[[Progress], None] | None = None, report: bool = True,
-        shuffle_start: int | None = None, real_time: bool = False, under_way: UnderWay | None = None) -> RunResult:
+        shuffle_start: int | None = None, real_time: bool = False, overwrite: bool = False,
+        under_way: UnderWay | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs), with `report.html` unless told otherwise.
 
     `real_time`: at the wall clock's pace, with the scenario's gateways to the outside; these need it.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
+    `overwrite`: replace the records of an earlier run in `out`.
     `under_way`: memory from which another process can tell what an inline run did when it crashed.
-    Raises NodeFailure, InstantLoop or ConservationError after the folder was written, NeedsProcess or NeedsRealTime
-    before.
+    Raises NodeFailure, InstantLoop or ConservationError after the folder was written, NeedsProcess, NeedsRealTime or
+    FolderTaken before.
     """
     command_s = time.monotonic()
     if host == "inline":
@@ -91,12 +103,19 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     if scenario.gateways and not real_time:
         raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take "
                             "part, which needs real time: run it with --real-time")
-    folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "scenario.json").write_bytes(msgspec.json.encode(scenario.resolved()))
-    with _collecting_only_what_the_run_makes():
-        return _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time,
-                    under_way).run()
+    path = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    folder = RunFolder.claim(path, overwrite=overwrite)
+    try:
+        write_whole(path / "scenario.json", msgspec.json.encode(scenario.resolved()))
+        prepared = _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time, under_way)
+    except BaseException:
+        folder.abandon()
+        raise
+    try:
+        with _collecting_only_what_the_run_makes():
+            return prepared.run()
+    finally:
+        folder.release()
 
 
 @contextmanager
@@ -126,40 +145,50 @@ class NeedsRealTime(ValueError):
     exit_code = 2
 
 
+class CannotRecord(OSError):
+    """The disk has no room for the records of a run."""
+
+    exit_code = 2
+
+
 class _Run:
-    def __init__(self, scenario: Scenario, host: HostName, folder: Path, progress: Callable[[Progress], None] | None,
-                 report: bool, shuffle_start: int | None, command_s: float,
-                 real_time: bool, under_way: UnderWay | None) -> None:
+    def __init__(self, scenario: Scenario, host: HostName, folder: RunFolder,
+                 progress: Callable[[Progress], None] | None, report: bool, shuffle_start: int | None,
+                 command_s: float, real_time: bool, under_way: UnderWay | None) -> None:
         self.scenario = scenario
         self.host_name = host
-        self.folder = folder
+        self.owned = folder
+        self.folder = folder.path
         self.on_progress = progress
         self.wants_report = report
         self.command_s = command_s
         names = {"scenario": scenario.name, "seed": str(scenario.seed)}
         self.metadata = names
         self.agenda = Agenda()
-        self.ledger = Ledger(folder / "ledger.parquet", metadata=names)
-        self.signals = SignalRecorder(folder / "signals.mcap")
-        self.guarantees = GuaranteeWatch(scenario, self.signals)
         self.specifications = node_specifications(scenario)
-        self.host = _host(host, self.specifications, folder, scenario.node_timeout_s, shuffle_start, real_time,
+        self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names)
+        self.signals = SignalRecorder(self.folder / "signals.mcap")
+        self.guarantees = GuaranteeWatch(scenario, self.signals)
+        self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
                           under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
                                    Recorders(self.guarantees.sample, self._event), self._progress)
         links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
         self.media = {name: _medium(scenario, name, self.agenda, self.ledger, links) for name in scenario.media}
-        self.can_logs = [_can_log(scenario, medium, folder) for medium in self.media.values()
+        self.can_logs = [_can_log(scenario, medium, self.folder) for medium in self.media.values()
                          if isinstance(medium, CanBus) and medium.settings.log]
         if real_time:
             gateways = [UdpGateway(spec.name, spec.medium, spec.listen, spec.peer, event=self._gateway_event)
                         for spec in scenario.gateways.values()]
             self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s
+        self.kept_s = command_s
+        self.process = os.getpid()
+        self.failure: BaseException | None = None
+        self.result: LedgerResult | None = None
         self.at_end = ExitStack()
 
     def run(self) -> RunResult:
-        failure: BaseException | None = None
         try:
             if self.host_name == "inline":
                 self.at_end.enter_context(sleep_refused())
@@ -178,58 +207,111 @@ class _Run:
             if self.conductor.ended_by:
                 self._event(self.conductor.ended_by, self.conductor.end_ns, "run ended", self.conductor.ended_because)
         except BaseException as error:
-            failure = error
-            raise
-        finally:
-            self.host.stop()
-            self.at_end.close()
-            if self.conductor.pace is not None:
-                self.conductor.pace.close()
-            self._close(failure)
-        return self._judge()
+            self._fails(error)
+        self._leave_if_forked()
+        with uninterrupted(drop=True) as came:
+            summary = self._conclude()
+        if self.failure is not None:
+            raise self.failure
+        if came:
+            raise Interrupted(came[0])
+        return RunResult(self.folder, summary)
 
-    def _close(self, failure: BaseException | None) -> None:
-        """Write the records; ends in a ConservationError if copies of a complete run are missing."""
-        reached_ns = self.conductor.end_ns if failure is None else self.conductor.reached_ns
-        run = {
+    def _conclude(self) -> Summary:
+        """Close the records, end the nodes, judge. What fails on the way becomes the failure of the run, and the rest
+        is done all the same."""
+        if self.failure is not None:
+            self.ended_s = time.monotonic()
+            with suppress(Exception):           # the counters of some nodes stay unknown
+                self.conductor.ask_counters(LAST_WORDS_S)
+        reached_ns = self.conductor.end_ns if self.failure is None else self.conductor.reached_ns
+        for log in self.can_logs:
+            self._step(log.finish)
+        self._step(self._finish_ledger)
+        self._step(lambda: self.guarantees.judge(self.folder, reached_ns))
+        self._step(lambda: write_events(self.folder / "ledger_events.parquet", self.signals.events))
+        self._step(lambda: self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved())))
+        self._step(lambda: self.owned.run.write(self._standing(reached_ns, versions=True)))
+        self._step(self.host.stop)
+        self._step(self.at_end.close)
+        if self.conductor.pace is not None:
+            self._step(self.conductor.pace.close)
+        verdicts = self._judged() if self.failure is None and self.scenario.expect else []
+        summary = self._summary(verdicts, reached_ns)
+        self._step(lambda: self.owned.summary.write(msgspec.json.encode(summary)))
+        if self.wants_report:
+            self._step(lambda: write_report(self.folder))
+        return summary
+
+    def _step(self, step: Callable[[], object]) -> None:
+        try:
+            step()
+        except BaseException as error:
+            self._fails(error)
+
+    def _fails(self, error: BaseException) -> None:
+        """The first failure is that of the run."""
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+            error = CannotRecord(f"{self.folder}: cannot write the records: {error.strerror}: free space, or name "
+                                 "another folder with --out; what was written before can be read")
+        if self.failure is None:
+            self.failure = error
+
+    def _finish_ledger(self) -> None:
+        complete = self.failure is None
+        self.result = self.ledger.finish(complete=False)        # its counts, also where the file cannot be written
+        if complete:
+            self.ledger.finish()
+
+    def _standing(self, reached_ns: int, *, versions: bool = False) -> bytes:
+        """What `run.json` says: how far the run came and what was counted."""
+        return msgspec.json.encode({
             "reached_ns": reached_ns,
             "ended": _end_in_words(self.conductor),
-            "failure": None if failure is None else f"{type(failure).__name__}: {failure}",
+            "failure": None if self.failure is None else in_words(self.failure),
             "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
-            "counters": _counters(self.conductor.counters, self.media),
+            "counters": _counters(self._counted(), self.media),
             "real_time": self._real_time(),
-            "versions": _versions(),
-        }
-        (self.folder / "run.json").write_bytes(msgspec.json.encode(run))
-        for log in self.can_logs:
-            log.finish()
-        try:
-            self.result = self.ledger.finish(complete=failure is None)
-        finally:
-            try:
-                self.guarantees.judge(self.folder, reached_ns)
-            finally:
-                write_events(self.folder / "ledger_events.parquet", self.signals.events)
-                self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved()))
+            "versions": _versions() if versions else {},
+        })
 
-    def _judge(self) -> RunResult:
+    def _counted(self) -> dict[str, dict[str, int]]:
+        return self.conductor.counters or (self.host.counters() if isinstance(self.host, InlineHost) else {})
+
+    def _judged(self) -> list[Verdict]:
+        try:
+            return evaluate(self.scenario.expect, load_run(self.folder))
+        except Exception as error:
+            self._fails(error)
+            return []
+
+    def _summary(self, verdicts: list[Verdict], reached_ns: int) -> Summary:
+        scenario, conductor, failure = self.scenario, self.conductor, self.failure
         wall_s = self.ended_s - self.started_s
-        verdicts = evaluate(self.scenario.expect, load_run(self.folder)) if self.scenario.expect else []
-        scenario, conductor = self.scenario, self.conductor
-        summary = Summary(
+        return Summary(
             scenario.name, scenario.question, scenario.seed, self.host_name, scenario.length_ns, wall_s,
-            self.started_s - self.command_s, conductor.end_ns * 1e-9 / wall_s, conductor.windows, conductor.grants,
-            self.result.hash, dict(self.result.by_fate), verdicts, "report.html" if self.wants_report else None,
-            self.guarantees.standings, code=CODE, real_time=self._real_time(), ended=_end_in_words(conductor),
-            warnings=self._malformed())
-        (self.folder / "summary.json").write_bytes(msgspec.json.encode(summary))
-        if self.wants_report:
-            write_report(self.folder)
-        return RunResult(self.folder, summary)
+            self.started_s - self.command_s, reached_ns * 1e-9 / wall_s if wall_s > 0 else 0.0, conductor.windows,
+            conductor.grants, self.result.hash if self.result else "",
+            {fate.value: copies for fate, copies in self.ledger.closed.items() if copies}, verdicts,
+            "report.html" if self.wants_report else None, self.guarantees.standings, code=CODE,
+            real_time=self._real_time(), ended=_end_in_words(conductor), warnings=self._malformed(),
+            failure="" if failure is None else in_words(failure),
+            last_report=failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns=reached_ns)
+
+    def _keep(self, reached_ns: int) -> None:
+        """Put on the disk what there is so far, for the case that this process is killed."""
+        self.ledger.keep()
+        self.signals.keep()
+        self.owned.run.update(self._standing(reached_ns))
+
+    def _leave_if_forked(self) -> None:
+        """End a process that a program forked and that came back into the emulator: the run belongs to its parent."""
+        if os.getpid() != self.process:
+            os._exit(0)
 
     def _malformed(self) -> list[str]:
         """A line for each node and reason, if frames were no frames of their medium."""
-        if not self.result.by_fate.get(Fate.MALFORMED.value):
+        if self.failure is not None or self.result is None or not self.result.by_fate.get(Fate.MALFORMED.value):
             return []
         from netem.records.malformed import malformed_frames
 
@@ -267,6 +349,10 @@ class _Run:
             self.signals.event(time_ns, node, kind, detail, level_of(kind))
 
     def _progress(self, now_ns: int) -> None:
+        self._leave_if_forked()
+        if time.monotonic() > self.kept_s + KEEP_EVERY_S:
+            self._keep(now_ns)
+            self.kept_s = time.monotonic()
         if self.on_progress is not None:
             frames = {fate.value: copies for fate, copies in self.ledger.closed.items()}
             self.on_progress(Progress(now_ns, self.scenario.length_ns, time.monotonic() - self.started_s,

@@ -19,6 +19,7 @@ from experiments.outcome import ScenarioOutcome
 
 if TYPE_CHECKING:
     from experiments.console import Console
+    from experiments.inline_parent import Child
     from experiments.run_result import Summary
     from experiments.scenario import Scenario
 
@@ -32,6 +33,7 @@ class Batch:
     junit: Path | None
     json_key: str | None                # of the list in the JSON document; None: text
     outcomes: list[ScenarioOutcome] = field(default_factory=list)
+    child: Child | None = None          # where this process is the child of one that judges its end
 
     def check(self, sources: Sequence[str], seed: int | None, duration_s: float | None,
               overrides: Sequence[str]) -> int:
@@ -79,6 +81,9 @@ class Batch:
         from experiments.live_view import live_view
         from experiments.text_views import print_path, print_summary
 
+        if self.child is not None:
+            self.child.begins(folder, list(scenario.agents), scenario.node_timeout_s)
+            options = options | {"under_way": self.child.under_way}
         with live_view(self.console, scenario.name, scenario.length_ns * 1e-9) as progress:
             result = runner.run(scenario, out=folder, progress=progress, **options)
         if in_full:
@@ -122,7 +127,7 @@ def what_does_not_hold(summary: Summary) -> list[str]:
 
 
 def run_folder(scenario: Scenario, out: Path | None) -> Path:
-    """The folder of the run, without the conclusions of an earlier one."""
+    """The folder of the run."""
     folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     above = next((parent for parent in folder.parents if parent.exists()), None)
     if above is not None and not above.is_dir():
@@ -130,8 +135,6 @@ def run_folder(scenario: Scenario, out: Path | None) -> Path:
                                  "a path where one can be made; name another")
     if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / "scenario.json").exists())):
         raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
-    for conclusion in ("guarantees.json", "summary.json", "report.html"):
-        (folder / conclusion).unlink(missing_ok=True)
     return folder
 
 

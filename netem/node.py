@@ -185,6 +185,10 @@ class Node:
         return Hello(self.name, min(max(self.env.next_ns(), self._unless_heard_ns), self._next_show_ns),
                      min(self._firm_ns, self._next_show_ns), list(self.ports), self._signals, quiet)
 
+    def counters(self) -> dict[str, int]:
+        """What the program counted up to now."""
+        return dict(self._counters)
+
     def advance(self, grant: Grant) -> Report:
         """Run every event that the grant allows, and say what came of it."""
         if self._ends_ns != NEVER_NS:

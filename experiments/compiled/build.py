@@ -18,7 +18,7 @@ from typing import Final
 
 from experiments.compiled.modules import ROOT, compiled_folder, found_in
 from fmus.build import find_compiler
-from fmus.cache import kept
+from fmus.cache import damage_in, kept
 
 NEEDED: Final = ("mypyc", "setuptools")
 
@@ -32,7 +32,7 @@ class CannotCompile(Exception):
 def compile_modules() -> Path:
     """The folder with the compiled modules, made if it is not there yet, or not whole any more."""
     folder = compiled_folder()
-    if not found_in(folder):
+    if folder.is_dir() and not damage_in(folder) and not found_in(folder):
         shutil.rmtree(folder, ignore_errors=True)
     return kept(folder, partial(_compile, asked_for=folder))
 

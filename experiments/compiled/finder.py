@@ -11,6 +11,7 @@ from pathlib import Path
 from types import ModuleType
 
 from experiments.compiled.modules import MODULES, compiled_folder, found_in
+from fmus.cache import damage_in, why_untrusted
 
 
 class CompiledModules:
@@ -30,7 +31,13 @@ def use_compiled() -> str:
     if early := [name for name in MODULES if name in sys.modules]:
         return f"interpreted: {early[0]} was imported before experiments"
     try:
-        files = found_in(compiled_folder())
+        folder = compiled_folder()
+        for part in (folder.parent.parent, folder.parent, folder):
+            if problem := why_untrusted(part):
+                return f"interpreted: {problem}"
+        files = found_in(folder)
+        if folder.is_dir() and (damage := damage_in(folder)):
+            return f"interpreted: {folder}: {damage}: `marconet compile` makes it again"
     except OSError as error:
         return f"interpreted: {error}"
     if not files:

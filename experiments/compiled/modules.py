@@ -14,7 +14,7 @@ from fmus.cache import cache_folder
 
 ROOT: Final = Path(__file__).parents[2]
 PACKAGES: Final = ("agents", "firmware_sim", "fmus", "netem")
-LAYOUT: Final = 1       # counts changes of `build` that change what it builds
+LAYOUT: Final = 2       # counts changes of `build` that change what it builds
 MODULES: Final = (
     "fmus.plant",
     "netem.agenda",

@@ -7,7 +7,6 @@ said beside it. A folder of a run that was broken off gives a page that says why
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Sequence
 from importlib.resources import files
@@ -37,6 +36,7 @@ from experiments.run_result import Verdict
 from netem.fate import Fate
 from netem.fate_meaning import MEANING
 from netem.records.events import Event, Level
+from netem.records.part_file import write_whole
 
 PAGE = files("experiments.report") / "page"
 MOST_EVENTS = 300
@@ -64,9 +64,7 @@ def write_report(run_dir: Path, plotly: Where = "auto") -> Path:
         page = render(data, run_dir, address)
     except LedgerUnreadable as error:
         page = render(data.without_ledger(str(error)), run_dir, address)
-    part = run_dir / ".report.html.part"
-    part.write_text(page, encoding="utf-8")
-    os.replace(part, path)
+    write_whole(path, page.encode())
     return path
 
 

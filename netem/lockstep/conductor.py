@@ -251,6 +251,7 @@ class Conductor:
             return self.host.exchange(grants)
         except NodeFailure as failure:
             seat = self.seats[failure.node]
+            self.counters |= failure.counters
             raise NodeFailure(failure.node, failure.reason, last_report=seat.standing(),
                               detail=failure.detail, others=failure.others) from None
 
@@ -284,6 +285,14 @@ class Conductor:
             f"broke its promise in window {report.window}: frame {sequence} of {len(data)} bytes on port {port} at "
             f"{time_ns} ns, expected a port below {len(seat.media)} and {seat.earliest_ns} <= time < {limit_ns} ns",
             last_report=seat.standing())
+
+    def ask_counters(self, within_s: float) -> None:
+        """After a failure: what the nodes have counted that still answer, each where it stands. They end with it."""
+        waiting = [seat for seat in self.seats.values() if seat.name not in self.counters]
+        self.windows += 1
+        grants = [(seat.name, Grant(self.windows, seat.granted_ns, False, True, [])) for seat in waiting]
+        for name, report in self.host.last_words(grants, within_s):
+            self.counters[name] = report.counters
 
     def _finish(self, seats: list[Seat]) -> None:
         """Bring every node to the end: pending frames, samples and counters come in, nothing may go out any more."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 from collections.abc import Mapping, Sequence
 from typing import Final
 
@@ -16,6 +17,22 @@ def with_remedy(error: str) -> str:
     """The text of a program's error; a compiled function that was handed a time of another type cannot say the rule."""
     handed_a_float = re.search(r"\bint object expected; got (float|numpy\.\w+)$", error)
     return f"{error}: {WHOLE_NANOSECONDS}" if handed_a_float else error
+
+
+class Interrupted(KeyboardInterrupt):
+    """The emulator's process was asked to end by the signal `number`, unlike a KeyboardInterrupt that a program raises.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+def is_interruption(error: BaseException) -> bool:
+    """Whether the process was asked to end; a KeyboardInterrupt that a program raises itself is a failure of it."""
+    if isinstance(error, Interrupted):
+        return True
+    return isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 class NodeFailure(Exception):
@@ -33,6 +50,7 @@ class NodeFailure(Exception):
         self.reason = reason
         self.last_report = last_report
         self.detail = detail
+        self.counters: dict[str, dict[str, int]] = {}       # what nodes that failed had counted, where known
         self.others = list(others)
         who = f"{1 + len(others)} agents: {', '.join([node, *others])}" if others else f"node {node}"
         report = f" (last report: {last_report})"

@@ -10,13 +10,14 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
+from netem.agenda import NEVER_NS
 from netem.diagnosis.under_way import UnderWay
 from netem.lockstep.credible import credible
-from netem.lockstep.errors import NodeFailure, programs_failed
+from netem.lockstep.errors import NodeFailure, is_interruption, programs_failed
 from netem.lockstep.messages import Grant, Hello, Report
 from netem.lockstep.watchdog import NodeHangs, Watchdog
 from netem.node import Node
-from netem.outside_guard import OutsideGuard, OutsideRefused
+from netem.outside_guard import OutsideGuard
 
 
 class Host(Protocol):
@@ -25,6 +26,9 @@ class Host(Protocol):
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         """Send every grant, wait for every report; raises `NodeFailure` for a node that does not answer."""
+
+    def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
+        """After a failure: the reports of the nodes that still answer a last grant; raises for none that does not."""
 
     def stop(self) -> None:
         """End every node, whatever happened; leaves no process and no socket."""
@@ -66,7 +70,9 @@ class InlineHost:
                 guard.check()
             except NodeHangs as error:
                 raise self._hangs(name) from error
-            except (Exception, SystemExit, OutsideRefused):
+            except BaseException as error:
+                if is_interruption(error):
+                    raise
                 failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
                 if guard.refusal is not None:
                     break
@@ -87,18 +93,34 @@ class InlineHost:
             self._running[0] = self._places[name]
             try:
                 reports.append((name, node.advance(grant)))
+                if guard.refusal is not None:
+                    guard.check()
             except NodeHangs as error:
                 guard.program_runs = False
                 raise self._hangs(name) from error
-            except (Exception, SystemExit, OutsideRefused):
+            except BaseException as error:
+                if is_interruption(error):
+                    guard.program_runs = False
+                    raise
                 failed[name] = f"its program failed at {node.now_ns} ns", guard.with_refusal(traceback.format_exc())
                 if guard.refusal is not None:
                     break
         guard.program_runs = False
         self._came_back()
         if failed:
-            raise programs_failed(failed)
+            failure = programs_failed(failed)
+            failure.counters = {name: self._nodes[name].counters() for name in failed}
+            raise failure
         return reports
+
+    def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
+        """What the nodes have counted; no code of theirs runs for it."""
+        return [(name, Report(grant.window, NEVER_NS, NEVER_NS, [], [], [], self._nodes[name].counters(), ""))
+                for name, grant in grants if name in self._nodes]
+
+    def counters(self) -> dict[str, dict[str, int]]:
+        """What every node has counted up to now."""
+        return {name: node.counters() for name, node in self._nodes.items()}
 
     def stop(self) -> None:
         if self._watchdog is not None:

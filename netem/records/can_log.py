@@ -9,7 +9,7 @@ Not modelled: who sent a frame (the ledger knows).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -17,6 +17,7 @@ import can
 
 from netem.agenda import NEVER_NS
 from netem.media.can.frame import unpack
+from netem.records.part_file import part_of, publish
 
 NS_PER_S: Final = 1e9
 SUFFIX: Final = {"candump": "log", "blf": "blf"}
@@ -39,9 +40,10 @@ _WRITERS: Final[dict[str, Callable[[Path, str], can.CanutilsLogWriter | can.BLFW
 class CanLog:
     """The files `<bus>.log` and `<bus>.blf` of `folder`; nothing from `end_ns` on is logged."""
 
-    def __init__(self, folder: Path, bus: str, formats: Iterable[str], end_ns: int = NEVER_NS) -> None:
+    def __init__(self, folder: Path, bus: str, formats: Sequence[str], end_ns: int = NEVER_NS) -> None:
         self._end_ns = end_ns
-        self._writers = [_WRITERS[name](folder / f"{bus}.{SUFFIX[name]}", bus) for name in formats]
+        self._paths = [folder / f"{bus}.{SUFFIX[name]}" for name in formats]
+        self._writers = [_WRITERS[name](part_of(path), bus) for name, path in zip(formats, self._paths, strict=True)]
 
     def frame(self, time_ns: int, data: bytes) -> None:
         frame = unpack(data)
@@ -55,9 +57,10 @@ class CanLog:
         self._write(time_ns, can.Message(timestamp=time_ns / NS_PER_S, is_error_frame=True))
 
     def finish(self) -> None:
-        """Close the files; BLF has its index only now."""
-        for writer in self._writers:
+        """Close the files, which have their names only now; BLF has its index only now as well."""
+        for writer, path in zip(self._writers, self._paths, strict=True):
             writer.stop()
+            publish(path)
 
     def _write(self, time_ns: int, message: can.Message) -> None:
         if time_ns < self._end_ns:

@@ -12,6 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from netem.records.events import Event, in_order
+from netem.records.part_file import part_of, publish
 
 NAME = pa.dictionary(pa.int32(), pa.string())
 SCHEMA = pa.schema([("time_ns", pa.int64()), ("node", NAME), ("kind", NAME), ("detail", pa.string()), ("level", NAME),
@@ -19,8 +20,18 @@ SCHEMA = pa.schema([("time_ns", pa.int64()), ("node", NAME), ("kind", NAME), ("d
 
 
 def write_events(path: Path, events: Iterable[Event]) -> None:
-    rows = [(event.time_ns, event.node, event.kind, event.detail, event.level.name, event.wall_clock)
-            for event in in_order(events)]
+    """Write the file, in the order that is hashed; it appears whole or not at all."""
+    part = part_of(path)
+    rows = [_row(event) for event in in_order(events)]
     columns = zip(*rows, strict=True) if rows else [()] * len(SCHEMA)
     arrays = [pa.array(values, field.type) for field, values in zip(SCHEMA, columns, strict=True)]
-    pq.write_table(pa.Table.from_arrays(arrays, schema=SCHEMA), path)
+    try:
+        pq.write_table(pa.Table.from_arrays(arrays, schema=SCHEMA), part, compression="zstd")
+        publish(path)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def _row(event: Event) -> tuple[int, str, str, str, str, bool]:
+    return event.time_ns, event.node, event.kind, event.detail, event.level.name, event.wall_clock

@@ -7,7 +7,8 @@ Invariants:
 - rows stand in the order in which copies were closed, the emulator's event order, which does not depend on the host;
 - the hash covers every column of every row in that order, and neither the scenario's name nor the size of a chunk.
 
-Given a path the rows go to Parquet chunk by chunk and memory stays bounded; without one they stay in `rows`.
+Given a path the rows go to Parquet chunk by chunk and memory stays bounded; without one they stay in `rows`. `keep`
+puts the rows of the chunk in a journal meanwhile, which costs little more than the hash, as it takes the same bytes.
 """
 
 from __future__ import annotations
@@ -24,9 +25,10 @@ from mypy_extensions import mypyc_attr
 from netem.fate import Fate
 from netem.frame import Frame
 from netem.records.ledger_hash import LedgerHash
+from netem.records.uninterrupted import uninterrupted
 
 if TYPE_CHECKING:
-    from netem.records.ledger_file import ParquetLedger
+    from netem.records.ledger_file import LedgerFile
 
 Row = tuple[str, str, int, str, int, int, int, int, int, int, bytes, str, str]
 COLUMNS = ("medium", "sender", "number", "receiver", "copy", "offered_ns", "on_air_ns", "end_ns", "delivered_ns",
@@ -61,6 +63,7 @@ class Ledger:
         self._rows: list[Row] = []
         self._ended: Counter[tuple[str, str]] = Counter()       # (medium, fate) of the rows counted so far,
         self._counted = 0                                       # which are those written and so many of `_rows`
+        self._kept = 0                                          # so many of `_rows` are hashed and in the journal
         self._hash = LedgerHash(COLUMNS)
         self._file = _open(path, metadata or {}) if path else None
         self._flush_at = chunk_rows if path else 1 << 62
@@ -97,11 +100,22 @@ class Ledger:
         """The rows not yet written: all of them when the ledger has no path."""
         return self._rows
 
+    def keep(self) -> None:
+        """Put the rows closed so far in the journal, so that they outlive this process. OSError, as for a full disk,
+        keeps them in memory for the next call."""
+        if self._file is None or self._kept == len(self._rows):
+            return
+        with uninterrupted():
+            encoded = self._hash.add(self._rows[self._kept:])
+            self._kept = len(self._rows)
+            self._file.note(encoded)
+
     def finish(self, *, complete: bool = True) -> LedgerResult:
         """Write what is left, close the file and check conservation.
 
         A run that was broken off passes `complete=False`: copies under way have no fate then, and nothing is checked.
-        The file is whole in every case. Raises ConservationError.
+        The file is whole in every case. Raises ConservationError; OSError, as for a full disk, leaves the journal with
+        the rows kept so far.
         """
         if self._result is None:
             self._result = self._end()
@@ -139,10 +153,11 @@ class Ledger:
     def _flush(self) -> None:
         if self._file is None or not self._rows:
             return
-        self._counts()
-        rows, self._rows, self._counted = self._rows, [], 0
-        self._hash.add(rows)
-        self._file.write(rows)
+        self.keep()
+        with uninterrupted():
+            self._counts()
+            rows, self._rows, self._counted, self._kept = self._rows, [], 0, 0
+            self._file.write(rows)
 
     def _counts(self) -> Counter[tuple[str, str]]:
         """How the copies closed so far ended; what was counted before is not looked at again."""
@@ -157,10 +172,10 @@ class Ledger:
         return total
 
 
-def _open(path: Path, metadata: Mapping[str, str]) -> ParquetLedger:
-    from netem.records.ledger_file import ParquetLedger  # late: a ledger without a file needs no pyarrow
+def _open(path: Path, metadata: Mapping[str, str]) -> LedgerFile:
+    from netem.records.ledger_file import LedgerFile  # late: a ledger without a file needs no pyarrow
 
-    return ParquetLedger(path, metadata)
+    return LedgerFile(path, metadata)
 
 
 _ORDER = {fate.value: rank for rank, fate in enumerate(Fate)}

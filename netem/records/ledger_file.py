@@ -1,20 +1,29 @@
-"""The ledger's Parquet file, written chunk by chunk.
+"""The ledger's Parquet file, written row group by row group; it has its name when it is whole.
 
 Columns are those of `ledger.COLUMNS`; names and fates are dictionary-encoded, times are int64 nanoseconds from the
 start of the run with the unit in the field's metadata, -1 where the instant does not exist. The file's metadata holds
 `marconet.hash`, `marconet.rows`, `marconet.expected` and what the run adds (`marconet.scenario`, `marconet.seed`).
 
-Not modelled: a file whose writer was killed has no footer, and Parquet cannot read such a file.
+Integers are stored as packed differences and digests without their lengths: what is left of a row are the digest and
+the times that do not repeat (decision 0014).
+
+A Parquet file cannot be read before its end is written. So the rows are in a journal too, `ledger.rows.part`, as long
+as the run goes on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
+import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
+
+from netem.records.journal import GrowingFile, Journal, pieces_of
+from netem.records.part_file import part_of, publish
 
 PREFIX = "marconet."
 NAME = pa.dictionary(pa.int32(), pa.string())
@@ -34,22 +43,90 @@ SCHEMA = pa.schema([
     pa.field("fate", NAME, nullable=False),
     pa.field("cause", NAME, nullable=False),
 ])
+ENCODINGS: Final = {field.name: "DELTA_BINARY_PACKED" for field in SCHEMA if field.type == pa.int64()} | {
+    "digest": "DELTA_LENGTH_BYTE_ARRAY"}
+Rows = Sequence[Sequence[Any]]
 
 
-class ParquetLedger:
-    """An open ledger file; `finish` makes it readable."""
+def journal_of(path: Path) -> Path:
+    """The journal of the ledger that will be at `path`, as long as the run goes on."""
+    return part_of(path.with_suffix(".rows"))
+
+
+class LedgerFile:
+    """The ledger that `finish` leaves at `path`, and its journal."""
 
     def __init__(self, path: Path, metadata: Mapping[str, str]) -> None:
-        self._writer = pq.ParquetWriter(path, SCHEMA, compression="zstd")
-        self._writer.add_key_value_metadata({PREFIX + key: value for key, value in metadata.items()})
+        self._path = path
+        self._journal = Journal(journal_of(path))
+        self._file = GrowingFile(part_of(path))
+        self._writer = _writer(self._file, metadata)
 
-    def write(self, rows: Sequence[tuple[Any, ...]]) -> None:
-        columns = [_array(field.type, values) for field, values in zip(SCHEMA, zip(*rows, strict=True), strict=True)]
-        self._writer.write_batch(pa.RecordBatch.from_arrays(columns, schema=SCHEMA))
+    def note(self, encoded_rows: bytes) -> None:
+        """Add rows to the journal, as a MessagePack array. OSError, as for a full disk, keeps them for later."""
+        self._journal.add(encoded_rows)
+        self._journal.commit()
+
+    def write(self, rows: Rows) -> None:
+        """Add rows to the file. On a full disk they wait in memory: the journal, which is written first, says so."""
+        self._writer.write_batch(_batch(rows))
+        with suppress(OSError):
+            self._file.commit()
 
     def finish(self, **facts: str | int) -> None:
+        """Close the file and remove the journal. OSError, as for a full disk, leaves the journal alone."""
         self._writer.add_key_value_metadata({PREFIX + key: str(value) for key, value in facts.items()})
         self._writer.close()
+        try:
+            self._journal.commit()
+            self._file.commit()
+        except OSError:
+            part_of(self._path).unlink()
+            raise
+        finally:
+            self._journal.close()
+            self._file.close()
+        publish(self._path)
+        journal_of(self._path).unlink()
+
+
+def noted_batches(path: Path) -> Iterator[pa.RecordBatch]:
+    """The rows that the journal of the ledger at `path` holds, up to its last whole piece."""
+    decode = msgspec.msgpack.Decoder(list[list[Any]]).decode
+    for piece in pieces_of(journal_of(path)):
+        yield _batch(decode(piece))
+
+
+def write_from_journal(path: Path, metadata: Mapping[str, str]) -> None:
+    """Write the ledger at `path` from its journal and remove the journal. OSError leaves the journal alone."""
+    file = GrowingFile(part_of(path))
+    try:
+        writer = _writer(file, metadata)
+        for batch in noted_batches(path):
+            writer.write_batch(batch)
+            file.commit()
+        writer.close()
+        file.commit()
+    except OSError:
+        part_of(path).unlink()
+        raise
+    finally:
+        file.close()
+    publish(path)
+    journal_of(path).unlink()
+
+
+def _writer(file: GrowingFile, metadata: Mapping[str, str]) -> pq.ParquetWriter:
+    writer = pq.ParquetWriter(pa.PythonFile(file, mode="w"), SCHEMA, compression="zstd", compression_level=3,
+                              write_statistics=False, column_encoding=ENCODINGS,
+                              use_dictionary=[field.name for field in SCHEMA if field.type == NAME])
+    writer.add_key_value_metadata({PREFIX + key: value for key, value in metadata.items()})
+    return writer
+
+
+def _batch(rows: Rows) -> pa.RecordBatch:
+    columns = [_array(field.type, values) for field, values in zip(SCHEMA, zip(*rows, strict=True), strict=True)]
+    return pa.RecordBatch.from_arrays(columns, schema=SCHEMA)
 
 
 def _array(kind: pa.DataType, values: Sequence[Any]) -> pa.Array:

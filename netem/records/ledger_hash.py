@@ -21,9 +21,11 @@ class LedgerHash:
         self._encoder = msgspec.msgpack.Encoder()
         self._hash = blake2b(self._encoder.encode(tuple(columns)), digest_size=DIGEST_BYTES)
 
-    def add(self, rows: Sequence[tuple[Any, ...]]) -> None:
+    def add(self, rows: Sequence[tuple[Any, ...]]) -> bytes:
+        """Hash further rows; returns them as the MessagePack array that was made for it."""
         encoded = self._encoder.encode(rows)
         self._hash.update(memoryview(encoded)[array_header_bytes(len(rows)):])
+        return encoded
 
     def hex(self) -> str:
         return self._hash.hexdigest()

@@ -1,26 +1,36 @@
-"""Reading a ledger file back: rows, metadata, and the hash computed again."""
+"""Reading a ledger back: rows, metadata, and the hash computed again.
+
+Where a run was killed there is no Parquet file but the journal of its rows: it is read up to its last whole piece, and
+has no metadata.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from netem.records.ledger_file import PREFIX
+from netem.records.ledger_file import PREFIX, SCHEMA, journal_of, noted_batches
 from netem.records.ledger_hash import LedgerHash
 
 
 def read_ledger(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """The rows in the order in which they were closed; `columns`: only these. Text columns are dictionary-encoded, with
-    one dictionary for all chunks."""
-    with pq.ParquetFile(path) as file:
-        return file.read(None if columns is None else list(columns), use_threads=False).unify_dictionaries()
+    one dictionary for all chunks. FileNotFoundError if neither the file nor its journal is there."""
+    if path.exists() or not journal_of(path).exists():
+        with pq.ParquetFile(path) as file:
+            return file.read(None if columns is None else list(columns), use_threads=False).unify_dictionaries()
+    table = pa.Table.from_batches(noted_batches(path), schema=SCHEMA).unify_dictionaries()
+    return table if columns is None else table.select(columns)
 
 
 def read_metadata(path: Path) -> dict[str, str]:
-    """What the file says about its run: hash, rows, expected, and what the run added (scenario, seed)."""
+    """What the file says about its run: hash, rows, expected, and what the run added (scenario, seed); empty where the
+    run was killed before the file was written."""
+    if not path.exists() and journal_of(path).exists():
+        return {}
     found = pq.read_metadata(path).metadata or {}
     return {key.decode().removeprefix(PREFIX): value.decode() for key, value in found.items()
             if key.decode().startswith(PREFIX)}
@@ -28,9 +38,15 @@ def read_metadata(path: Path) -> dict[str, str]:
 
 def hash_of(path: Path) -> str:
     """The hash computed again from the rows: equal to the one in the metadata unless the rows were changed."""
-    file = pq.ParquetFile(path)
-    total = LedgerHash(file.schema_arrow.names)
-    for batch in file.iter_batches():
+    total = LedgerHash(SCHEMA.names)
+    for batch in _batches(path):
         columns = [column.to_pylist() for column in batch.columns]
         total.add(list(zip(*columns, strict=True)))
     return total.hex()
+
+
+def _batches(path: Path) -> Iterator[pa.RecordBatch]:
+    if path.exists() or not journal_of(path).exists():
+        yield from pq.ParquetFile(path).iter_batches()
+    else:
+        yield from noted_batches(path)

@@ -1,6 +1,7 @@
 """Reading a signals file back: one table per node, the events, the metadata and the scenario, in one pass.
 
-A file whose writer was killed has no index; it is read up to where it ends, and `whole` is False.
+Where a run was killed there is only the journal of the signals; it is read up to its last whole piece, and `whole` is
+False.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ from mcap.records import Attachment, Channel, Footer, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
-from netem.records.events import Event, Level
-from netem.records.signals import EVENTS_TOPIC, SCENARIO
+from netem.records.events import Event, Level, in_order
+from netem.records.journal import pieces_of
+from netem.records.signals import EVENTS_TOPIC, SCENARIO, journal_of
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,8 @@ def read_recording(path: Path) -> Recording:
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
     messages: dict[int, list[Message]] = {}
+    if not path.exists() and journal_of(path).exists():
+        return _from_journal(path)
     with path.open("rb") as stream:
         try:
             for record in StreamReader(stream).records:
@@ -88,6 +92,31 @@ def read_recording(path: Path) -> Recording:
         else:
             node = channel.metadata["node"]
             recording.signals[node] = _table(node, schemas[channel.schema_id], messages[number])
+    return recording
+
+
+def _from_journal(path: Path) -> Recording:
+    recording = Recording()
+    declared: dict[str, list[tuple[str, str]]] = {}
+    samples: dict[str, list[tuple[int, list[float]]]] = {}
+    for piece in pieces_of(journal_of(path)):
+        sort, *content = msgspec.msgpack.decode(piece)
+        if sort == "signals":
+            declared[content[0]] = content[1]
+            samples[content[0]] = []
+        elif sort == "samples":
+            samples[content[0]] += content[1]
+        else:
+            recording.events += [Event(time_ns, node, kind, detail, Level(level), wall_clock)
+                                 for time_ns, node, kind, detail, level, wall_clock in content[0]]
+    for node, signals in declared.items():
+        names, units = ([pair[k] for pair in signals] for k in (0, 1))
+        values = np.array([row for _, row in samples[node]], dtype=np.float64).reshape(len(samples[node]), len(names))
+        values[~np.isfinite(values)] = np.nan
+        recording.signals[node] = SignalTable(node, tuple(names), tuple(units),
+                                              np.array([time_ns for time_ns, _ in samples[node]], dtype=np.int64),
+                                              values)
+    recording.events = in_order(recording.events)
     return recording
 
 

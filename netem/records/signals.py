@@ -2,11 +2,16 @@
 
 One topic per node, `/<node>/signals`, with one number per signal and its unit in the schema's `description`; `/events`
 holds `foxglove.Log` messages with `kind` and `detail` beside Foxglove's own fields. `log_time = publish_time` =
-simulated time [ns] from the start of the run; `sequence` counts the messages of a topic from 0.
+simulated time [ns] from the start of the run; `sequence` is 0, as there is no publisher whose messages could be missed.
 
 JSON has no number for nan and infinity: such a value is left out of its message and reads back as nan.
 
-Not modelled: integers, text and vectors as signals; a vector is one signal per component.
+The file has its name when it is whole. Until then samples and events are in a journal too, `signals.rows.part`, as
+MessagePack: encoding them as JSON is left for the end.
+
+The file has no message index, which would take 16 bytes a sample beside the 6 of the sample itself, and no chunk index,
+since Foxglove refuses a chunk index without a message index; without both Foxglove reads the file as a whole (decision
+0015).
 """
 
 from __future__ import annotations
@@ -14,13 +19,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import msgspec
-from mcap.writer import CompressionType, Writer
+from mcap.writer import CompressionType, IndexType, Writer
 
 from netem.records.events import Event, Level, hash_of_events, in_order
+from netem.records.journal import GrowingFile, Journal
+from netem.records.part_file import part_of, publish
+from netem.records.uninterrupted import uninterrupted
 
 BUFFERED_SAMPLES = 50_000
+CHUNK_BYTES = 4 << 20       # before compression; larger ones compress no better
 EVENTS_TOPIC = "/events"
 SCENARIO = "scenario.json"
 LOG_SCHEMA = {
@@ -43,23 +53,34 @@ LOG_SCHEMA = {
 }
 
 
+def journal_of(path: Path) -> Path:
+    """The journal of the signals that will be at `path`, as long as the run goes on."""
+    return part_of(path.with_suffix(".rows"))
+
+
 @dataclass
 class _Topic:
     channel: int
     names: tuple[str, ...]
     samples: list[tuple[int, tuple[float, ...]]] = field(default_factory=list)
-    written: int = 0
+    kept: int = 0                       # so many of the samples are in the journal
 
 
 class SignalRecorder:
     """Collects samples and events; writes them in time order, at the latest when `finish` is called."""
 
     def __init__(self, path: Path) -> None:
-        self._stream = path.open("wb")
-        self._writer = Writer(self._stream, compression=CompressionType.ZSTD)
+        self._path = path
+        self._stream = GrowingFile(part_of(path))
+        self._journal = Journal(journal_of(path))
+        self._encode = msgspec.msgpack.Encoder().encode
+        stream: Any = self._stream
+        self._writer = Writer(stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD,
+                              index_types=IndexType.ATTACHMENT | IndexType.METADATA)
         self._writer.start(profile="", library="marconet")
         self._topics: dict[str, _Topic] = {}
         self._events: list[Event] = []
+        self._events_kept = 0
         self._buffered = 0
         self._closed = False
 
@@ -73,6 +94,7 @@ class SignalRecorder:
         schema = {"title": f"{node}.signals", "type": "object",
                   "properties": {name: {"type": "number", "description": unit} for name, unit in signals}}
         self._topics[node] = _Topic(self._channel(f"/{node}/signals", f"{node}.signals", schema, {"node": node}), names)
+        self._journal.add(self._encode(("signals", node, list(signals))))
 
     def append(self, node: str, time_ns: int, values: Sequence[float]) -> None:
         """One sample of every signal of `node`, in the order declared; times of one node never decrease."""
@@ -83,11 +105,25 @@ class SignalRecorder:
         topic.samples.append((time_ns, tuple(values)))
         self._buffered += 1
         if self._buffered >= BUFFERED_SAMPLES:
+            self.keep()
             self._write_samples()
 
     def event(self, time_ns: int, node: str, kind: str, detail: str, level: Level = Level.INFO,
               *, wall_clock: bool = False) -> None:
         self._events.append(Event(time_ns, node, kind, detail, level, wall_clock))
+
+    def keep(self) -> None:
+        """Put samples and events given so far in the journal, so that they outlive this process. OSError, as for a full
+        disk, keeps them in memory for the next call."""
+        with uninterrupted():
+            for node, topic in self._topics.items():
+                if topic.kept < len(topic.samples):
+                    self._journal.add(self._encode(("samples", node, topic.samples[topic.kept:])))
+                    topic.kept = len(topic.samples)
+            if self._events_kept < len(self._events):
+                self._journal.add(self._encode(("events", self._events[self._events_kept:])))
+                self._events_kept = len(self._events)
+            self._journal.commit()
 
     @property
     def events(self) -> Sequence[Event]:
@@ -98,46 +134,64 @@ class SignalRecorder:
         return hash_of_events(self._events)
 
     def finish(self, metadata: Mapping[str, str], scenario: bytes = b"") -> None:
-        """Write what is left, the metadata record `marconet` and the resolved scenario (JSON), and close the file."""
+        """Write what is left, the metadata record `marconet` and the resolved scenario (JSON), and close the file.
+
+        OSError, as for a full disk, leaves the journal.
+        """
         if self._closed:
             return
         self._closed = True
-        self._write_samples()
-        self._write_events()
-        self._writer.add_metadata("marconet", dict(metadata) | {"events_hash": self.events_hash})
-        if scenario:
-            self._writer.add_attachment(0, 0, SCENARIO, "application/json", scenario)
-        self._writer.finish()  # type: ignore[no-untyped-call]
-        self._stream.close()
+        try:
+            self.keep()
+            self._write_samples()
+            self._write_events()
+            self._writer.add_metadata("marconet", dict(metadata) | {"events_hash": self.events_hash})
+            if scenario:
+                self._writer.add_attachment(0, 0, SCENARIO, "application/json", scenario)
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._stream.commit()
+        except OSError:
+            part_of(self._path).unlink()
+            raise
+        finally:
+            self._stream.close()
+            self._journal.close()
+        publish(self._path)
+        journal_of(self._path).unlink()
 
     def _channel(self, topic: str, name: str, schema: Mapping[str, object], metadata: dict[str, str]) -> int:
         schema_id = self._writer.register_schema(name, "jsonschema", msgspec.json.encode(schema))
         return int(self._writer.register_channel(topic, "json", schema_id, metadata))
 
     def _write_samples(self) -> None:
+        with uninterrupted():
+            self._encode_samples()
+            self._stream.commit()
+
+    def _encode_samples(self) -> None:
         encode = msgspec.json.Encoder().encode
         add = self._writer.add_message
-        waiting = [(sample[0], topic.channel, topic.written + k, topic, sample[1])
-                   for topic in self._topics.values() for k, sample in enumerate(topic.samples)]
-        waiting.sort(key=lambda item: item[:3])
-        for time_ns, channel, sequence, topic, values in waiting:
+        waiting = [(time_ns, topic.channel, topic, values)
+                   for topic in self._topics.values() for time_ns, values in topic.samples]
+        waiting.sort(key=lambda item: item[:2])
+        for time_ns, channel, topic, values in waiting:
             data = encode(dict(zip(topic.names, values, strict=True)))
             if b"null" in data:
                 data = encode({name: value for name, value in zip(topic.names, values, strict=True)
                                if abs(value) < float("inf")})
-            add(channel, time_ns, data, time_ns, sequence)
+            add(channel, time_ns, data, time_ns)
         for topic in self._topics.values():
-            topic.written += len(topic.samples)
             topic.samples.clear()
+            topic.kept = 0
         self._buffered = 0
 
     def _write_events(self) -> None:
         if not self._events:
             return
         channel = self._channel(EVENTS_TOPIC, "foxglove.Log", LOG_SCHEMA, {})
-        for sequence, event in enumerate(self.events):
+        for event in self.events:
             message = {
                 "timestamp": {"sec": event.time_ns // 10**9, "nsec": event.time_ns % 10**9}, "level": int(event.level),
                 "message": f"{event.kind}: {event.detail}" if event.detail else event.kind, "name": event.node,
                 "file": "", "line": 0, "kind": event.kind, "detail": event.detail, "wall_clock": event.wall_clock}
-            self._writer.add_message(channel, event.time_ns, msgspec.json.encode(message), event.time_ns, sequence)
+            self._writer.add_message(channel, event.time_ns, msgspec.json.encode(message), event.time_ns)

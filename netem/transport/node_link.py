@@ -70,7 +70,7 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
                 if guard.refusal is not None:
                     guard.check()
             except (Exception, OutsideRefused):
-                out.send(encode(Report(window, node.now_ns, NEVER_NS, [], [], [], {},
+                out.send(encode(Report(window, node.now_ns, NEVER_NS, [], [], [], node.counters(),
                                        guard.with_refusal(traceback.format_exc()))))
                 return 1
             out.send(message)

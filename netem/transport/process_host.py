@@ -120,9 +120,38 @@ class ProcessHost:
         reports = self._collect(awaited, self._decode_report, f"report for window {window}", window)
         if failed := {name: (f"its program failed at {reports[name].soft_ns} ns", reports[name].error)
                       for name, _ in grants if reports[name].error}:
-            raise programs_failed(failed)
+            failure = programs_failed(failed)
+            failure.counters = {name: reports[name].counters for name in failed}
+            raise failure
         self._placement.exchanged(len(grants))
         return [(name, reports[name]) for name, _ in grants]
+
+    def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
+        """What comes within `within_s` from nodes whose processes run; what they still owed before is passed over."""
+        if self._session is None:
+            return []
+        window = grants[0][1].window if grants else 0
+        awaited = {name for name, _ in grants if name in self._senders and not self._has_ended(name)}
+        for name, grant in grants:
+            if name in awaited:
+                self._senders[name].send(self._encode(grant))
+        reports = []
+        self._awaited = awaited
+        self._deadline_s = time.monotonic() + within_s
+        while awaited and time.monotonic() < self._deadline_s:
+            key, data = self._reports.receive()         # at the latest the watchdog's alarm
+            name = keys.node_of(key)
+            if name == "-":
+                awaited -= {name for name in awaited if self._has_ended(name)}
+                continue
+            with suppress(*UNREADABLE):
+                report = self._decode_report(data)
+                if name in awaited and report.window == window and not report.error:
+                    awaited.discard(name)
+                    reports.append((name, report))
+        self._deadline_s = float("inf")
+        self._awaited = frozenset()
+        return reports
 
     def stop(self) -> None:
         self._over.set()

@@ -208,7 +208,7 @@ def test_ctrl_c_exits_with_130_and_says_where_the_records_are(stub, here):
     result = marconet("run", "talk.toml", "--out", "runs/one")
 
     assert result.exit_code == 130
-    assert result.stderr.splitlines() == ["interrupted", "what was recorded: runs/one"]
+    assert result.stderr.splitlines() == ["interrupted (SIGINT)", "what was recorded: runs/one"]
 
 
 def test_a_defect_exits_with_4_and_says_how_to_see_more(stub, here):
@@ -226,18 +226,6 @@ def test_traceback_shows_where_an_error_came_from(stub, here):
 
     assert "Traceback" in marconet("run", "talk.toml", "--traceback").stderr
     assert "Traceback" in marconet("check", "nothing", "--traceback").stderr
-
-
-def test_a_second_run_into_a_folder_leaves_no_conclusions_of_the_first(stub, here):
-    folder = here / "runs" / "one"
-    folder.mkdir(parents=True)
-    for name in ("scenario.json", "guarantees.json", "summary.json", "report.html"):
-        (folder / name).write_text("old")
-    stub.error = NodeFailure("r1", "exited")
-
-    marconet("run", "talk.toml", "--out", str(folder))
-
-    assert sorted(path.name for path in folder.iterdir()) == ["scenario.json"]
 
 
 # --- the other commands

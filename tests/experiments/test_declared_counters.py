@@ -1,4 +1,4 @@
-"""Every counter that a program or medium of marconet counts by name is declared too, so that 0 can be expected of it."""
+"""Every counter that a program, board or medium of ours counts is declared at 0 before it is counted."""
 
 from __future__ import annotations
 

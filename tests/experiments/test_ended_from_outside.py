@@ -1,7 +1,8 @@
-"""Ctrl-C and SIGTERM on a real run with a process for each robot: records are closed, nothing is left behind."""
+"""Ctrl-C, SIGTERM, SIGHUP on a real run with a process for each robot: records are closed, no process is left."""
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -36,7 +37,7 @@ def alive(pid: str) -> bool:
     return state != "Z"
 
 
-def wait_for(condition: Callable[[], bool], seconds: float = 30.0) -> None:
+def wait_for(condition: Callable[[], bool], seconds: float = 120.0) -> None:
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline, f"not within {seconds} s"
@@ -51,7 +52,8 @@ def under_way(out: Path, pid: int) -> bool:
 
 @pytest.mark.parametrize("begun", [True, False], ids=["while it runs", "while it starts"])
 @pytest.mark.parametrize(("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"),
-                                                      (signal.SIGTERM, 143, "terminated")])
+                                                      (signal.SIGTERM, 143, "terminated"),
+                                                      (signal.SIGHUP, 129, "terminal was closed")])
 def test_it_closes_its_records_and_leaves_no_process(tmp_path: Path, number: signal.Signals, code: int, word: str,
                                                      begun: bool) -> None:
     out = tmp_path / "run"
@@ -60,12 +62,15 @@ def test_it_closes_its_records_and_leaves_no_process(tmp_path: Path, number: sig
         wait_for(lambda: under_way(out, running.pid) if begun else len(children(running.pid)) > 0)
         nodes = children(running.pid) + nodes_of(running.pid)
         running.send_signal(number)
-        _, told = running.communicate(timeout=30)
+        _, told = running.communicate(timeout=120)
 
     assert running.returncode == code
     assert word in told
     assert str(out) in told
     assert (out / "run.json").is_file()
+    assert word in json.loads((out / "summary.json").read_text())["failure"]
+    assert (out / "report.html").is_file()
+    assert not list(out.glob("*.part"))
     assert "hash" in read_metadata(out / "ledger.parquet")
     assert nodes
     wait_for(lambda: not any(map(alive, nodes)), 5.0)       # one just started ends when it finds its pipe closed
