@@ -87,6 +87,17 @@ def test_the_command_says_whom_it_waits_for_and_ends_with_the_code_of_a_failed_n
     assert time.monotonic() - began_s < 30
 
 
+def test_an_inline_run_whose_plant_crashes_says_the_same_as_one_with_processes(tmp_path: Path) -> None:
+    ended = subprocess.run([*COMMAND, str(CASES / "novice" / "k07_segv.toml"), "--host", "inline", "--out", "out"],
+                           cwd=tmp_path, capture_output=True, text=True, timeout=60)
+
+    carts = CASES / "novice" / "carts.py"
+    assert ended.returncode == 3
+    assert re.search(r"^node (left|right): its process was ended by SIGSEGV in fmi3DoStep of plant k07_segv, called at "
+                     rf"{re.escape(str(carts))}:{line_of(carts, 'plant.advance_to')} in measure$", ended.stderr,
+                     re.MULTILINE)
+
+
 def test_a_process_that_does_not_end_after_the_run_is_named(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     result = runner.run(load(ROBOTS / "AtExitHang.toml"), host="process", out=tmp_path, report=False)
 

@@ -65,9 +65,9 @@ def test_processes_give_what_inline_nodes_give(conduct: Conduct, tmp_path: Path)
     ("crashes", r"its process was ended by SIGABRT at .*misbehaving_node.py:\d+ in misbehave \(.* 19200000 ns"),
     ("exits", r"its process exited with code 7 .*had run up to 19200000 ns.*\n.*out of memory, says the node"),
     ("raises", r"its program failed at 20000000 ns: ValueError: sensor gave -1\n"),
-    ("hangs", r"no report for window \d+ within node_timeout_s = 8 s: it hangs at .*misbehaving_node.py:\d+ in "
+    ("hangs", r"no answer in window \d+ within node_timeout_s = 8 s: it hangs at .*misbehaving_node.py:\d+ in "
               r"misbehave \(.*had run up to 19200000 ns"),
-    ("speaks garbage", r"no report for window 1 within .*: it hangs at .*in speak_garbage; "
+    ("speaks garbage", r"no answer in window 1 within .*: it hangs at .*in speak_garbage; "
                        r"3 unreadable messages came from it"),
 ])
 def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_path: Path, behaviour: str,
@@ -229,7 +229,7 @@ def test_after_two_seconds_the_caller_learns_who_is_waited_for(conduct: Conduct,
 def test_a_node_that_is_stopped_says_where(conduct: Conduct, tmp_path: Path) -> None:
     host = host_of({"a": "well", "b": "stops"}, tmp_path, timeout_s=8.0)
     try:
-        with pytest.raises(NodeFailure, match=r"node b: no report .*: it is stopped \(SIGSTOP\) at .* in misbehave"):
+        with pytest.raises(NodeFailure, match=r"node b: no answer .*: it is stopped \(SIGSTOP\) at .* in misbehave"):
             conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
     finally:
         host.stop()
