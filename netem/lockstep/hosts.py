@@ -74,10 +74,10 @@ class InlineHost:
                 if is_interruption(error):
                     raise
                 failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
-                if guard.refusal is not None:
-                    break
             finally:
                 guard.program_runs = False
+            if guard.refusal is not None:
+                break
                 self._came_back()
         if failed:
             raise programs_failed(failed)

@@ -15,6 +15,7 @@ _FRAME: Final = re.compile(r'  File "(?P<file>[^"]+)", line (?P<line>\d+), in (?
 _INVALID_YIELD: Final = re.compile(r'Invalid yield value "(?P<value>.*)"\s*$', re.DOTALL)
 _GENERATOR: Final = re.compile(r"<generator object (?P<name>\S+) at 0x[0-9a-f]+>")
 _OUR_TYPE: Final = re.compile(r"^(?:netem|fmus|firmware_sim|experiments)(?:\.\w+)*: ")
+_PRIVATE_NAME: Final = re.compile(r"@[0-9a-f]{12}(?=\.)")          # of a module beside a scenario
 _OURS: Final = str(Path(__file__).parents[2])
 _PACKAGES: Final = tuple(f"{_OURS}/{name}/" for name in ("netem", "fmus", "firmware_sim", "experiments"))
 _LIBRARIES: Final = tuple(f"{path}/" for path in {sysconfig.get_paths()[key] for key in
@@ -36,7 +37,7 @@ def what_failed(trace: str) -> str:
         return f"{place}yield {wrong['value']}: {NO_EVENT}"
     if "'NoneType' object has no attribute" in last and re.search(r"^    .*\.plant\.", trace, re.MULTILINE):
         return f"{last}: this agent has no plant; give it one, plant = {{ fmu = \"...\" }}"
-    return _OUR_TYPE.sub("", last)
+    return _OUR_TYPE.sub("", _PRIVATE_NAME.sub("", last, count=1))
 
 
 def own_lines(trace: str) -> str:

@@ -12,9 +12,10 @@ from collections.abc import Callable
 import msgspec
 
 from netem.agenda import NEVER_NS
+from netem.lockstep.errors import is_interruption
 from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
 from netem.node import Node
-from netem.outside_guard import OutsideGuard, OutsideRefused
+from netem.outside_guard import OutsideGuard
 from netem.transport import keys
 from netem.transport.errand import EmulatorPipe, Errand
 from netem.transport.zenoh_session import ENTRANCES, Session
@@ -47,7 +48,9 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
             node = build(errand)
             hello = node.hello()
             guard.check()
-        except (Exception, OutsideRefused):
+        except BaseException as error:
+            if is_interruption(error):
+                raise
             out.send(encode(Hello(name, 0, 0, [], [], error=guard.with_refusal(traceback.format_exc()))))
             return 1
         out.send(encode(hello))
@@ -69,7 +72,9 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
                 message = encode(node.advance(grant))
                 if guard.refusal is not None:
                     guard.check()
-            except (Exception, OutsideRefused):
+            except BaseException as error:
+                if is_interruption(error):
+                    raise
                 out.send(encode(Report(window, node.now_ns, NEVER_NS, [], [], [], node.counters(),
                                        guard.with_refusal(traceback.format_exc()))))
                 return 1
