@@ -107,8 +107,9 @@ class NodeProcesses:
         self._await_ends(timeout_s)
         for node in sorted(self._running()):
             self.dump_stacks(node)
-            _log.warning("node %s: its process did not end within %g s, and was killed: it hangs%s", node, timeout_s,
-                         words.location(self._under_way[node]))
+            where = words.location(self._under_way[node])
+            _log.warning("node %s: its process did not end within %g s, and was killed%s", node, timeout_s,
+                         where and f": it hangs{where}")
             self.kill(node)
         self._await_ends(timeout_s)
         for under_way in self._under_way.values():

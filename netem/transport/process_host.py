@@ -117,7 +117,7 @@ class ProcessHost:
         for name, grant in grants:
             self._senders[name].send(self._encode(grant))
         window = grants[0][1].window if grants else 0
-        reports = self._collect(awaited, self._decode_report, f"report for window {window}", window)
+        reports = self._collect(awaited, self._decode_report, f"answer in window {window}", window)
         if failed := {name: (f"its program failed at {reports[name].soft_ns} ns", reports[name].error)
                       for name, _ in grants if reports[name].error}:
             failure = programs_failed(failed)

@@ -31,19 +31,20 @@ def line_of(file: Path, text: str) -> int:
 
 
 @pytest.mark.parametrize("host", ["process", "inline"])
-@pytest.mark.parametrize(("robot", "code", "function"), [
-    ("BusyLoop", "while True: pass", "act"),
-    ("InfYield", "yield from self.board.wait_until(self.board.now_ns)", "run"),
+@pytest.mark.parametrize(("scenario", "file", "node", "code", "function"), [
+    ("robots_that_misbehave/BusyLoop.toml", "robots.py", "bad", "while True: pass", "act"),
+    ("novice/p05_inf.toml", "p05_inf.py", "r2", "while next_ns > 500_000_000: pass", "run"),
 ])
-def test_a_robot_that_hangs_is_named_with_its_line(robot: str, code: str, function: str, host: runner.HostName,
-                                                   tmp_path: Path) -> None:
+def test_a_robot_that_hangs_is_named_with_its_line(scenario: str, file: str, node: str, code: str, function: str,
+                                                   host: runner.HostName, tmp_path: Path) -> None:
     timeout_s = 4 if host == "process" else 1           # it also has to be up by then
-    failure = failure_of(ROBOTS / f"{robot}.toml", host, tmp_path, timeout_s)
+    failure = failure_of(CASES / scenario, host, tmp_path, timeout_s)
 
-    assert failure.node == "bad"
-    place = f"{ROBOTS / 'robots.py'}:{line_of(ROBOTS / 'robots.py', code)} in {function}"
+    assert failure.node == node
+    source = (CASES / scenario).with_name(file)
     assert failure.reason.startswith("no ")
-    assert failure.reason.endswith(f" within node_timeout_s = {timeout_s} s: it hangs at {place}")
+    assert failure.reason.endswith(f" within node_timeout_s = {timeout_s} s: it hangs at {source}:"
+                                   f"{line_of(source, code)} in {function}")
     assert code in failure.detail
 
 
@@ -84,6 +85,17 @@ def test_the_command_says_whom_it_waits_for_and_ends_with_the_code_of_a_failed_n
                      ended.stderr, re.MULTILINE)
     assert (tmp_path / "out" / "ledger.parquet").is_file()
     assert time.monotonic() - began_s < 30
+
+
+def test_an_inline_run_whose_plant_crashes_says_the_same_as_one_with_processes(tmp_path: Path) -> None:
+    ended = subprocess.run([*COMMAND, str(CASES / "novice" / "k07_segv.toml"), "--host", "inline", "--out", "out"],
+                           cwd=tmp_path, capture_output=True, text=True, timeout=60)
+
+    carts = CASES / "novice" / "carts.py"
+    assert ended.returncode == 3
+    assert re.search(r"^node (left|right): its process was ended by SIGSEGV in fmi3DoStep of plant k07_segv, called at "
+                     rf"{re.escape(str(carts))}:{line_of(carts, 'plant.advance_to')} in measure$", ended.stderr,
+                     re.MULTILINE)
 
 
 def test_a_process_that_does_not_end_after_the_run_is_named(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -42,7 +42,7 @@ def build():
     return node
 def never_comes_back():
     {action}
-host = InlineHost({{"good": lambda: Node("good", []), "bad": build}}, under_way, {timeout_s})
+host = InlineHost({{"good": lambda: Node("good", []), "bad": build}}, under_way=under_way, timeout_s={timeout_s})
 host.start()
 grant = Grant(1, 10, False, False, [])
 host.exchange([("good", grant), ("bad", grant)])
@@ -61,8 +61,8 @@ def node_that(act: Callable[[], None], name: str = "bad") -> Node:
 
 
 def exchange(act: Callable[[], None], timeout_s: float = TIMEOUT_S, **options: Any) -> None:
-    host = InlineHost({"good": lambda: Node("good", []), "bad": lambda: node_that(act)}, UnderWay(shared=False),
-                      timeout_s, **options)
+    host = InlineHost({"good": lambda: Node("good", []), "bad": lambda: node_that(act)},
+                      under_way=UnderWay(shared=False), timeout_s=timeout_s, **options)
     host.start()
     grant = Grant(1, 10, False, False, [])
     try:
@@ -118,7 +118,8 @@ def test_a_run_in_another_thread_is_ended_too() -> None:
 
 
 def test_a_node_that_is_built_for_ever_is_named() -> None:
-    host = InlineHost({"bad": sleeps_for_ever}, UnderWay(shared=False), TIMEOUT_S)         # type: ignore[dict-item]
+    host = InlineHost({"bad": sleeps_for_ever}, under_way=UnderWay(shared=False),  # type: ignore[dict-item]
+                      timeout_s=TIMEOUT_S)
     try:
         with pytest.raises(NodeFailure, match=r"node bad: no answer within .* in sleeps_for_ever"):
             host.start()
@@ -130,7 +131,7 @@ def test_nodes_that_are_slow_one_after_the_other_are_not_late() -> None:
     """The time-out is for each node, not for their sum."""
     names = [f"n{k}" for k in range(8)]
     builds = {name: partial(node_that, partial(time.sleep, 0.1), name) for name in names}
-    host = InlineHost(builds, UnderWay(shared=False), 0.5)
+    host = InlineHost(builds, under_way=UnderWay(shared=False), timeout_s=0.5)
     host.start()
     grant = Grant(1, 10, False, False, [])
     try:
@@ -142,7 +143,7 @@ def test_nodes_that_are_slow_one_after_the_other_are_not_late() -> None:
 
 
 def test_between_the_nodes_code_nothing_is_late() -> None:
-    host = InlineHost({"good": lambda: Node("good", [])}, UnderWay(shared=False), 0.1)
+    host = InlineHost({"good": lambda: Node("good", [])}, under_way=UnderWay(shared=False), timeout_s=0.1)
     host.start()
     time.sleep(0.6)                     # the emulator works, or waits for the wall clock
 

@@ -65,14 +65,14 @@ def test_processes_give_what_inline_nodes_give(conduct: Conduct, tmp_path: Path)
     ("crashes", r"its process was ended by SIGABRT at .*misbehaving_node.py:\d+ in misbehave \(.* 19200000 ns"),
     ("exits", r"its process exited with code 7 .*had run up to 19200000 ns.*\n.*out of memory, says the node"),
     ("raises", r"its program failed at 20000000 ns: ValueError: sensor gave -1\n"),
-    ("hangs", r"no report for window \d+ within node_timeout_s = 4 s: it hangs at .*misbehaving_node.py:\d+ in "
+    ("hangs", r"no answer in window \d+ within node_timeout_s = 8 s: it hangs at .*misbehaving_node.py:\d+ in "
               r"misbehave \(.*had run up to 19200000 ns"),
-    ("speaks garbage", r"no report for window 1 within .*: it hangs at .*in speak_garbage; "
+    ("speaks garbage", r"no answer in window 1 within .*: it hangs at .*in speak_garbage; "
                        r"3 unreadable messages came from it"),
 ])
 def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_path: Path, behaviour: str,
                                                          reason: str) -> None:
-    host = host_of({"a": "well", "b": behaviour, "c": "well"}, tmp_path, timeout_s=4.0 if "within" in reason else 30.0)
+    host = host_of({"a": "well", "b": behaviour, "c": "well"}, tmp_path, timeout_s=8.0 if "within" in reason else 30.0)
     try:
         with pytest.raises(NodeFailure, match=f"node b: {reason}"):
             conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
@@ -85,10 +85,10 @@ def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_p
 @pytest.mark.parametrize(("behaviour", "reason"), [
     ("fails to start", r"node b: could not start: RuntimeError: no such sensor\n"),
     ("lies", r"node b: says nonsense of itself: signal 'x' twice"),
-    ("never ready", r"node b: no word that it is ready within node_timeout_s = 4 s: it hangs at .*in build_as_told"),
+    ("never ready", r"node b: no word that it is ready within node_timeout_s = 8 s: it hangs at .*in build_as_told"),
 ])
 def test_a_node_that_is_not_ready_is_named_before_time_starts(tmp_path: Path, behaviour: str, reason: str) -> None:
-    host = host_of({"a": "well", "b": behaviour}, tmp_path, timeout_s=4.0 if "within" in reason else 30.0)
+    host = host_of({"a": "well", "b": behaviour}, tmp_path, timeout_s=8.0 if "within" in reason else 30.0)
     try:
         with pytest.raises(NodeFailure, match=reason):
             host.start()
@@ -214,7 +214,7 @@ def test_a_grant_of_a_window_that_is_over_is_garbage(conduct: Conduct, tmp_path:
 
 def test_after_two_seconds_the_caller_learns_who_is_waited_for(conduct: Conduct, tmp_path: Path) -> None:
     told: list[tuple[list[str], float]] = []
-    host = host_of({"a": "well", "b": "hangs"}, tmp_path, timeout_s=3.5,
+    host = host_of({"a": "well", "b": "hangs"}, tmp_path, timeout_s=8.0,
                    waiting=lambda nodes, waited_s: told.append((list(nodes), waited_s)))
     try:
         with pytest.raises(NodeFailure, match="node b"):
@@ -222,14 +222,14 @@ def test_after_two_seconds_the_caller_learns_who_is_waited_for(conduct: Conduct,
     finally:
         host.stop()
 
-    assert told[0][0] == ["b"]
-    assert 2.0 <= told[0][1] < 3.0
+    assert told[-1][0] == ["b"]
+    assert told[0][1] >= 2.0
 
 
 def test_a_node_that_is_stopped_says_where(conduct: Conduct, tmp_path: Path) -> None:
-    host = host_of({"a": "well", "b": "stops"}, tmp_path, timeout_s=2.0)
+    host = host_of({"a": "well", "b": "stops"}, tmp_path, timeout_s=8.0)
     try:
-        with pytest.raises(NodeFailure, match=r"node b: no report .*: it is stopped \(SIGSTOP\) at .* in misbehave"):
+        with pytest.raises(NodeFailure, match=r"node b: no answer .*: it is stopped \(SIGSTOP\) at .* in misbehave"):
             conduct({}, latency_ns=100_000, end_ns=END_NS, host=host)
     finally:
         host.stop()
