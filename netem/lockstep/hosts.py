@@ -79,8 +79,6 @@ class InlineHost:
             finally:
                 guard.program_runs = False
                 self._came_back()
-            if guard.refusal is not None:
-                break
         if failed:
             raise programs_failed(failed)
         return {name: credible(name, node.hello()) for name, node in self._nodes.items()}
