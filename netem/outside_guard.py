@@ -3,9 +3,9 @@
     socket: connect, bind, sendto, sendmsg, look-up of a name --audit event--> _hear  --+
     Zenoh: open, scout (`entrances`) ------------------------replaced--------> _refuse --> OutsideGuard.refuse
 
-A message that passes around the emulator takes no emulated time and is in no record, so the run would answer a question
-that nobody asked. Sockets of the families in `SOCKETS` are refused. A pair of connected Unix sockets, as asyncio makes
-one for itself, is not: it leads to the program itself.
+A message that passes around the emulator takes no emulated time and is in no record, so the run's result would not be
+that of the emulated network. Sockets of the families in `SOCKETS` are refused. A pair of connected Unix
+sockets, as asyncio makes one for itself, is not: it leads to the program itself.
 
 Invariants:
 - an audit hook cannot be removed, nor is a replaced function put back: both ask `_on_duty`, the guards of the runs
@@ -142,7 +142,7 @@ def _hear(event: str, args: tuple[Any, ...]) -> None:
 
 
 def _doing(event: str, args: tuple[Any, ...]) -> str:
-    """What leads outside, in words; "" for what does not."""
+    """The action of an audit event in words; "" if it does not lead outside."""
     if event in LOOK_UPS:
         return "" if _is_local(args[0]) else f"looking up the host {args[0]!r}"
     kind = SOCKETS.get(args[0].family)
