@@ -3,9 +3,9 @@
 Several processes may fill the cache at once: each writes to a folder of its own and renames it into place; the first
 one wins and the others take its result.
 
-Libraries in the cache are loaded and run, so they have to be those that were put there: every folder holds a list of its
-files, with size, time of change and digest. A folder that differs from its list is made again, and said so. A cache that belongs to
-another user, or that others may write to, is refused.
+Libraries in the cache are loaded and run, so they have to be those that were put there: every folder holds a list of
+its files, with size, time of change and digest. A folder that differs from its list is made again, and said so. A cache
+that belongs to another user, or that others may write to, is refused.
 """
 
 from __future__ import annotations
