@@ -77,7 +77,7 @@ class NodeProcesses:
         return node in self._orphans
 
     def under_way(self, node: str) -> UnderWay:
-        """What the code of `node` does, or did when it ended."""
+        """The Python stack of `node` and its FMI call, now or when its process ended."""
         return self._under_way[node]
 
     def dump_stacks(self, node: str) -> None:
