@@ -107,14 +107,14 @@ def run_in_child(work: Callable[[Child], int]) -> Ending:
     try:
         with _forwarding_to(pid):
             try:
-                status, stopped = _await(pid, under_way, lambda: _run_of(words).timeout_s)
+                status, stopped_in = _await(pid, under_way, lambda: _run_of(words).timeout_s)
             finally:
                 end_children()
             outcomes = [word.outcome for word in _heard(words) if isinstance(word, Became)]
             code = next((word.exit_code for word in _heard(words) if isinstance(word, Ends)), None)
-            if code is not None and not stopped:
+            if code is not None and stopped_in is None:
                 return Ending(code, outcomes)
-            return _conclude(_run_of(words), outcomes, status, stopped, under_way)
+            return _conclude(_run_of(words), outcomes, status, stopped_in, under_way)
     finally:
         os.close(words)
         under_way.close()
@@ -174,17 +174,19 @@ def _forwarding_to(pid: int) -> Iterator[None]:
         signal.raise_signal(late[0])
 
 
-def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tuple[int, bool]:
-    """How the child ended, and whether it was ended here because it had stopped and nobody let it go on."""
+def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tuple[int, int | None]:
+    """How the child ended; if it was ended here, because it had stopped and nobody let it go on, then also the place of
+    the node whose code had stopped it."""
     stopped_s = float("inf")
     while True:
         waiting = stopped_s < float("inf")
         found, status = os.waitpid(pid, os.WUNTRACED | os.WCONTINUED | (os.WNOHANG if waiting else 0))
         if found == 0:
             if time.monotonic() > stopped_s:
-                await_dump(under_way, pid)
+                place = under_way.running()
+                await_dump(under_way, pid)          # for which it goes on
                 os.kill(pid, signal.SIGKILL)
-                return _end_of(pid), True
+                return os.waitpid(pid, 0)[1], place
             time.sleep(LOOK_EVERY_S)
         elif os.WIFSTOPPED(status):
             if os.WSTOPSIG(status) == signal.SIGSTOP:       # not Ctrl-Z, which stops this process as well
@@ -192,11 +194,7 @@ def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tu
         elif os.WIFCONTINUED(status):
             stopped_s = float("inf")
         else:
-            return status, False
-
-
-def _end_of(pid: int) -> int:
-    return os.waitpid(pid, 0)[1]
+            return status, None
 
 
 def _heard(words: int) -> list[Begins | Became | Ends]:
@@ -225,7 +223,7 @@ def _run_of(words: int) -> Begins:
     return run
 
 
-def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped: bool, under_way: UnderWay) -> Ending:
+def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped_in: int | None, under_way: UnderWay) -> Ending:
     """Say how the child ended, and make the records of its run."""
     from netem.diagnosis import words  # late: only where something went wrong
     from netem.lockstep.watchdog import last_words
@@ -236,7 +234,8 @@ def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped: bool, un
         print(what, file=sys.stderr)
         return Ending(128 + number, outcomes, True, [what])
     node, how, stack = last_words(os.waitstatus_to_exitcode(status), run.nodes, under_way, run.timeout_s)
-    if stopped:
+    if stopped_in is not None:
+        node = run.nodes[stopped_in - 1] if 0 < stopped_in <= len(run.nodes) else ""
         how = words.hangs("no answer", run.timeout_s, under_way, stopped=True)
     what = f"node {node}: {how}" if node else f"the emulator: {how}"
     print(what, *([stack.rstrip()] if stack else []), sep="\n", file=sys.stderr)

@@ -227,6 +227,8 @@ class _Run:
         """Close the records, end the nodes, judge. What fails on the way becomes the failure of the run, and the rest
         is done all the same."""
         if not self.owned.holds():
+            if isinstance(self.failure, OSError):
+                self.failure = None             # it follows from this:
             self._fails(FilesClosed(f"{self.scenario.name}: a robot program closed files of the emulator (os.close or "
                                     "os.closerange): give each robot a process of its own with --host process"))
         reopen_standard_files()

@@ -79,6 +79,7 @@ class ProcessHost:
         self._late: set[str] = set()            # killed because they were, so that sending to them does not block
         self._ended_s: dict[str, float] = {}
         self._over = threading.Event()
+        self._watchdog: threading.Thread | None = None
         self._placement = Placement(lambda: (os.getpid(), *self._alive.pids().values()))
         self.garbage: Counter[str] = Counter()
 
@@ -94,7 +95,8 @@ class ProcessHost:
             self._spawn(name, Errand(self._session.endpoint, self._secret, run, name, self._timeout_s, specification,
                                      self._virtual_time))
             self._senders[name] = self._session.sender(keys.grant(run, name))
-        threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
+        self._watchdog = threading.Thread(target=self._watch, name="node watchdog", daemon=True)
+        self._watchdog.start()
         self._expect(set(self._errands))
         hellos = self._collect(set(self._errands), msgspec.msgpack.Decoder(Hello).decode, "word that it is ready")
         if failed := {name: ("could not start", hellos[name].error) for name in self._senders if hellos[name].error}:
@@ -178,6 +180,9 @@ class ProcessHost:
         if self._session is not None:
             self._session.close()
             self._session = None
+        if self._watchdog is not None:          # in a call of Zenoh at the end of the interpreter it would abort that
+            self._watchdog.join(END_WITHIN_S)
+            self._watchdog = None
 
     @property
     def _alive(self) -> NodeProcesses:
