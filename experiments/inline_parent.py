@@ -29,7 +29,7 @@ from typing import Final, TextIO
 import msgspec
 
 from experiments.exits import ExitCode
-from netem.diagnosis.stack_dump import await_dump, dump_stacks_into
+from netem.diagnosis.stack_dump import DUMP_WITHIN_S, ask_for_dump, dump_stacks_into
 from netem.diagnosis.under_way import UnderWay
 from netem.transport.left_behind import end_children, end_with_parent, take_orphans
 
@@ -128,7 +128,7 @@ def _be_child(child: Child, work: Callable[[Child], int], parent: int) -> None:
         if os.getppid() != parent:
             os._exit(code)
         sys.stdout, sys.stderr = _out_of_reach(sys.stdout), _out_of_reach(sys.stderr)
-        dump_stacks_into(child.under_way)
+        dump_stacks_into(child.under_way, then_end=True)
         code = work(child)
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else int(bool(end.code))
@@ -184,9 +184,8 @@ def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tu
         if found == 0:
             if time.monotonic() > stopped_s:
                 place = under_way.running()
-                await_dump(under_way, pid)          # for which it goes on
-                os.kill(pid, signal.SIGKILL)
-                return os.waitpid(pid, 0)[1], place
+                ask_for_dump(pid)
+                return _end_of(pid), place
             time.sleep(LOOK_EVERY_S)
         elif os.WIFSTOPPED(status):
             if os.WSTOPSIG(status) == signal.SIGSTOP:       # not Ctrl-Z, which stops this process as well
@@ -195,6 +194,18 @@ def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tu
             stopped_s = float("inf")
         else:
             return status, None
+
+
+def _end_of(pid: int) -> int:
+    """How a process ended that is ending; it is killed if that takes longer than a dump of its stacks may."""
+    deadline_s = time.monotonic() + DUMP_WITHIN_S
+    while time.monotonic() < deadline_s:
+        found, status = os.waitpid(pid, os.WNOHANG)
+        if found:
+            return status
+        time.sleep(LOOK_EVERY_S)
+    os.kill(pid, signal.SIGKILL)
+    return os.waitpid(pid, 0)[1]
 
 
 def _heard(words: int) -> list[Begins | Became | Ends]:
@@ -237,12 +248,21 @@ def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped_in: int |
     if stopped_in is not None:
         node = run.nodes[stopped_in - 1] if 0 < stopped_in <= len(run.nodes) else ""
         how = words.hangs("no answer", run.timeout_s, under_way, stopped=True)
-    what = f"node {node}: {how}" if node else f"the emulator: {how}"
-    print(what, *([stack.rstrip()] if stack else []), sep="\n", file=sys.stderr)
     folder = Path(run.folder)
+    what = f"node {node}: {how}" if node else f"the emulator: {how}"
+    if number == 0 and run.folder and (failure := _failure_of(folder)):      # it had no file left to say it
+        what, stack = failure, ""
+    print(what, *([stack.rstrip()] if stack else []), sep="\n", file=sys.stderr)
     if run.folder:
         _make_records(folder, f"{what}\n{stack}".rstrip())
     return Ending(ExitCode.NODE_FAILED, outcomes, True, [what, *stack.splitlines()], run.folder)
+
+
+def _failure_of(folder: Path) -> str:
+    """What the summary in `folder` says, "" if there is none."""
+    with suppress(OSError, msgspec.MsgspecError):
+        return str(msgspec.json.decode((folder / "summary.json").read_bytes())["failure"])
+    return ""
 
 
 def _make_records(folder: Path, failure: str) -> None:

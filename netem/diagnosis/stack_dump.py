@@ -10,7 +10,6 @@ import os
 import signal
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Final
 
 from netem.diagnosis.under_way import UnderWay
@@ -20,9 +19,10 @@ DUMP_WITHIN_S: Final = 2.0
 DUMP_LOOK_S: Final = 0.05
 
 
-def dump_stacks_into(under_way: UnderWay) -> None:
+def dump_stacks_into(under_way: UnderWay, *, then_end: bool = False) -> None:
+    """`then_end`: `DUMP_SIGNAL` also ends the process, before its programs go on."""
     faulthandler.enable(under_way.file, all_threads=True)
-    faulthandler.register(DUMP_SIGNAL, under_way.file, all_threads=True, chain=False)
+    faulthandler.register(DUMP_SIGNAL, under_way.file, all_threads=True, chain=then_end)
 
 
 def ask_for_dump(pid: int) -> None:
@@ -31,12 +31,10 @@ def ask_for_dump(pid: int) -> None:
         os.kill(pid, number)
 
 
-def await_dump(under_way: UnderWay, process: int | Callable[[], None]) -> None:
-    """Ask a process for its stacks, by its id or by calling `process`; returns when they are written, or after
-    `DUMP_WITHIN_S`."""
+def await_dump(under_way: UnderWay, ask: Callable[[], None]) -> None:
+    """Call `ask`, which asks a process for its stacks; returns when they are written, or after `DUMP_WITHIN_S`."""
     before = written = under_way.stacks()
-    with suppress(ProcessLookupError):
-        ask_for_dump(process) if isinstance(process, int) else process()
+    ask()
     deadline_s = time.monotonic() + DUMP_WITHIN_S
     while time.monotonic() < deadline_s:
         time.sleep(DUMP_LOOK_S)

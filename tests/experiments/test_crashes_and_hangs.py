@@ -106,6 +106,8 @@ def test_an_inline_robot_that_stops_its_process_is_named_with_its_line(tmp_path:
     assert ended.returncode == 3
     assert ended.stderr.startswith("node bad: no answer within node_timeout_s = 4 s: it is stopped (SIGSTOP) at "
                                    f"{ROBOTS / 'robots.py'}:{line} in act")
+    assert "it is stopped" in (tmp_path / "out" / "summary.json").read_text()
+    assert (tmp_path / "out" / "report.html").is_file()
 
 
 def test_a_process_that_does_not_end_after_the_run_is_named(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

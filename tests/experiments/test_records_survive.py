@@ -294,9 +294,10 @@ def test_what_harms_nobody_ends_with_0_and_leaves_no_process(tmp_path: Path, cas
 def test_a_program_that_closes_every_file_leaves_the_records_whole(tmp_path: Path) -> None:
     out = tmp_path / "run"
     with start(CASES / "CloseAllFds.toml", out, "--host", "inline") as running:
-        running.communicate(timeout=120)
+        _, told = running.communicate(timeout=120)
 
     assert running.returncode == 3
+    assert "a robot program closed files of the emulator" in told
     assert "a robot program closed files of the emulator" in summary_of(out)["failure"]
     assert read_ledger(out / "ledger.parquet").num_rows == 200     # 100 frames of two robots in 1 s
     assert not list(out.glob("*.part"))
