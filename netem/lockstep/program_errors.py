@@ -5,6 +5,7 @@ Works on the text of a traceback, as both hosts have it: the host with processes
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import sysconfig
@@ -59,4 +60,4 @@ def own_lines(trace: str) -> str:
 
 def is_authors(file: str) -> bool:
     """Whether a source file is neither marconet's nor a library's."""
-    return not file.startswith((*_PACKAGES, *_LIBRARIES, f"{sys.prefix}/", "<"))
+    return not os.path.normpath(file).startswith((*_PACKAGES, *_LIBRARIES, f"{sys.prefix}/", "<"))
