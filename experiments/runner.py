@@ -270,7 +270,7 @@ class _Run:
             "ended": _end_in_words(self.conductor),
             "failure": None if self.failure is None else in_words(self.failure),
             "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
-            "counters": _counters(self._counted(), self.media),
+            "counters": _counters(self._counted(), self.media, self.conductor.pace),
             "real_time": self._real_time(),
             "versions": _versions() if versions else {},
         })
@@ -450,9 +450,12 @@ def _end_in_words(conductor: Conductor) -> str:
     return f"at {conductor.end_ns / 1e9:.9g} s, by node {conductor.ended_by}: {conductor.ended_because}"
 
 
-def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Medium]) -> dict[str, dict[str, int]]:
-    """What programs counted and what media counted, by node; a medium's own under its name."""
+def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Medium],
+              pace: Pace | None) -> dict[str, dict[str, int]]:
+    """What programs, gateways and media counted, by node; a medium's own under its name."""
     counters = {node: dict(found) for node, found in of_nodes.items()}
+    if pace is not None:
+        counters |= {name: dict(found) for name, found in pace.counters().items()}
     for medium in media.values():
         if isinstance(medium, ObservedMedium):
             for node, found in medium.counters().items():

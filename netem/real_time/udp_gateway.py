@@ -81,6 +81,10 @@ class UdpGateway:
                 return
         self.unsent += 1
 
+    def counters(self) -> dict[str, int]:
+        return {"datagrams received": self.received, "datagrams refused": self.refused,
+                "datagrams sent": self.sent, "datagrams not sent": self.unsent}
+
     def close(self) -> None:
         self._socket.close()
 

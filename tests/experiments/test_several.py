@@ -116,7 +116,7 @@ def test_json_of_the_list_names_every_scenario_with_question_and_path(here):
 
 def test_quiet_prints_errors_only(here):
     assert run("good.toml", "--quiet").output == ""
-    assert run("weak.toml", "--quiet").stderr.startswith("expect.count.r2.heard=")
+    assert run("weak.toml", "--quiet", "--overwrite").stderr.startswith("expect.count.r2.heard=")
 
 
 def test_junit_has_a_case_for_each_expectation_and_tells_failures_from_errors(here):
