@@ -1,4 +1,4 @@
-"""What the shell offers after a Tab: scenario names, plants; commands, options and their choices click knows itself.
+"""Completions that the shell offers after a Tab: scenario names and plants; click completes commands and options.
 
 The script that a shell loads is click's; it calls `marconet` with `_MARCONET_COMPLETE` in its environment.
 """
@@ -49,7 +49,7 @@ def _begun(items: list[CompletionItem], incomplete: str) -> list[CompletionItem]
 
 
 def script(command: click.Command, shell: str) -> str:
-    """What `shell` has to load."""
+    """The script that `shell` has to load."""
     found = get_completion_class(shell)
     assert found is not None, shell
     return found(command, {}, "marconet", VARIABLE).source()

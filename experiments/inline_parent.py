@@ -36,7 +36,7 @@ LOOK_EVERY_S: Final = 0.05
 
 
 class Told(msgspec.Struct):
-    """What a child says of itself, a line of JSON each time."""
+    """Messages of the child to its parent, one line of JSON each."""
 
     folder: str = ""
     nodes: list[str] = []
@@ -125,7 +125,7 @@ def _forward_to(pid: int) -> Callable[[int, FrameType | None], None]:
 
 
 def _await(pid: int, patience_s: Callable[[], float]) -> tuple[int, bool]:
-    """How the child ended, and whether it was ended here because it had stopped and nobody let it go on."""
+    """Exit status of the child, and whether the parent ended it because it was stopped and not continued."""
     stopped_s = float("inf")
     while True:
         waiting = stopped_s < float("inf")

@@ -17,7 +17,7 @@ class CallRecord(Protocol):
 
 
 class NoRecord:
-    """For a plant whose process nobody asks."""
+    """Keeps nothing: for a plant outside a run."""
 
     def __init__(self) -> None:
         self.call_word = memoryview(bytearray(ctypes.sizeof(ctypes.c_int64))).cast("q")

@@ -93,7 +93,7 @@ def _read(draft: Path, path: Path) -> PlantDescription:
 
 
 class _Beside(msgspec.Struct, frozen=True):
-    """What FMPy does not tell of a variable."""
+    """Attributes of a variable that FMPy does not read."""
 
     min: str | None
     max: str | None

@@ -128,7 +128,7 @@ def _hear(event: str, args: tuple[Any, ...]) -> None:
 
 
 def _doing(event: str, args: tuple[Any, ...]) -> str:
-    """What leads outside, in words; "" for what does not."""
+    """The way around the emulator that a call opens, in words; "" if it opens none."""
     if event in LOOK_UPS:
         return "" if _is_local(args[0]) else f"looking up the host {args[0]!r}"
     kind = SOCKETS.get(args[0].family)

@@ -33,7 +33,7 @@ class _Era:
 
 
 class AgeWatch:
-    """`oldest_ns`: the greatest age that a value can have when it comes; negative: nobody knows."""
+    """`oldest_ns`: the greatest age that a value can have when it arrives; negative: unknown."""
 
     def __init__(self, oldest_ns: int, tolerance_ns: int) -> None:
         self._oldest_ns = oldest_ns

@@ -89,7 +89,7 @@ def late_values(team: Team, medium: str, graphs: Mapping[str, Floats], slots_ns:
 
 def oldest_value_ns(team: Team, medium: str, graphs: Mapping[str, Floats],
                     delays: Mapping[LinkName, AddedDelay]) -> int:
-    """The greatest age that a value of a needed link can have when it comes, UNKNOWN if nobody can say."""
+    """The greatest age that a value of a needed link can have when it arrives; UNKNOWN if no bound exists."""
     links = [link for graph in graphs.values() for link in _links(team, medium, graph)]
     added = [delays[link] for link in links if link in delays]
     if not all(delay.known for delay in added):

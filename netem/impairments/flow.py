@@ -1,4 +1,4 @@
-"""What a sender puts on a link at most, as far as a bound on its delays needs to know it."""
+"""The most traffic that a sender puts on a link, as a bound on the delays needs it."""
 
 from __future__ import annotations
 

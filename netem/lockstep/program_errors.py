@@ -1,4 +1,4 @@
-"""What a program raised, in words for its author: the place in the program, the rule, the remedy.
+"""Errors of a program in words for its author: the place in the program, the rule, the remedy.
 
 Works on the text of a traceback, as both hosts have it: the host with processes gets no more than the text.
 """

@@ -77,7 +77,7 @@ class NodeProcesses:
         return node in self._orphans
 
     def under_way(self, node: str) -> UnderWay:
-        """What the code of `node` does, or did when it ended."""
+        """The code that `node` runs, or ran when it ended."""
         return self._under_way[node]
 
     def dump_stacks(self, node: str) -> None:
