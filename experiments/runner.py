@@ -135,7 +135,7 @@ def _collecting_only_what_the_run_makes() -> Iterator[None]:
 
 @cache
 def _versions() -> dict[str, str]:
-    """Of Python and of the packages that a result depends on; looking them up takes longer than a short run."""
+    """Versions of Python and of the packages that a result depends on; the look-up takes longer than a short run."""
     return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
 
 
@@ -276,7 +276,7 @@ class _Run:
             self.ledger.finish()
 
     def _standing(self, reached_ns: int, *, versions: bool = False) -> bytes:
-        """What `run.json` says: how far the run came and what was counted."""
+        """Content of `run.json`: how far the run came, and the counters."""
         return msgspec.json.encode({
             "reached_ns": reached_ns,
             "ended": _end_in_words(self.conductor),

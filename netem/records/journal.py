@@ -1,4 +1,4 @@
-"""What a run has recorded so far, on the disk: pieces of bytes that are readable up to the last whole one.
+"""Journals hold on the disk what a run has recorded so far: pieces of bytes that are readable up to the last whole one.
 
     piece: length, CRC-32 (both uint32, little endian), then so many bytes, compressed with Zstandard
 

@@ -27,7 +27,7 @@ def read_ledger(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
 
 
 def read_metadata(path: Path) -> dict[str, str]:
-    """What the file says about its run: hash, rows, expected, and what the run added (scenario, seed); empty where the
+    """Metadata of the file: hash, rows, expected, and the entries of the run (scenario, seed); empty where the
     run was killed before the file was written."""
     if not path.exists() and journal_of(path).exists():
         return {}
