@@ -282,8 +282,10 @@ class Node:
             self._reading_ns = self._next_sample_ns
             for names, read in self._reads:
                 given = read(self._next_sample_ns)
+                found: list[float] = []
                 try:
-                    found = [float(value) for value in given]
+                    for value in given:
+                        found.append(value if type(value) is float else float(value))
                 except (TypeError, ValueError) as error:
                     raise ValueError(f"{self.name}: the signals {', '.join(names)} at {self._next_sample_ns} ns: "
                                      f"{given!r}: expected numbers: {error}") from None
