@@ -36,6 +36,8 @@ from types import FrameType, ModuleType
 from typing import Any, Final, NoReturn
 from weakref import WeakSet
 
+from netem.turn import Turn
+
 RULE: Final = "in virtual time a program reaches others through the ports of its node only"
 REMEDY: Final = "send through a port, or run the scenario with --real-time"
 CAN_REMEDY: Final = ('use can.Bus(interface="marconet", channel="...") in a function that is the program, or run the '
@@ -58,12 +60,14 @@ class OutsideRefused(BaseException):
     """A program opened a way around the emulator. Not an `Exception`: a program that tries again on errors must end."""
 
 
-class OutsideGuard:
-    """`whole_process`: every thread is a program's, as in the process of a node. It watches from `begin` to `end`."""
+class OutsideGuard(Turn):
+    """`whole_process`: every thread is a program's, as in the process of a node. It watches from `begin` to `end`.
+
+    The host `inline` sets `program_runs` while it calls nodes.
+    """
 
     def __init__(self, entrances: Sequence[Entrance] = (), *, whole_process: bool = False) -> None:
-        self.program_runs = False           # the host `inline` sets it while it calls nodes
-        self.refusal: OutsideRefused | None = None
+        super().__init__()
         self._whole_process = whole_process
         self._thread = threading.get_ident()
         self._started: WeakSet[threading.Thread] = WeakSet()

@@ -1,4 +1,4 @@
-"""What code of a process runs, kept in memory that another process can read after a crash.
+"""A record of the code that a process runs, in memory that another process can read after a crash.
 
     word 0                  the node whose code runs in an inline run, counted from 1; 0 between nodes
     word 1                  where below the name of the FMI call under way starts; 0 between calls
@@ -14,9 +14,10 @@ from __future__ import annotations
 import mmap
 import os
 import struct
+import sys
 from contextlib import suppress
 from functools import cached_property
-from typing import Final
+from typing import Any, Final
 
 MEMORY_BYTES: Final = 1 << 20
 WORDS_BYTES: Final = 16
@@ -43,14 +44,26 @@ class UnderWay:
         self._end = WORDS_BYTES
 
     @cached_property
+    def _mapping(self) -> mmap.mmap:
+        return mmap.mmap(self.file, MEMORY_BYTES)
+
+    @cached_property
     def _memory(self) -> memoryview:
         """For the process that writes; one that only reads has no use for the second descriptor that a mapping takes.
         """
-        return memoryview(mmap.mmap(self.file, MEMORY_BYTES))
+        return memoryview(self._mapping)
 
     @cached_property
     def words(self) -> memoryview:
         return self._memory[:WORDS_BYTES].cast("q")
+
+    def word_0(self, most: int) -> Any:
+        """An object whose item 0 is word 0, for numbers from 0 to `most`.
+
+        For small numbers it is the mapping itself, whose items are bytes: setting one costs less than an item of
+        `words`.
+        """
+        return self._mapping if most < 256 and sys.byteorder == "little" else self.words
 
     @cached_property
     def call_word(self) -> memoryview:
@@ -87,7 +100,7 @@ class UnderWay:
         return os.pread(self.file, end - start, start) if self.shared else bytes(self._memory[start:end])
 
     def stacks(self) -> str:
-        """What the fault handler has written up to now."""
+        """Text that the fault handler has written so far."""
         if not self.shared:
             return ""
         return os.pread(self.file, LONGEST_STACKS, MEMORY_BYTES).decode(errors="replace")

@@ -2,7 +2,7 @@
 
 The builder of the impairments of a scenario passes one `Recordings` to all of them, and drops it with them.
 
-Invariant: what is kept is never changed, so links may share it.
+Invariant: content that is kept is never changed, so links may share it.
 """
 
 from __future__ import annotations
