@@ -40,7 +40,7 @@ def print_scenario(console: Console, scenario: Scenario) -> None:
     if scenario.impairments:
         console.print()
         print_table(console, ["impairment", "kind", "on", "links", "during"], [
-            (spec.place, spec.kind, spec.on, str(len(spec.links)),
+            (spec.called, spec.kind, spec.on, str(len(spec.links)),
              ", ".join(f"{start * 1e-9:g}-{end * 1e-9:g} s" for start, end in spec.windows_ns) or "the whole run")
             for spec in scenario.impairments])
     if scenario.guarantees:

@@ -129,7 +129,7 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
 def read_team(table: Mapping[str, Any]) -> Team:
     """The team table as a `Team`; TeamError says where it is wrong."""
     try:
-        team = msgspec.convert(table, Team, strict=False)
+        team = msgspec.convert(table, Team)
     except msgspec.ValidationError as error:
         raise TeamError(*mistakes(table, Team, "team")) from error
     problems = []

@@ -26,7 +26,7 @@ def mistakes(table: Mapping[str, Any], kind: type[msgspec.Struct], place: str) -
                 yield from mistakes(part, part_kind, at)
                 continue
             try:
-                msgspec.convert(part, part_kind, strict=False)
+                msgspec.convert(part, part_kind)
             except msgspec.ValidationError as error:
                 yield f"{at}={_text(part)}: {_rule(part_kind, error)}"
     for name, field in fields.items():

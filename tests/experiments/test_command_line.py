@@ -242,6 +242,15 @@ def test_check_prints_what_would_run_and_runs_nothing(stub, here):
     assert stub.calls == []
 
 
+def test_check_calls_an_impairment_by_its_name_as_the_ledger_does(here):
+    (here / "talk.toml").write_text(SCENARIO.replace("[[impairments]]\n", '[[impairments]]\nname = "steel_door"\n'))
+
+    result = marconet("check", "talk.toml")
+
+    assert "steel_door" in result.stdout
+    assert "impairments[0]" not in result.stdout
+
+
 def test_list_names_scenarios_with_their_questions(here):
     (here / "scenarios").mkdir()
     (here / "scenarios" / "talk.toml").write_text(SCENARIO)

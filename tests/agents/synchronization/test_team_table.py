@@ -34,6 +34,9 @@ def changed(path: tuple[Any, ...], value: Any) -> dict[str, Any]:
     (("kappa",), "x", 'team.kappa="x": expected float, got str'),
     (("models", "r2", "K"), [["x"]], 'team.models.r2.K=[["x"]]: expected float, got str, at [0][0]'),
     (("models", "r2"), {}, "team.models.r2.A: is missing"),
+    (("sure",), 0, "team.sure=0: expected bool, got int"),
+    (("sure",), "no", 'team.sure="no": expected bool, got str'),
+    (("kappa",), "0.9", 'team.kappa="0.9": expected float, got str'),
     (("models",), 3, "team.models=3: expected object, got int"),
 ])
 def test_a_mistake_is_told_with_key_value_rule_and_remedy(path: tuple[Any, ...], value: Any, told: str) -> None:
