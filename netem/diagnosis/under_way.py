@@ -58,8 +58,10 @@ class UnderWay:
         return self._memory[:WORDS_BYTES].cast("q")
 
     def word_0(self, most: int) -> Any:
-        """What takes word 0 as its item 0, from 0 to `most`: for small numbers the mapping itself, whose items are bytes,
-        because setting one of these costs less than setting an item of `words`."""
+        """What takes word 0 as its item 0, from 0 to `most`.
+
+        For small numbers it is the mapping, whose items are bytes: setting one costs less than an item of `words`.
+        """
         return self._mapping if most < 256 and sys.byteorder == "little" else self.words
 
     @cached_property
