@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from cantools.database import Database, Message
 
-__all__ = ["LAYOUT_REMEDY", "REMEDY", "DbcError", "DbcFile", "cantools_error", "load_library", "read_dbc"]
+__all__ = ["LAYOUT_REMEDY", "REMEDY", "DbcError", "DbcFile", "Message", "cantools_error", "load_library", "read_dbc"]
 
 REMEDY: Final = "correct it there"
 LAYOUT_REMEDY: Final = f"{REMEDY}; `python -m cantools dump --no-strict FILE` shows the layout"
