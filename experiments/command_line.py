@@ -17,7 +17,6 @@ from experiments.exits import ExitCode, errors_as_text
 
 if TYPE_CHECKING:
     from experiments.console import Console
-    from experiments.inline_parent import Child
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 TABLES = ("3.1", "3.2", "3.3", "3.4", "3.5")
@@ -147,16 +146,9 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
 
     batch = Batch(_console(not (quiet or as_json)), verbose, junit, "runs" if as_json else None)
 
-    def work(child: Child | None = None) -> int:
-        batch.child = child
-        return batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
-                         report=not no_report, overwrite=overwrite)
-
-    if host == "inline" and click.get_current_context().find_root().obj == ON_ITS_OWN:
-        from experiments.inline_parent import run_in_child
-
-        raise SystemExit(run_in_child(work))
-    raise SystemExit(work())
+    batch.in_children = host == "inline" and click.get_current_context().find_root().obj == ON_ITS_OWN
+    raise SystemExit(batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
+                               report=not no_report, overwrite=overwrite))
 
 
 @app.command(epilog="Example: marconet report runs/third")
@@ -174,11 +166,23 @@ def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
         from experiments.text_views import print_path
 
         if not (run_dir / "scenario.json").is_file():
-            raise FileNotFoundError(f"{run_dir}: no run was recorded there: it has no scenario.json")
+            raise FileNotFoundError(f"{run_dir}: no run was recorded there: {_runs_near(run_dir)}")
         if is_unfinished(run_dir) and not owner(run_dir):
             for problem in complete(run_dir):
                 click.echo(problem, err=True)
         print_path(_console(), "report", write_report(run_dir, "inside" if self_contained else "auto"))
+
+
+def _runs_near(folder: Path) -> str:
+    """Why `folder` holds no run, and which runs are in it."""
+    if not folder.is_dir():
+        return "give the folder of a run" if folder.exists() else "there is no such folder"
+    runs = sorted(file.parent for file in folder.glob("*/scenario.json"))
+    return "it has no scenario.json" + (f"; the newest run in it is {max(runs, key=_changed_s)}" if runs else "")
+
+
+def _changed_s(path: Path) -> float:
+    return path.stat().st_mtime
 
 
 @app.command(epilog="Example: marconet schema --out marconet.schema.json")
@@ -266,6 +270,7 @@ def info(plant: str, verbose: bool) -> None:
         from fmus.describe_fmu import describe
         from fmus.presets import read_presets
 
+        _refuse_unknown_plant(plant)
         is_model = plant in own_models() or Path(plant).is_dir()
         archive = build_model(plant if plant in own_models() else Path(plant)) if is_model else Path(plant)
         print_plant(_console(), describe(archive))
@@ -288,8 +293,19 @@ def build(plants: Sequence[str], fmi: Literal["3.0", "2.0"], verbose: bool) -> N
         from experiments.text_views import print_path
         from fmus.build import build_model, own_models
 
+        for name in plants:
+            _refuse_unknown_plant(name)
         for name in plants or own_models():
             print_path(_console(), name, build_model(name if name in own_models() else Path(name), fmi))
+
+
+def _refuse_unknown_plant(name: str) -> None:
+    from experiments.scenario.files_there import near_file, plants_in
+    from fmus.build import own_models
+    from fmus.errors import PlantError
+
+    if name not in own_models() and not Path(name).exists():
+        raise PlantError(f"{name}: no such plant; {near_file(name, [*own_models(), *plants_in(Path())])}")
 
 
 def _table(number: str, runs: int | None, figures: Path | None) -> bool:

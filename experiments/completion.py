@@ -1,4 +1,4 @@
-"""What the shell offers after a Tab: scenario names, plants; commands, options and their choices click knows itself.
+"""Completions that the shell offers after a Tab: scenario names and plants; click completes commands and options.
 
 The script that a shell loads is click's; it calls `marconet` with `_MARCONET_COMPLETE` in its environment.
 """
@@ -25,24 +25,31 @@ THEN: Final = {
 
 
 def complete_scenario(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Names from `marconet list` that begin as typed, and paths."""
+    """Names from `marconet list` and scenario files of this folder that begin as typed; paths where none does."""
     from experiments.scenario.library import catalog
 
-    names = [CompletionItem(entry.name, help=entry.question) for entry in catalog()
-             if entry.name.startswith(incomplete)]
-    return [*names, CompletionItem(incomplete, type="file")]
+    files = sorted(str(file) for file in Path().glob("*.toml"))
+    return _begun([*(CompletionItem(entry.name, help=entry.question) for entry in catalog()),
+                   *map(CompletionItem, files)], incomplete)
 
 
 def complete_plant(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Names from `marconet fmu list` that begin as typed, and paths."""
+    """Names from `marconet fmu list` and plants in this folder that begin as typed; paths where none does."""
     from fmus.build import own_models
 
-    names = [CompletionItem(name) for name in own_models() if name.startswith(incomplete)]
-    return [*names, CompletionItem(incomplete, type="file")]
+    models = [file.parent for file in Path().glob("*/variables.toml")]
+    files = sorted(str(path) for path in (*models, *Path().glob("*.fmu")))
+    return _begun(list(map(CompletionItem, [*own_models(), *files])), incomplete)
+
+
+def _begun(items: list[CompletionItem], incomplete: str) -> list[CompletionItem]:
+    """Names and paths are never mixed: click's script for bash drops all names when it meets a wish for paths."""
+    return ([item for item in items if item.value.startswith(incomplete)]
+            or [CompletionItem(incomplete, type="file")])
 
 
 def script(command: click.Command, shell: str) -> str:
-    """What `shell` has to load."""
+    """The script that `shell` has to load."""
     found = get_completion_class(shell)
     assert found is not None, shell
     return found(command, {}, "marconet", VARIABLE).source()

@@ -84,7 +84,7 @@ def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[N
 
 @contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Raise Interrupted in the main thread for the signals that end a command, where nobody had them ignored."""
+    """Raise Interrupted in the main thread for the signals that end a command, unless the parent had them ignored."""
     if threading.current_thread() is not threading.main_thread():       # only there signals can be handled
         yield
         return
@@ -110,7 +110,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 def in_words(error: BaseException) -> str:
-    """What ended the work, for a reader of the summary."""
+    """Name the cause that ended the work, for a reader of the summary."""
     if isinstance(error, KeyboardInterrupt):
         number = error.number if isinstance(error, Interrupted) else int(signal.SIGINT)
         name = signal.Signals(number).name

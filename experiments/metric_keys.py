@@ -8,6 +8,7 @@ after the run. A key that names nothing never holds.
     <node>.<signal>.<statistic>     r1.y.last_abs, r*.y.abs_max        `*`, `?` and `[..]` match several nodes
     count.<node>.<counter>          count.r*.slots_missed              summed over nodes
     guarantee.<name>.<figure>       guarantee.fresh.first_violation_s  of a guarantee that the scenario states
+    real_time.<figure>              real_time.lateness_p99_s           lateness of a run in real time
 """
 
 from __future__ import annotations
@@ -27,8 +28,11 @@ SPREAD_LAST = "spread_last"
 STATISTICS = ("first", "last", "last_abs", "min", "max", "abs_max", "mean", "rms", SPREAD_LAST)
 COUNT = "count"
 GUARANTEE = "guarantee"
-RULE = (f"expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic>, {COUNT}.<node>.<counter> or "
-        f"{GUARANTEE}.<name>.<figure>")
+REAL_TIME = "real_time"
+LATENESS = MappingProxyType({"lateness_median_s": "median_ns", "lateness_p99_s": "p99_ns",
+                             "lateness_worst_s": "worst_ns", "overruns": "overruns"})       # as in run.json
+RULE = (f"expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic>, {COUNT}.<node>.<counter>, "
+        f"{GUARANTEE}.<name>.<figure> or {REAL_TIME}.<figure>")
 
 Nodes = Mapping[str, Collection[str]] | Collection[str]
 
@@ -62,13 +66,21 @@ class GuaranteeKey:
     figure: str
 
 
+@dataclass(frozen=True)
+class RealTimeKey:
+    figure: str
+
+
+Key = LedgerKey | SignalKey | CountKey | GuaranteeKey | RealTimeKey
+
+
 def guarantee_figures(unit: str) -> tuple[str, ...]:
     """What may be asked of a guarantee whose bound is in `unit`, "s" or ""."""
     suffix = f"_{unit}" if unit else ""
     return ("violations", "first_violation_s", "violated_s", f"worst{suffix}", f"margin{suffix}")
 
 
-def parse(key: str) -> LedgerKey | SignalKey | CountKey | GuaranteeKey | None:
+def parse(key: str) -> Key | None:
     """What `key` asks for, by its form alone; None if it has no known form."""
     parts = key.split(".")
     if not all(parts) or len(parts) < 2:
@@ -77,6 +89,8 @@ def parse(key: str) -> LedgerKey | SignalKey | CountKey | GuaranteeKey | None:
         return CountKey(parts[1], ".".join(parts[2:])) if len(parts) > 2 else None
     if parts[0] == GUARANTEE:
         return GuaranteeKey(parts[1], parts[2]) if len(parts) == 3 else None
+    if parts[0] == REAL_TIME:
+        return RealTimeKey(parts[1]) if len(parts) == 2 and parts[1] in LATENESS else None
     if parts[-1] in STATISTICS and len(parts) > 2:
         return SignalKey(parts[0], ".".join(parts[1:-1]), parts[-1])
     return LedgerKey(parts[-1], ".".join(parts[:-1])) if parts[-1] in LEDGER_METRICS else None
@@ -159,6 +173,8 @@ def _candidates(key: str, nodes: Nodes, media: Collection[str],
     first, _, rest = key.partition(".")
     if first == GUARANTEE:
         return [f"{first}.{name}.{figure}" for name, figures in guarantees.items() for figure in figures]
+    if first == REAL_TIME:
+        return [f"{first}.{figure}" for figure in LATENESS]
     if not rest:
         return [*LEDGER_METRICS, *FORMER]
     found = [f"{medium}.{metric}" for medium in media for metric in (*LEDGER_METRICS, *FORMER)]

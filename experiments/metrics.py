@@ -38,10 +38,12 @@ from experiments.link_metrics import (
     times_between_transmissions,
 )
 from experiments.metric_keys import (
+    LATENESS,
     SPREAD_LAST,
     CountKey,
     GuaranteeKey,
     LedgerKey,
+    RealTimeKey,
     SignalKey,
     UnknownKeys,
     guarantee_figures,
@@ -93,6 +95,9 @@ def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
             counts = [data.counters[node][counter] for node in matching(pattern, data.counters)
                       if counter in data.counters[node]]
             return float(sum(counts)) if counts else math.nan
+        case RealTimeKey(figure):
+            told = (data.run.get("real_time") or {}).get(LATENESS[figure], math.nan)
+            return float(told) / NS_PER_S if figure.endswith("_s") else float(told)
         case GuaranteeKey(name, figure) if figure in _known_guarantees(data).get(name, ()):
             return _of_guarantee(data.guarantees.get(name), figure.removesuffix("_s"))
     raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))))
@@ -101,6 +106,8 @@ def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
 def _verdict(key: str, bound: Bound, data: RunData) -> Verdict:
     unknown = unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))
     why = unknown[0].removeprefix(f"expect.{key}: ") if unknown else uncounted(key, data.counters)
+    if isinstance(parse(key), RealTimeKey) and not data.run.get("real_time"):
+        why = "lateness is that of a run in real time: run it with --real-time"
     value = math.nan if why else measure(key, data, bound)
     if math.isnan(value):
         return Verdict(key, None, bound.min, bound.max, holds=False, why=why)

@@ -1,4 +1,4 @@
-"""What became of one scenario of a call of `marconet run` or `marconet check`."""
+"""Outcome of one scenario in a call of `marconet run` or `marconet check`."""
 
 from __future__ import annotations
 

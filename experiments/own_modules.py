@@ -94,7 +94,7 @@ class _ModulesBeside(MetaPathFinder):
     def _import(self, name: str, globals: Mapping[str, object] | None = None,
                 locals: Mapping[str, object] | None = None, fromlist: Sequence[str] | None = (),
                 level: int = 0) -> ModuleType:
-        """What an import statement calls in the modules of this folder."""
+        """Replaces `__import__` in the modules of this folder."""
         if level == 0:
             name = self._private(name, str((globals or {}).get("__name__", "")))
         try:

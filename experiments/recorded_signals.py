@@ -12,8 +12,9 @@ from experiments.scenario.problems import ScenarioError, near
 
 
 def refuse_unrecorded(scenario: Scenario, recorded: Mapping[str, Sequence[str]]) -> None:
-    """`recorded` maps every agent and medium to the names of its signals. Raises ScenarioError."""
-    known = {**recorded, **{name: tuple(spec.signals) for name, spec in scenario.derived.items()}}
+    """`recorded` maps every agent and medium to the names of its signals; gateways have none. Raises ScenarioError."""
+    known = {**dict.fromkeys(scenario.gateways, ()), **recorded,
+             **{name: tuple(spec.signals) for name, spec in scenario.derived.items()}}
     figures = {name: guarantee_figures(guarantee.unit) for name, guarantee in scenario.guarantees.items()}
     problems = [*_not_derivable(scenario, known), *unknown_keys(scenario.expect, known, scenario.media, figures)]
     if problems:

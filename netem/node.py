@@ -187,7 +187,7 @@ class Node:
                      min(self._firm_ns, self._next_show_ns), list(self.ports), self._signals, quiet)
 
     def counters(self) -> dict[str, int]:
-        """What the program counted up to now."""
+        """Counters of the program so far."""
         return dict(self._counters)
 
     def advance(self, grant: Grant) -> Report:
@@ -203,7 +203,7 @@ class Node:
         return report if self._ends_ns == NEVER_NS else self._end_report(grant, report)
 
     def _end_report(self, grant: Grant, report: Report | None = None) -> Report:
-        """What a node says that ends the run: what it has done so far, and no promise that would hold the end up."""
+        """Report of a node that ends the run: all that it has done so far, and no promise that would delay the end."""
         if report is None:
             report = Report(grant.window, NEVER_NS, NEVER_NS, self._offers, self._samples, self._events,
                             dict(self._counters) if grant.last else {}, "")

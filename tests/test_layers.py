@@ -26,7 +26,7 @@ ADAPTERS = {
     "cantools": {"netem/media/can/dbc_file.py"},
     "pymavlink": {"firmware_sim/mavlink/dialect.py"},
 }
-HEAVY = ("pydantic", "pyarrow", "typer", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap")
+HEAVY = ("pydantic", "pyarrow", "click", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap")
 FILES = [str(path.relative_to(ROOT)) for package in BELOW for path in sorted((ROOT / package).rglob("*.py"))]
 
 

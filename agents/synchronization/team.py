@@ -88,7 +88,7 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
     slot_us: float = 0.0                    # not sure: the slot length of every topology, 0: the certified one
     layout: Layout = Layout()
     designs: list[TableEntry] = []
-    oldest_value_ns: int = 0                # the greatest age of a value that the links allow, -1: nobody knows
+    oldest_value_ns: int = 0                # the greatest age of a value that the links allow, -1: unknown
 
     @cached_property
     def names(self) -> list[str]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Generator
-from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -54,4 +53,4 @@ def build(errand: Errand) -> Node:
 
 
 if __name__ == "__main__":
-    sys.exit(serve(partial(take_part, build)))
+    sys.exit(serve(lambda under_way: take_part(build)))

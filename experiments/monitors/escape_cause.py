@@ -43,7 +43,7 @@ def cause(observers: Sequence[Subject], records: Records, since_ns: int, at_ns: 
 
 
 def _with_their_modems(nodes: set[str], links: Iterable[LinkName]) -> set[str]:
-    """And the nodes that are alone with one of them on a medium."""
+    """`nodes`, and every node that shares a medium with one of them alone."""
     ends: dict[str, set[str]] = {}
     for medium, sender, receiver in links:
         ends.setdefault(medium, set()).update((sender, receiver))

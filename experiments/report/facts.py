@@ -1,4 +1,4 @@
-"""What the head of the report says: which run it is, how it went, and, where it failed, why."""
+"""Facts at the head of the report: which run it is, how it ended, and the reason if it failed."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def unfinished(data: RunData) -> str:
 
 
 def facts(data: RunData) -> list[tuple[str, str]]:
-    """What identifies the run and how it went, as far as it is known."""
+    """Facts that identify the run and say how it ended, as far as they are known."""
     summary, run = data.summary, data.run
     shown: list[tuple[str, Any]] = [
         ("Seed", data.scenario.get("seed", summary.get("seed"))),

@@ -37,7 +37,7 @@ class Instant(NamedTuple):
 
 
 def instant_of(verdict: Verdict, window: Window | None, data: RunData) -> Instant | None:
-    """Of an expectation that does not hold; `window` is the part of the run that it judges, None for all of it."""
+    """The instant of an expectation that does not hold; `window` is the part of the run that it judges, None: all."""
     match parse(verdict.key):
         case SignalKey() as wanted:
             return _of_signal(wanted, verdict, window or (0, 2**63 - 1), data)

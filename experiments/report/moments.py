@@ -1,4 +1,4 @@
-"""What broke during a run, in the order of time: guarantees violated, assumptions violated, expectations broken.
+"""Violations of a run, in the order of time: guarantees violated, assumptions violated, expectations broken.
 
 Each moment has the instant to which the page leads: signals, animation and slot chart show the run there.
 """

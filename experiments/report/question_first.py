@@ -21,7 +21,7 @@ def question_signals(data: RunData) -> Found:
 
 
 def no_such_signal(data: RunData) -> str:
-    """What to tell if `question_signal` names none of the run's signals, else ""."""
+    """Warning if `question_signal` names none of the run's signals, else ""."""
     wanted = data.scenario.get("question_signal") or ""
     if not wanted or not data.signals or question_signals(data):
         return ""

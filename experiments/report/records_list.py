@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 from urllib.parse import quote
 
+from experiments.run_folder import LOCK
+
 PYTHON: Final = "`pyarrow.parquet.read_table(...)` in Python, DuckDB, or any other reader of Parquet"
 
 
@@ -44,11 +46,12 @@ class RecordFile(NamedTuple):
 
 
 def record_files(run_dir: Path) -> list[RecordFile]:
-    """The files that are there, but for the report itself and files still being written, in the order of `KINDS`."""
+    """The files that are there, in the order of `KINDS`, without the report itself and what only lasts until the run's
+    end: the lock of the folder and files still being written."""
     found = []
     for path in sorted([*run_dir.glob("*"), *run_dir.glob("logs/*")]):
         name = path.relative_to(run_dir).as_posix()
-        if name == "report.html" or name.startswith(".") or name.endswith(".part") or not path.is_file():
+        if name in ("report.html", LOCK) or name.startswith(".") or name.endswith(".part") or not path.is_file():
             continue
         kind = kind_of(name)
         found.append((KINDS.index(kind) if kind in KINDS else len(KINDS),

@@ -92,7 +92,7 @@ def violated(data: RunData) -> list[Json]:
 
 
 def spoken(data: RunData, around_ns: Sequence[int] = ()) -> Json:
-    """Who spoke when: one entry per frame and what became of it, of the first `MOST_TRANSMISSIONS` frames and of those
+    """Transmissions by time: one entry per frame with its outcome, for the first `MOST_TRANSMISSIONS` frames and those
     within `AROUND_NS` of the instants `around_ns`, of these at most `MOST_AROUND` more.
 
     The outcome is "delivered" if every copy was, else the commonest other fate (ties: the first by name)."""
@@ -142,7 +142,7 @@ def _first_and_around(start_ns: NDArray[np.int64], around_ns: Sequence[int]) -> 
 
 
 def _outcomes(fate: Coded, order: Ints, starts: Ints, copies: Ints) -> tuple[Ints, list[str]]:
-    """Of the frames whose copies are `order[start:start + copies]`: how many arrived, and the outcome."""
+    """Arrived copies and outcome of each frame; the copies of a frame are `order[start:start + copies]`."""
     frame = np.repeat(np.arange(starts.size), copies)
     rows = order[np.repeat(starts - np.r_[0, np.cumsum(copies)[:-1]], copies) + np.arange(frame.size)]
     names = len(fate.names)
@@ -174,7 +174,7 @@ def fates(data: RunData) -> list[Json]:
 
 
 def ages(data: RunData) -> Json:
-    """Of the links with the largest mean age, the worst first: largest, 95 %, mean age, and for the first of them the
+    """Largest, 95 % and mean age of the links with the largest mean age, the worst first, and for the first of them the
     distribution over time. `total` counts all links."""
     if data.length_ns <= 0:
         return {"links": [], "shares": [], "total": 0}

@@ -16,7 +16,8 @@ SHAPE = Shape({"min": float, "max": float, "during_ns": tuple[int, int]}, frozen
 
 def read_expect(tables: Mapping[str, Any], nodes: Collection[str], media: Collection[str],
                 guarantees: Mapping[str, GuaranteeSpec], reading: Reading) -> dict[str, Bound]:
-    """`nodes` are all names under which signals and counters are recorded: agents, derived signals, media."""
+    """`nodes` are all names under which signals and counters are recorded: agents, gateways, derived signals,
+    media."""
     bounds: dict[str, Bound] = {}
     problems, vocabulary = reading.problems, reading.vocabulary
     for key, table in tables.items():

@@ -1,4 +1,4 @@
-"""What is there instead of a file that is not: the nearest name, or all of them."""
+"""Remedies for a path that does not exist: the nearest name that exists, or all names."""
 
 from __future__ import annotations
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from experiments.scenario.document import question_of
-from experiments.scenario.problems import ScenarioError, near
+from experiments.scenario.files_there import near_file
+from experiments.scenario.problems import ScenarioError, near, nearest, value_text
 
 
 class Entry(NamedTuple):
@@ -28,14 +29,25 @@ def find(name_or_path: str | Path) -> Path:
     if path.suffix == ".toml" or len(path.parts) != 1:
         if path.is_file():
             return path
-        there = sorted(str(other) for other in path.parent.glob("*.toml")) if path.parent.is_dir() else []
-        remedy = near(str(path), there) if there else f"there is no scenario in {path.parent}"
+        there = _files_in(path.parent)
+        remedy = near_file(str(path), there) if there else f"there is no scenario in {path.parent}"
         raise ScenarioError([f"{path}: no such file; {remedy}"])
     entries = catalog()
     for entry in entries:
         if entry.name == str(name_or_path):
             return entry.path
-    raise ScenarioError([f"{name_or_path}: no such scenario; {near(name_or_path, [entry.name for entry in entries])}"])
+    if path.is_file():
+        raise ScenarioError([f"{path}: this file is no scenario: a scenario is a file whose name ends in .toml"])
+    names = [entry.name for entry in entries]
+    by_stem = {**{name: name for name in names}, **{Path(file).stem: file for file in _files_in(Path())}}
+    close = nearest(path, by_stem)
+    remedy = near("", names) if close is None else f"did you mean {value_text(by_stem[close])}?"
+    raise ScenarioError([f"{path}: no such scenario; {remedy}"])
+
+
+def _files_in(folder: Path) -> list[str]:
+    """Scenarios by path in a folder that may be missing."""
+    return sorted(str(path) for path in folder.glob("*.toml") if not path.name.startswith("."))
 
 
 def catalog() -> list[Entry]:

@@ -81,7 +81,7 @@ def _resolve(reading: Reading, source: Path, question: str) -> Scenario:
     derived = read_derived(tables["derived"], agents, reading)
     guarantees = Guarantees(reading, agents, media, derived, *(
         (0, 1) if header is None else (header.length_ns, header.sample_period_ns))).read(tables["guarantees"])
-    recorded = [*agents, *derived, *media]
+    recorded = [*agents, *gateways, *derived, *media]
     expect = read_expect(tables["expect"], recorded, media, guarantees, reading)
     if header is not None:
         check_question_signal(header.question_signal, recorded, derived, problems)

@@ -74,7 +74,7 @@ class ImpairmentSpec(msgspec.Struct, frozen=True):
 
     @property
     def called(self) -> str:
-        """What names its random streams, and its losses in the ledger: its name or else its place."""
+        """Name of its random streams, and of its losses in the ledger: `name`, else its place."""
         return self.name or self.place
 
 

@@ -20,7 +20,7 @@ PARAMETERS: Final = ("parameter", "structuralParameter")
 
 @dataclass(frozen=True)
 class PlantNames:
-    """What a scenario can say about a plant. `fmu` is an own model or an absolute path."""
+    """Settings of a plant in a scenario. `fmu` is an own model or an absolute path."""
 
     fmu: str
     variables: Mapping[str, Variable]
@@ -53,7 +53,7 @@ class PlantNames:
                                   if variable.causality in PARAMETERS))
 
     def complaints(self, given: Mapping[str, Any]) -> dict[str, str]:
-        """What is wrong with start values, by key."""
+        """Problems of the start values, by key."""
         settable = [name for name, variable in self.variables.items() if variable.settable_at_start]
         bases = list(dict.fromkeys(map(base, settable)))
         known = {*self.variables, *map(base, self.variables)}
@@ -64,7 +64,7 @@ class PlantNames:
         return found | start_values(self.variables, rest).complaints
 
     def step_complaint(self, step_ns: int | None) -> str:
-        """What is wrong with the step that the scenario gives or does not give, "" if nothing."""
+        """The problem of a step that is given or missing, "" if there is none."""
         if step_ns is None:
             return "" if self.variable_step or self.fixed_step_s is not None else (
                 "is missing: the FMU takes only steps of one size (canHandleVariableCommunicationStepSize is not true) "

@@ -20,7 +20,7 @@ REMEDY = "wait in it with `yield from self.board.wait_until(local_ns)`"
 
 
 def complaint_about_run(cls: type) -> str:
-    """What is wrong with `run`, or with its absence; "" if nothing is, as far as can be seen."""
+    """The problem of `run` or of its absence; "" if none can be seen before the run."""
     run = inspect.getattr_static(cls, "run", None)
     if run is None:
         return _never_started(cls)

@@ -25,7 +25,7 @@ class Shape:
 
 
 def shape_of(cls: type) -> Shape:
-    """Of a dataclass; its random stream and its recordings are not the author's to write."""
+    """Keys of a dataclass, without its random stream and recordings, which marconet passes in."""
     hints = get_type_hints(cls, include_extras=True)
     own = [item for item in fields(cls) if item.init and hints[item.name] not in PASSED_IN]
     return Shape({item.name: hints[item.name] for item in own},

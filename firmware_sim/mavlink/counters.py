@@ -1,4 +1,4 @@
-"""What the parts of this package count, by name: a board declares them, so that what never happens is counted as 0.
+"""Counters of this package, by name: a board declares them, so that a counter of what never happened exists and is 0.
 
 `frames lost from SYSTEM/COMPONENT` is not among them: who is heard shows only in the run.
 """

@@ -1,4 +1,4 @@
-"""What code of a process runs, kept in memory that another process can read after a crash.
+"""A record of the code that a process runs, in memory that another process can read after a crash.
 
     word 0                  the node whose code runs in an inline run, counted from 1; 0 between nodes
     word 1                  where below the name of the FMI call under way starts; 0 between calls
@@ -58,9 +58,10 @@ class UnderWay:
         return self._memory[:WORDS_BYTES].cast("q")
 
     def word_0(self, most: int) -> Any:
-        """What takes word 0 as its item 0, from 0 to `most`.
+        """An object whose item 0 is word 0, for numbers from 0 to `most`.
 
-        For small numbers it is the mapping, whose items are bytes: setting one costs less than an item of `words`.
+        For small numbers it is the mapping itself, whose items are bytes: setting one costs less than an item of
+        `words`.
         """
         return self._mapping if most < 256 and sys.byteorder == "little" else self.words
 
@@ -99,7 +100,7 @@ class UnderWay:
         return os.pread(self.file, end - start, start) if self.shared else bytes(self._memory[start:end])
 
     def stacks(self) -> str:
-        """What the fault handler has written up to now."""
+        """Text that the fault handler has written so far."""
         if not self.shared:
             return ""
         return os.pread(self.file, LONGEST_STACKS, MEMORY_BYTES).decode(errors="replace")

@@ -1,4 +1,4 @@
-"""What became of a process, in words: the same for the process of one node and for that of an inline run.
+"""The end of a process in words: the same for the process of one node and for that of an inline run.
 
     its process was ended by SIGSEGV in fmi3DoStep of plant cart, called at /home/me/carts.py:19 in measure
     no answer in window 21 within node_timeout_s = 30 s: it hangs at /home/me/robots.py:72 in act

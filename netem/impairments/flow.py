@@ -1,4 +1,4 @@
-"""What a sender puts on a link at most, as far as a bound on its delays needs to know it."""
+"""The frames that a sender puts on a link at most: the load for which an impairment bounds its delay."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What impairments have read from files, so that a file is read once, whatever the number of links.
+"""Recordings that impairments have read from files: a file is read once, whatever the number of links.
 
-Whoever builds the impairments of a scenario passes one `Recordings` to all of them, and drops it with them.
+The builder of the impairments of a scenario passes one `Recordings` to all of them, and drops it with them.
 
-Invariant: what is kept is never changed, so links may share it.
+Invariant: content that is kept is never changed, so links may share it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class Recordings:
         self._kept: dict[Hashable, Any] = {}
 
     def once(self, key: Hashable, read: Callable[[], Value]) -> Value:
-        """What `read` returned for this key; it is called the first time. What it raises is raised each time."""
+        """The value that `read` returned for this key. It is called once, and anew after an exception."""
         if key not in self._kept:
             self._kept[key] = read()
         value: Value = self._kept[key]

@@ -1,4 +1,4 @@
-"""What a node says of itself is checked before it is used: bytes that can be decoded may still say nonsense."""
+"""Checks the hello of a node before it is used: bytes that can be decoded may still hold impossible values."""
 
 from __future__ import annotations
 

@@ -117,12 +117,12 @@ class InlineHost:
         return reports
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
-        """What the nodes have counted; no code of theirs runs for it."""
+        """Counters of the nodes, read without running code of their programs."""
         return [(name, Report(grant.window, NEVER_NS, NEVER_NS, [], [], [], self._nodes[name].counters(), ""))
                 for name, grant in grants if name in self._nodes]
 
     def counters(self) -> dict[str, dict[str, int]]:
-        """What every node has counted up to now."""
+        """Counters of every node up to now."""
         return {name: node.counters() for name, node in self._nodes.items()}
 
     def stop(self) -> None:

@@ -1,10 +1,11 @@
-"""What a program raised, in words for its author: the place in the program, the rule, the remedy.
+"""An exception of a program, in words for its author: the place in the program, the rule, the remedy.
 
 Works on the text of a traceback, as both hosts have it: the host with processes gets no more than the text.
 """
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import sysconfig
@@ -13,11 +14,15 @@ from typing import Final
 
 _FRAME: Final = re.compile(r'  File "(?P<file>[^"]+)", line (?P<line>\d+), in (?P<function>.+)')
 _INVALID_YIELD: Final = re.compile(r'Invalid yield value "(?P<value>.*)"\s*$', re.DOTALL)
-_GENERATOR: Final = re.compile(r"<generator object (?P<name>\S+) at 0x[0-9a-f]+>")
+_ADDRESS: Final = re.compile(r" at 0x[0-9a-f]+(?=>)")
+_GENERATOR: Final = re.compile(r"<generator object (?P<name>\S+)>")
+_COMPILED_GENERATOR: Final = re.compile(        # as mypyc names its type
+    r"<(?:\w+\.)+(?P<function>\w+?)(?:_(?P<owner>[A-Z]\w*))?_gen object>")
 _OUR_TYPE: Final = re.compile(r"^(?:netem|fmus|firmware_sim|experiments)(?:\.\w+)*: ")
 _PRIVATE_NAME: Final = re.compile(r"@[0-9a-f]{12}(?=\.)")          # of a module beside a scenario
 _OURS: Final = str(Path(__file__).parents[2])
-_PACKAGES: Final = tuple(f"{_OURS}/{name}/" for name in ("netem", "fmus", "firmware_sim", "experiments"))
+_PACKAGES: Final = tuple(f"{root}{name}/" for root in (f"{_OURS}/", "")      # compiled: below the root
+                         for name in ("netem", "fmus", "firmware_sim", "experiments"))
 _LIBRARIES: Final = tuple(f"{path}/" for path in {sysconfig.get_paths()[key] for key in
                                                   ("stdlib", "platstdlib", "purelib", "platlib")})
 MOST_FRAMES: Final = 5             # shown of a recursion
@@ -25,19 +30,31 @@ NO_EVENT: Final = "expected an event, as `yield self.board.until(local_ns)` or `
 
 
 def what_failed(trace: str) -> str:
-    """The last line of a traceback, "Type: message", with the remedy where the mistake is a known one."""
+    """The last line of a traceback, "Type: message", with the remedy where the mistake is a known one.
+
+    Without addresses in memory, by which the same mistake of several robots would differ.
+    """
+    trace = _ADDRESS.sub("", trace)
     last = trace.strip().rpartition("\n")[2].strip()
     if (wrong := _INVALID_YIELD.search(trace)) is not None:
         frames = list(_FRAME.finditer(trace[:wrong.start()]))
         place = f"{Path(frames[-1]['file']).name}:{frames[-1]['line']}: " if frames else ""
-        if (generator := _GENERATOR.fullmatch(wrong["value"])) is not None:
-            name = generator["name"].rpartition(".")[2]
-            return (f"{place}yield of the generator {generator['name']}: it waits only if it is delegated to; write "
-                    f"`yield from ...{name}(...)`")
+        if generator := _generator_named(wrong["value"]):
+            return (f"{place}yield of the generator {generator}: it waits only if it is delegated to; write "
+                    f"`yield from ...{generator.rpartition('.')[2]}(...)`")
         return f"{place}yield {wrong['value']}: {NO_EVENT}"
     if "'NoneType' object has no attribute" in last and re.search(r"^    .*\.plant\.", trace, re.MULTILINE):
         return f"{last}: this agent has no plant; give it one, plant = {{ fmu = \"...\" }}"
     return _OUR_TYPE.sub("", _PRIVATE_NAME.sub("", last, count=1))
+
+
+def _generator_named(value: str) -> str:
+    """The qualified name of the generator function whose generator `value` describes, "" if it is no generator."""
+    if (generator := _GENERATOR.fullmatch(value)) is not None:
+        return generator["name"]
+    if (generator := _COMPILED_GENERATOR.fullmatch(value)) is not None:
+        return ".".join(filter(None, (generator["owner"], generator["function"])))
+    return ""
 
 
 def own_lines(trace: str) -> str:
@@ -59,4 +76,4 @@ def own_lines(trace: str) -> str:
 
 def is_authors(file: str) -> bool:
     """Whether a source file is neither marconet's nor a library's."""
-    return not file.startswith((*_PACKAGES, *_LIBRARIES, f"{sys.prefix}/", "<"))
+    return not os.path.normpath(file).startswith((*_PACKAGES, *_LIBRARIES, f"{sys.prefix}/", "<"))

@@ -21,10 +21,10 @@ class Shown(NamedTuple):
 
 
 class MediumSettings:
-    """What the settings of every kind of medium answer, with defaults."""
+    """Questions that the settings of every kind of medium answer, with defaults."""
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
-        """What can be said before the run about the medium of that name between `nodes`."""
+        """Bounds and load of the medium of that name between `nodes`, known before the run."""
         return []
 
 

@@ -6,6 +6,7 @@ wall clock's pace.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol
 
 
@@ -21,5 +22,8 @@ class Gateway(Protocol):
 
     def send(self, data: bytes) -> None:
         """Hand `data` out; what cannot be sent now is lost, as on a line that nobody listens to."""
+
+    def counters(self) -> Mapping[str, int]:
+        """How many messages it has taken, refused, sent and not sent, under names for `run.json`."""
 
     def close(self) -> None: ...

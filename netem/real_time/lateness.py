@@ -46,6 +46,6 @@ class Lateness:
         return self.worst_ns
 
     def figures(self) -> dict[str, int]:
-        """What `run.json` and the summary hold: lateness in ns, and two numbers."""
+        """Entries of `run.json` and the summary: lateness in ns, and two numbers."""
         return {"instants": self.instants, "median_ns": self.quantile_ns(0.5), "p99_ns": self.quantile_ns(0.99),
                 "worst_ns": self.worst_ns, "overruns": self.overruns}

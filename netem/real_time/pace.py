@@ -17,7 +17,7 @@ from __future__ import annotations
 import heapq
 import selectors
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -87,6 +87,10 @@ class Pace:
                 self._note(next_ns, self._hand_out() - next_ns)
             if reached or heard:
                 return Waited(reached, heard)
+
+    def counters(self) -> dict[str, Mapping[str, int]]:
+        """What each gateway has counted."""
+        return {name: gateway.counters() for name, gateway in self._by_name.items()}
 
     def close(self) -> None:
         self._selector.close()

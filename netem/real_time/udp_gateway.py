@@ -43,7 +43,7 @@ class UdpGateway:
         self.peer = peer
         self.received = self.refused = self.sent = self.unsent = 0
         self._event, self._clock_ns = event, clock_ns
-        self._spoke_ns: int | None = None           # when the peer spoke last; None: nobody has spoken
+        self._spoke_ns: int | None = None           # when the peer spoke last; None: not yet
         self._told: set[Address] = set()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
@@ -81,11 +81,15 @@ class UdpGateway:
                 return
         self.unsent += 1
 
+    def counters(self) -> dict[str, int]:
+        return {"datagrams received": self.received, "datagrams refused": self.refused,
+                "datagrams sent": self.sent, "datagrams not sent": self.unsent}
+
     def close(self) -> None:
         self._socket.close()
 
     def _is_peer(self, sender: Address) -> bool:
-        """Whether a datagram of `sender` is taken, after making it the peer where nobody else is."""
+        """Whether a datagram of `sender` is taken; without a peer, `sender` becomes the peer."""
         now_ns = self._clock_ns()
         if sender != self.peer or self._spoke_ns is None:
             if self._spoke_ns is not None and now_ns - self._spoke_ns < PEER_SILENT_NS:

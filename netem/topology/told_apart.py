@@ -14,7 +14,7 @@ class ToldApartBy:
     key: str
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """What pydantic asks a marker that it finds in `Annotated`."""
+        """Called by pydantic on a marker in `Annotated`."""
         from pydantic import Field  # late: only a table that is judged by pydantic needs it
 
         return handler(Annotated[source, Field(discriminator=self.key)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -251,6 +252,32 @@ def test_list_names_scenarios_with_their_questions(here):
     assert any(line.split(maxsplit=1) == ["talk", "does the command work?"]
                for line in map(str.strip, result.stdout.splitlines()))
     assert "output_sync" in result.stdout
+
+
+@pytest.mark.parametrize("verb", ["info", "build"])
+def test_an_unknown_plant_is_refused_with_the_nearest(verb, here):
+    (here / "cart").mkdir()
+    (here / "cart" / "variables.toml").write_text("")
+
+    own, beside = marconet("fmu", verb, "linear_sistem"), marconet("fmu", verb, "kart")
+
+    assert (own.exit_code, own.stderr) == (2, 'linear_sistem: no such plant; did you mean "linear_system"?\n')
+    assert (beside.exit_code, beside.stderr) == (2, 'kart: no such plant; did you mean "cart"?\n')
+
+
+def test_a_report_of_no_run_is_refused_with_the_newest_run_below(here):
+    for name, changed_s in (("old", 1), ("new", 2)):
+        (here / "runs" / name).mkdir(parents=True)
+        (here / "runs" / name / "scenario.json").write_text("{}")
+        os.utime(here / "runs" / name, (changed_s, changed_s))
+
+    above, file, nowhere = (marconet("report", path) for path in ("runs", "runs/old/scenario.json", "rums"))
+
+    assert above.stderr == ("runs: no run was recorded there: it has no scenario.json; the newest run in it is "
+                            "runs/new\n")
+    assert file.stderr.endswith("no run was recorded there: give the folder of a run\n")
+    assert nowhere.stderr == "rums: no run was recorded there: there is no such folder\n"
+    assert {above.exit_code, file.exit_code, nowhere.exit_code} == {2}
 
 
 def test_plants_are_listed_described_and_built():

@@ -24,7 +24,7 @@ def test_what_is_a_warning_is_an_event_of_some_program_or_medium(kind: str) -> N
 
 
 def test_a_run_records_what_broke_as_a_warning_and_the_rest_as_information(tmp_path: Path) -> None:
-    late = "media.can.messages.setpoint.deadline_ms=17"             # its jitter alone is that much
+    late = "media.can.messages.setpoint.deadline_ms=16"             # its jitter alone is that much
     scenario = load(find("tracking_busload"), duration_s=6.5, overrides=["expect={}", late])
 
     events = load_run(run(scenario, host="inline", out=tmp_path, report=False).folder).events

@@ -11,7 +11,7 @@ import pytest
 
 from experiments.run_data import load_run
 from experiments.runner import NeedsRealTime, run
-from experiments.scenario import find, load
+from experiments.scenario import ScenarioError, find, load
 
 ECHO = """
 class Echo:
@@ -105,3 +105,44 @@ def test_gateways_need_real_time(tmp_path: Path):
 
     with pytest.raises(NeedsRealTime, match=r"gateways\.ground .* run it with --real-time"):
         run(load(tmp_path / "outside.toml"), host="inline", out=tmp_path / "run")
+
+
+LATENESS = """
+"real_time.lateness_median_s" = { min = 0.0, max = 5.0 }
+"real_time.lateness_p99_s" = { min = 0.0, max = 5.0 }
+"real_time.lateness_worst_s" = { max = 5.0 }
+"real_time.overruns" = { max = 1000 }
+"count.ground.datagrams received" = { min = 10, max = 10 }
+"count.ground.datagrams refused" = { max = 0 }
+"""
+
+
+def test_lateness_and_the_datagrams_of_a_gateway_can_be_expected(tmp_path: Path):
+    ground = Ground()
+    (tmp_path / "echo_robot.py").write_text(ECHO)
+    (tmp_path / "outside.toml").write_text(SCENARIO.format(port=ground.port) + LATENESS)
+    ground.start()
+
+    summary = run(load(tmp_path / "outside.toml"), host="inline", out=tmp_path / "run", report=False,
+                  real_time=True).summary
+    ground.join(timeout=5.0)
+
+    value = {verdict.key: verdict.value for verdict in summary.verdicts}
+    assert summary.holds, [verdict.by_how_much() for verdict in summary.verdicts]
+    assert value["real_time.lateness_median_s"] <= value["real_time.lateness_p99_s"] <= value[
+        "real_time.lateness_worst_s"]
+    assert value["real_time.lateness_worst_s"] == summary.real_time["worst_ns"] * 1e-9
+
+
+def test_lateness_of_a_run_in_virtual_time_does_not_hold_and_says_why(tmp_path: Path):
+    scenario = load(find("output_sync"), duration_s=0.1, overrides=["expect={\"real_time.overruns\"={max=0}}"])
+
+    (verdict,) = run(scenario, host="inline", out=tmp_path / "run", report=False).summary.verdicts
+
+    assert not verdict.holds
+    assert verdict.by_how_much() == "lateness is that of a run in real time: run it with --real-time"
+
+
+def test_an_unknown_figure_of_real_time_is_refused_with_the_nearest(tmp_path: Path):
+    with pytest.raises(ScenarioError, match=r"real_time\.lateness_p95_s: .*nearest: real_time\.lateness_p99_s"):
+        load(find("output_sync"), overrides=["expect={\"real_time.lateness_p95_s\"={max=0}}"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -115,7 +116,7 @@ def test_json_of_the_list_names_every_scenario_with_question_and_path(here):
 
 def test_quiet_prints_errors_only(here):
     assert run("good.toml", "--quiet").output == ""
-    assert run("weak.toml", "--quiet").stderr.startswith("expect.count.r2.heard=")
+    assert run("weak.toml", "--quiet", "--overwrite").stderr.startswith("expect.count.r2.heard=")
 
 
 def test_junit_has_a_case_for_each_expectation_and_tells_failures_from_errors(here):
@@ -156,6 +157,32 @@ def test_the_shell_completes_commands_scenarios_plants_and_choices(typed, offere
     shown = command(_MARCONET_COMPLETE="bash_complete", COMP_WORDS=typed, COMP_CWORD=str(typed.count(" ")))
 
     assert f"plain,{offered}" in shown.stdout.splitlines()
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash: `apt-get install bash`")
+@pytest.mark.parametrize(("typed", "offered"), [
+    ("run output_sync_f", ["output_sync_formation"]),       # a name
+    ("run output_sync_lo", ["output_sync_longer.toml", "output_sync_lossy"]),       # a name and a file
+    ("run goo", ["good.toml"]),
+    ("run good.toml output_sync_f", ["output_sync_formation"]),
+    ("fmu info wheel", ["wheel_motor", "wheel_of_mine"]),
+    ("run ./goo", []),                                      # bash completes paths itself
+    ("ch", ["check"])])
+def test_bash_has_names_and_files_to_choose_from(typed, offered, here):
+    (here / "output_sync_longer.toml").write_text(GOOD)
+    (here / "wheel_of_mine").mkdir()
+    (here / "wheel_of_mine" / "variables.toml").write_text("")
+    marconet = here / "marconet"
+    marconet.write_text(f"#!/bin/sh\nPYTHONPATH={Path(__file__).parents[2]} exec {sys.executable} -m "
+                        'experiments.command_line "$@"\n')
+    marconet.chmod(0o755)
+    words = ["marconet", *typed.split()]
+    asked = (f"{command('--show-completion', 'bash').stdout}\ncompopt() {{ :; }}\nCOMP_WORDS=({' '.join(words)})\n"
+             f"COMP_CWORD={len(words) - 1}\n_marconet_completion {marconet}\nprintf '%s\\n' \"${{COMPREPLY[@]}}\"")
+
+    shown = subprocess.run(["bash", "-c", asked], capture_output=True, text=True, check=True)
+
+    assert sorted(shown.stdout.split()) == offered
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

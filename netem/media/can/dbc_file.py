@@ -18,7 +18,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from cantools.database import Database, Message
+    from cantools.database import Database
+    from cantools.database import Message as Message  # others annotate with it
 
 __all__ = ["LAYOUT_REMEDY", "REMEDY", "DbcError", "DbcFile", "Message", "cantools_error", "load_library", "read_dbc"]
 
@@ -177,7 +178,7 @@ def _said(error: BaseException) -> str:
 
 
 def _complaint(said: str, text: str, lines_before: int = 0) -> str:
-    """What cantools said, with the line of `text` that it is about; its own line numbers begin after `lines_before`."""
+    """An error of cantools with the line of `text` that it is about; its own lines count from after `lines_before`."""
     syntax = _SYNTAX.fullmatch(said)
     if syntax is not None:
         words = " ".join(syntax["text"].replace(">>!<<", " <here> ").split())

@@ -172,6 +172,18 @@ def test_nothing_sticks_out_at_the_side(show, width: int) -> None:
     assert page.run("document.querySelectorAll('.js-plotly-plot').length") == 7
 
 
+def test_verdicts_are_read_on_a_narrow_screen_without_scrolling_aside(show) -> None:
+    page = show(420)
+    page.run("""(() => { const cells = document.querySelector('#expectations tbody tr, #expectations tr:has(td)').cells;
+        const words = ["<code>guarantee.no_escape.first_violation_s</code>", "-40.25", "0.0252443", "120.5",
+                       "✗ does not hold"];
+        words.forEach((word, index) => { cells[index].innerHTML = word; });
+        cells[4].className = "fails"; })()""")          # a long key and a long verdict
+
+    assert page.run("[...document.querySelectorAll('#expectations .scroll')].filter((box) =>"
+                    " box.scrollWidth > box.clientWidth).length") == 0
+
+
 @pytest.mark.parametrize("dark", [False, True])
 def test_the_words_of_the_charts_are_in_the_colours_of_the_page(show, dark: bool) -> None:
     page = show(dark=dark)

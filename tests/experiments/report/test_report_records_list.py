@@ -26,7 +26,7 @@ def test_each_file_is_told_with_what_opens_it(tmp_path: Path) -> None:
 
 
 def test_what_is_still_being_written_and_the_report_itself_are_left_out(tmp_path: Path) -> None:
-    for name in ("report.html", ".report.html.part", "ledger.parquet.part", ".lock"):
+    for name in ("report.html", ".report.html.part", "ledger.parquet.part", ".lock", "run.lock"):
         (tmp_path / name).touch()
 
     assert record_files(tmp_path) == []

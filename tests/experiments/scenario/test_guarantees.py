@@ -127,7 +127,7 @@ EACH = [
      ["expect.guarantee.flesh.violations: there is no guarantee 'flesh'; nearest: guarantee.fresh.violations"]),
     ("frames_lost_on_link = { min = 1 }", '"guarantee.fresh" = { max = 1 }',
      ["expect.guarantee.fresh: expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic>, "
-      "count.<node>.<counter> or guarantee.<name>.<figure>; nearest: guarantee.fresh.worst_s"]),
+      "count.<node>.<counter>, guarantee.<name>.<figure> or real_time.<figure>; nearest: guarantee.fresh.worst_s"]),
     ("frames_lost_on_link = { min = 1 }", '"guarantee.fresh.violations" = { max = 1, during_s = [0, 1] }',
      ['expect."guarantee.fresh.violations"={ max = 1, during_s = [0, 1] }: during: only signals, numbers of frames and '
       "the delivery ratio can be judged over a part of the run"]),

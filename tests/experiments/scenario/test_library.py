@@ -48,9 +48,16 @@ def test_the_catalog_is_sorted_and_has_the_questions(here):
 @pytest.mark.parametrize(("name", "problem"), [
     ("corridr", 'corridr: no such scenario; did you mean "corridor"?'),
     ("scenarios/coridor.toml", 'scenarios/coridor.toml: no such file; did you mean "scenarios/corridor.toml"?'),
+    ("door", 'door: no such scenario; did you mean "door.toml"?'),
+    ("dor", 'dor: no such scenario; did you mean "door.toml"?'),
+    ("zzzz.toml", 'zzzz.toml: no such file; there is only door.toml'),
+    ("door.py", "door.py: this file is no scenario: a scenario is a file whose name ends in .toml"),
     ("nowhere/x.toml", "nowhere/x.toml: no such file; there is no scenario in nowhere"),
 ])
 def test_an_unknown_one_is_refused_with_the_nearest(name, problem, here):
+    for file in ("door.toml", "door.py"):
+        (here / file).write_text("")
+
     with pytest.raises(ScenarioError) as error:
         find(name)
 

@@ -158,7 +158,7 @@ EACH = [
     # expectations
     ("frames_lost_on_link = { min = 1 }", "frames_lots = { min = 1 }",
      ["expect.frames_lots: expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic>, "
-      "count.<node>.<counter> or guarantee.<name>.<figure>; nearest: frames_lost_on_link"]),
+      "count.<node>.<counter>, guarantee.<name>.<figure> or real_time.<figure>; nearest: frames_lost_on_link"]),
     ("frames_lost_on_link = { min = 1 }", "frames_lost_on_link = {}",
      ["expect.frames_lost_on_link={}: expects nothing; give min, max or both"]),
     ("frames_lost_on_link = { min = 1 }", "frames_lost_on_link = { min = 3, max = 1 }",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
 from firmware_sim.autopilot.failsafe import (
@@ -14,6 +16,7 @@ from firmware_sim.autopilot.failsafe import (
     Failsafe,
     Silences,
 )
+from firmware_sim.autopilot.flight_controller import FlightController
 from firmware_sim.autopilot.landing_detector import LandingDetector
 from firmware_sim.autopilot.mission_run import MissionRun, complaint
 from firmware_sim.autopilot.parameters import ParameterTable
@@ -84,6 +87,14 @@ def test_targets_are_lost_after_half_a_second_unless_told_otherwise() -> None:
 
     assert failsafe().look(0, Mode.OFFBOARD, at) is None
     assert failsafe().look(0, Mode.OFFBOARD, beyond) is Mode.HOLD
+
+
+@pytest.mark.parametrize(("age_ns", "valid"), [(300_000_000, True), (300_000_001, False)])
+def test_motion_capture_is_lost_after_three_tenths_of_a_second_unless_told_otherwise(age_ns: int, valid: bool) -> None:
+    controller = SimpleNamespace(loops=SimpleNamespace(estimate=SimpleNamespace(age_ns=lambda now_ns: age_ns)),
+                                 parameters=ParameterTable({}, lambda: None), _now_ns=S)
+
+    assert FlightController.position_valid.__get__(controller) is valid
 
 
 def test_a_return_or_landing_goes_on_while_the_link_is_silent() -> None:

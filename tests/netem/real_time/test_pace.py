@@ -34,6 +34,9 @@ class PipeGateway:
     def send(self, data: bytes) -> None:
         self.sent.append((time.monotonic_ns(), data))
 
+    def counters(self) -> dict[str, int]:
+        return {"messages sent": len(self.sent)}
+
     def close(self) -> None:
         os.close(self._read)
         os.close(self._write)

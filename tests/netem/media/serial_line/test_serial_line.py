@@ -6,7 +6,7 @@ from math import ceil
 from random import Random
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from netem.agenda import OFFER, Agenda
@@ -198,6 +198,9 @@ def test_no_byte_arrives_before_the_lookahead(baud_bps, sizes, later_ns):
 
 @given(st.integers(300, 20_000_000), st.lists(st.integers(1, 30), max_size=5), st.lists(st.integers(1, 30), max_size=5),
        st.integers(1, 10_000_000), st.integers(0, 5_000))
+@example(1_000_000, [1], [1], 9_999, 0)                 # both bytes end at 10 000 ns
+@example(1_000_000, [1], [1], 9_000, 0)
+@example(1_000_000, [1], [1], 10_000, 0)
 def test_the_lookahead_is_when_the_first_byte_can_arrive(baud_bps, sizes, others_sizes, t0_ns, latency_ns):
     def bench():
         found = Bench(baud_bps=baud_bps, receive_latency_ns=latency_ns)
