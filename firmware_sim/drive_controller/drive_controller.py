@@ -33,6 +33,7 @@ from firmware_sim.drive_controller.drive_messages import (
     Setpoint,
     Status,
     WheelSpeeds,
+    identifiers_in,
 )
 from firmware_sim.drive_controller.drive_settings import DriveSettings
 from firmware_sim.drive_controller.setpoint_ramp import SetpointRamp
@@ -195,7 +196,7 @@ class DriveController:
             try:
                 settings = DriveSettings(**{**agent.parameters, "dbc": Path(agent.parameters.get("dbc", DRIVE_DBC))})
                 medium = settings.port_of(agent.media)
-                identifiers = DriveMessages(settings.dbc, settings.unit).identifiers()
+                identifiers = identifiers_in(settings.dbc, settings.unit)
             except ValueError as error:
                 yield f"agents.{name}.parameters: {error}"
                 continue

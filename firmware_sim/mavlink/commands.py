@@ -21,7 +21,7 @@ from firmware_sim.mavlink.link import Received
 from firmware_sim.mavlink.missions import Missions
 from firmware_sim.mavlink.px4_modes import MODE_OF
 from firmware_sim.mavlink.streams import Streams
-from firmware_sim.mavlink.telemetry import NAME_OF, Telemetry
+from firmware_sim.mavlink.telemetry import Telemetry, names
 
 RESULTS: Final = {result: CommandResult[result.name] for result in Result}
 RELATIVE: Final = (Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_RELATIVE_ALT_INT)
@@ -184,7 +184,7 @@ def _same(request: Request, other: Request) -> bool:
 
 def _message_name(request: Request) -> str | None:
     number = request.parameters[0]
-    return NAME_OF.get(int(number)) if isfinite(number) else None
+    return names().get(int(number)) if isfinite(number) else None
 
 
 def _name(command: int) -> str:

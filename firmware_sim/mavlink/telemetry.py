@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from math import asin, atan2, degrees, hypot, pi
 from typing import Final
 
@@ -180,7 +181,12 @@ BUILDERS: Final[Mapping[str, Builder]] = {
     "HOME_POSITION": home_position,
     "EXTENDED_SYS_STATE": extended_sys_state,
 }
-NAME_OF: Final = {layout_of(name).id: name for name in BUILDERS}
+
+
+@cache
+def names() -> dict[int, str]:
+    """The messages of `BUILDERS` by number."""
+    return {layout_of(name).id: name for name in BUILDERS}
 
 
 def boot_ms(time_ns: int) -> int:

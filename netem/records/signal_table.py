@@ -9,17 +9,16 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
-from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, Footer, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
 from netem.records.events import Event, Level, in_order
-from netem.records.journal import pieces_of
-from netem.records.signals import EVENTS_TOPIC, SCENARIO, journal_of
+
+if TYPE_CHECKING:
+    from mcap.records import Channel, Message, Schema
 
 
 @dataclass(frozen=True)
@@ -62,6 +61,12 @@ def read_signals(path: Path) -> dict[str, SignalTable]:
 
 
 def read_recording(path: Path) -> Recording:
+    from mcap.exceptions import McapError  # late: guarantees name tables of signals, and a check reads none
+    from mcap.records import Attachment, Channel, Footer, Message, Metadata, Schema
+    from mcap.stream_reader import StreamReader
+
+    from netem.records.signals import EVENTS_TOPIC, SCENARIO, journal_of
+
     recording = Recording()
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
@@ -96,6 +101,9 @@ def read_recording(path: Path) -> Recording:
 
 
 def _from_journal(path: Path) -> Recording:
+    from netem.records.journal import pieces_of
+    from netem.records.signals import journal_of
+
     recording = Recording()
     declared: dict[str, list[tuple[str, str]]] = {}
     samples: dict[str, list[tuple[int, list[float]]]] = {}

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cantools.database import Database
     from cantools.database import Message as Message  # others annotate with it
 
-__all__ = ["LAYOUT_REMEDY", "REMEDY", "DbcError", "DbcFile", "cantools_error", "load_library", "read_dbc"]
+__all__ = ["LAYOUT_REMEDY", "REMEDY", "DbcError", "DbcFile", "Message", "cantools_error", "load_library", "read_dbc"]
 
 REMEDY: Final = "correct it there"
 LAYOUT_REMEDY: Final = f"{REMEDY}; `python -m cantools dump --no-strict FILE` shows the layout"

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_sim.drive_controller.drive_messages import (
+    DRIVE_DBC,
     NO_AGE_MS,
     UNITS,
     DriveMessages,
@@ -19,6 +20,7 @@ from firmware_sim.drive_controller.drive_messages import (
     Setpoint,
     Status,
     WheelSpeeds,
+    identifiers_in,
 )
 from netem.media.can.frame import CanFrame, unpack
 
@@ -44,6 +46,13 @@ def test_the_drives_own_messages_have_their_layout_too() -> None:
     assert speeds == struct.pack("<IBxxx", 0x190, 8) + int24(-1) + int24(8_380_000) + bytes([2, 7])
     assert odometry == struct.pack("<IBxxxii", 0x1A0, 8, -(2**31), 2**31 - 1)
     assert status == struct.pack("<IBxxxBBHI", 0x710, 8, 1, 7, 65535, 0xFFFFFFFF)
+
+
+@pytest.mark.parametrize("unit", [0, UNITS - 1])
+def test_a_check_knows_the_identifiers_of_marconets_own_file(unit: int) -> None:
+    known = identifiers_in(DRIVE_DBC, unit)
+
+    assert known == DriveMessages(DRIVE_DBC, unit).identifiers()
 
 
 @given(st.floats(-500, 500), st.floats(-500, 500), st.sampled_from(Mode), st.integers(0, 255))

@@ -14,7 +14,7 @@ from firmware_sim.mavlink.geodesy import Origin
 from firmware_sim.mavlink.px4_modes import MAIN_AND_SUB, custom_mode, mode_of_custom
 from firmware_sim.mavlink.settings import MavlinkSettings
 from firmware_sim.mavlink.streams import Streams
-from firmware_sim.mavlink.telemetry import NAME_OF, euler_rad
+from firmware_sim.mavlink.telemetry import euler_rad, names
 from tests.firmware_sim.mavlink.ground import TICK_NS, Ground, kinds
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = (common.MAV_RESULT_ACCEPTED, common.MAV_RESULT_TEMPORARILY_REJECTED,
@@ -119,9 +119,9 @@ def test_what_is_asked_for_is_told():
 def test_every_message_that_can_be_streamed_can_be_asked_for():
     ground = Ground()
 
-    told = [ground.command(common.MAV_CMD_REQUEST_MESSAGE, number)[1] for number in NAME_OF]
+    told = [ground.command(common.MAV_CMD_REQUEST_MESSAGE, number)[1] for number in names()]
 
-    assert [kinds(messages) for messages in told] == [[name] for name in NAME_OF.values()]
+    assert [kinds(messages) for messages in told] == [[name] for name in names().values()]
 
 
 def test_home_is_told_when_it_moves():
