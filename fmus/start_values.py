@@ -56,7 +56,7 @@ class StartValues:
 
 
 def start_values(variables: Mapping[str, Variable], given: Mapping[str, Nested]) -> StartValues:
-    """Values that `given` sets before the first step; its keys are variables or the name that `A[1,1]`, `A[1,2]` share."""
+    """Values that `given` sets before the first step; its keys: variables, or the name that `A[1,1]`, `A[1,2]` share."""
     structural = {name: value for name, value in given.items()
                   if name in variables and variables[name].causality == "structuralParameter"}
     used = {name for variable in variables.values() for name in variable.sizes}

@@ -202,7 +202,7 @@ class Node:
         return report if self._ends_ns == NEVER_NS else self._end_report(grant, report)
 
     def _end_report(self, grant: Grant, report: Report | None = None) -> Report:
-        """Report of a node that ends the run: all that it has done so far, without a promise that would delay the end."""
+        """Report of a node that ends the run: all that it has done, without a promise that would delay the end."""
         if report is None:
             report = Report(grant.window, NEVER_NS, NEVER_NS, self._offers, self._samples, self._events,
                             dict(self._counters) if grant.last else {}, "")

@@ -127,7 +127,7 @@ class ProcessHost:
         return [(name, reports[name]) for name, _ in grants]
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
-        """Reports that arrive within `within_s` from nodes whose processes run; reports to earlier grants are passed over."""
+        """Reports that arrive within `within_s` from nodes whose processes run, without those to earlier grants."""
         if self._session is None:
             return []
         window = grants[0][1].window if grants else 0

@@ -158,7 +158,7 @@ def _said(error: BaseException) -> str:
 
 
 def _complaint(said: str, text: str, lines_before: int = 0) -> str:
-    """The error of cantools with the line of `text` that it is about; its own line numbers begin after `lines_before`."""
+    """The error of cantools and the line of `text` with the error; its own line numbers begin after `lines_before`."""
     syntax = _SYNTAX.fullmatch(said)
     if syntax is not None:
         words = " ".join(syntax["text"].replace(">>!<<", " <here> ").split())
