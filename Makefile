@@ -4,6 +4,9 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 OUT    ?= runs/demo
+# One more than the cores, since many tests wait for processes.
+WORKERS ?= $(shell echo $$(( $$(getconf _NPROCESSORS_ONLN) + 1 )))
+PYTEST  = $(BIN)/pytest -q -n $(WORKERS) --dist worksteal
 
 .PHONY: help demo test test-all lint bench lock clean
 help:
@@ -63,14 +66,14 @@ lint: $(VENV)/.installed-dev
 	$(BIN)/mypy
 
 test: lint
-	$(BIN)/pytest -q -n auto --dist worksteal -m "not slow"
+	$(PYTEST) -m "not slow"
 
 # A test that lacks a tool (Chromium, tshark, a ground station) fails here and says how to get it.
 test-all: lint $(VENV)/.installed-all
-	$(BIN)/pytest -q --fail-on-skip -n auto --dist worksteal -m "not slow"
+	$(PYTEST) --fail-on-skip -m "not slow"
 	$(BIN)/pytest -q --fail-on-skip -m slow
 	$(BIN)/marconet compile
-	MARCONET_COMPILED=1 $(BIN)/pytest -q --fail-on-skip -n auto --dist worksteal -m "not slow"
+	MARCONET_COMPILED=1 $(PYTEST) --fail-on-skip -m "not slow"
 
 bench:
 	@grep -H -m1 -o '^"""[^"]*' benchmarks/*.py benchmarks/lockstep/compare.py | sed 's/:"""/: /'

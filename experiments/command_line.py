@@ -17,7 +17,6 @@ from experiments.exits import ExitCode, errors_as_text
 
 if TYPE_CHECKING:
     from experiments.console import Console
-    from experiments.inline_parent import Child
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 TABLES = ("3.1", "3.2", "3.3", "3.4", "3.5")
@@ -147,16 +146,9 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
 
     batch = Batch(_console(not (quiet or as_json)), verbose, junit, "runs" if as_json else None)
 
-    def work(child: Child | None = None) -> int:
-        batch.child = child
-        return batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
-                         report=not no_report, overwrite=overwrite)
-
-    if host == "inline" and click.get_current_context().find_root().obj == ON_ITS_OWN:
-        from experiments.inline_parent import run_in_child
-
-        raise SystemExit(run_in_child(work))
-    raise SystemExit(work())
+    batch.in_children = host == "inline" and click.get_current_context().find_root().obj == ON_ITS_OWN
+    raise SystemExit(batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
+                               report=not no_report, overwrite=overwrite))
 
 
 @app.command(epilog="Example: marconet report runs/third")

@@ -6,7 +6,7 @@ array for each of its own signals. What cannot be worked out is named, not raise
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.own_modules import NameTaken, module_for
+from experiments.own_modules import function_for
 from netem.records.signal_table import SignalTable
 
 Json = Mapping[str, Any]
@@ -40,23 +40,6 @@ def derive(declared: Mapping[str, Json], recorded: Mapping[str, SignalTable], fo
         except Exception as error:
             missing.append(f"derived.{name}: {table['function']} failed: {type(error).__name__}: {error}")
     return tables
-
-
-def function_for(path: str, folder: Path) -> Callable[..., Any]:
-    """The function that "package.module:function" names, installed or beside the scenario. Raises ValueError."""
-    module_name, colon, name = path.partition(":")
-    if not colon or not name.isidentifier() or not all(part.isidentifier() for part in module_name.split(".")):
-        raise ValueError("expected 'package.module:function'")
-    try:
-        found = getattr(module_for(module_name, folder), name, None)
-    except ModuleNotFoundError as error:
-        raise ValueError(f"there is no module {error.name!r}") from error
-    except NameTaken as error:
-        raise ValueError(str(error)) from error
-    if not callable(found):
-        raise ValueError(f"there is no function {name!r} in {module_name}")
-    function: Callable[..., Any] = found
-    return function
 
 
 def _derived(name: str, table: Json, tables: Mapping[str, SignalTable], folder: Path) -> SignalTable:

@@ -1,4 +1,4 @@
-"""Keys of `[expect]` for the fates of frame copies: one per fate, and one for all copies that did not arrive.
+"""Names of `[expect]` for the fates of frame copies: one key per fate, and one for all that did not arrive.
 
     frames_offered = frames_delivered + frames_not_delivered
     frames_not_delivered = the sum of the keys of all other fates

@@ -7,7 +7,7 @@ of bounded size, so that a figure over millions of copies needs little memory of
 
 Invariants:
 - rows stand in the order of the ledger, also in a selection;
-- every instant is an int64 in nanoseconds. A product of two does not fit: convert to float64 first.
+- every instant is an int64 in nanoseconds. Products of two instants do not fit: convert before multiplying.
 """
 
 from __future__ import annotations

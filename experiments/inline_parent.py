@@ -1,111 +1,139 @@
 """Inline runs on the command line: the emulator and all robot programs in a child, and a small parent that outlives it.
 
-    parent --fork--> child: scenario, emulator, robot programs, records
-    parent <--pipe-- the folder, the names of the nodes, at last the exit code
+    parent --fork--> child: scenarios, emulator, robot programs, records
+    parent <-memory- the run that begins, what became of each scenario, at last the exit code
 
 What a robot program does to its process (a crash in a plant, `os._exit`) then ends the child alone. A child that
 ends without a word ends as a failed program: the parent names the node whose code ran, says what happened and where,
-and makes the records from the journals. It forwards the signals that end a command, and leaves no process behind.
+and makes the records from the journals. What the child had not begun goes on in a new child. The parent forwards the
+signals that end a command, and leaves no process behind.
 
 The parent forks before anything heavy is imported. The child ends when its parent does (Linux).
 """
 
 from __future__ import annotations
 
+import io
 import os
 import signal
+import struct
 import sys
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import Final
+from typing import Final, TextIO
 
 import msgspec
 
 from experiments.exits import ExitCode
-from netem.diagnosis.stack_dump import dump_stacks_into
+from netem.diagnosis.stack_dump import DUMP_WITHIN_S, ask_for_dump, dump_stacks_into
 from netem.diagnosis.under_way import UnderWay
+from netem.transport.left_behind import end_children, end_with_parent, take_orphans
 
 FORWARDED: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-DEATH_SIGNAL: Final = 1                 # prctl(2)
-CHILD_SUBREAPER: Final = 36
 LOOK_EVERY_S: Final = 0.05
+LENGTH: Final = struct.Struct("<I")     # before each word in the memory
 
 
-class Told(msgspec.Struct):
-    """Messages of the child to its parent, one line of JSON each."""
+class Begins(msgspec.Struct, tag=True):
+    """A run begins: nothing of a robot program has run yet."""
 
+    folder: str
+    nodes: list[str]
+    timeout_s: float
+
+
+class Became(msgspec.Struct, tag=True):
+    """What became of the next scenario, as the caller of `run_in_child` encodes it."""
+
+    outcome: bytes
+
+
+class Ends(msgspec.Struct, tag=True):
+    exit_code: int
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a child ended. `outcomes`: those it told; `broken_off`: it ended without a word, `lines` say how."""
+
+    exit_code: int
+    outcomes: list[bytes]
+    broken_off: bool = False
+    lines: list[str] = field(default_factory=list)
     folder: str = ""
-    nodes: list[str] = []
-    timeout_s: float = 30.0
-    exit_code: int | None = None
 
 
-@dataclass
 class Child:
     """The child's end. `under_way` is memory that the parent reads if the child ends without a word."""
 
-    under_way: UnderWay
-    _pipe: int
-    _told: Told = field(default_factory=Told)
+    def __init__(self, under_way: UnderWay, words: int) -> None:
+        self.under_way = under_way
+        self._words = words
+        self._file = os.fstat(words).st_ino
 
     def begins(self, folder: Path, nodes: Sequence[str], timeout_s: float) -> None:
         """Say which run begins, before anything of a robot program runs."""
-        self._told.folder, self._told.nodes, self._told.timeout_s = str(folder), list(nodes), timeout_s
-        self._tell()
+        self._tell(Begins(str(folder), list(nodes), timeout_s))
+
+    def became(self, outcome: bytes) -> None:
+        """Say what became of a scenario."""
+        self._tell(Became(outcome))
 
     def ends(self, exit_code: int) -> None:
-        self._told.exit_code = exit_code
-        self._tell()
+        self._tell(Ends(exit_code))
 
-    def _tell(self) -> None:
+    def _tell(self, word: Begins | Became | Ends) -> None:
+        data = msgspec.msgpack.encode(word)
         with suppress(OSError):                 # a robot program has closed it: the parent judges by how it ends
-            os.write(self._pipe, msgspec.json.encode(self._told) + b"\n")
+            if os.fstat(self._words).st_ino == self._file:
+                os.write(self._words, LENGTH.pack(len(data)) + data)
 
 
-def run_in_child(work: Callable[[Child], int]) -> int:
-    """Call `work` in a child; returns its exit code, or that of a failed program if the child ended without one."""
+def run_in_child(work: Callable[[Child], int]) -> Ending:
+    """Call `work` in a child; its ending is that of a failed program if the child ended without a word."""
     under_way = UnderWay()
-    reading, writing = os.pipe()
+    words = os.memfd_create("what the child says", os.MFD_CLOEXEC)
     sys.stdout.flush()
     sys.stderr.flush()
     parent = os.getpid()
     pid = os.fork()
     if pid == 0:
-        os.close(reading)
-        _be_child(Child(under_way, writing), work, parent)
-    os.close(writing)
-    _prctl(CHILD_SUBREAPER, 1)                  # what a robot program leaves behind becomes a child of this process
-    before = {number: signal.signal(number, _forward_to(pid)) for number in FORWARDED
-              if signal.getsignal(number) is not signal.SIG_IGN}
+        _be_child(Child(under_way, words), work, parent)
+    take_orphans()
     try:
-        told = Told()
-        status, stopped = _await(pid, lambda: _listen(reading, told).timeout_s)
-        _listen(reading, told)
+        with _forwarding_to(pid):
+            try:
+                status, stopped_in = _await(pid, under_way, lambda: _run_of(words).timeout_s)
+            finally:
+                end_children()
+            outcomes = [word.outcome for word in _heard(words) if isinstance(word, Became)]
+            code = next((word.exit_code for word in _heard(words) if isinstance(word, Ends)), None)
+            if code is not None and stopped_in is None:
+                return Ending(code, outcomes)
+            return _conclude(_run_of(words), outcomes, status, stopped_in, under_way)
     finally:
-        os.close(reading)
-        _end_children()
-        for number, handler in before.items():
-            signal.signal(number, handler)
-    if told.exit_code is not None and not stopped:
-        return told.exit_code
-    return _conclude(told, status, stopped, under_way)
+        os.close(words)
+        under_way.close()
 
 
 def _be_child(child: Child, work: Callable[[Child], int], parent: int) -> None:
     """Never returns: what the parent had planned for its own end is not the child's."""
     code: int = ExitCode.DEFECT
     try:
-        _prctl(DEATH_SIGNAL, signal.SIGTERM)
+        end_with_parent(signal.SIGTERM)
         if os.getppid() != parent:
             os._exit(code)
-        dump_stacks_into(child.under_way)
+        sys.stdout, sys.stderr = _out_of_reach(sys.stdout), _out_of_reach(sys.stderr)
+        dump_stacks_into(child.under_way, then_end=True)
         code = work(child)
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else int(bool(end.code))
+    except KeyboardInterrupt:                   # between two runs
+        code = ExitCode.INTERRUPTED
     except BaseException:
         sys.excepthook(*sys.exc_info())
     finally:
@@ -116,24 +144,48 @@ def _be_child(child: Child, work: Callable[[Child], int], parent: int) -> None:
         os._exit(code)
 
 
-def _forward_to(pid: int) -> Callable[[int, FrameType | None], None]:
+def _out_of_reach(stream: TextIO) -> TextIO:
+    """The same file by another descriptor, which stays open where a robot program closes 0, 1 and 2."""
+    if not isinstance(stream, io.TextIOWrapper):
+        return stream
+    return io.TextIOWrapper(open(os.dup(stream.fileno()), "wb"), stream.encoding, stream.errors,
+                            line_buffering=stream.line_buffering, write_through=stream.write_through)
+
+
+@contextmanager
+def _forwarding_to(pid: int) -> Iterator[None]:
+    """Hand the signals that end a command on to `pid`; one that came after its end is raised again afterwards."""
+    late: list[int] = []
+
     def forward(number: int, frame: FrameType | None) -> None:
-        with suppress(ProcessLookupError):
+        try:
             os.kill(pid, number)
+        except ProcessLookupError:
+            late.append(number)
 
-    return forward
+    before = {number: signal.signal(number, forward) for number in FORWARDED
+              if signal.getsignal(number) is not signal.SIG_IGN}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if late:
+        signal.raise_signal(late[0])
 
 
-def _await(pid: int, patience_s: Callable[[], float]) -> tuple[int, bool]:
-    """Exit status of the child, and whether the parent ended it because it was stopped and not continued."""
+def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tuple[int, int | None]:
+    """How the child ended; if it was ended here, because it had stopped and nobody let it go on, then also the place of
+    the node whose code had stopped it."""
     stopped_s = float("inf")
     while True:
         waiting = stopped_s < float("inf")
         found, status = os.waitpid(pid, os.WUNTRACED | os.WCONTINUED | (os.WNOHANG if waiting else 0))
         if found == 0:
             if time.monotonic() > stopped_s:
-                os.kill(pid, signal.SIGKILL)
-                return os.waitpid(pid, 0)[1], True
+                place = under_way.running()
+                ask_for_dump(pid)
+                return _end_of(pid), place
             time.sleep(LOOK_EVERY_S)
         elif os.WIFSTOPPED(status):
             if os.WSTOPSIG(status) == signal.SIGSTOP:       # not Ctrl-Z, which stops this process as well
@@ -141,69 +193,86 @@ def _await(pid: int, patience_s: Callable[[], float]) -> tuple[int, bool]:
         elif os.WIFCONTINUED(status):
             stopped_s = float("inf")
         else:
-            return status, False
+            return status, None
 
 
-def _listen(reading: int, told: Told) -> Told:
-    """Take in what the child has said. A pipe that other processes still hold open is not waited for."""
-    os.set_blocking(reading, False)
-    data = b""
-    with suppress(BlockingIOError):
-        while piece := os.read(reading, 1 << 16):
-            data += piece
-    for line in data.splitlines():
-        with suppress(msgspec.MsgspecError):
-            last = msgspec.json.decode(line, type=Told)
-            told.folder, told.nodes, told.timeout_s, told.exit_code = (last.folder, last.nodes, last.timeout_s,
-                                                                       last.exit_code)
-    return told
+def _end_of(pid: int) -> int:
+    """How a process ended that is ending; it is killed if that takes longer than a dump of its stacks may."""
+    deadline_s = time.monotonic() + DUMP_WITHIN_S
+    while time.monotonic() < deadline_s:
+        found, status = os.waitpid(pid, os.WNOHANG)
+        if found:
+            return status
+        time.sleep(LOOK_EVERY_S)
+    os.kill(pid, signal.SIGKILL)
+    return os.waitpid(pid, 0)[1]
 
 
-def _end_children() -> None:
-    """Kill what the child's programs left behind, and theirs."""
-    with suppress(OSError):
-        while children := Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
-            for child in children:
-                with suppress(ProcessLookupError):
-                    os.kill(int(child), signal.SIGKILL)
-                with suppress(ChildProcessError):
-                    os.waitpid(int(child), 0)
+def _heard(words: int) -> list[Begins | Became | Ends]:
+    """What the child has said so far. A robot program may have written there: what is no word ends the list."""
+    data = os.pread(words, os.fstat(words).st_size, 0)
+    decode = msgspec.msgpack.Decoder(Begins | Became | Ends).decode
+    heard: list[Begins | Became | Ends] = []
+    start = 0
+    with suppress(msgspec.MsgspecError, struct.error, UnicodeDecodeError):
+        while start < len(data):
+            start += LENGTH.size
+            length, = LENGTH.unpack(data[start - LENGTH.size:start])
+            heard.append(decode(data[start:start + length]))
+            start += length
+    return heard
 
 
-def _conclude(told: Told, status: int, stopped: bool, under_way: UnderWay) -> int:
+def _run_of(words: int) -> Begins:
+    """The run under way; one without a folder where none has begun since the last scenario's end."""
+    run = Begins("", [], 30.0)
+    for word in _heard(words):
+        if isinstance(word, Begins):
+            run = word
+        elif isinstance(word, Became):
+            run = Begins("", [], 30.0)
+    return run
+
+
+def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped_in: int | None, under_way: UnderWay) -> Ending:
     """Say how the child ended, and make the records of its run."""
     from netem.diagnosis import words  # late: only where something went wrong
     from netem.lockstep.watchdog import last_words
 
     number = os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
     if number in FORWARDED:
-        print(f"ended by {signal.Signals(number).name} before the run could begin", file=sys.stderr)
-        return 128 + number
-    node, how, stack = last_words(os.waitstatus_to_exitcode(status), told.nodes, under_way, told.timeout_s)
-    if stopped:
-        how = words.hangs("no answer", told.timeout_s, under_way, stopped=True)
+        what = f"ended by {signal.Signals(number).name} before the run could begin"
+        print(what, file=sys.stderr)
+        return Ending(128 + number, outcomes, True, [what])
+    node, how, stack = last_words(os.waitstatus_to_exitcode(status), run.nodes, under_way, run.timeout_s)
+    if stopped_in is not None:
+        node = run.nodes[stopped_in - 1] if 0 < stopped_in <= len(run.nodes) else ""
+        how = words.hangs("no answer", run.timeout_s, under_way, stopped=True)
+    folder = Path(run.folder)
     what = f"node {node}: {how}" if node else f"the emulator: {how}"
+    if number == 0 and run.folder and (failure := _failure_of(folder)):      # it had no file left to say it
+        what, stack = failure, ""
     print(what, *([stack.rstrip()] if stack else []), sep="\n", file=sys.stderr)
-    folder = Path(told.folder)
-    if told.folder and (folder / "scenario.json").exists() and not (folder / "summary.json").exists():
+    if run.folder:
         _make_records(folder, f"{what}\n{stack}".rstrip())
-    return ExitCode.NODE_FAILED
+    return Ending(ExitCode.NODE_FAILED, outcomes, True, [what, *stack.splitlines()], run.folder)
+
+
+def _failure_of(folder: Path) -> str:
+    """What the summary in `folder` says, "" if there is none."""
+    with suppress(OSError, msgspec.MsgspecError):
+        return str(msgspec.json.decode((folder / "summary.json").read_bytes())["failure"])
+    return ""
 
 
 def _make_records(folder: Path, failure: str) -> None:
-    from experiments.killed_run import complete  # late: only where something went wrong
+    from experiments.killed_run import complete, is_unfinished  # late: only where something went wrong
     from experiments.report.build import write_report
 
+    if not is_unfinished(folder):
+        return
     for problem in complete(folder, failure, host="inline"):
         print(problem, file=sys.stderr)
     with suppress(OSError):
         write_report(folder)
     print(f"what was recorded: {folder}", file=sys.stderr)
-
-
-def _prctl(option: int, value: int) -> None:
-    """Linux's prctl(2); elsewhere nothing."""
-    if sys.platform == "linux":
-        import ctypes
-
-        ctypes.CDLL(None).prctl(option, value, 0, 0, 0)

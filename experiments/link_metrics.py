@@ -71,7 +71,7 @@ class Gaps:
 
 
 def teeth(copies: FrameCopies, length_ns: int, links: Collection[tuple[str, ...]] | None = None) -> Iterator[Teeth]:
-    """Portions that hold every link in range, or those of `links`; one portion holds a link as a whole."""
+    """Yield the teeth of every link in range, or of those of `links`; each link is whole within one of the portions."""
     delivered_ns, offered_ns = copies.ints("delivered_ns"), copies.ints("offered_ns")
     for portion in copies.by_link():
         first, end, _ = portion
@@ -104,8 +104,8 @@ def age_of_information(copies: FrameCopies, length_ns: int) -> LinkAges:
 
 def age_quantiles(copies: FrameCopies, length_ns: int, links: Collection[tuple[str, ...]],
                   shares: Sequence[float]) -> Mapping[LinkName, Floats]:
-    """For each of `links` the ages [s] that are not exceeded during the given shares of the time; exact, since the time
-    spent below an age grows, between the ends of pieces, at the number of pieces that hold the age."""
+    """Per link of `links`: the ages [s] that are not exceeded during the given shares of the time; exact, since the
+    time spent below an age grows, between the ends of pieces, at the number of pieces that hold the age."""
     found = {}
     for some in teeth(copies, length_ns, links):
         starts = np.flatnonzero(new_group(some.link))
@@ -177,7 +177,7 @@ def _in_range(copies: FrameCopies, portion: Portion) -> Mask:
 
 
 def _teeth(links: Ints, link: Ints, delivered_ns: Ints, offered_ns: Ints, length_ns: int) -> Teeth:
-    """Deliveries over all `links`; the other columns are those of the copies that were delivered within the run."""
+    """The teeth of all `links`; the other columns are those of the copies that were delivered within the run."""
     zeros = np.zeros(links.size, dtype=np.int64)
     link = np.concatenate([links, link])
     from_ns, newest_ns = np.concatenate([zeros, delivered_ns]), np.concatenate([zeros, offered_ns])

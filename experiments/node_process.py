@@ -11,6 +11,7 @@ import threading
 from contextlib import ExitStack
 from functools import partial
 from importlib import import_module
+from typing import Final
 
 import msgspec
 
@@ -21,6 +22,8 @@ from netem.node import Node
 from netem.transport.errand import Errand
 from netem.transport.fork_server import serve
 from netem.transport.node_link import take_part
+
+IMPORT_LATE: Final = ("firmware_sim.mavlink.dialect", "netem.media.can.dbc_file")    # a library: `load_library`
 
 
 def build(at_end: ExitStack, under_way: UnderWay, errand: Errand) -> Node:
@@ -36,6 +39,9 @@ def life(under_way: UnderWay) -> int:
 def main() -> int:
     for module in sys.argv[1:]:
         import_module(module)
+    for module in IMPORT_LATE:
+        if module in sys.modules:           # once here, instead of in every node
+            sys.modules[module].load_library()
     return serve(life)
 
 

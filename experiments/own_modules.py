@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import builtins
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from hashlib import blake2b
 from importlib import import_module
 from importlib.abc import MetaPathFinder
@@ -151,3 +151,20 @@ class _Loader(SourceFileLoader):
     def exec_module(self, module: ModuleType) -> None:
         module.__dict__["__builtins__"] = self._builtins
         super().exec_module(module)
+
+
+def function_for(path: str, folder: Path) -> Callable[..., Any]:
+    """The function that "package.module:function" names, installed or beside the scenario. Raises ValueError."""
+    module_name, colon, name = path.partition(":")
+    if not colon or not name.isidentifier() or not all(part.isidentifier() for part in module_name.split(".")):
+        raise ValueError("expected 'package.module:function'")
+    try:
+        found = getattr(module_for(module_name, folder), name, None)
+    except ModuleNotFoundError as error:
+        raise ValueError(f"there is no module {error.name!r}") from error
+    except NameTaken as error:
+        raise ValueError(str(error)) from error
+    if not callable(found):
+        raise ValueError(f"there is no function {name!r} in {module_name}")
+    function: Callable[..., Any] = found
+    return function

@@ -48,6 +48,7 @@ class RunFolder:
         self.path = path
         self._made = made
         self._lock = lock
+        self._lock_file = None if lock is None else os.fstat(lock).st_ino
         self.summary = ReservedFile(path / "summary.json", RESERVED_BYTES)
         self.run = ReservedFile(path / "run.json", RESERVED_BYTES)
 
@@ -65,7 +66,7 @@ class RunFolder:
             folder.summary.reserve()
             folder.run.reserve()
         except BaseException:
-            _unlock(path, lock)
+            cls(path, lock, made=made).release()
             raise
         return folder
 
@@ -84,8 +85,20 @@ class RunFolder:
 
     def release(self) -> None:
         """Let other processes have the folder."""
-        _unlock(self.path, self._lock)
+        if self._lock is not None:
+            (self.path / LOCK).unlink(missing_ok=True)
+            if self.holds():
+                os.close(self._lock)
         self._lock = None
+
+    def holds(self) -> bool:
+        """Whether the files of this process are open that it had opened: the lock is the first of a run."""
+        if self._lock is None:
+            return True
+        try:
+            return os.fstat(self._lock).st_ino == self._lock_file
+        except OSError:
+            return False
 
 
 def owner(path: Path) -> str:
@@ -136,12 +149,6 @@ def _lock(path: Path) -> int | None:
     os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}, since {datetime.now():%Y-%m-%d %H:%M:%S},"
              .encode())
     return descriptor
-
-
-def _unlock(path: Path, lock: int | None) -> None:
-    if lock is not None:
-        (path / LOCK).unlink(missing_ok=True)
-        os.close(lock)
 
 
 def _refuse_run(path: Path) -> None:

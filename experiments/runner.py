@@ -68,7 +68,7 @@ from netem.real_time.pace import Pace
 from netem.real_time.udp_gateway import UdpGateway
 from netem.records.events_file import write_events
 from netem.records.ledger import Ledger, LedgerResult
-from netem.records.part_file import write_whole
+from netem.records.part_file import reopen_standard_files, write_whole
 from netem.records.signals import SignalRecorder
 from netem.records.uninterrupted import uninterrupted
 from netem.transport.process_host import ProcessHost
@@ -80,7 +80,7 @@ if TYPE_CHECKING:
 HostName = Literal["process", "inline"]
 OWN_PROGRAMS = ("agents.", "firmware_sim.")         # whose import does nothing but define
 KEEP_EVERY_S = 0.7          # age of what is on the disk; the conductor may be a tenth of a second late
-LAST_WORDS_S = 2.0          # for the counters of the nodes, once another has failed or the run was broken off
+LAST_WORDS_S = 10.0         # for the counters of the nodes, once another has failed or the run was broken off
 PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
 
@@ -149,6 +149,12 @@ class CannotRecord(OSError):
     """The disk has no room for the records of a run."""
 
     exit_code = 2
+
+
+class FilesClosed(Exception):
+    """A robot program closed files of the emulator, with which it shares a process."""
+
+    exit_code = 3
 
 
 class _Run:
@@ -220,6 +226,12 @@ class _Run:
     def _conclude(self) -> Summary:
         """Close the records, end the nodes, judge. What fails on the way becomes the failure of the run, and the rest
         is done all the same."""
+        if not self.owned.holds():
+            if isinstance(self.failure, OSError):
+                self.failure = None             # it follows from this:
+            self._fails(FilesClosed(f"{self.scenario.name}: a robot program closed files of the emulator (os.close or "
+                                    "os.closerange): give each robot a process of its own with --host process"))
+        reopen_standard_files()
         if self.failure is not None:
             self.ended_s = time.monotonic()
             with suppress(Exception):           # the counters of some nodes stay unknown
@@ -276,7 +288,8 @@ class _Run:
         })
 
     def _counted(self) -> dict[str, dict[str, int]]:
-        return self.conductor.counters or (self.host.counters() if isinstance(self.host, InlineHost) else {})
+        on_the_way = self.host.counters() if isinstance(self.host, InlineHost) else self.conductor.counted
+        return on_the_way | self.conductor.counters
 
     def _judged(self) -> list[Verdict]:
         try:

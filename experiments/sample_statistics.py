@@ -1,4 +1,4 @@
-"""Statistics of the samples of one signal for `[expect]`, each one number.
+"""Statistics of the samples of one signal, each one number, as `[expect]` names them.
 
     min <= mean <= max     rms <= abs_max        also where rounding or the size of the values would break it
 

@@ -1,7 +1,7 @@
 """`marconet run` and `marconet check` over one or several scenarios: each to its end, then a table, JSON, JUnit XML.
 
-A scenario that is refused or fails does not keep the next from running; Ctrl-C and SIGTERM end the whole call. The exit
-code is the highest of the scenarios' codes.
+A scenario that is refused or fails, or whose robot program ends the process of an inline run, does not keep the next
+from running; Ctrl-C and SIGTERM end the whole call. The exit code is the highest of the scenarios' codes.
 """
 
 from __future__ import annotations
@@ -10,8 +10,11 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import msgspec
 
 from experiments.console import print_table
 from experiments.exits import Ended, ExitCode, errors_as_text
@@ -33,7 +36,8 @@ class Batch:
     junit: Path | None
     json_key: str | None                # of the list in the JSON document; None: text
     outcomes: list[ScenarioOutcome] = field(default_factory=list)
-    child: Child | None = None          # where this process is the child of one that judges its end
+    in_children: bool = False           # runs go on in children of this process, which judges how these end
+    child: Child | None = None          # in such a child
 
     def check(self, sources: Sequence[str], seed: int | None, duration_s: float | None,
               overrides: Sequence[str]) -> int:
@@ -62,18 +66,52 @@ class Batch:
 
     def _each(self, sources: Sequence[str], verb: str, one: Callable[[str], ScenarioOutcome]) -> int:
         try:
-            for source in sources:
-                name = Path(source).stem if source.endswith(".toml") else source
-                try:
-                    self.outcomes.append(one(source))
-                except Ended as ended:
-                    self.outcomes.append(ScenarioOutcome(name, source, ended.exit_code, ended.lines))
-                    if ended.exit_code >= INTERRUPTED_FROM:
-                        break
+            if self.in_children:
+                self._in_children(sources, one)
+            else:
+                self._in_turn(sources, one, self.outcomes.append)
         finally:
             with errors_as_text(self.verbose):
                 self._tell(verb, len(sources) > 1)
         return max(outcome.exit_code for outcome in self.outcomes)
+
+    def _in_turn(self, sources: Sequence[str], one: Callable[[str], ScenarioOutcome],
+                 became: Callable[[ScenarioOutcome], None]) -> int:
+        code = 0
+        for source in sources:
+            try:
+                outcome = one(source)
+            except Ended as ended:
+                outcome = ScenarioOutcome(_stem(source), source, ended.exit_code, ended.lines)
+            became(outcome)
+            code = max(code, outcome.exit_code)
+            if code >= INTERRUPTED_FROM:
+                break
+        return code
+
+    def _in_children(self, sources: Sequence[str], one: Callable[[str], ScenarioOutcome]) -> None:
+        """In one child of this process after the other: what a child leaves undone that a robot program has ended goes
+        on in a new one."""
+        from experiments.inline_parent import run_in_child
+
+        left = list(sources)
+        while left:
+            ending = run_in_child(partial(self._as_child, left, one))
+            told = [msgspec.msgpack.decode(outcome, type=ScenarioOutcome) for outcome in ending.outcomes]
+            if ending.broken_off or (len(told) < len(left) and ending.exit_code < INTERRUPTED_FROM):
+                source = left[min(len(told), len(left) - 1)]
+                told.append(ScenarioOutcome(_stem(source), source, ending.exit_code, ending.lines,
+                                            ending.folder or None))
+            elif not told:
+                told = [ScenarioOutcome(_stem(left[0]), left[0], ending.exit_code, ending.lines)]
+            self.outcomes += told
+            left = left[len(told):]
+            if max(outcome.exit_code for outcome in self.outcomes) >= INTERRUPTED_FROM:
+                break
+
+    def _as_child(self, sources: Sequence[str], one: Callable[[str], ScenarioOutcome], child: Child) -> int:
+        self.child = child
+        return self._in_turn(sources, one, lambda outcome: child.became(msgspec.msgpack.encode(outcome)))
 
     def _run(self, source: str, scenario: Scenario, folder: Path, in_full: bool,
              options: dict[str, Any]) -> ScenarioOutcome:
@@ -136,6 +174,11 @@ def run_folder(scenario: Scenario, out: Path | None) -> Path:
     if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / "scenario.json").exists())):
         raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
     return folder
+
+
+def _stem(source: str) -> str:
+    """The name of a scenario that was not loaded, or not in this process."""
+    return Path(source).stem if source.endswith(".toml") else source
 
 
 def _load(source: str, seed: int | None, duration_s: float | None, overrides: Sequence[str]) -> Scenario:

@@ -3,9 +3,9 @@
 Several processes may fill the cache at once: each writes to a folder of its own and renames it into place; the first
 one wins and the others take its result.
 
-What is in the cache is loaded and run, so it has to be what was put there: every folder holds a list of its files, with
-size, time of change and digest. A folder that differs from its list is made again, and said so. A cache that belongs to
-another user, or that others may write to, is refused.
+Libraries in the cache are loaded and run, so they have to be those that were put there: every folder holds a list of
+its files, with size, time of change and digest. A folder that differs from its list is made again, and said so. A cache
+that belongs to another user, or that others may write to, is refused.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def kept(folder: Path, make: Callable[[Path], None]) -> Path:
 
 
 def damage_in(folder: Path) -> str:
-    """How the files in `folder` differ from those that were put there, in words; empty if they do not."""
+    """The difference between the files in `folder` and those that were put there, in words; empty if there is none."""
     try:
         lines = (folder / FILES).read_text(encoding="utf-8").splitlines()
         listed = [line.split(" ", 3) for line in lines]
@@ -86,7 +86,7 @@ def damage_in(folder: Path) -> str:
 
 
 def why_untrusted(folder: Path) -> str:
-    """Why what is in `folder` may come from somebody else, with the remedy; empty if it cannot, or if it is not there.
+    """The reason why another user may have written `folder`, with the remedy; empty if none could, or without a folder.
     """
     if not hasattr(os, "getuid"):
         return ""                       # Windows keeps a user's folders to the user

@@ -17,7 +17,7 @@ class CallRecord(Protocol):
 
 
 class NoRecord:
-    """Keeps nothing: for a plant outside a run."""
+    """Takes the calls of a plant whose process is not watched, and keeps none."""
 
     def __init__(self) -> None:
         self.call_word = memoryview(bytearray(ctypes.sizeof(ctypes.c_int64))).cast("q")

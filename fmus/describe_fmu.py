@@ -58,8 +58,10 @@ def _read(draft: Path, path: Path) -> PlantDescription:
         raise PlantError(f"{path}: {DESCRIPTION} declares a document type: an FMU needs none, and entities are not "
                          "expanded; export it again")
     try:
+        root = ElementTree.fromstring(text)
+        _require_model(root)
         xml = fmpy.read_model_description(str(draft / "fmu"), validate=False)
-        beside = _beside(ElementTree.fromstring(text))
+        beside = _beside(root)
     except Exception as error:      # FMPy raises whatever the XML makes it stumble over
         raise PlantError(f"{path}: {DESCRIPTION} cannot be read: {one_line(error)}: export it again") from error
     if xml.fmiVersion != "2.0" and not xml.fmiVersion.startswith("3."):
@@ -98,6 +100,13 @@ class _Beside(msgspec.Struct, frozen=True):
     min: str | None
     max: str | None
     most_bytes: str | None
+
+
+def _require_model(root: ElementTree.Element) -> None:
+    if root.tag != "fmiModelDescription":
+        raise ValueError(f"its root is {shown(root.tag)}, expected fmiModelDescription")
+    if not root.get("fmiVersion"):
+        raise ValueError("it names no fmiVersion")
 
 
 def _beside(root: ElementTree.Element) -> dict[str, _Beside]:

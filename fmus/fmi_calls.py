@@ -182,7 +182,7 @@ class Fmu:
         return status, list(values)
 
     def _one(self, variable: Variable) -> tuple[Any, ...]:
-        """First arguments of every call that sets or gets one variable."""
+        """The first arguments of every call that sets or gets one variable."""
         return self.handle, c.byref((c.c_uint * 1)(variable.reference)), c.c_size_t.from_param(1)
 
     def ended_s(self) -> float | None:

@@ -43,7 +43,7 @@ class Misfit(ValueError):
 
 @dataclass(frozen=True)
 class StartValues:
-    """Start values after reading, with their problems.
+    """Start values, judged and converted.
 
     - `variables`: all of the FMU's, at the sizes that the values give them;
     - `values`: the elements of each variable that is set, as its type takes them;
@@ -56,7 +56,7 @@ class StartValues:
 
 
 def start_values(variables: Mapping[str, Variable], given: Mapping[str, Nested]) -> StartValues:
-    """Values that `given` sets before the first step; its keys: variables, or the name that `A[1,1]`, `A[1,2]` share."""
+    """Judge `given`, by variable or by the name that scalars `A[1,1]`, `A[1,2]` share, and convert it."""
     structural = {name: value for name, value in given.items()
                   if name in variables and variables[name].causality == "structuralParameter"}
     used = {name for variable in variables.values() for name in variable.sizes}
@@ -150,7 +150,7 @@ def _flat(variable: Variable, value: Any, shape: tuple[int, ...]) -> list[Any]:
 
 
 def _wanted(variable: Variable) -> str:
-    """The form of a value of the variable, in words."""
+    """The rule for a value of the variable, in words: `expected a whole number`."""
     one = _words(variable)
     if not variable.shape:
         return f"expected {one}"

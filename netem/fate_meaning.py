@@ -1,4 +1,4 @@
-"""The meaning of each fate of a frame copy, in one sentence for a reader of the report and of docs/records.md."""
+"""The meaning of each fate of a frame copy, one sentence each, for a reader of the report and of docs/records.md."""
 
 from __future__ import annotations
 

@@ -202,7 +202,7 @@ class Node:
         return report if self._ends_ns == NEVER_NS else self._end_report(grant, report)
 
     def _end_report(self, grant: Grant, report: Report | None = None) -> Report:
-        """Report of a node that ends the run: all that it has done, without a promise that would delay the end."""
+        """Report of a node that ends the run: all that it has done so far, and no promise that would delay the end."""
         if report is None:
             report = Report(grant.window, NEVER_NS, NEVER_NS, self._offers, self._samples, self._events,
                             dict(self._counters) if grant.last else {}, "")
@@ -282,8 +282,10 @@ class Node:
             self._reading_ns = self._next_sample_ns
             for names, read in self._reads:
                 given = read(self._next_sample_ns)
+                found: list[float] = []
                 try:
-                    found = [float(value) for value in given]
+                    for value in given:
+                        found.append(value if type(value) is float else float(value))
                 except (TypeError, ValueError) as error:
                     raise ValueError(f"{self.name}: the signals {', '.join(names)} at {self._next_sample_ns} ns: "
                                      f"{given!r}: expected numbers: {error}") from None

@@ -3,9 +3,9 @@
     socket: connect, bind, sendto, sendmsg, look-up of a name --audit event--> _hear  --+
     Zenoh: open, scout (`entrances`) ------------------------replaced--------> _refuse --> OutsideGuard.refuse
 
-A message that passes around the emulator takes no emulated time and is in no record, so the run would answer a question
-that nobody asked. Sockets of the families in `SOCKETS` are refused. A pair of connected Unix sockets, as asyncio makes
-one for itself, is not: it leads to the program itself.
+A message that passes around the emulator takes no emulated time and is in no record, so the run's result would not be
+that of the emulated network. Sockets of the families in `SOCKETS` are refused. A pair of connected Unix
+sockets, as asyncio makes one for itself, is not: it leads to the program itself.
 
 Invariants:
 - an audit hook cannot be removed, nor is a replaced function put back: both ask `_on_duty`, the guards of the runs
@@ -20,12 +20,14 @@ Differs from the house rule against module-level state: Python has one list of a
 
 from __future__ import annotations
 
+import _thread
 import os
 import socket
 import sys
 import sysconfig
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from functools import partial, wraps
 from ipaddress import ip_address
 from operator import itemgetter
@@ -33,6 +35,8 @@ from pathlib import Path
 from types import FrameType, ModuleType
 from typing import Any, Final, NoReturn
 from weakref import WeakSet
+
+from netem.turn import Turn
 
 RULE: Final = "in virtual time a program reaches others through the ports of its node only"
 REMEDY: Final = "send through a port, or run the scenario with --real-time"
@@ -56,15 +60,18 @@ class OutsideRefused(BaseException):
     """A program opened a way around the emulator. Not an `Exception`: a program that tries again on errors must end."""
 
 
-class OutsideGuard:
-    """`whole_process`: every thread is a program's, as in the process of a node. It watches from `begin` to `end`."""
+class OutsideGuard(Turn):
+    """`whole_process`: every thread is a program's, as in the process of a node. It watches from `begin` to `end`.
+
+    The host `inline` sets `program_runs` while it calls nodes.
+    """
 
     def __init__(self, entrances: Sequence[Entrance] = (), *, whole_process: bool = False) -> None:
-        self.program_runs = False           # the host `inline` sets it while it calls nodes
-        self.refusal: OutsideRefused | None = None
+        super().__init__()
         self._whole_process = whole_process
         self._thread = threading.get_ident()
         self._started: WeakSet[threading.Thread] = WeakSet()
+        self._plain: set[int] = set()       # identifiers of threads that were started without `threading.Thread`
         self._entrances = entrances
 
     def begin(self) -> None:
@@ -76,6 +83,8 @@ class OutsideGuard:
         for module, name, doing in self._entrances:
             _replace(module, name, partial(_refuse, doing))
         _replace(threading.Thread, "start", _adopt)
+        _replace(socket.socket, "listen", _refuse_to_listen)
+        _watch_plain_threads()
         _on_duty.append(self)
 
     def end(self) -> None:
@@ -88,7 +97,7 @@ class OutsideGuard:
             return True
         if threading.get_ident() == self._thread:
             return self.program_runs
-        return threading.current_thread() in self._started
+        return threading.get_ident() in self._plain or threading.current_thread() in self._started
 
     def check(self) -> None:
         """Raise the refusal that the program has caught, if there was one."""
@@ -103,6 +112,15 @@ class OutsideGuard:
         """If a program starts `thread`, that is running the program too."""
         if self.watches():
             self._started.add(thread)
+
+    @contextmanager
+    def watching_this_thread(self) -> Iterator[None]:
+        """Within it the calling thread is running the program."""
+        self._plain.add(threading.get_ident())
+        try:
+            yield
+        finally:
+            self._plain.discard(threading.get_ident())
 
     def refuse(self, doing: str, remedy: str = REMEDY) -> NoReturn:
         refusal = OutsideRefused(f"{_place()}: {doing} goes past the emulator: {RULE}; {remedy}")
@@ -128,7 +146,7 @@ def _hear(event: str, args: tuple[Any, ...]) -> None:
 
 
 def _doing(event: str, args: tuple[Any, ...]) -> str:
-    """The way around the emulator that a call opens, in words; "" if it opens none."""
+    """The action of an audit event in words; "" if it does not lead outside."""
     if event in LOOK_UPS:
         return "" if _is_local(args[0]) else f"looking up the host {args[0]!r}"
     kind = SOCKETS.get(args[0].family)
@@ -165,6 +183,33 @@ def _refuse(doing: str, *args: Any) -> None:
 def _adopt(thread: threading.Thread) -> None:
     for guard in _on_duty:
         guard.adopt(thread)
+
+
+def _refuse_to_listen(door: socket.socket, *args: Any) -> None:
+    """Listening binds a socket that is not bound yet, and raises no audit event."""
+    _refuse(f"listening on {SOCKETS.get(door.family, 'a socket')}")
+
+
+def _watch_plain_threads() -> None:
+    """Let the threads that a program starts by `_thread.start_new_thread` be watched."""
+    real = _thread.start_new_thread
+    if hasattr(real, "asks_guards"):
+        return
+
+    @wraps(real)
+    def _start(function: Callable[..., object], *args: Any) -> int:
+        watching = [guard for guard in _on_duty if guard.watches()]
+        return real(partial(_run_watched, watching, function) if watching else function, *args)
+
+    vars(_start)["asks_guards"] = True
+    _thread.start_new_thread = _start
+
+
+def _run_watched(guards: Sequence[OutsideGuard], function: Callable[..., object], *args: Any, **kwargs: Any) -> None:
+    with ExitStack() as stack:
+        for guard in guards:
+            stack.enter_context(guard.watching_this_thread())
+        function(*args, **kwargs)
 
 
 def _replace(place: Any, name: str, before: Callable[..., None]) -> None:

@@ -33,7 +33,7 @@ class _Era:
 
 
 class AgeWatch:
-    """`oldest_ns`: the greatest age that a value can have when it arrives; negative: unknown."""
+    """`oldest_ns`: the greatest age that a value can have when it comes; negative: unknown."""
 
     def __init__(self, oldest_ns: int, tolerance_ns: int) -> None:
         self._oldest_ns = oldest_ns
@@ -51,7 +51,7 @@ class AgeWatch:
 
     def age_ns(self, sender: int, slot: int, now_ns: int, schedule: SlottedBroadcast, part_of: Mapping[int, int],
                from_ns: int) -> int | None:
-        """How old a value of `sender` is that bears this slot number; None if no schedule fits."""
+        """Age [ns] of a value of `sender` that bears this slot number; None if no schedule fits."""
         for era in (_Era(schedule, part_of, from_ns, now_ns + self._tolerance_ns + 1), *self._eras):
             sent_ns = era.schedule.data_ns(slot)
             age_ns = now_ns - sent_ns

@@ -5,7 +5,7 @@
 The bounds of (6.20) take transmission as instantaneous, and the exact loop (`exact_loop`) takes it as shorter than a
 slot. Needed are the links of every graph that the robots work with, told or discovered, each against that graph's slot.
 
-What an impairment adds at most is the greatest value of a distribution that the random generator can give, the longest
+An impairment adds at most the greatest value of its distribution that the random generator can give, the longest
 delay of a recording, the hold of `reorder`, the extra delay of a twin, the queue of `rate_limit` under the frames that
 a robot sends. An impairment in a window counts if the window begins before the run ends.
 
@@ -89,7 +89,8 @@ def late_values(team: Team, medium: str, graphs: Mapping[str, Floats], slots_ns:
 
 def oldest_value_ns(team: Team, medium: str, graphs: Mapping[str, Floats],
                     delays: Mapping[LinkName, AddedDelay]) -> int:
-    """The greatest age that a value of a needed link can have when it arrives; UNKNOWN if no bound exists."""
+    """The greatest age that a value of a needed link can have when it comes, UNKNOWN if an impairment has
+    no bound."""
     links = [link for graph in graphs.values() for link in _links(team, medium, graph)]
     added = [delays[link] for link in links if link in delays]
     if not all(delay.known for delay in added):

@@ -95,7 +95,7 @@ def prepare(scenario: ScenarioView) -> dict[str, Any]:
 
 def _delays(team: Team, scenario: ScenarioView, plans: RoundPlans,
             graphs: Mapping[str, Floats]) -> dict[LinkName, AddedDelay]:
-    """Delay that impairments add to each link under the team's own frames: a robot speaks at most once in a slot."""
+    """The delays that impairments add to the frames of a robot, which sends at most once in a slot."""
     slots_ns = [plan.slot_ns for graph in graphs.values() if (plan := plans.plan(graph)) is not None]
     sizes_bytes = [SyncFrameCodec(len(team.names), team.outputs).size_bytes]
     if team.topology == "discovered":

@@ -53,10 +53,8 @@ class SyncRobot:
         self._port = next(iter(board.node.ports.values()))
         self._port.on_receive = self._hear
         agent = team.agents[self._number]
-        self._true_ns = board.node.env.time_ns
-        self._advance_plant = board.plant.advance_to
         self._write_inputs = board.plant.input_group([f"u[{k + 1}]" for k in range(agent.inputs)]).write
-        self._outputs = board.plant.output_group([f"y[{k + 1}]" for k in range(agent.outputs)])
+        self._measure = board.plant.output_group([f"y[{k + 1}]" for k in range(agent.outputs)]).read
         self._law = AgreementLaw(self._number, agent.K, team.biases)
         self._spoken: tuple[float, ...] = ()    # broadcast last, held by all from when they have received it
         self._omega = 0.0
@@ -117,7 +115,7 @@ class SyncRobot:
         node = self._board.node
         self._source.before_own_slot(self._schedule, slot, self._heard)
         self._heard.clear()
-        outputs = self._measure(node.now_ns)
+        outputs = self._measure()
         self._port.send(self._codec.pack(self._number, slot, outputs))
         self._spoken = outputs
         if self._own_delay_ns:
@@ -239,16 +237,11 @@ class SyncRobot:
 
     # --- plant and control
 
-    def _measure(self, true_ns: int) -> tuple[float, ...]:
-        self._advance_plant(true_ns)
-        return self._outputs.read()
-
     def _hold_own(self, _: object = None) -> None:
         self._law.held[self._number] = self._spoken
         self._apply()
 
     def _apply(self) -> None:
-        self._advance_plant(self._true_ns())
         control = self._law.control()
         if self._omega:
             control = [u + self._omega for u in control]
@@ -256,7 +249,7 @@ class SyncRobot:
         self._write_inputs(control)
 
     def _sample(self, true_ns: int) -> list[float]:
-        return [*self._measure(true_ns), *self._control]
+        return [*self._measure(), *self._control]
 
     # --- schedules
 

@@ -23,8 +23,6 @@ from __future__ import annotations
 from functools import cache
 from math import ceil, pi, sqrt
 
-import numpy as np
-
 VANISHES_AT = 3.0       # D(Q) = 0 for Q >= 3, since 1 - cos phi <= 3 (1 - sinc phi)
 CELLS = 32              # of Q, equal steps of sqrt(Q)
 ROWS = 64               # of M3 in [0, pi/2], beside row 0
@@ -36,6 +34,8 @@ GRID_ERROR = 2e-5       # D on the grid is below D by less: 5e-6 against a grid 
 @cache
 def heading_table() -> tuple[tuple[float, ...], ...]:
     """D at M3 = i (pi/2) / ROWS, Q = 3 (j / CELLS)^2, rounded up by GRID_ERROR; some 10 ms, once per process."""
+    import numpy as np  # late: a check that computes no slope needs none
+
     x3 = np.linspace(0, pi / 2, ROWS * FINER + 1)[:, None]
     e3 = (pi - x3) * np.linspace(0, 1, STEPS + 1)[1:]
     slope = (np.cos(x3) - np.cos(x3 + e3)) / e3

@@ -36,6 +36,7 @@ MODULES: Final = (
     "netem.transport.placement",
     "netem.transport.process_host",
     "netem.transport.zenoh_session",
+    "netem.turn",
     "firmware_sim.board",
     "firmware_sim.local_clock",
     "firmware_sim.schedules.slotted_broadcast",

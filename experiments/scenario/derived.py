@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from experiments.own_modules import function_for
 from experiments.scenario.fill import construct
 from experiments.scenario.model import DerivedSpec
 from experiments.scenario.problems import Place, near
@@ -42,8 +43,6 @@ def read_derived(tables: Mapping[str, Any], agents: Collection[str], reading: Re
 
 def _check(table: Table, place: Place, agents: Collection[str], known: Mapping[str, Collection[str]],
            reading: Reading) -> None:
-    from experiments.derived import function_for  # late: it brings numpy, and few scenarios derive signals
-
     problems = reading.problems
     try:
         function_for(table.function, reading.folder)

@@ -1,6 +1,6 @@
 """Tables 3.1 to 3.4: errors of the filters on the two paths, and looks of the adaptive one, over Monte Carlo runs.
 
-What ours has to meet is a band around what the fitted configuration gives: the dissertation prints neither paths nor
+Ours has to meet a band around the result of the fitted configuration: the dissertation prints neither paths nor
 tunings. A printed value outside of that band is not reproduced (unscented filter, 17 detections), and said to be so.
 """
 

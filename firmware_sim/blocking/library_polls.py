@@ -15,6 +15,7 @@ from typing import Any, Final
 from firmware_sim.blocking.program import BlockingProgram
 
 _get_really, _put_really, _acquire_really = queue.Queue.get, queue.Queue.put, threading.Semaphore.acquire
+_enumerate_really = threading.enumerate
 
 
 def _get(program: BlockingProgram, *args: Any, **kwargs: Any) -> Any:
@@ -52,6 +53,16 @@ def _counted(real: Callable[..., Any], *answers: object) -> Callable[..., Any]:
     return asked
 
 
+def _active_count(program: BlockingProgram) -> int:
+    program.note_call()
+    return len(_enumerate_really())
+
+
+def _enumerate(program: BlockingProgram) -> list[threading.Thread]:
+    program.note_call()
+    return _enumerate_really()
+
+
 POLLS: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
     (queue.Queue, "get", _get),
     (queue.Queue, "put", _put),
@@ -62,5 +73,8 @@ POLLS: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
     (queue._PySimpleQueue, "qsize", _counted(queue._PySimpleQueue.qsize, 0)),               # type: ignore[attr-defined]
     (threading.Event, "is_set", _counted(threading.Event.is_set, True, False)),
     (threading.Semaphore, "acquire", _acquire),
+    (threading, "active_count", _active_count),
+    (threading, "enumerate", _enumerate),
+    (concurrent.futures.Future, "running", _counted(concurrent.futures.Future.running, True)),
     (concurrent.futures.Future, "done", _counted(concurrent.futures.Future.done, False)),
 ]

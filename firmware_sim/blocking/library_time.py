@@ -99,6 +99,8 @@ def _join(program: BlockingProgram, thread: threading.Thread, timeout: float | N
         _join_real(thread, timeout)
     else:
         program.await_end(known, None if timeout is None else duration_ns(max(0.0, timeout)))
+        if timeout is not None and timeout <= 0 and not known.ended:
+            program.note_call()
 
 
 def _is_alive(program: BlockingProgram, thread: threading.Thread) -> bool:

@@ -11,10 +11,13 @@ from __future__ import annotations
 from enum import IntEnum
 from math import isfinite
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from netem.media.can.dbc_file import DbcError, Error, Message, read_dbc
+from netem.media.can.dbc_file import DbcError, cantools_error, read_dbc
 from netem.media.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame, pack
+
+if TYPE_CHECKING:
+    from netem.media.can.dbc_file import Message
 
 DRIVE_DBC: Final = Path(__file__).with_name("drive.dbc")
 UNITS: Final = 16
@@ -111,7 +114,7 @@ class DriveMessages:
         layout = self._by_kind[type(message)]
         try:
             data = layout.encode(message._asdict())
-        except (Error, ValueError, OverflowError) as error:
+        except (cantools_error(), ValueError, OverflowError) as error:
             raise ValueError(f"{message}: {error}") from None
         return pack(CanFrame(layout.frame_id + self._unit, data, layout.is_extended_frame))
 
@@ -133,7 +136,7 @@ class DriveMessages:
                                f"expected {message.length}")
         try:
             values: dict[str, Any] = message.decode_simple(frame.data, decode_choices=False)
-        except (Error, ValueError, LookupError) as error:
+        except (cantools_error(), ValueError, LookupError) as error:
             raise FrameRefused(f"{message.name}: {error}") from None
         for signal in message.signals:
             self._check(message.name, signal.name, values[signal.name], signal.minimum, signal.maximum)

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from pymavlink.dialects.v20 import common
-
 
 @dataclass(frozen=True, slots=True)
 class Message:
@@ -82,8 +80,15 @@ def unpack(found: Layout, payload: bytes) -> Message:
     return Message(found.name, fields)
 
 
+def load_library() -> None:
+    """Import pymavlink now: else the first message does, in each process of its own."""
+    _by_name()
+
+
 @cache
 def _layouts() -> dict[int, Layout]:
+    from pymavlink.dialects.v20 import common  # late: the check of a scenario needs no message
+
     layouts = {}
     for number, cls in common.mavlink_map.items():
         wire = cls.unpacker

@@ -6,14 +6,38 @@ It runs in the signal handler itself, so it also shows a process whose interpret
 from __future__ import annotations
 
 import faulthandler
+import os
 import signal
+import time
+from collections.abc import Callable
 from typing import Final
 
 from netem.diagnosis.under_way import UnderWay
 
 DUMP_SIGNAL: Final = signal.SIGRTMAX - 5        # programs use SIGUSR1 and SIGUSR2 for their own purposes
+DUMP_WITHIN_S: Final = 2.0
+DUMP_LOOK_S: Final = 0.05
 
 
-def dump_stacks_into(under_way: UnderWay) -> None:
+def dump_stacks_into(under_way: UnderWay, *, then_end: bool = False) -> None:
+    """`then_end`: `DUMP_SIGNAL` also ends the process, before its programs go on."""
     faulthandler.enable(under_way.file, all_threads=True)
-    faulthandler.register(DUMP_SIGNAL, under_way.file, all_threads=True, chain=False)
+    faulthandler.register(DUMP_SIGNAL, under_way.file, all_threads=True, chain=then_end)
+
+
+def ask_for_dump(pid: int) -> None:
+    """Let the process write its stacks, even if it is stopped: such a process takes signals when it goes on."""
+    for number in (DUMP_SIGNAL, signal.SIGCONT):
+        os.kill(pid, number)
+
+
+def await_dump(under_way: UnderWay, ask: Callable[[], None]) -> None:
+    """Call `ask`, which asks a process for its stacks; returns when they are written, or after `DUMP_WITHIN_S`."""
+    before = written = under_way.stacks()
+    ask()
+    deadline_s = time.monotonic() + DUMP_WITHIN_S
+    while time.monotonic() < deadline_s:
+        time.sleep(DUMP_LOOK_S)
+        earlier, written = written, under_way.stacks()
+        if written == earlier != before:            # it has written something, and nothing more since
+            return

@@ -14,9 +14,10 @@ from __future__ import annotations
 import mmap
 import os
 import struct
+import sys
 from contextlib import suppress
 from functools import cached_property
-from typing import Final
+from typing import Any, Final
 
 MEMORY_BYTES: Final = 1 << 20
 WORDS_BYTES: Final = 16
@@ -43,14 +44,26 @@ class UnderWay:
         self._end = WORDS_BYTES
 
     @cached_property
+    def _mapping(self) -> mmap.mmap:
+        return mmap.mmap(self.file, MEMORY_BYTES)
+
+    @cached_property
     def _memory(self) -> memoryview:
         """For the process that writes; one that only reads has no use for the second descriptor that a mapping takes.
         """
-        return memoryview(mmap.mmap(self.file, MEMORY_BYTES))
+        return memoryview(self._mapping)
 
     @cached_property
     def words(self) -> memoryview:
         return self._memory[:WORDS_BYTES].cast("q")
+
+    def word_0(self, most: int) -> Any:
+        """An object whose item 0 is word 0, for numbers from 0 to `most`.
+
+        For small numbers it is the mapping itself, whose items are bytes: setting one costs less than an item of
+        `words`.
+        """
+        return self._mapping if most < 256 and sys.byteorder == "little" else self.words
 
     @cached_property
     def call_word(self) -> memoryview:

@@ -39,7 +39,7 @@ Flags = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
 @dataclass(frozen=True)
 class Columns:
-    """The requested columns that the file has; each has `rows` entries."""
+    """The columns asked for that the file has; each has `rows` entries."""
 
     rows: int
     times_ns: Mapping[str, Integers]        # by stem: "time", "delay"

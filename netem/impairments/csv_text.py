@@ -4,7 +4,7 @@
     seq;time_s;rtt;lost          separator: comma, tab or semicolon, whichever the header has most of
     1;0,1;12,5;0                 a decimal comma is read where the separator is not a comma
 
-The text is UTF-8, or UTF-16 with a byte order mark. A column that is not requested is passed over, whatever it holds.
+The text is UTF-8, or UTF-16 with a byte order mark. A column that is not asked for is passed over, whatever it holds.
 
 Not modelled: values that span lines, comments below the header, separators other than these three.
 """

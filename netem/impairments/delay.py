@@ -26,7 +26,7 @@ from msgspec.structs import replace
 from netem.fate import Fate
 from netem.impairments.checks import expect_at_least, expect_correlation
 from netem.impairments.correlated_uniforms import LARGEST, correlated_uniforms
-from netem.impairments.csv_columns import RecordingError, read_columns
+from netem.impairments.csv_text import RecordingError
 from netem.impairments.delay_quantiles import JITTER_QUANTILES, Quantile, of_points, of_samples
 from netem.impairments.flow import Flow
 from netem.impairments.order import not_before
@@ -122,6 +122,8 @@ def scaled(quantile: Quantile, by_ns: int) -> Callable[[float], float]:
 
 
 def _from_file(file: str, names: Mapping[str, str]) -> Quantile:
+    from netem.impairments.csv_columns import read_columns  # late: it brings numpy
+
     columns = read_columns(file, times=["delay"], ratios=["probability"], columns=names)
     if "delay" not in columns.times_ns:
         raise RecordingError(f"{file}: no column delay_s, delay_ms, delay_us or delay_ns, and no `columns` that says "

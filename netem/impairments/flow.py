@@ -1,4 +1,4 @@
-"""The most traffic that a sender puts on a link, as a bound on the delays needs it."""
+"""The frames that a sender puts on a link at most: the load for which an impairment bounds its delay."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Files that impairments have read, so that a file is read once, whatever the number of links.
+"""Recordings that impairments have read from files: a file is read once, whatever the number of links.
 
-The code that builds the impairments of a scenario passes one `Recordings` to all of them, and drops it with them.
+The builder of the impairments of a scenario passes one `Recordings` to all of them, and drops it with them.
 
 Invariant: content that is kept is never changed, so links may share it.
 """
@@ -18,7 +18,7 @@ class Recordings:
         self._kept: dict[Hashable, Any] = {}
 
     def once(self, key: Hashable, read: Callable[[], Value]) -> Value:
-        """The value of `read()` for this key, called only the first time; an error of it is raised again each time."""
+        """The value that `read` returned for this key. It is called once, and anew after an exception."""
         if key not in self._kept:
             self._kept[key] = read()
         value: Value = self._kept[key]

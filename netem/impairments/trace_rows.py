@@ -11,10 +11,14 @@ from __future__ import annotations
 from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import numpy as np
+from netem.impairments.csv_text import RecordingError
 
-from netem.impairments.csv_columns import Columns, RecordingError, read_columns
+if TYPE_CHECKING:
+    import numpy as np
+
+    from netem.impairments.csv_columns import Columns
 
 LOST = -1                               # instead of a delay
 
@@ -29,6 +33,10 @@ class TraceRows:
 
 
 def read_rows(file: str, by_time: bool, columns: Mapping[str, str], start_ns: int | None) -> TraceRows:
+    import numpy as np  # late: a scenario without recordings needs no numpy
+
+    from netem.impairments.csv_columns import read_columns
+
     found = read_columns(file, times=["time", "delay"], flags=True, columns=columns)
     if "delay" not in found.times_ns and found.lost is None:
         raise RecordingError(f"{file}: neither delay_s (or _ms, _us, _ns) nor lost (or received) among "
@@ -53,6 +61,8 @@ def read_rows(file: str, by_time: bool, columns: Mapping[str, str], start_ns: in
 
 
 def _times(found: Columns, file: str, start_ns: int | None) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    import numpy as np
+
     if "time" not in found.times_ns:
         raise RecordingError(f"{file}: by=time needs a column time_s, time_ms, time_us or time_ns, or its name in the "
                              f"file in `columns`; there are {found.text.there}")

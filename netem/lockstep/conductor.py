@@ -111,7 +111,8 @@ class Conductor:
     reached_ns: int = 0
     ended_by: str = ""                  # the node that ended the run before its length, "" if none did,
     ended_because: str = ""             # and why
-    counters: dict[str, dict[str, int]] = field(default_factory=dict)
+    counters: dict[str, dict[str, int]] = field(default_factory=dict)       # at the end
+    counted: dict[str, dict[str, int]] = field(default_factory=dict)        # where a node said it on the way
     seats: dict[str, Seat] = field(default_factory=dict)
     media: Mapping[str, Medium] = field(default_factory=dict)
     _next_out_ns: int = 0
@@ -262,6 +263,8 @@ class Conductor:
                               last_report=seat.standing())
         seat.soft_ns, seat.firm_ns, seat.granted_ns = report.soft_ns, report.firm_ns, horizon_ns
         seat.earliest_ns = max(seat.firm_ns, min(seat.soft_ns, seat.pending_ns))
+        if report.counters:
+            self.counted[seat.name] = report.counters
         width = len(seat.signals)
         for time_ns, values in report.samples:
             if len(values) != width or not seat.sampled_ns <= time_ns <= horizon_ns:

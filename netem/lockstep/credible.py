@@ -1,4 +1,4 @@
-"""Checks of a node's report before it is used: bytes that can be decoded may still hold impossible values."""
+"""Checks the hello of a node before it is used: bytes that can be decoded may still hold impossible values."""
 
 from __future__ import annotations
 

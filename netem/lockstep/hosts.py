@@ -18,6 +18,7 @@ from netem.lockstep.messages import Grant, Hello, Report
 from netem.lockstep.watchdog import NodeHangs, Watchdog
 from netem.node import Node
 from netem.outside_guard import OutsideGuard
+from netem.turn import Turn
 
 
 class Host(Protocol):
@@ -48,12 +49,13 @@ class InlineHost:
         self._build = build
         self._guard = guard or OutsideGuard()
         self._guarded = guard is not None
+        self._turn: Turn = self._guard      # the same, and of a compiled class
         self._nodes: dict[str, Node] = {}
         self._places = {name: place for place, name in enumerate(build, 1)}
-        self._running: Any = [0] if under_way is None else under_way.words
+        self._running: Any = [0] if under_way is None else under_way.word_0(len(build))
         self._watchdog: Watchdog | None = None
         if under_way is not None and timeout_s is not None:
-            self._watchdog = Watchdog(list(build), under_way, timeout_s, waiting)
+            self._watchdog = Watchdog(list(build), under_way, timeout_s, waiting, self._turn)
 
     def start(self) -> dict[str, Hello]:
         failed: dict[str, tuple[str, str]] = {}
@@ -86,27 +88,28 @@ class InlineHost:
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         reports = []
         failed: dict[str, tuple[str, str]] = {}
-        guard = self._guard
-        guard.program_runs = True
+        guard, turn, running = self._guard, self._turn, self._running
+        turn.program_runs = True
         for name, grant in grants:
             node = self._nodes[name]
-            self._running[0] = self._places[name]
+            running[0] = self._places[name]
             try:
                 reports.append((name, node.advance(grant)))
-                if guard.refusal is not None:
+                if turn.refusal is not None:
                     guard.check()
             except NodeHangs as error:
-                guard.program_runs = False
+                turn.program_runs = False
                 raise self._hangs(name) from error
             except BaseException as error:
                 if is_interruption(error):
-                    guard.program_runs = False
+                    turn.program_runs = False
                     raise
                 failed[name] = f"its program failed at {node.now_ns} ns", guard.with_refusal(traceback.format_exc())
-                if guard.refusal is not None:
+                if turn.refusal is not None:
                     break
-        guard.program_runs = False
-        self._came_back()
+        turn.program_runs = False
+        running[0] = 0
+        turn.steps += 1
         if failed:
             failure = programs_failed(failed)
             failure.counters = {name: self._nodes[name].counters() for name in failed}
@@ -114,12 +117,12 @@ class InlineHost:
         return reports
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
-        """Counters of the nodes so far; no code of the nodes runs for it."""
+        """Counters of the nodes, read without running code of their programs."""
         return [(name, Report(grant.window, NEVER_NS, NEVER_NS, [], [], [], self._nodes[name].counters(), ""))
                 for name, grant in grants if name in self._nodes]
 
     def counters(self) -> dict[str, dict[str, int]]:
-        """Counters of every node so far."""
+        """Counters of every node up to now."""
         return {name: node.counters() for name, node in self._nodes.items()}
 
     def stop(self) -> None:
@@ -130,8 +133,7 @@ class InlineHost:
 
     def _came_back(self) -> None:
         self._running[0] = 0
-        if self._watchdog is not None:
-            self._watchdog.steps += 1
+        self._turn.steps += 1
 
     def _hangs(self, name: str) -> NodeFailure:
         assert self._watchdog is not None

@@ -40,7 +40,7 @@ class Report(msgspec.Struct, array_like=True, gc=False):
     offers: list[Offer]
     samples: list[Sample]
     events: list[Event]
-    counters: dict[str, int]            # only in the last report, and in that of an error
+    counters: dict[str, int]            # in the last report, in that of an error, and with processes now and then
     error: str                          # traceback of the program, "" if all is well
     ends_ns: int = NEVER_NS             # the node ends the run at this instant,
     ends_because: str = ""              # for this reason

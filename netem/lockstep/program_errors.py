@@ -1,10 +1,11 @@
-"""Errors of a program in words for its author: the place in the program, the rule, the remedy.
+"""An exception of a program, in words for its author: the place in the program, the rule, the remedy.
 
 Works on the text of a traceback, as both hosts have it: the host with processes gets no more than the text.
 """
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import sysconfig
@@ -75,4 +76,4 @@ def own_lines(trace: str) -> str:
 
 def is_authors(file: str) -> bool:
     """Whether a source file is neither marconet's nor a library's."""
-    return not file.startswith((*_PACKAGES, *_LIBRARIES, f"{sys.prefix}/", "<"))
+    return not os.path.normpath(file).startswith((*_PACKAGES, *_LIBRARIES, f"{sys.prefix}/", "<"))

@@ -27,6 +27,7 @@ from typing import Any, Final, NoReturn
 from netem.diagnosis import words
 from netem.diagnosis.stack import Frame, as_traceback, frames_to_show
 from netem.diagnosis.under_way import UnderWay
+from netem.turn import Turn
 
 LOOK_EVERY_S: Final = 0.25
 WAITING_AFTER_S: Final = 2.0
@@ -44,11 +45,11 @@ class NodeHangs(BaseException):
 
 
 class Watchdog:
-    """`steps` grows with every window; word 0 of `under_way` is the place in `nodes` of the node whose code runs,
+    """`turn.steps` grows with every window; word 0 of `under_way` is the place in `nodes` of the node whose code runs,
     counted from 1, 0 between nodes."""
 
     def __init__(self, nodes: Sequence[str], under_way: UnderWay, timeout_s: float,
-                 waiting: Callable[[Sequence[str], float], None]) -> None:
+                 waiting: Callable[[Sequence[str], float], None], turn: Turn) -> None:
         self._nodes = list(nodes)
         self._under_way = under_way
         self._timeout_s = timeout_s
@@ -58,7 +59,7 @@ class Watchdog:
         self._in_main = threading.current_thread() is threading.main_thread()
         self._handler: Any = None
         self._armed_s = 0.0
-        self.steps = 0
+        self._turn = turn
         self.reason = ""                    # of the NodeHangs that was raised
         self.detail = ""
 
@@ -76,12 +77,12 @@ class Watchdog:
             self._handler = None
 
     def _watch(self) -> None:
-        seen, since_s, raised_s, told_s = (self.steps, 0), time.monotonic(), 0.0, 0.0
+        seen, since_s, raised_s, told_s = (self._turn.steps, 0), time.monotonic(), 0.0, 0.0
         while not self._over.wait(LOOK_EVERY_S):
             now_s = time.monotonic()
             place = self._under_way.words[0]
-            if (self.steps, place) != seen or not 0 < place <= len(self._nodes):
-                seen, since_s, raised_s = (self.steps, place), now_s, 0.0
+            if (self._turn.steps, place) != seen or not 0 < place <= len(self._nodes):
+                seen, since_s, raised_s = (self._turn.steps, place), now_s, 0.0
                 if self._in_main and now_s - self._armed_s > RENEW_S:
                     self._renew()
                 continue

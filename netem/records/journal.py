@@ -26,7 +26,9 @@ class GrowingFile:
     """The file at `path`, made anew; to libraries that write into it, a binary stream."""
 
     def __init__(self, path: Path) -> None:
+        self._path = path
         self._descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_CLOEXEC", 0), 0o666)
+        self._file = os.fstat(self._descriptor).st_ino
         self._committed = 0
         self._waiting = bytearray()
         self.closed = False
@@ -51,6 +53,9 @@ class GrowingFile:
         """Put what waits on the disk. OSError, as for a full disk, leaves the file as it was."""
         if not self._waiting:
             return
+        if not self._is_open():
+            self._descriptor = os.open(self._path, os.O_WRONLY | getattr(os, "O_CLOEXEC", 0))
+            os.lseek(self._descriptor, self._committed, os.SEEK_SET)
         written = 0
         try:
             with memoryview(self._waiting) as waiting:
@@ -67,7 +72,15 @@ class GrowingFile:
         """Close the file with what was committed."""
         if not self.closed:
             self.closed = True
-            os.close(self._descriptor)
+            if self._is_open():
+                os.close(self._descriptor)
+
+    def _is_open(self) -> bool:
+        """False if a robot program has closed the file: the number may be that of another one by now."""
+        try:
+            return os.fstat(self._descriptor).st_ino == self._file
+        except OSError:
+            return False
 
 
 class Journal:

@@ -1,8 +1,9 @@
 """The ledger's Parquet file, written row group by row group; it has its name when it is whole.
 
 Columns are those of `ledger.COLUMNS`; names and fates are dictionary-encoded, times are int64 nanoseconds from the
-start of the run with the unit in the field's metadata, -1 where the instant does not exist. The file's metadata holds
-`marconet.hash`, `marconet.rows`, `marconet.expected` and what the run adds (`marconet.scenario`, `marconet.seed`).
+start of the run, -1 where the instant does not exist. Arrow's own copy of the schema, 1.6 kB, is left out: a reader
+that wants names as dictionaries says so, as `read_ledger` does. The file's metadata holds `marconet.hash`,
+`marconet.rows`, `marconet.expected` and what the run adds (`marconet.scenario`, `marconet.seed`).
 
 Integers are stored as packed differences and digests without their lengths: what is left of a row are the digest and
 the times that do not repeat (decision 0014).
@@ -27,24 +28,24 @@ from netem.records.part_file import part_of, publish
 
 PREFIX = "marconet."
 NAME = pa.dictionary(pa.int32(), pa.string())
-NS = {"unit": "ns"}
 SCHEMA = pa.schema([
     pa.field("medium", NAME, nullable=False),
     pa.field("sender", NAME, nullable=False),
     pa.field("number", pa.int64(), nullable=False),
     pa.field("receiver", NAME, nullable=False),
     pa.field("copy", pa.int64(), nullable=False),
-    pa.field("offered_ns", pa.int64(), nullable=False, metadata=NS),
-    pa.field("on_air_ns", pa.int64(), nullable=False, metadata=NS),
-    pa.field("end_ns", pa.int64(), nullable=False, metadata=NS),
-    pa.field("delivered_ns", pa.int64(), nullable=False, metadata=NS),
-    pa.field("size_bytes", pa.int64(), nullable=False, metadata={"unit": "byte"}),
+    pa.field("offered_ns", pa.int64(), nullable=False),
+    pa.field("on_air_ns", pa.int64(), nullable=False),
+    pa.field("end_ns", pa.int64(), nullable=False),
+    pa.field("delivered_ns", pa.int64(), nullable=False),
+    pa.field("size_bytes", pa.int64(), nullable=False),
     pa.field("digest", pa.binary(), nullable=False),
     pa.field("fate", NAME, nullable=False),
     pa.field("cause", NAME, nullable=False),
 ])
 ENCODINGS: Final = {field.name: "DELTA_BINARY_PACKED" for field in SCHEMA if field.type == pa.int64()} | {
     "digest": "DELTA_LENGTH_BYTE_ARRAY"}
+NAMES: Final = [field.name for field in SCHEMA if field.type == NAME]
 Rows = Sequence[Sequence[Any]]
 
 
@@ -118,8 +119,8 @@ def write_from_journal(path: Path, metadata: Mapping[str, str]) -> None:
 
 def _writer(file: GrowingFile, metadata: Mapping[str, str]) -> pq.ParquetWriter:
     writer = pq.ParquetWriter(pa.PythonFile(file, mode="w"), SCHEMA, compression="zstd", compression_level=3,
-                              write_statistics=False, column_encoding=ENCODINGS,
-                              use_dictionary=[field.name for field in SCHEMA if field.type == NAME])
+                              write_statistics=False, column_encoding=ENCODINGS, use_dictionary=NAMES,
+                              store_schema=False)
     writer.add_key_value_metadata({PREFIX + key: value for key, value in metadata.items()})
     return writer
 

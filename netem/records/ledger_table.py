@@ -12,7 +12,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from netem.records.ledger_file import PREFIX, SCHEMA, journal_of, noted_batches
+from netem.records.ledger_file import NAMES, PREFIX, SCHEMA, journal_of, noted_batches
 from netem.records.ledger_hash import LedgerHash
 
 
@@ -20,7 +20,7 @@ def read_ledger(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """The rows in the order in which they were closed; `columns`: only these. Text columns are dictionary-encoded, with
     one dictionary for all chunks. FileNotFoundError if neither the file nor its journal is there."""
     if path.exists() or not journal_of(path).exists():
-        with pq.ParquetFile(path) as file:
+        with pq.ParquetFile(path, read_dictionary=NAMES) as file:
             return file.read(None if columns is None else list(columns), use_threads=False).unify_dictionaries()
     table = pa.Table.from_batches(noted_batches(path), schema=SCHEMA).unify_dictionaries()
     return table if columns is None else table.select(columns)

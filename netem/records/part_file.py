@@ -37,6 +37,16 @@ def write_whole(path: Path, data: bytes) -> None:
         raise
 
 
+def reopen_standard_files() -> None:
+    """Let 0, 1 and 2 be the null device where a robot program has closed them: the next file that is opened would get
+    their numbers, and with them what libraries print."""
+    for descriptor in (0, 1, 2):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)      # the lowest number that is free
+
+
 class ReservedFile:
     """A small file whose space on the disk is taken before it is needed, so that it can be written on a full disk.
 

@@ -15,8 +15,8 @@ ABANDONED = 4       # exit code of a node whose emulator is gone
 
 
 class Errand(msgspec.Struct):
-    """`specification` is for the code that builds the node; in virtual time its program is guarded (`OutsideGuard`).
-    `secret` lets the node into the emulator's session."""
+    """`specification` is for the function that builds the node; in virtual time its program is guarded
+    (`OutsideGuard`). `secret` lets the node into the emulator's session."""
 
     endpoint: str
     secret: str

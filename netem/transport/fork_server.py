@@ -10,7 +10,8 @@ Invariants:
 - this process has one thread and no Zenoh session, so a node inherits nothing but memory;
 - it ends when the emulator's end of its socket has closed and its last node has ended; nodes end by pipes of their own,
   and one that cannot notice, as its program never lets go of the interpreter, is killed after `END_WITHIN_S`;
-- what a node has started, in the node's own process group, ends with it.
+- what a node has started, in the node's own process group, ends with it; what has left that group, as a daemon does,
+  ends with the last node.
 """
 
 from __future__ import annotations
@@ -27,8 +28,9 @@ from typing import Final
 
 import msgspec
 
-from netem.diagnosis.stack_dump import DUMP_SIGNAL, dump_stacks_into
+from netem.diagnosis.stack_dump import ask_for_dump, dump_stacks_into
 from netem.diagnosis.under_way import UnderWay
+from netem.transport.left_behind import end_children, take_orphans
 
 LONGEST_MESSAGE: Final = 4096
 END_WITHIN_S: Final = 5.0
@@ -62,6 +64,7 @@ class Ended(msgspec.Struct, tag="ended"):
 
 def serve(life: Callable[[UnderWay], int]) -> int:
     """Fork nodes as the emulator at the standard input asks; returns an exit code, in a node that of its `life`."""
+    take_orphans()
     server = _ForkServer()
     gc.collect()
     gc.freeze()
@@ -108,8 +111,7 @@ class _ForkServer:
             return None
         if isinstance(order, Dump):
             if order.node in self._nodes:
-                for number in (DUMP_SIGNAL, signal.SIGCONT):        # a stopped process takes signals when it goes on
-                    os.kill(self._nodes[order.node][0], number)
+                ask_for_dump(self._nodes[order.node][0])
             return None
         pid = os.fork()
         if pid == 0:
@@ -128,6 +130,8 @@ class _ForkServer:
         os.close(pidfd)
         _kill_group(pid)            # before it is waited for: until then nobody else can have its number
         _, status = os.waitpid(pid, 0)
+        if not self._nodes:
+            end_children()
         self._tell(Ended(node, os.waitstatus_to_exitcode(status)))
 
     def kill_all(self) -> None:

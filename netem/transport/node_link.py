@@ -6,8 +6,11 @@ Bytes on the grant key that are no grant for the next window are counted and ign
 from __future__ import annotations
 
 import gc
+import os
+import time
 import traceback
 from collections.abc import Callable
+from typing import Final
 
 import msgspec
 
@@ -19,6 +22,8 @@ from netem.outside_guard import OutsideGuard
 from netem.transport import keys
 from netem.transport.errand import EmulatorPipe, Errand
 from netem.transport.zenoh_session import ENTRANCES, Session
+
+COUNTERS_EVERY_S: Final = 0.5       # of wall clock: what a node has counted outlives it, and the emulator
 
 
 def take_part(build: Callable[[Errand], Node]) -> int:
@@ -58,6 +63,8 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
         gc.freeze()
         gc.set_threshold(100_000, 50, 100)
         window = 0
+        process = os.getpid()
+        told_s = time.monotonic()
         while True:
             _, message = grants.receive()
             try:
@@ -69,10 +76,15 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
                 continue
             window = grant.window
             try:
-                message = encode(node.advance(grant))
+                report = node.advance(grant)
+                _leave_if_forked(process)
+                if not report.counters and (now_s := time.monotonic()) > told_s + COUNTERS_EVERY_S:
+                    report.counters, told_s = node.counters(), now_s
+                message = encode(report)
                 if guard.refusal is not None:
                     guard.check()
             except BaseException as error:
+                _leave_if_forked(process)
                 if is_interruption(error):
                     raise
                 out.send(encode(Report(window, node.now_ns, NEVER_NS, [], [], [], node.counters(),
@@ -82,3 +94,9 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
             if grant.last:
                 pipe.has_said_all()         # closing the session takes a while, and the emulator does not wait for it
                 return 0
+
+
+def _leave_if_forked(process: int) -> None:
+    """End a copy that the program forked and that came back into the node: the node is its parent."""
+    if os.getpid() != process:
+        os._exit(0)

@@ -21,13 +21,12 @@ from typing import BinaryIO, Final
 import msgspec
 
 from netem.diagnosis import words
+from netem.diagnosis.stack_dump import await_dump
 from netem.diagnosis.under_way import UnderWay
 from netem.transport.fork_server import LONGEST_MESSAGE, Dump, Ended, Kill, Start, Started
 
 NOT_FORKED_S: Final = 1.0
 TELL_WITHIN_S: Final = 5.0
-DUMP_WITHIN_S: Final = 2.0
-DUMP_LOOK_S: Final = 0.05
 _log: Final = logging.getLogger(__name__)       # a warning goes to the standard error, unless told otherwise
 
 
@@ -77,20 +76,12 @@ class NodeProcesses:
         return node in self._orphans
 
     def under_way(self, node: str) -> UnderWay:
-        """The code that `node` runs, or ran when it ended."""
+        """The Python stack of `node` and its FMI call, now or when its process ended."""
         return self._under_way[node]
 
     def dump_stacks(self, node: str) -> None:
-        """Let `node` write its stacks into its memory; returns when it has, or after `DUMP_WITHIN_S`."""
-        under_way = self._under_way[node]
-        before = written = under_way.stacks()
-        self._tell(Dump(node), [])
-        deadline_s = time.monotonic() + DUMP_WITHIN_S
-        while time.monotonic() < deadline_s:
-            time.sleep(DUMP_LOOK_S)
-            earlier, written = written, under_way.stacks()
-            if written == earlier != before:            # it has written something, and nothing more since
-                return
+        """Let `node` write its stacks into its memory; returns when it has, or after two seconds."""
+        await_dump(self._under_way[node], lambda: self._tell(Dump(node), []))
 
     def stopped(self, node: str) -> bool:
         """Whether the process of `node` is stopped, as by SIGSTOP."""

@@ -75,9 +75,11 @@ class ProcessHost:
         self._decode_report = msgspec.msgpack.Decoder(Report).decode
         self._awaited: frozenset[str] | set[str] = frozenset()
         self._began_s = float("inf")            # when the wait that goes on began
+        self._deadline_s = float("inf")         # of the wait for last words
         self._late: set[str] = set()            # killed because they were, so that sending to them does not block
         self._ended_s: dict[str, float] = {}
         self._over = threading.Event()
+        self._watchdog: threading.Thread | None = None
         self._placement = Placement(lambda: (os.getpid(), *self._alive.pids().values()))
         self.garbage: Counter[str] = Counter()
 
@@ -93,7 +95,8 @@ class ProcessHost:
             self._spawn(name, Errand(self._session.endpoint, self._secret, run, name, self._timeout_s, specification,
                                      self._virtual_time))
             self._senders[name] = self._session.sender(keys.grant(run, name))
-        threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
+        self._watchdog = threading.Thread(target=self._watch, name="node watchdog", daemon=True)
+        self._watchdog.start()
         self._expect(set(self._errands))
         hellos = self._collect(set(self._errands), msgspec.msgpack.Decoder(Hello).decode, "word that it is ready")
         if failed := {name: ("could not start", hellos[name].error) for name in self._senders if hellos[name].error}:
@@ -127,9 +130,14 @@ class ProcessHost:
         return [(name, reports[name]) for name, _ in grants]
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
-        """Reports that arrive within `within_s` from nodes whose processes run, without those to earlier grants."""
+        """What comes within `within_s` from nodes whose processes run; what they still owed before is passed over.
+
+        A node that has owed an answer for `WAITING_AFTER_S` hangs, and is not waited for.
+        """
         if self._session is None:
             return []
+        owed_s, self._began_s = time.monotonic() - self._began_s, float("inf")
+        hanging = self._awaited if owed_s > WAITING_AFTER_S else frozenset()
         window = grants[0][1].window if grants else 0
         awaited = {name for name, _ in grants if name in self._senders and not self._has_ended(name)}
         for name, grant in grants:
@@ -138,7 +146,7 @@ class ProcessHost:
         reports = []
         self._awaited = awaited
         self._deadline_s = time.monotonic() + within_s
-        while awaited and time.monotonic() < self._deadline_s:
+        while awaited - hanging and time.monotonic() < self._deadline_s:
             key, data = self._reports.receive()         # at the latest the watchdog's alarm
             name = keys.node_of(key)
             if name == "-":
@@ -172,6 +180,9 @@ class ProcessHost:
         if self._session is not None:
             self._session.close()
             self._session = None
+        if self._watchdog is not None:          # in a call of Zenoh at the end of the interpreter it would abort that
+            self._watchdog.join(END_WITHIN_S)
+            self._watchdog = None
 
     @property
     def _alive(self) -> NodeProcesses:
@@ -226,7 +237,8 @@ class ProcessHost:
                     self._alive.dump_stacks(name)
                     self._alive.kill(name)
             tell = waited_s > WAITING_AFTER_S and now_s - told_s > TELL_EVERY_S
-            if tell or waited_s > self._timeout_s or any(map(self._has_ended, tuple(self._awaited))):
+            late = now_s > self._deadline_s or waited_s > self._timeout_s
+            if tell or late or any(map(self._has_ended, tuple(self._awaited))):
                 told_s = now_s
                 self._alarm.send(b"")
 

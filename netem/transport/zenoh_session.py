@@ -127,7 +127,7 @@ class Receiver:
 
 
 def new_secret() -> str:
-    """256 random bits: too many to find it by trying against the hash that went over the wire."""
+    """256 random bits: too many to be found by trying them against the hash that went over the wire."""
     return secrets.token_hex(32)
 
 

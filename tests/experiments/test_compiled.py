@@ -21,7 +21,8 @@ from experiments.compiled.build import CannotCompile, compile_modules
 from experiments.compiled.modules import MODULES, ROOT, compiled_folder, file_of
 
 SHORT = ("--duration", "0.3", "--host")
-SCENARIOS = ("output_sync", "output_sync_lossy", "tracking_individual", "p3at_chases_p3at")
+SCENARIOS = ("output_sync", *(pytest.param(name, marks=pytest.mark.slow)
+                              for name in ("output_sync_lossy", "tracking_individual", "p3at_chases_p3at")))
 MARCONET = "from experiments.command_line import main; main()"
 WHICH = "import experiments, netem.node; print(experiments.CODE); print(netem.node.__file__)"
 

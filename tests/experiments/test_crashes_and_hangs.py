@@ -98,6 +98,18 @@ def test_an_inline_run_whose_plant_crashes_says_the_same_as_one_with_processes(t
                      re.MULTILINE)
 
 
+def test_an_inline_robot_that_stops_its_process_is_named_with_its_line(tmp_path: Path) -> None:
+    ended = subprocess.run([*COMMAND, str(ROBOTS / "StopSelf.toml"), "--host", "inline", "--out", "out"], cwd=tmp_path,
+                           capture_output=True, text=True, timeout=60)
+
+    line = line_of(ROBOTS / "robots.py", "signal.SIGSTOP")
+    assert ended.returncode == 3
+    assert ended.stderr.startswith("node bad: no answer within node_timeout_s = 4 s: it is stopped (SIGSTOP) at "
+                                   f"{ROBOTS / 'robots.py'}:{line} in act")
+    assert "it is stopped" in (tmp_path / "out" / "summary.json").read_text()
+    assert (tmp_path / "out" / "report.html").is_file()
+
+
 def test_a_process_that_does_not_end_after_the_run_is_named(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     result = runner.run(load(ROBOTS / "AtExitHang.toml"), host="process", out=tmp_path, report=False)
 

@@ -50,7 +50,8 @@ def under_way(out: Path, pid: int) -> bool:
     return len(nodes) == 5 and all(len(list(Path(f"/proc/{node}/task").iterdir())) > 2 for node in nodes)
 
 
-@pytest.mark.parametrize("begun", [True, False], ids=["while it runs", "while it starts"])
+@pytest.mark.parametrize("begun", [True, pytest.param(False, marks=pytest.mark.slow)],
+                         ids=["while it runs", "while it starts"])
 @pytest.mark.parametrize(("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"),
                                                       (signal.SIGTERM, 143, "terminated"),
                                                       (signal.SIGHUP, 129, "terminal was closed")])

@@ -37,7 +37,7 @@ def ran(result: RunResult) -> RunData:
 
 
 @pytest.mark.parametrize(("name", "disturbance"), [
-    ("output_sync_reference", ()),
+    pytest.param("output_sync_reference", (), marks=pytest.mark.slow),
     ("output_sync_reference_disturbed", ((0, 5.0), (4_400_000_000, -5.0), (8_800_000_000, 0.0))),
 ])
 def test_the_reference_run_agrees_with_the_exact_discretization(tmp_path: Path, name: str,

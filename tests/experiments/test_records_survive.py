@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import resource
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +64,7 @@ def forever(tmp_path: Path) -> Path:
 
 def start(scenario: Path, out: Path, *options: str) -> subprocess.Popen[str]:
     return subprocess.Popen([*MARCONET, "run", str(scenario), "--out", str(out), *options], stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, text=True, process_group=0)
+                            stderr=subprocess.PIPE, text=True, process_group=0, env={**os.environ, "RUN": str(out)})
 
 
 def wait_for(condition: Callable[[], bool], seconds: float = 120.0) -> None:
@@ -124,7 +128,7 @@ def test_a_second_and_a_third_interrupt_cut_no_record_off(tmp_path: Path, foreve
 def test_after_a_kill_the_report_makes_records_of_what_is_on_the_disk(tmp_path: Path, forever: Path, host: str) -> None:
     out = tmp_path / "run"
     with start(forever, out, "--host", host) as running:
-        wait_for(lambda: under_way(out))
+        wait_for(lambda: under_way(out) and b'"heard"' in (out / "run.json.part").read_bytes())
         emulator = running.pid if host == "process" else int(
             Path(f"/proc/{running.pid}/task/{running.pid}/children").read_text().split()[0])
         subprocess.run(["kill", "-KILL", str(emulator)], check=True)
@@ -135,6 +139,7 @@ def test_after_a_kill_the_report_makes_records_of_what_is_on_the_disk(tmp_path: 
 
     assert running.returncode == (-signal.SIGKILL if host == "process" else 3)
     assert_whole(out)
+    assert all(count["heard"] > 0 for count in load_run(out).counters.values())
     assert ("was killed" if host == "process" else "was ended by SIGKILL") in summary_of(out)["failure"]
 
 
@@ -204,16 +209,109 @@ def test_a_node_that_fails_leaves_records_with_its_last_report(tmp_path: Path, c
 @pytest.mark.parametrize("host", ["inline", pytest.param("process", marks=slow)])
 def test_on_a_full_disk_what_was_written_before_can_be_read(tmp_path: Path, forever: Path, host: str) -> None:
     out = tmp_path / "run"
-    small = ["sh", "-c", 'ulimit -f 4000; exec "$@"', "sh"]    # no file beyond 2 MB
-    done = subprocess.run([*small, *MARCONET, "run", str(forever), "--out", str(out), "--host", host],
-                          capture_output=True, text=True, check=False, timeout=120)
+    with start(forever, out, "--host", host) as running:
+        wait_for(lambda: under_way(out))
+        fullest = max(file.stat().st_size for file in out.glob("*.part"))       # a file grows no further
+        for pid in [running.pid] + (children(running.pid) if host == "inline" else []):
+            resource.prlimit(pid, resource.RLIMIT_FSIZE, (fullest, fullest))
+        _, told = running.communicate(timeout=120)
+
+    assert_told_and_readable(out, running.returncode, told, "File too large")
+
+
+@pytest.mark.parametrize("host", ["inline", pytest.param("process", marks=slow)])
+def test_on_a_file_system_that_is_full_what_was_written_before_can_be_read(small_disk: Path, forever: Path, host: str
+                                                                           ) -> None:
+    out = small_disk / "run"
+    with start(forever, out, "--host", host) as running:
+        wait_for(lambda: under_way(out))
+        with suppress(OSError), (small_disk / "filler").open("wb", buffering=0) as filler:
+            while filler.write(bytes(4096)):
+                pass
+        _, told = running.communicate(timeout=120)
+    (small_disk / "filler").unlink()
+
+    assert_told_and_readable(out, running.returncode, told, "No space left on device")
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of 16 MB in memory."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16m", "marconet-test", str(place)],
+                             capture_output=True, text=True, check=False)
+    if mounted.returncode:
+        pytest.skip(f"a small tmpfs cannot be mounted here, which root may do: {mounted.stderr.strip()}")
+    yield place
+    subprocess.run(["umount", "-l", str(place)], check=True)
+
+
+def assert_told_and_readable(out: Path, code: int, told: str, why: str) -> None:
     report = subprocess.run([*MARCONET, "report", str(out)], capture_output=True, text=True, check=False)
 
-    assert done.returncode == 2
-    assert f"{out}: cannot write the records: File too large: free space, or name another folder" in done.stderr
+    assert code == 2
+    assert f"{out}: cannot write the records: {why}: free space, or name another folder" in told
     assert "cannot write the records" in summary_of(out)["failure"]
     assert (report.returncode, report.stderr) == (0, "")
     assert not list(out.glob("*.rows.part"))
-    data = load_run(out)
-    assert read_ledger(out / "ledger.parquet").num_rows > 1_000
-    assert data.signals["r1"].time_ns.size > 100
+    assert read_ledger(out / "ledger.parquet").num_rows > 10
+    assert load_run(out).signals["r1"].time_ns.size > 5
+
+
+def test_after_a_crash_the_next_scenarios_of_an_inline_call_run_all_the_same(tmp_path: Path) -> None:
+    files = [str(CASES / f"{case}.toml") for case in ("Segv", "OsExit0", "Good")]
+    done = subprocess.run([*MARCONET, "run", *files, "--host", "inline", "--out", str(tmp_path / "runs"), "--json",
+                           "--junit", str(tmp_path / "junit.xml")], capture_output=True, text=True, check=False)
+
+    document = json.loads(done.stdout)
+    assert (done.returncode, document["exit_code"]) == (3, 3)
+    told = [(run["scenario"], run["exit_code"]) for run in document["runs"]]
+    assert told == [("Segv", 3), ("OsExit0", 3), ("Good", 0)]
+    assert "was ended by SIGSEGV" in document["runs"][0]["problems"][0]
+    assert document["runs"][2]["summary"]["ledger_hash"] == summary_of(tmp_path / "runs" / "Good")["ledger_hash"]
+    suites = ElementTree.parse(tmp_path / "junit.xml").getroot().findall("testsuite")
+    assert [(suite.get("name"), suite.get("errors")) for suite in suites] == [("Segv", "1"), ("OsExit0", "1"),
+                                                                              ("Good", "0")]
+    for case in ("Segv", "OsExit0"):
+        assert summary_of(tmp_path / "runs" / case)["failure"]
+
+
+@pytest.mark.parametrize(("case", "host"), [("CloseStd", "inline"), ("Forks", "process"), ("Daemonizes", "process"),
+                                            pytest.param("Daemonizes", "inline", marks=slow),
+                                            pytest.param("SetSid", "process", marks=slow),
+                                            pytest.param("SetSid", "inline", marks=slow)])
+def test_what_harms_nobody_ends_with_0_and_leaves_no_process(tmp_path: Path, case: str, host: str) -> None:
+    with start(CASES / f"{case}.toml", tmp_path / "run", "--host", host) as running:
+        running.communicate(timeout=120)
+
+    assert running.returncode == 0
+    assert summary_of(tmp_path / "run")["failure"] == ""
+    assert [pid for pid in processes_that_name(str(tmp_path / "run")) if pid != running.pid] == []
+    assert load_run(tmp_path / "run").counters["good"] is not None
+
+
+def test_a_program_that_closes_every_file_leaves_the_records_whole(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    with start(CASES / "CloseAllFds.toml", out, "--host", "inline") as running:
+        _, told = running.communicate(timeout=120)
+
+    assert running.returncode == 3
+    assert "a robot program closed files of the emulator" in told
+    assert "a robot program closed files of the emulator" in summary_of(out)["failure"]
+    assert read_ledger(out / "ledger.parquet").num_rows == 200     # 100 frames of two robots in 1 s
+    assert not list(out.glob("*.part"))
+
+
+def processes_that_name(text: str) -> list[int]:
+    """Ids of the processes that inherited this text in their environment."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if text.encode() in (place / "environ").read_bytes():
+                found.append(int(place.name))
+    return found
+
+
+def children(pid: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]

@@ -113,3 +113,16 @@ def test_a_document_type_is_refused(pack: Callable[..., Path], cache: Path) -> N
            '<fmiModelDescription fmiVersion="2.0">&c;</fmiModelDescription>')
 
     assert "declares a document type: an FMU needs none" in refusal(pack({"modelDescription.xml": xml.encode()}), cache)
+
+
+@pytest.mark.parametrize(("text", "says"), [
+    (b"<x/>", "its root is x, expected fmiModelDescription"),
+    (b"<fmiModelDescription/>", "it names no fmiVersion"),
+    (b"", "no element found: line 1, column 0"),
+])
+def test_an_xml_file_that_describes_no_model_says_so(text: bytes, says: str, tmp_path: Path, cache: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "odd.fmu", "w") as file:
+        file.writestr("modelDescription.xml", text)
+
+    assert refusal(tmp_path / "odd.fmu", cache) == (
+        f"{tmp_path / 'odd.fmu'}: modelDescription.xml cannot be read: {says}: export it again")

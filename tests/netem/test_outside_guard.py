@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import asyncio
 import socket
 import sys
@@ -289,6 +290,33 @@ def test_threads_that_a_program_starts_are_watched_with_those_that_they_start(gu
     threading.Thread(target=send).start()           # of the test, not of a program
 
     assert caught == [guard.refusal]
+
+
+def test_a_thread_that_a_program_starts_without_the_class_thread_is_watched(guard):
+    ended, caught = threading.Event(), []
+
+    def send():
+        try:
+            on(socket.AF_INET, "sendto", b"x", ("127.0.0.1", 9))()
+        except OutsideRefused as refusal:
+            caught.append(refusal)
+        ended.set()
+
+    inside(guard, lambda: _thread.start_new_thread(send, ()))
+    assert ended.wait(5.0)
+    ended.clear()
+    _thread.start_new_thread(send, ())              # of the test, not of a program
+    assert ended.wait(5.0)
+
+    assert caught == [guard.refusal]
+
+
+def test_a_port_that_the_system_chooses_is_not_listened_on(guard):
+    """Listening on an unbound IP socket binds it, without an audit event for binding."""
+    with socket.socket() as door, pytest.raises(OutsideRefused, match=r"listening on an IP socket goes past"):
+        inside(guard, door.listen)
+
+    assert guard.refusal is not None
 
 
 def test_many_runs_leave_one_hook_and_no_guard(guard):

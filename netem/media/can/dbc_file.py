@@ -15,12 +15,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from cantools.database import Database, Message, load_string
-from cantools.database.errors import Error, UnsupportedDatabaseFormatError
+if TYPE_CHECKING:
+    from cantools.database import Database
+    from cantools.database import Message as Message  # others annotate with it
 
-__all__ = ["LAYOUT_REMEDY", "REMEDY", "DbcError", "DbcFile", "Error", "Message", "read_dbc"]
+__all__ = ["LAYOUT_REMEDY", "REMEDY", "DbcError", "DbcFile", "cantools_error", "load_library", "read_dbc"]
 
 REMEDY: Final = "correct it there"
 LAYOUT_REMEDY: Final = f"{REMEDY}; `python -m cantools dump --no-strict FILE` shows the layout"
@@ -32,7 +33,22 @@ _BLOCK: Final = re.compile(r"^BO_ +(?P<id>\d+) +(?P<name>[^\s:]+) *:.*(?:\n[ \t]
                            re.MULTILINE)
 _REFERENCE: Final = (r'^(?:CM_ (?:BO_|SG_)|BA_ "[^"]*" (?:BO_|SG_)|VAL_|SIG_VALTYPE_|SG_MUL_VAL_|SIG_GROUP_|BO_TX_BU_)'
                      r' +{id}\b(?:[^";]|"[^"]*")*;')
-_FAILURES: Final = (Error, ValueError, KeyError, TypeError, ArithmeticError, LookupError)
+
+
+def load_library() -> None:
+    """Import cantools now: else the first file that is read does, in each process of its own."""
+    import cantools.database  # noqa: F401  # late everywhere: a scenario without DBC files needs none
+
+
+def cantools_error() -> type[Exception]:
+    """What cantools raises for a layout, or values, that it cannot use."""
+    from cantools.database.errors import Error
+
+    return Error
+
+
+def _failures() -> tuple[type[Exception], ...]:
+    return cantools_error(), ValueError, KeyError, TypeError, ArithmeticError, LookupError
 
 
 class DbcError(ValueError):
@@ -85,7 +101,7 @@ class DbcFile:
                                "its own")
         try:
             message.refresh(strict=True)
-        except _FAILURES as error:
+        except _failures() as error:
             raise DbcError(f"{self.file}: {_complaint(str(error), self.text)}; {LAYOUT_REMEDY}") from None
         return message
 
@@ -101,11 +117,11 @@ def read_dbc(file: Path) -> DbcFile:
         raise DbcError(f"{file}: the file is empty; expected a DBC file")
     try:
         return DbcFile(file, text, _parsed(text))
-    except _FAILURES as error:
+    except _failures() as error:
         complaint, left_out = _complaint(_said(error), text), dict(_odd_messages(text))
     try:
         database = _parsed(_without(text, left_out)) if left_out else None
-    except _FAILURES as error:
+    except _failures() as error:
         complaint, database = _complaint(_said(error), text), None
     if database is None:
         raise DbcError(f"{file}: {complaint}; {REMEDY}")
@@ -125,6 +141,8 @@ def _text_of(file: Path) -> str:
 
 
 def _parsed(text: str) -> Database:
+    from cantools.database import Database, load_string
+
     found = load_string(text, database_format="dbc", strict=False)
     assert isinstance(found, Database)
     return found
@@ -135,7 +153,7 @@ def _odd_messages(text: str) -> Iterator[tuple[str, str]]:
     for block in _BLOCK.finditer(text):
         try:
             _parsed(f'VERSION ""\n{block[0]}\n')
-        except _FAILURES as error:
+        except _failures() as error:
             before = text.count("\n", 0, block.start()) - 1         # the line of VERSION is not in the file
             yield block["name"], _complaint(_said(error), text, before)
 
@@ -152,13 +170,15 @@ def _without(text: str, names: Iterable[str]) -> str:
 
 
 def _said(error: BaseException) -> str:
+    from cantools.database.errors import Error, UnsupportedDatabaseFormatError
+
     if isinstance(error, UnsupportedDatabaseFormatError):
         return str(error.e_dbc or error)
     return f"{type(error).__name__}: {error}" if not isinstance(error, Error) else str(error)
 
 
 def _complaint(said: str, text: str, lines_before: int = 0) -> str:
-    """The error of cantools and the line of `text` with the error; its own line numbers begin after `lines_before`."""
+    """An error of cantools with the line of `text` that it is about; its own lines count from after `lines_before`."""
     syntax = _SYNTAX.fullmatch(said)
     if syntax is not None:
         words = " ".join(syntax["text"].replace(">>!<<", " <here> ").split())

@@ -12,10 +12,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from netem.media.can.dbc_file import DbcFile, Message
 from netem.media.can.messages import CanMessage
+
+if TYPE_CHECKING:
+    from netem.media.can.dbc_file import DbcFile, Message
 
 NS_PER_MS = 1_000_000
 

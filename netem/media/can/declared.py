@@ -45,7 +45,7 @@ class DeclarationWatch:
         self._told: set[tuple[int, str, str]] = set()
 
     def look(self, sender: str, length: WireLength, now_ns: int) -> list[str]:
-        """New differences from the declaration in a frame that `sender` hands out at `now_ns`, in words."""
+        """Differences from the declaration, not told before, of a frame that `sender` hands out at `now_ns`."""
         found = []
         for what, words in self._differences(sender, length, now_ns):
             key = (length.rank, sender, what)

@@ -45,6 +45,7 @@ def eighth_turns():
     return RoundMap(0, lying, 0.1), RoundMap(1, standing, 0.1)
 
 
+@pytest.mark.slow
 def test_any_switching_between_the_two_topologies_at_round_ends_is_certified(common):
     assert common.problems() == []
     assert common.rate_per_s == pytest.approx(0.1448, abs=2e-4)     # the search stops 1e-4 of itself before its best

@@ -5,6 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 
 import pytest
@@ -149,7 +150,38 @@ def until_unlocked(wait, stop):
         pass
 
 
-@pytest.mark.parametrize("polls", [until_empty, until_given, until_taken, until_set, until_ended, until_unlocked])
+def until_joined(wait, stop):
+    sleeper = threading.Thread(target=lambda: (time.sleep(0.02), stop.set()))
+    sleeper.start()
+    while "set" not in repr(stop).replace("unset", ""):         # the join alone lets time pass
+        sleeper.join(0)
+
+
+def until_alone(wait, stop):
+    before = threading.active_count()
+    threading.Timer(0.02, stop.set).start()
+    while threading.active_count() > before:
+        pass
+
+
+def until_listed_no_more(wait, stop):
+    sleeper = threading.Timer(0.02, stop.set)
+    sleeper.start()
+    while sleeper in threading.enumerate():
+        pass
+
+
+def until_not_running(wait, stop):
+    with ThreadPoolExecutor() as pool:
+        future = pool.submit(time.sleep, 0.02)
+        time.sleep(0)
+        while future.running():
+            pass
+
+
+@pytest.mark.parametrize("polls", [
+    until_empty, until_given, until_taken, until_set, until_ended, until_unlocked, until_joined, until_alone,
+    until_listed_no_more, until_not_running])
 def test_a_loop_that_polls_another_thread_goes_on_soon_after_that_has_acted(begin, polls):
     ended_ns = []
 

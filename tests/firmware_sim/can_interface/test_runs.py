@@ -72,6 +72,7 @@ def test_a_program_does_the_same_on_marconet_as_on_virtual(folder: Path) -> None
     assert theirs["drive"].endswith("nothing heard: motors off\n")
 
 
+@pytest.mark.slow
 def test_two_runs_give_one_hash(folder: Path) -> None:
     scenario = load(folder / "drive_on_can.toml", duration_s=0.3, overrides=["expect={}"])
 

@@ -17,7 +17,7 @@ from netem.fate import Fate
 from netem.frame import Frame
 from netem.records.events import Event, Level
 from netem.records.events_file import write_events
-from netem.records.journal import GrowingFile
+from netem.records.journal import GrowingFile, Journal, pieces_of
 from netem.records.ledger import Ledger
 from netem.records.ledger_file import journal_of
 from netem.records.ledger_table import hash_of, read_ledger, read_metadata
@@ -217,3 +217,22 @@ def test_signals_of_two_robots_take_at_most_6_bytes_a_sample(tmp_path: Path) -> 
     recorder.finish({})
 
     assert path.stat().st_size / 4_000 <= 6
+
+
+def test_a_file_that_a_program_has_closed_grows_on_and_another_with_its_number_stays(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "rows.part")
+    journal.add(b"before")
+    journal.commit()
+    number = journal._file._descriptor
+    os.close(number)
+    other = os.open(tmp_path / "other", os.O_WRONLY | os.O_CREAT)
+
+    journal.add(b"after")
+    journal.commit()
+    journal.close()
+    journal.close()
+
+    assert other == number
+    os.close(other)
+    assert (tmp_path / "other").read_bytes() == b""
+    assert list(pieces_of(tmp_path / "rows.part")) == [b"before", b"after"]

@@ -121,19 +121,28 @@ def test_the_file_holds_every_row_in_order_and_says_what_it_is(tmp_path: Path) -
     assert hash_of(path) == result.hash
 
 
-def test_the_file_has_the_ledgers_columns_with_units_and_dictionaries(tmp_path: Path) -> None:
+def test_the_file_has_the_ledgers_columns_and_is_read_with_dictionaries(tmp_path: Path) -> None:
     path = tmp_path / "ledger.parquet"
     filled(path, 3).finish()
 
-    schema = pq.read_schema(path)
+    schema = read_ledger(path).schema
 
     assert tuple(schema.names) == COLUMNS == tuple(SCHEMA.names)
     for field in schema:
         if field.name.endswith("_ns"):
             assert field.type == pa.int64()
-            assert field.metadata[b"unit"] == b"ns"
         if field.name in {"medium", "sender", "receiver", "fate", "cause"}:
             assert pa.types.is_dictionary(field.type)
+
+
+def test_a_file_takes_a_fixed_part_and_the_digits_of_a_copy(tmp_path: Path) -> None:
+    sizes = {}
+    for copies in (50, 4050):
+        filled(tmp_path / f"{copies}.parquet", copies, chunk_rows=10_000).finish()
+        sizes[copies] = (tmp_path / f"{copies}.parquet").stat().st_size
+
+    assert (sizes[4050] - sizes[50]) / 4000 <= 20       # 8 of digest, 3 times of at most 4
+    assert sizes[50] - 50 * 20 <= 2_500                 # 13 columns: a page each, and its description in the footer
 
 
 def test_text_columns_are_read_with_one_dictionary_for_all_chunks(tmp_path: Path) -> None:

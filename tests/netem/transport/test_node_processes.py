@@ -184,6 +184,7 @@ time.sleep(3600)
     wait_for(lambda: not alive(node) and not alive(server))
 
 
+@pytest.mark.slow
 def test_more_nodes_than_the_socket_holds_messages_are_all_started(tmp_path: Path) -> None:
     """The fork server takes its time: orders and news pile up in both directions."""
     slow = SERVER.replace("sys.exit(serve", "import time; time.sleep(0.5); sys.exit(serve")

@@ -269,3 +269,20 @@ def alive(pid: int) -> bool:
         return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
     except FileNotFoundError:
         return False
+
+
+def test_last_words_come_from_those_who_answer_and_the_wait_for_the_others_is_bounded(tmp_path: Path) -> None:
+    host = host_of({"a": "well", "b": "well"}, tmp_path)
+    try:
+        host.start()
+        stopped = host._alive.pids()["b"]
+        os.kill(stopped, signal.SIGSTOP)
+        began_s = time.monotonic()
+        reports = host.last_words([(name, Grant(1, 0, False, True, [])) for name in ("a", "b")], 1.0)
+        took_s = time.monotonic() - began_s
+        os.kill(stopped, signal.SIGCONT)
+    finally:
+        host.stop()
+
+    assert [name for name, _ in reports] == ["a"]
+    assert 1.0 <= took_s < 5.0
