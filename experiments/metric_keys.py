@@ -147,34 +147,40 @@ def _complaint(key: str, nodes: Nodes, media: Collection[str],
             found = nearest(key, _candidates(key, nodes, media, guarantees))
             before, dot, metric = found.rpartition(".")
             return f"expect.{key}: {RULE}; nearest: {before}{dot}{FORMER.get(metric, metric)}"
+        case GuaranteeKey(name, figure) if not guarantees:
+            return f"expect.{key}: there is no guarantee {name!r}, nor any other; add [guarantees.{name}] with its kind"
         case GuaranteeKey(name, figure) if name not in guarantees:
-            other = f"{GUARANTEE}.{nearest(name, guarantees) or 'none'}.{figure}"
-            return f"expect.{key}: there is no guarantee {name!r}; nearest: {other}"
+            return (f"expect.{key}: there is no guarantee {name!r}; nearest: "
+                    f"{GUARANTEE}.{nearest(name, guarantees)}.{figure}")
         case GuaranteeKey(name, figure) if figure not in guarantees[name]:
             return (f"expect.{key}: guarantees.{name} has the figures {', '.join(guarantees[name])}; nearest: "
                     f"{GUARANTEE}.{name}.{nearest(figure, guarantees[name])}")
         case LedgerKey(metric, medium) if medium is not None and not media:
             return f"expect.{key}: there is no medium {medium!r}, nor any other; add [media.{medium}] with its kind"
         case LedgerKey(metric, medium) if medium is not None and medium not in media:
-            return f"expect.{key}: there is no medium {medium!r}; nearest: {nearest(medium, media) or 'none'}.{metric}"
+            return f"expect.{key}: there is no medium {medium!r}; nearest: {nearest(medium, media)}.{metric}"
         case SignalKey(pattern) | CountKey(pattern) if not matching(pattern, nodes):
-            other = key.replace(pattern, nearest(pattern, nodes) or "none", 1)
-            return f"expect.{key}: no node matches {pattern!r}; nearest: {other}"
+            near = f"; nearest: {key.replace(pattern, nearest(pattern, nodes), 1)}" if nodes else ""
+            return f"expect.{key}: no node matches {pattern!r}{near}"
         case SignalKey(pattern, signal, statistic) if isinstance(nodes, Mapping):
             known = {name for node in matching(pattern, nodes) for name in nodes[node]}
             if signal not in known:
-                other = f"{pattern}.{nearest(signal, known) or 'none'}.{statistic}"
-                return f"expect.{key}: no node that matches {pattern!r} has a signal {signal!r}; nearest: {other}"
+                near = f"nearest: {pattern}.{nearest(signal, known)}.{statistic}" if known else "it records none"
+                return f"expect.{key}: no node that matches {pattern!r} has a signal {signal!r}; {near}"
     return None
 
 
 def _candidates(key: str, nodes: Nodes, media: Collection[str],
                 guarantees: Mapping[str, Collection[str]]) -> list[str]:
     first, _, rest = key.partition(".")
-    if first == GUARANTEE:
-        return [f"{first}.{name}.{figure}" for name, figures in guarantees.items() for figure in figures]
-    if first == REAL_TIME:
-        return [f"{first}.{figure}" for figure in LATENESS]
+    special = get_close_matches(first, (COUNT, GUARANTEE, REAL_TIME), 1, cutoff=0.8)
+    if special == [COUNT]:
+        node, _, counter = rest.partition(".")
+        return [f"{COUNT}.{name}.{counter or '<counter>'}" for name in matching(node, nodes) or nodes]
+    if special == [GUARANTEE]:
+        return [f"{GUARANTEE}.{name}.{figure}" for name, figures in guarantees.items() for figure in figures]
+    if special == [REAL_TIME]:
+        return [f"{REAL_TIME}.{figure}" for figure in LATENESS]
     if not rest:
         return [*LEDGER_METRICS, *FORMER]
     found = [f"{medium}.{metric}" for medium in media for metric in (*LEDGER_METRICS, *FORMER)]
