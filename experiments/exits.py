@@ -40,11 +40,13 @@ class ExitCode(IntEnum):
 
 
 class Ended(SystemExit):
-    """The command ends with this code; `lines` are what was printed about it, without where the records are."""
+    """The command ends with this code; `lines` are what was printed about it, without where the records are, which
+    `folder` says if there are any."""
 
-    def __init__(self, exit_code: ExitCode, *lines: str) -> None:
+    def __init__(self, exit_code: ExitCode, *lines: str, folder: Path | None = None) -> None:
         super().__init__(int(exit_code))
         self.exit_code = exit_code
+        self.folder = folder
         self.lines = [line for text in lines for line in text.splitlines() if line]
 
 
@@ -63,7 +65,7 @@ def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[N
             number = error.number if isinstance(error, Interrupted) else int(signal.SIGINT)
             what = in_words(error)
             _tell(what, _what_is_left(kept))
-            raise Ended(ExitCode(128 + number), what) from None
+            raise Ended(ExitCode(128 + number), what, folder=_there(kept)) from None
         except Exception as error:
             if show_traceback:
                 traceback.print_exception(error)
@@ -72,14 +74,15 @@ def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[N
             lines = [said or type(error).__name__]
             if code is ExitCode.DEFECT and not show_traceback:
                 lines = [f"{type(error).__name__}: {error}", "this is a defect of marconet; --verbose shows where"]
-            _tell(*lines, _what_is_left(kept) if getattr(error, "leaves_records", True) else "")
-            raise Ended(code, *lines) from None
+            left = kept if getattr(error, "leaves_records", True) else None
+            _tell(*lines, _what_is_left(left))
+            raise Ended(code, *lines, folder=_there(left)) from None
         except BaseException as error:      # a library's panic, or sys.exit in what a user brought
             if show_traceback:
                 traceback.print_exception(error)
             what = f"{in_words(error)}: raised outside of a node's program"
             _tell(what, _what_is_left(kept))
-            raise Ended(ExitCode.NODE_FAILED, what) from None
+            raise Ended(ExitCode.NODE_FAILED, what, folder=_there(kept)) from None
 
 
 @contextmanager
@@ -118,8 +121,12 @@ def in_words(error: BaseException) -> str:
     return str(error) if isinstance(error, NodeFailure) else f"{type(error).__name__}: {error}"
 
 
+def _there(kept: Path | None) -> Path | None:
+    return kept if kept is not None and kept.is_dir() else None
+
+
 def _what_is_left(kept: Path | None) -> str:
-    return f"what was recorded: {kept}" if kept is not None and kept.is_dir() else ""
+    return f"what was recorded: {kept}" if _there(kept) is not None else ""
 
 
 def exit_code_of(error: Exception) -> ExitCode:

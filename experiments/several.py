@@ -82,7 +82,8 @@ class Batch:
             try:
                 outcome = one(source)
             except Ended as ended:
-                outcome = ScenarioOutcome(_stem(source), source, ended.exit_code, ended.lines)
+                folder = None if ended.folder is None else str(ended.folder)
+                outcome = ScenarioOutcome(_stem(source), source, ended.exit_code, ended.lines, folder)
             became(outcome)
             code = max(code, outcome.exit_code)
             if code >= INTERRUPTED_FROM:

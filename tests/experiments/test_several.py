@@ -205,3 +205,11 @@ def test_colours_are_asked_for_and_refused_by_the_environment(here):
     assert "\x1b[1m" in forced.stdout
     assert not any(colour in refused.stdout for colour in colours)
     assert "\x1b" not in command("check", "good.toml", FORCE_COLOR="").stdout
+
+
+@pytest.mark.parametrize("host", ["inline", "process"])
+def test_a_scenario_whose_program_fails_says_where_its_records_are(here, host):
+    told = json.loads(run("fails.toml", "good.toml", "--json", "--host", host).stdout)["runs"]
+
+    assert [outcome["exit_code"] for outcome in told] == [3, 0]
+    assert [(here / outcome["folder"] / "summary.json").is_file() for outcome in told] == [True, True]
