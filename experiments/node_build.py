@@ -127,8 +127,7 @@ def _board(specification: NodeSpecification, node: Node, record: CallRecord | No
     plant = None
     if specification.plant is not None:
         plant = Plant(specification.plant.description, specification.name, specification.plant.start,
-                      specification.plant.step_ns, present=node.present_ns, on_end=node.end_run, record=record,
-                      clock=node.env.time_ns)
+                      specification.plant.step_ns, present=node.present_ns, on_end=node.end_run, record=record)
         for shown in specification.shown:
             _show(node, plant, shown)
     team = Named(specification.team, specification.name, "key of [team]", "the scenario has no [team]")

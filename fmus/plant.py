@@ -54,7 +54,7 @@ class InputGroup:
     def write(self, values: Sequence[float]) -> None:
         """Set all inputs of the group, in the order in which they were named, from now on."""
         plant = self._plant
-        if plant.clock is not None and plant.clock() != plant.now_ns:
+        if plant.present is not None and plant.present() != plant.now_ns:
             plant.come_to_present()
         if plant.stopped is not None:
             plant.check_running()
@@ -99,7 +99,7 @@ class OutputGroup:
     def read(self) -> tuple[float, ...]:
         """The values at `plant.now_ns`, in the order in which they were named."""
         plant = self._plant
-        if plant.clock is not None and plant.clock() != plant.now_ns:
+        if plant.present is not None and plant.present() != plant.now_ns:
             plant.come_to_present()
         if plant.stopped is not None:
             plant.check_running()
@@ -131,19 +131,16 @@ class Plant:
     `start` holds parameters, initial values and inputs, as `fmus/start_values.py` describes them. `fixed_step_ns` is
     for an FMU that takes only one step size and does not say which. With `logging` off an FMU is faster if it comments
     on every call, but may keep the reason of a failure to itself. `present` gives the instant [ns] at which the caller
-    stands; without it the plant is where it was advanced to last. `clock` may give the same faster: only where it
-    differs from the plant's instant `present` is asked. `on_end(why, time_ns)` is called when the model ends the
+    stands; without it the plant is where it was advanced to last. `on_end(why, time_ns)` is called when the model ends the
     simulation by itself, found out at `time_ns`, before PlantEnded is raised. `record` is told which FMI call runs.
     """
 
     def __init__(self, description: PlantDescription, instance_name: str, start: Mapping[str, Nested] | None = None,
                  fixed_step_ns: int | None = None, logging: bool = True, present: Callable[[], int] | None = None,
-                 on_end: Callable[[str, int], None] | None = None, record: CallRecord | None = None,
-                 clock: Callable[[], int] | None = None) -> None:
+                 on_end: Callable[[str, int], None] | None = None, record: CallRecord | None = None) -> None:
         self.now_ns = 0
         self.stopped: str | None = None        # why no call may reach the instance any more
         self.present = present
-        self.clock = clock or present
         self.between_points = False            # what is set has to wait for a communication point
         self._on_end = on_end
         self._where = f"{description.file}: {instance_name}"

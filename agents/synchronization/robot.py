@@ -54,7 +54,8 @@ class SyncRobot:
         self._port.on_receive = self._hear
         agent = team.agents[self._number]
         self._write_inputs = board.plant.input_group([f"u[{k + 1}]" for k in range(agent.inputs)]).write
-        self._measure = board.plant.output_group([f"y[{k + 1}]" for k in range(agent.outputs)]).read
+        outputs = board.plant.output_group([f"y[{k + 1}]" for k in range(agent.outputs)])
+        self._measure, self._record = outputs.read, outputs.read_at
         self._law = AgreementLaw(self._number, agent.K, team.biases)
         self._spoken: tuple[float, ...] = ()    # broadcast last, held by all from when they have received it
         self._omega = 0.0
@@ -249,7 +250,7 @@ class SyncRobot:
         self._write_inputs(control)
 
     def _sample(self, true_ns: int) -> list[float]:
-        return [*self._measure(), *self._control]
+        return [*self._record(true_ns), *self._control]
 
     # --- schedules
 

@@ -5,6 +5,7 @@ It runs in the signal handler itself, so it also shows a process whose interpret
 
 from __future__ import annotations
 
+import ctypes
 import faulthandler
 import os
 import signal
@@ -26,9 +27,15 @@ def dump_stacks_into(under_way: UnderWay, *, then_end: bool = False) -> None:
 
 
 def ask_for_dump(pid: int) -> None:
-    """Let the process write its stacks, even if it is stopped: such a process takes signals when it goes on."""
-    for number in (DUMP_SIGNAL, signal.SIGCONT):
-        os.kill(pid, number)
+    """Let the process write its stacks, even if it is stopped: such a process takes signals when it goes on.
+
+    The signal is for its main thread. One for the whole process would be taken by whichever thread goes on first, and
+    the main thread would have left the line at which it was stopped. Raises ProcessLookupError if it has ended.
+    """
+    tgkill = getattr(ctypes.CDLL(None, use_errno=True), "tgkill", None)         # of glibc; else the whole process
+    if tgkill is None or tgkill(pid, pid, int(DUMP_SIGNAL)):
+        os.kill(pid, DUMP_SIGNAL)
+    os.kill(pid, signal.SIGCONT)
 
 
 def await_dump(under_way: UnderWay, ask: Callable[[], None]) -> None:
