@@ -42,7 +42,7 @@ from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
 from experiments.wall_clock_sleep import sleep_refused
 from fmus.build import build_model, model_folder, own_models
-from fmus.describe import read_model
+from fmus.describe import Model, read_model
 from fmus.describe_fmu import describe
 from fmus.description import PlantDescription
 from netem.agenda import Agenda
@@ -390,9 +390,11 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     folder = str(scenario.folder)
     fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
     described = {fmu: describe(build_model(fmu) if fmu in own_models() else Path(fmu)) for fmu in sorted(fmus)}
+    models = {fmu: read_model(model_folder(fmu) / "variables.toml") for fmu in sorted(fmus & set(own_models()))}
     return {name: NodeSpecification(name, agent.program, agent.parameters, _kinds(scenario, agent), agent.clock,
-                                    _plant(agent, described), team, scenario.sample_period_ns, scenario.seed, folder,
-                                    agent.program in blocking, _own_frames(scenario, agent), _shown(scenario, agent))
+                                    _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
+                                    folder, agent.program in blocking, _own_frames(scenario, agent),
+                                    _shown(scenario, agent))
             for name, agent in scenario.agents.items()}
 
 
@@ -411,14 +413,13 @@ def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
                  and agent.name in settings.bodies)
 
 
-def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription]) -> PlantSpecification | None:
+def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription],
+           models: Mapping[str, Model]) -> PlantSpecification | None:
     if agent.plant is None:
         return None
     fmu, plant = agent.plant.fmu, described[agent.plant.fmu]
     parameters, step_ns = agent.plant.parameters, agent.plant.step_ns
-    if fmu not in own_models():
-        return PlantSpecification(plant, parameters, step_ns)
-    idle = read_model(model_folder(fmu) / "variables.toml").idle_outputs(parameters)
+    idle = models[fmu].idle_outputs(parameters) if fmu in models else []
     return PlantSpecification(plant, parameters, step_ns, idle)
 
 

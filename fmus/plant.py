@@ -131,8 +131,8 @@ class Plant:
     `start` holds parameters, initial values and inputs, as `fmus/start_values.py` describes them. `fixed_step_ns` is
     for an FMU that takes only one step size and does not say which. With `logging` off an FMU is faster if it comments
     on every call, but may keep the reason of a failure to itself. `present` gives the instant [ns] at which the caller
-    stands; without it the plant is where it was advanced to last. `on_end(why, time_ns)` is called when the model ends the
-    simulation by itself, found out at `time_ns`, before PlantEnded is raised. `record` is told which FMI call runs.
+    stands; without it the plant is where it was advanced to last. `on_end(why, time_ns)` is called when the model ends
+    the simulation by itself, found out at `time_ns`, before PlantEnded is raised. `record` is told which FMI call runs.
     """
 
     def __init__(self, description: PlantDescription, instance_name: str, start: Mapping[str, Nested] | None = None,

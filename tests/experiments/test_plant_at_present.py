@@ -52,6 +52,14 @@ class Steps:
             k += 1
 
 
+class Looks(Steps):
+    """Records what a read gives while a sample is taken, without advancing the plant."""
+
+    def __init__(self, board):
+        super().__init__(board, groups=True)
+        board.node.signal("seen", "1", lambda t_ns: self.get())
+
+
 class Ahead:
     """Steps its plant to a later instant than it stands at."""
 
@@ -110,6 +118,16 @@ def test_outputs_are_recorded_though_no_program_names_them(folder: Path) -> None
     assert subject.hello().signals == [("y[1]", "1"), ("x[1]", "1"), ("x[2]", "1")]     # the others stay 0 for good
     assert [values[0] for _, values in report.samples] == pytest.approx(closed_form(), rel=1e-12, abs=1e-12)
     assert all(values[0] == 2.0 * values[2] for _, values in report.samples)
+
+
+@pytest.mark.parametrize("sample_period_ns", [3 * MS, 10 * MS, 50 * MS])
+def test_what_a_program_reads_while_a_sample_is_taken_is_of_the_samples_instant(sample_period_ns: int, folder: Path,
+                                                                                ) -> None:
+    report = node(folder, sample_period_ns, "Looks").advance(Grant(1, 500 * MS, False, True, []))
+
+    seen, recorded = zip(*((values[0], values[1]) for _, values in report.samples), strict=True)
+    assert len(set(recorded)) > 8
+    assert seen == recorded
 
 
 def test_a_signal_of_the_program_with_the_name_of_an_output_stands(folder: Path) -> None:
