@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 OUT    ?= runs/demo
 # One more than the cores, since many tests wait for processes.
 WORKERS ?= $(shell echo $$(( $$(getconf _NPROCESSORS_ONLN) + 1 )))
-PYTEST  = $(BIN)/pytest -q -n $(WORKERS) --dist worksteal
+PYTEST  = $(BIN)/pytest -q -n $(WORKERS) --dist loadfile
 
 .PHONY: help demo test test-all lint bench lock clean
 help:

@@ -4,7 +4,7 @@
 
 Each robot owns a slot of a round and speaks in it, so that every frame reaches all others: ROBOTS (ROBOTS - 1) copies a
 round, as many rounds as COPIES need. Inline host, one process for each run. Bytes per copy: how far the process's
-largest memory grows after the emulation. What is started before the ledger is closed counts as emulation.
+largest memory grows after the emulation. Closing the ledger counts as what follows.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ def run_in(folder: Path) -> dict[str, float]:
 
     loaded = load(folder / "speakers.toml")
     ended: list[float] = []
-    judge = runner._Run._judge
+    conclude = runner._Run._conclude
 
     def timed(self: runner._Run) -> runner.RunResult:
         ended.extend((time.process_time(), peak_mb()))
-        return judge(self)
+        return conclude(self)
 
-    runner._Run._judge = timed  # type: ignore[method-assign]
+    runner._Run._conclude = timed  # type: ignore[method-assign]
     began_s = time.process_time()
     result = runner.run(loaded, host="inline", out=folder / "run")
     return {"emulation_s": ended[0] - began_s, "emulation_mb": ended[1], "after_s": time.process_time() - ended[0],
