@@ -47,7 +47,7 @@ class Begins(msgspec.Struct, tag=True):
 
 
 class Became(msgspec.Struct, tag=True):
-    """What became of the next scenario, as the caller of `run_in_child` encodes it."""
+    """Outcome of the next scenario, as the caller of `run_in_child` encodes it."""
 
     outcome: bytes
 
@@ -209,7 +209,7 @@ def _end_of(pid: int) -> int:
 
 
 def _heard(words: int) -> list[Begins | Became | Ends]:
-    """What the child has said so far. A robot program may have written there: what is no word ends the list."""
+    """Messages of the child so far. A robot program may have written there: text that is no message ends the list."""
     data = os.pread(words, os.fstat(words).st_size, 0)
     decode = msgspec.msgpack.Decoder(Begins | Became | Ends).decode
     heard: list[Begins | Became | Ends] = []
@@ -259,7 +259,7 @@ def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped_in: int |
 
 
 def _failure_of(folder: Path) -> str:
-    """What the summary in `folder` says, "" if there is none."""
+    """The failure that the summary in `folder` names, "" if there is none."""
     with suppress(OSError, msgspec.MsgspecError):
         return str(msgspec.json.decode((folder / "summary.json").read_bytes())["failure"])
     return ""

@@ -466,7 +466,7 @@ def _end_in_words(conductor: Conductor) -> str:
 
 def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Medium],
               pace: Pace | None) -> dict[str, dict[str, int]]:
-    """What programs, gateways and media counted, by node; a medium's own under its name."""
+    """Counters of programs, gateways and media, by node; those of a medium itself under its name."""
     counters = {node: dict(found) for node, found in of_nodes.items()}
     if pace is not None:
         counters |= {name: dict(found) for name, found in pace.counters().items()}

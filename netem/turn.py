@@ -1,4 +1,4 @@
-"""What a host that calls its nodes in its own process notes at every step: compiled, a store into a field.
+"""Notes of a host that calls its nodes in its own process, taken at every step: compiled, a store into a field.
 
 The guard of the run and its watchdog read it, also from other threads.
 """

@@ -89,7 +89,7 @@ class Pace:
                 return Waited(reached, heard)
 
     def counters(self) -> dict[str, Mapping[str, int]]:
-        """What each gateway has counted."""
+        """Counters of each gateway."""
         return {name: gateway.counters() for name, gateway in self._by_name.items()}
 
     def close(self) -> None:

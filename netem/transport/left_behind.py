@@ -1,4 +1,4 @@
-"""What a process's children leave behind: theirs become its own when they end, and end with it.
+"""Orphans of a process's children: they become its own children, and it ends them when it ends.
 
 A daemon (a new session, its parent gone) belongs to no process group that could be killed; Linux hands it to the
 nearest ancestor that said it takes such children. Elsewhere nothing is done.

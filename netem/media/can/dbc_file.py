@@ -41,7 +41,7 @@ def load_library() -> None:
 
 
 def cantools_error() -> type[Exception]:
-    """What cantools raises for a layout, or values, that it cannot use."""
+    """The exception that cantools raises for a layout, or for values, that it cannot use."""
     from cantools.database.errors import Error
 
     return Error
