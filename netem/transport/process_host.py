@@ -130,7 +130,7 @@ class ProcessHost:
         return [(name, reports[name]) for name, _ in grants]
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
-        """Reports that arrive within `within_s` from nodes whose processes run; those to earlier grants are passed over.
+        """Reports that arrive within `within_s` from nodes whose processes run; others are passed over.
 
         A node that has owed an answer for `WAITING_AFTER_S` hangs, and is not waited for.
         """
