@@ -175,8 +175,8 @@ def _forwarding_to(pid: int) -> Iterator[None]:
 
 
 def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tuple[int, int | None]:
-    """How the child ended; if it was ended here, because it had stopped and nobody let it go on, then also the place of
-    the node whose code had stopped it."""
+    """Wait for the child; return its status. A child that has stopped and is not continued within the time-out is ended
+    here; the place of the node whose code stopped it is then returned as well."""
     stopped_s = float("inf")
     while True:
         waiting = stopped_s < float("inf")

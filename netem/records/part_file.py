@@ -3,7 +3,8 @@
 A record is written to `NAME.part` (or to a stream of its own) and renamed when it is complete, so that a file with its
 final name can always be read, whatever ends the process.
 
-Not covered: a loss of power. `fsync` before each rename would cover it, and takes longer than a short run.
+Not covered: a loss of power. `fsync` before each rename would cover it; it took 22 of the 87 ms of a 0.2 s run
+(`benchmarks/short_runs.py` under cProfile).
 """
 
 from __future__ import annotations
