@@ -54,8 +54,8 @@ class InputGroup:
     def write(self, values: Sequence[float]) -> None:
         """Set all inputs of the group, in the order in which they were named, from now on."""
         plant = self._plant
-        if plant.present is not None and plant.present() != plant.now_ns:
-            plant.come_to_present()
+        if plant.present is not None and (present_ns := plant.present()) != plant.now_ns:
+            plant.come_to(present_ns)
         if plant.stopped is not None:
             plant.check_running()
         if plant.between_points:
@@ -99,8 +99,8 @@ class OutputGroup:
     def read(self) -> tuple[float, ...]:
         """The values at `plant.now_ns`, in the order in which they were named."""
         plant = self._plant
-        if plant.present is not None and plant.present() != plant.now_ns:
-            plant.come_to_present()
+        if plant.present is not None and (present_ns := plant.present()) != plant.now_ns:
+            plant.come_to(present_ns)
         if plant.stopped is not None:
             plant.check_running()
         values = self._get()
@@ -186,9 +186,11 @@ class Plant:
 
     def come_to_present(self) -> None:
         """Step to the present, for what is about to be set or read."""
-        if self.present is None:
-            return
-        present_ns = self.present()
+        if self.present is not None:
+            self.come_to(self.present())
+
+    def come_to(self, present_ns: int) -> None:
+        """Step to `present_ns`, where the caller stands."""
         if present_ns < self.now_ns:
             raise PlantError(f"{self._where}: set or read at t={present_ns / 1e9:.9g} s, but the plant was stepped to "
                              f"t={self.now_ns / 1e9:.9g} s already: {PRESENT_ONLY}")

@@ -74,15 +74,17 @@ class LedgerFile:
         with suppress(OSError):
             self._file.commit()
 
-    def finish(self, **facts: str | int) -> None:
-        """Close the file and remove the journal. OSError, as for a full disk, leaves the journal alone."""
+    def finish(self, unnoted: bytes, **facts: str | int) -> None:
+        """Close the file and remove the journal. On OSError, as for a full disk, the journal is left, and takes the rows
+        `unnoted`, which it does not have yet, where the file has made room for them."""
         self._writer.add_key_value_metadata({PREFIX + key: str(value) for key, value in facts.items()})
         self._writer.close()
         try:
-            self._journal.commit()
             self._file.commit()
         except OSError:
             part_of(self._path).unlink()
+            with suppress(OSError):
+                self.note(unnoted)
             raise
         finally:
             self._journal.close()

@@ -17,6 +17,7 @@ since Foxglove refuses a chunk index without a message index; without both Foxgl
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -116,14 +117,20 @@ class SignalRecorder:
         """Put samples and events given so far in the journal, so that they outlive this process. OSError, as for a full
         disk, keeps them in memory for the next call."""
         with uninterrupted():
-            for node, topic in self._topics.items():
-                if topic.kept < len(topic.samples):
-                    self._journal.add(self._encode(("samples", node, topic.samples[topic.kept:])))
-                    topic.kept = len(topic.samples)
-            if self._events_kept < len(self._events):
-                self._journal.add(self._encode(("events", self._events[self._events_kept:])))
-                self._events_kept = len(self._events)
+            for piece in self._unkept():
+                self._journal.add(self._encode(piece))
+            for topic in self._topics.values():
+                topic.kept = len(topic.samples)
+            self._events_kept = len(self._events)
             self._journal.commit()
+
+    def _unkept(self) -> list[tuple[Any, ...]]:
+        """The pieces that the journal does not have yet."""
+        pieces: list[tuple[Any, ...]] = [("samples", node, topic.samples[topic.kept:])
+                                         for node, topic in self._topics.items() if topic.kept < len(topic.samples)]
+        if self._events_kept < len(self._events):
+            pieces.append(("events", self._events[self._events_kept:]))
+        return pieces
 
     @property
     def events(self) -> Sequence[Event]:
@@ -136,13 +143,14 @@ class SignalRecorder:
     def finish(self, metadata: Mapping[str, str], scenario: bytes = b"") -> None:
         """Write what is left, the metadata record `marconet` and the resolved scenario (JSON), and close the file.
 
-        OSError, as for a full disk, leaves the journal.
+        On OSError, as for a full disk, the journal is left, and takes what it does not have yet where the file has made
+        room for it.
         """
         if self._closed:
             return
         self._closed = True
+        unkept = self._unkept()
         try:
-            self.keep()
             self._write_samples()
             self._write_events()
             self._writer.add_metadata("marconet", dict(metadata) | {"events_hash": self.events_hash})
@@ -152,6 +160,10 @@ class SignalRecorder:
             self._stream.commit()
         except OSError:
             part_of(self._path).unlink()
+            with suppress(OSError):
+                for piece in unkept:
+                    self._journal.add(self._encode(piece))
+                self._journal.commit()
             raise
         finally:
             self._stream.close()
