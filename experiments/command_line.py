@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 TABLES = ("3.1", "3.2", "3.3", "3.4", "3.5")
-ON_ITS_OWN = "this process is the command's own, so it may fork"
+ON_ITS_OWN = "this process is the command's own, so it may fork and change settings of the process"
 SHELLS = ("bash", "zsh", "fish")
 
 
@@ -116,6 +116,10 @@ def list_scenarios(as_json: bool, verbose: bool) -> None:
 def check(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
           junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
     """Find every mistake in scenarios without running them, or print what would run."""
+    if _process_is_its_own():
+        from experiments.short_command import expect_to_end_soon
+
+        expect_to_end_soon()
     from experiments.several import Batch
 
     batch = Batch(_console(not (quiet or as_json)), verbose, junit, "checks" if as_json else None)
@@ -146,7 +150,7 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
 
     batch = Batch(_console(not (quiet or as_json)), verbose, junit, "runs" if as_json else None)
 
-    batch.in_children = host == "inline" and click.get_current_context().find_root().obj == ON_ITS_OWN
+    batch.in_children = host == "inline" and _process_is_its_own()
     raise SystemExit(batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
                                report=not no_report, overwrite=overwrite))
 
@@ -335,6 +339,10 @@ def _table(number: str, runs: int | None, figures: Path | None) -> bool:
             click.echo(f"table {number}, {row.what}: {row.quantity}={value.ours:.4f} {row.unit}: expected "
                        f"{row.low or 0:.4g} to {row.high:.4g}", err=True)
     return all(value.met is not False for value in values)
+
+
+def _process_is_its_own() -> bool:
+    return bool(click.get_current_context().find_root().obj == ON_ITS_OWN)
 
 
 def _console(for_people: bool = True) -> Console:
