@@ -1,6 +1,7 @@
 """How the tests run: on the sources, unless MARCONET_COMPILED=1 asks for the compiled modules; a busy machine makes no
 property fail; signals that a background job ignores (Ctrl-C after `&`, a hang-up after `nohup`) are not ignored by the
-programs under test; and with `--fail-on-skip` (`make test-all`) a test that lacks a tool fails instead of being skipped.
+programs under test; and with `--fail-on-skip` (`make test-all`) a test that lacks a tool fails instead of being
+skipped.
 """
 
 from __future__ import annotations
