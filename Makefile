@@ -48,8 +48,11 @@ $(VENV)/.installed-compiled: pyproject.toml | $(VENV)/.installed
 	@$(call install,-e '.[compiled]')
 	@touch $@
 
+# A variable, since `call` would split its arguments at the commas.
+EXTRAS = dev,clients,peers,compiler
+
 $(VENV)/.installed-all: pyproject.toml | $(VENV)/.installed-dev
-	@$(call install,-e '.[dev,clients,peers,compiler]')
+	@$(call install,-e '.[$(EXTRAS)]')
 	@touch $@
 
 # The first verdict comes first; the compiler of the inner loops is installed and run after it.

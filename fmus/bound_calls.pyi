@@ -10,7 +10,9 @@ class BoundStep:
     def do(self, time: float, h: float) -> int:
         """Step from `time` by `h` [s]; returns the FMI status."""
     def watch(self, word: memoryview, number: int) -> None:
-        """While a call runs, `word` (one 64-bit integer, written in place) is `number`, else 0."""
+        """While a call runs, `word` (one 64-bit integer, written in place) is `number`, else 0.
+
+        ValueError or TypeError for what is not eight bytes, aligned and writable."""
     @property
     def ended(self) -> bool:
         """The FMU ended the last step early, or asks to end."""

@@ -12,10 +12,17 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 WARNING: Final = 1
+WORD_BYTES: Final = c.sizeof(c.c_int64)
 
 
 def _function(address: int, brief: bool) -> Any:
     return (c.PYFUNCTYPE if brief else c.CFUNCTYPE)(c.c_int)(address)
+
+
+def _aligned_word(word: memoryview) -> memoryview:
+    if word.nbytes != WORD_BYTES or c.addressof(c.c_char.from_buffer(word)) % WORD_BYTES:   # TypeError: read only
+        raise ValueError(f"{word.nbytes} bytes: expected one aligned 64-bit word")
+    return word.cast("B").cast("q")
 
 
 class BoundStep:
@@ -41,7 +48,7 @@ class BoundStep:
         return status
 
     def watch(self, word: memoryview, number: int) -> None:
-        self._word, self._number = word, number
+        self._word, self._number = _aligned_word(word), number
 
     @property
     def last(self) -> float:
@@ -81,7 +88,7 @@ class BoundValues:
         return status if status > WARNING or status < 0 else self._unpack(self._values)
 
     def watch(self, word: memoryview, number: int) -> None:
-        self._word, self._number = word, number
+        self._word, self._number = _aligned_word(word), number
 
     def _do(self) -> int:
         self._word[0] = self._number

@@ -1,9 +1,13 @@
 """How the tests run: on the sources, unless MARCONET_COMPILED=1 asks for the compiled modules; a busy machine makes no
-property fail; and with `--fail-on-skip` (`make test-all`) a test that lacks a tool fails instead of being skipped."""
+property fail; signals that a background job ignores (Ctrl-C after `&`, a hang-up after `nohup`) are not ignored by the
+programs under test; and with `--fail-on-skip` (`make test-all`) a test that lacks a tool fails instead of being
+skipped.
+"""
 
 from __future__ import annotations
 
 import os
+import signal
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -14,6 +18,12 @@ import experiments  # reads the variable
 
 if os.environ["MARCONET_COMPILED"] == "1":
     assert experiments.CODE == "compiled", experiments.CODE
+
+# A process inherits what its parent ignores; what its parent handles is the default again after `exec`.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, lambda *_: None)       # the tests themselves live on
 
 settings.register_profile("marconet", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("marconet")

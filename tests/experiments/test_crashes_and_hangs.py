@@ -19,10 +19,19 @@ CASES = Path(__file__).parents[1] / "cases"
 ROBOTS = CASES / "robots_that_misbehave"
 COMMAND = [sys.executable, "-c", "from experiments.command_line import main; main()", "run"]
 
+LONGEST_S = 60                  # a start that takes this long is not slow, but hangs
+
 
 def failure_of(scenario: Path, host: runner.HostName, out: Path, timeout_s: float) -> NodeFailure:
+    """How the run fails: with the shortest of `timeout_s`, twice that, ... in which all robots are up.
+
+    They all hang or crash later; on a machine with much else to do, their processes start as slowly as it lets them.
+    """
     with pytest.raises(NodeFailure) as failure:
-        runner.run(load(scenario, overrides=[f"node_timeout_s={timeout_s}"]), host=host, out=out, report=False)
+        runner.run(load(scenario, overrides=[f"node_timeout_s={timeout_s}"]), host=host, out=out, report=False,
+                   overwrite=True)
+    if timeout_s < LONGEST_S and "no word that it is ready" in failure.value.reason:
+        return failure_of(scenario, host, out, 2 * timeout_s)
     return failure.value
 
 
@@ -42,9 +51,8 @@ def test_a_robot_that_hangs_is_named_with_its_line(scenario: str, file: str, nod
 
     assert failure.node == node
     source = (CASES / scenario).with_name(file)
-    assert failure.reason.startswith("no ")
-    assert failure.reason.endswith(f" within node_timeout_s = {timeout_s} s: it hangs at {source}:"
-                                   f"{line_of(source, code)} in {function}")
+    assert re.fullmatch(r"no .* within node_timeout_s = [0-9.]+ s: it hangs at "
+                        + re.escape(f"{source}:{line_of(source, code)} in {function}"), failure.reason)
     assert code in failure.detail
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import sys
 from typing import Any
 
 import pytest
@@ -56,13 +57,26 @@ def test_a_step_and_an_exchange_of_values_are_in_the_word_while_they_run(kind: A
     assert (after_step, word[0]) == (0, 0)
 
 
-@pytest.mark.skipif(bound_calls is None, reason="bound_calls.c is not compiled: run `marconet compile`")
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("word", [memoryview(bytearray(4)), memoryview(bytes(8)), memoryview(bytearray(16))[1:9]])
-def test_a_word_that_is_none_is_refused(word: memoryview) -> None:
-    step = bound_calls.BoundStep(0, 0, 2, True)
+def test_a_word_that_is_none_is_refused(kind: Any, word: memoryview) -> None:
+    step = kind.BoundStep(0, 0, 2, True)
 
     with pytest.raises((ValueError, TypeError, BufferError)):
         step.watch(word, 1)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_number_fills_all_bytes_of_the_word_whatever_their_type(kind: Any) -> None:
+    word = memoryview(bytearray(8))
+    seen: list[bytes] = []
+    step2 = STEP2(lambda *_: seen.append(bytes(word)) or 0)
+    step = kind.BoundStep(ctypes.cast(step2, ctypes.c_void_p).value, 0, 2, True)
+
+    step.watch(word, 1_000)
+    step.do(0.0, 1.0)
+
+    assert seen == [(1_000).to_bytes(8, sys.byteorder)]
 
 
 def test_the_calls_of_a_plant_are_named_with_their_model() -> None:
