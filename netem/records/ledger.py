@@ -128,12 +128,13 @@ class Ledger:
         for (medium, fate), copies in sorted(self._counts().items(), key=lambda item: (item[0][0], _rank(item[0][1]))):
             by_medium.setdefault(medium, {})[fate] = copies
         by_fate = dict(sorted(self._by_fate().items(), key=lambda item: _rank(item[0])))
-        encoded = self._hash.add(self._rows[self._kept:])
+        with uninterrupted():               # else a second end would hash the same rows again
+            encoded = self._hash.add(self._rows[self._kept:])
+            self._kept = len(self._rows)
+            if self._file is not None and self._rows:
+                rows, self._rows, self._counted, self._kept = self._rows, [], 0, 0
+                self._file.write(rows)
         if self._file is not None:
-            if self._rows:
-                self._file.write(self._rows)
-                self._rows, self._counted = [], 0
-            self._kept = 0
             self._file.finish(encoded, hash=self._hash.hex(), rows=sum(by_fate.values()), expected=self.expected)
         return LedgerResult(self._hash.hex(), sum(by_fate.values()), self.expected, by_fate, by_medium)
 

@@ -75,8 +75,11 @@ class LedgerFile:
             self._file.commit()
 
     def finish(self, unnoted: bytes, **facts: str | int) -> None:
-        """Close the file and remove the journal. On OSError, as for a full disk, the journal is left, and takes the rows
-        `unnoted`, which it does not have yet, where the file has made room for them."""
+        """Close the file and remove the journal.
+
+        On OSError, as for a full disk, the journal is left, and takes the rows `unnoted`, which it does not have yet,
+        where the file has made room for them.
+        """
         self._writer.add_key_value_metadata({PREFIX + key: str(value) for key, value in facts.items()})
         self._writer.close()
         try:
