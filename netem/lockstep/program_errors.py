@@ -9,6 +9,7 @@ import os
 import re
 import sys
 import sysconfig
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -74,6 +75,7 @@ def own_lines(trace: str) -> str:
     return "\n".join(kept)
 
 
+@lru_cache(maxsize=1 << 12)
 def is_authors(file: str) -> bool:
     """Whether a source file is neither marconet's nor a library's."""
     return not os.path.normpath(file).startswith((*_PACKAGES, *_LIBRARIES, f"{sys.prefix}/", "<"))

@@ -129,13 +129,15 @@ class Ledger:
             by_medium.setdefault(medium, {})[fate] = copies
         by_fate = dict(sorted(self._by_fate().items(), key=lambda item: _rank(item[0])))
         with uninterrupted():               # else a second end would hash the same rows again
-            encoded = self._hash.add(self._rows[self._kept:])
+            unkept = self._rows[self._kept:]
+            encoded = self._hash.add(unkept)
             self._kept = len(self._rows)
             if self._file is not None and self._rows:
                 rows, self._rows, self._counted, self._kept = self._rows, [], 0, 0
                 self._file.write(rows)
         if self._file is not None:
-            self._file.finish(encoded, hash=self._hash.hex(), rows=sum(by_fate.values()), expected=self.expected)
+            self._file.finish(encoded if unkept else b"", hash=self._hash.hex(), rows=sum(by_fate.values()),
+                              expected=self.expected)
         return LedgerResult(self._hash.hex(), sum(by_fate.values()), self.expected, by_fate, by_medium)
 
     def _check(self, result: LedgerResult) -> None:

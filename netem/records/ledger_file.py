@@ -77,8 +77,8 @@ class LedgerFile:
     def finish(self, unnoted: bytes, **facts: str | int) -> None:
         """Close the file and remove the journal.
 
-        On OSError, as for a full disk, the journal is left, and takes the rows `unnoted`, which it does not have yet,
-        where the file has made room for them.
+        `unnoted` holds the rows that the journal does not have yet, as `note` takes them. On OSError, as for a full
+        disk, the file is removed; the journal stays, and `unnoted` is added to it if there is room for it now.
         """
         self._writer.add_key_value_metadata({PREFIX + key: str(value) for key, value in facts.items()})
         self._writer.close()
@@ -87,7 +87,9 @@ class LedgerFile:
         except OSError:
             part_of(self._path).unlink()
             with suppress(OSError):
-                self.note(unnoted)
+                if unnoted:
+                    self._journal.add(unnoted)
+                self._journal.commit()
             raise
         finally:
             self._journal.close()

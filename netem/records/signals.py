@@ -16,7 +16,7 @@ since Foxglove refuses a chunk index without a message index; without both Foxgl
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -117,15 +117,19 @@ class SignalRecorder:
         """Put samples and events given so far in the journal, so that they outlive this process. OSError, as for a full
         disk, keeps them in memory for the next call."""
         with uninterrupted():
-            for piece in self._unkept():
-                self._journal.add(self._encode(piece))
+            self._note(self._unkept())
             for topic in self._topics.values():
                 topic.kept = len(topic.samples)
             self._events_kept = len(self._events)
             self._journal.commit()
 
+    def _note(self, pieces: Iterable[tuple[Any, ...]]) -> None:
+        """Add pieces to the journal, in memory."""
+        for piece in pieces:
+            self._journal.add(self._encode(piece))
+
     def _unkept(self) -> list[tuple[Any, ...]]:
-        """The pieces that the journal does not have yet."""
+        """Samples and events that the journal does not have yet, as its pieces."""
         pieces: list[tuple[Any, ...]] = [("samples", node, topic.samples[topic.kept:])
                                          for node, topic in self._topics.items() if topic.kept < len(topic.samples)]
         if self._events_kept < len(self._events):
@@ -143,8 +147,8 @@ class SignalRecorder:
     def finish(self, metadata: Mapping[str, str], scenario: bytes = b"") -> None:
         """Write what is left, the metadata record `marconet` and the resolved scenario (JSON), and close the file.
 
-        On OSError, as for a full disk, the journal is left, and takes what it does not have yet where the file has made
-        room for it.
+        On OSError, as for a full disk, the file is removed; the journal stays, and the samples and events that it does
+        not have yet are added to it if there is room for them now.
         """
         if self._closed:
             return
@@ -161,8 +165,7 @@ class SignalRecorder:
         except OSError:
             part_of(self._path).unlink()
             with suppress(OSError):
-                for piece in unkept:
-                    self._journal.add(self._encode(piece))
+                self._note(unkept)
                 self._journal.commit()
             raise
         finally:

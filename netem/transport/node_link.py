@@ -10,7 +10,7 @@ import os
 import time
 import traceback
 from collections.abc import Callable
-from typing import Final
+from typing import Final, TypeVar
 
 import msgspec
 
@@ -23,6 +23,8 @@ from netem.transport import keys
 from netem.transport.errand import EmulatorPipe, Errand
 from netem.transport.zenoh_session import ENTRANCES, Session
 
+Argument = TypeVar("Argument")
+Result = TypeVar("Result")
 COUNTERS_EVERY_S: Final = 0.5       # of wall clock: what a node has counted outlives it, and the emulator
 
 
@@ -46,11 +48,12 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
         grants = session.receiver(keys.grant(run, name))
         out = session.sender(keys.report(run, name))
         out.await_subscriber(errand.timeout_s)
+        process = os.getpid()
         guard = OutsideGuard(ENTRANCES, whole_process=True)
         if errand.virtual_time:
             guard.begin()
         try:
-            node = build(errand)
+            node = _in_this_process(process, build, errand)
             hello = node.hello()
             guard.check()
         except BaseException as error:
@@ -63,7 +66,6 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
         gc.freeze()
         gc.set_threshold(100_000, 50, 100)
         window = 0
-        process = os.getpid()
         told_s = time.monotonic()
         while True:
             _, message = grants.receive()
@@ -76,15 +78,13 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
                 continue
             window = grant.window
             try:
-                report = node.advance(grant)
-                _leave_if_forked(process)
+                report = _in_this_process(process, node.advance, grant)
                 if not report.counters and (now_s := time.monotonic()) > told_s + COUNTERS_EVERY_S:
                     report.counters, told_s = node.counters(), now_s
                 message = encode(report)
                 if guard.refusal is not None:
                     guard.check()
             except BaseException as error:
-                _leave_if_forked(process)
                 if is_interruption(error):
                     raise
                 out.send(encode(Report(window, node.now_ns, NEVER_NS, [], [], [], node.counters(),
@@ -96,7 +96,15 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
                 return 0
 
 
-def _leave_if_forked(process: int) -> None:
-    """End a copy that the program forked and that came back into the node: the node is its parent."""
-    if os.getpid() != process:
-        os._exit(0)
+def _in_this_process(process: int, call: Callable[[Argument], Result], argument: Argument) -> Result:
+    """Return `call(argument)`; a child that the program forks in it ends here, whether the call returns or raises.
+
+    The child shares the connection of the node, its parent. So it ends before it sends anything, and before the caller
+    releases an object of Zenoh: compiled code does that as soon as an exception reaches it, and Zenoh would then tell
+    the emulator that the node no longer listens.
+    """
+    try:
+        return call(argument)
+    finally:
+        if os.getpid() != process:
+            os._exit(0)

@@ -23,9 +23,9 @@ LONGEST_S = 60                  # a start that takes this long is not slow, but 
 
 
 def failure_of(scenario: Path, host: runner.HostName, out: Path, timeout_s: float) -> NodeFailure:
-    """How the run fails: with the shortest of `timeout_s`, twice that, ... in which all robots are up.
+    """The failure of the run with the shortest time-out of `timeout_s`, twice that, ... in which all robots started.
 
-    They all hang or crash later; on a machine with much else to do, their processes start as slowly as it lets them.
+    The robots hang or crash only after their start; a loaded machine may take longer than `timeout_s` to start them.
     """
     with pytest.raises(NodeFailure) as failure:
         runner.run(load(scenario, overrides=[f"node_timeout_s={timeout_s}"]), host=host, out=out, report=False,

@@ -277,7 +277,9 @@ def test_after_a_crash_the_next_scenarios_of_an_inline_call_run_all_the_same(tmp
         assert summary_of(tmp_path / "runs" / case)["failure"]
 
 
-@pytest.mark.parametrize(("case", "host"), [("CloseStd", "inline"), ("Forks", "process"), ("Daemonizes", "process"),
+@pytest.mark.parametrize(("case", "host"), [("CloseStd", "inline"), ("Forks", "process"),
+                                            ("ForkChildRaises", "process"), ("ForksWhileBuilt", "process"),
+                                            ("ForksAndRaisesWhileBuilt", "process"), ("Daemonizes", "process"),
                                             pytest.param("Daemonizes", "inline", marks=slow),
                                             pytest.param("SetSid", "process", marks=slow),
                                             pytest.param("SetSid", "inline", marks=slow)])

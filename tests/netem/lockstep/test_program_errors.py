@@ -1,4 +1,4 @@
-"""What a traceback is told as: the same words whether marconet's inner modules are compiled or not."""
+"""Words for an exception of a program: the same from a traceback of compiled modules and of sources."""
 
 import pytest
 

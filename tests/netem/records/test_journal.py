@@ -146,6 +146,46 @@ def test_a_ledger_that_finds_no_room_for_its_file_leaves_its_journal_alone(tmp_p
     assert read_ledger(path).num_rows == 20_000
 
 
+@pytest.mark.parametrize("kept", [0, 60, 100])
+def test_rows_of_a_ledger_without_room_for_its_file_are_in_its_journal(tmp_path: Path, kept: int) -> None:
+    path = tmp_path / "ledger.parquet"
+    ledger = Ledger(path)
+    frame = Frame("radio", "r1", 1, offered_ns=1, data=b"x", on_air_ns=2, end_ns=3)
+    for _ in range(kept):
+        ledger.close(frame, "r2", Fate.DELIVERED)
+    ledger.keep()
+    for _ in range(100 - kept):
+        ledger.close(frame, "r2", Fate.DELIVERED)
+    ledger.expect(100)
+
+    with files_of_at_most(400), pytest.raises(OSError, match="File too large"):
+        ledger.finish()         # 100 equal rows are smaller than what Parquet needs besides rows
+
+    assert [file.name for file in tmp_path.iterdir()] == ["ledger.rows.part"]
+    assert read_ledger(path).num_rows == 100
+
+
+@pytest.mark.parametrize("kept", [0, 60, 100])
+def test_signals_without_room_for_their_file_are_in_their_journal(tmp_path: Path, kept: int) -> None:
+    path = tmp_path / "signals.mcap"
+    recorder = SignalRecorder(path)
+    recorder.declare("r1", [("y", "1")])
+    for time_ns in range(100):
+        recorder.append("r1", time_ns, (1.0,))
+        if time_ns + 1 == kept:
+            recorder.event(time_ns, "r1", "step", "before", Level.WARNING)
+            recorder.keep()
+    recorder.event(100, "r1", "step", "after", Level.WARNING)
+
+    with files_of_at_most(1_200), pytest.raises(OSError, match="File too large"):
+        recorder.finish({})     # MCAP's schemas alone are larger
+
+    assert [file.name for file in tmp_path.iterdir()] == ["signals.rows.part"]
+    recording = read_recording(path)
+    assert recording.signals["r1"].column("y").tolist() == [1.0] * 100
+    assert recording.events[-1].detail == "after"
+
+
 def test_signals_that_find_no_room_are_read_up_to_there(tmp_path: Path) -> None:
     path = tmp_path / "signals.mcap"
     recorder = SignalRecorder(path)
