@@ -183,7 +183,8 @@ def test_a_forked_copy_of_the_emulator_does_not_touch_the_records(tmp_path: Path
 
 def test_a_run_ends_when_its_small_parent_is_killed(tmp_path: Path) -> None:
     out = tmp_path / "run"
-    with start(CASES / "KillParent.toml", out, "--host", "inline") as running:
+    # 1 s of robot time would be over, with compiled modules after 2 ms, before the parent's death is known
+    with start(CASES / "KillParent.toml", out, "--host", "inline", "--set", "length_s=100") as running:
         running.communicate(timeout=120)         # the child holds these pipes to its end
 
     assert running.returncode == -signal.SIGKILL
