@@ -1,10 +1,9 @@
-"""Settings of the process of a command that runs for less than a second, `marconet check`: they save processor time
-while it imports its libraries.
+"""Settings for the process of a command that ends within a second, such as `marconet check`: less processor time.
 
-OpenBLAS starts a thread for every core when NumPy is imported; on matrices as small as a check's they are never used,
-but wait actively. Python's garbage collector goes through everything imported so far again and again.
+OpenBLAS starts a thread for each core when NumPy is imported. The matrices of a check are too small to use them, but
+the threads poll for work. Python's garbage collector visits all objects imported so far, many times during the imports.
 
-Only for a process that is the command's own: both settings hold for the whole process.
+Both settings hold for the whole process, so only a process that runs this one command may call this.
 """
 
 from __future__ import annotations
