@@ -80,6 +80,9 @@ if TYPE_CHECKING:
 HostName = Literal["process", "inline"]
 OWN_PROGRAMS = ("agents.", "firmware_sim.")         # whose import does nothing but define
 KEEP_EVERY_S = 0.7          # age of what is on the disk; the conductor may be a tenth of a second late
+# The records hold up to 231 000 objects in memory, rows of a chunk of the ledger and buffered samples, and none of them
+# is in a cycle. A collection takes 20 ms to find that out, so it waits until there can be nearly as many others.
+COLLECT_AFTER_OBJECTS = 400_000
 LAST_WORDS_S = 10.0         # for the counters of the nodes, once another has failed or the run was broken off
 PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
@@ -124,7 +127,7 @@ def _collecting_only_what_the_run_makes() -> Iterator[None]:
     run's own cycles at its end: for a run of 0.2 s a collection of the whole process takes longer than the run."""
     threshold = gc.get_threshold()
     gc.freeze()
-    gc.set_threshold(100_000, 50, 100)
+    gc.set_threshold(COLLECT_AFTER_OBJECTS, 50, 100)
     try:
         yield
     finally:

@@ -223,8 +223,8 @@ class Conductor:
         self.grants += len(grants)
         reports = self._exchange(grants)
         for name, report in reports:
-            if report.ends_ns != NEVER_NS:
-                self._end_early(name, report)
+            if report.ends is not None:
+                self._end_early(name, *report.ends)
         for name, report in reports:
             seat = self.seats[name]
             if report.offers:
@@ -237,15 +237,15 @@ class Conductor:
                     self.agenda.at(time_ns, OFFER, name, partial(offer, name, data, time_ns))
             self._keep(seat, report, horizon_ns)
 
-    def _end_early(self, name: str, report: Report) -> None:
-        """End the run at the instant that the node says, or, if the run is past it, as soon as it can be ended.
+    def _end_early(self, name: str, time_ns: int, because: str) -> None:
+        """End the run at `time_ns`, as the node says, or, if the run is past it, as soon as it can be ended.
 
         Frames that are handed out from then on go nowhere; samples and events after it are not recorded.
         """
-        end_ns = max(report.ends_ns, self.reached_ns, self.agenda.now_ns + 1)
+        end_ns = max(time_ns, self.reached_ns, self.agenda.now_ns + 1)
         if end_ns < self.end_ns or not self.ended_by:
             self.end_ns = min(end_ns, self.end_ns)
-            self.ended_by, self.ended_because = name, report.ends_because
+            self.ended_by, self.ended_because = name, because
 
     def _exchange(self, grants: list[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         try:
@@ -304,8 +304,8 @@ class Conductor:
         self.grants += len(grants)
         granted_ns, reports = self.end_ns, self._exchange(grants)
         for name, report in reports:
-            if report.ends_ns != NEVER_NS and not self.ended_by:
-                self._end_early(name, report)
+            if report.ends is not None and not self.ended_by:
+                self._end_early(name, *report.ends)
         for name, report in reports:
             seat = self.seats[name]
             if report.offers:

@@ -11,8 +11,6 @@ from typing import Final
 
 import msgspec
 
-from netem.agenda import NEVER_NS
-
 UNREADABLE: Final = (msgspec.MsgspecError, UnicodeDecodeError)      # what decoding bytes of any kind can raise
 
 Delivery = tuple[int, int, bytes]       # (arrival_ns, port index, data)
@@ -42,8 +40,7 @@ class Report(msgspec.Struct, array_like=True, gc=False):
     events: list[Event]
     counters: dict[str, int]            # in the last report, in that of an error, and with processes now and then
     error: str                          # traceback of the program, "" if all is well
-    ends_ns: int = NEVER_NS             # the node ends the run at this instant,
-    ends_because: str = ""              # for this reason
+    ends: tuple[int, str] | None = None     # (time_ns, reason) if the node ends the run
 
 
 class Hello(msgspec.Struct, array_like=True, gc=False):

@@ -22,6 +22,7 @@ from netem.outside_guard import OutsideGuard
 from netem.transport import keys
 from netem.transport.errand import EmulatorPipe, Errand
 from netem.transport.zenoh_session import ENTRANCES, Session
+from netem.turn import Turn
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
@@ -48,12 +49,13 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
         grants = session.receiver(keys.grant(run, name))
         out = session.sender(keys.report(run, name))
         out.await_subscriber(errand.timeout_s)
-        process = os.getpid()
+        fork = _Fork()
         guard = OutsideGuard(ENTRANCES, whole_process=True)
+        turn: Turn = guard              # the same, and of a compiled class
         if errand.virtual_time:
             guard.begin()
         try:
-            node = _in_this_process(process, build, errand)
+            node = _in_this_process(fork, build, errand)
             hello = node.hello()
             guard.check()
         except BaseException as error:
@@ -66,23 +68,25 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
         gc.freeze()
         gc.set_threshold(100_000, 50, 100)
         window = 0
-        told_s = time.monotonic()
+        tell_s = time.monotonic() + COUNTERS_EVERY_S
+        advance, monotonic = node.advance, time.monotonic
         while True:
             _, message = grants.receive()
             try:
                 grant = decode(message)
-                if grant.window <= window:
-                    raise msgspec.ValidationError(f"window {grant.window} after {window}")
+                number = grant.window
+                if number <= window:
+                    raise msgspec.ValidationError(f"window {number} after {window}")
             except UNREADABLE:
                 node.count("garbage grants")
                 continue
-            window = grant.window
+            window = number
             try:
-                report = _in_this_process(process, node.advance, grant)
-                if not report.counters and (now_s := time.monotonic()) > told_s + COUNTERS_EVERY_S:
-                    report.counters, told_s = node.counters(), now_s
+                report = _in_this_process(fork, advance, grant)
+                if (now_s := monotonic()) > tell_s:
+                    report.counters, tell_s = node.counters(), now_s + COUNTERS_EVERY_S
                 message = encode(report)
-                if guard.refusal is not None:
+                if turn.refusal is not None:
                     guard.check()
             except BaseException as error:
                 if is_interruption(error):
@@ -96,7 +100,18 @@ def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) 
                 return 0
 
 
-def _in_this_process(process: int, call: Callable[[Argument], Result], argument: Argument) -> Result:
+class _Fork:
+    """Whether this process is a child that the program has forked."""
+
+    def __init__(self) -> None:
+        self.is_child = False
+        os.register_at_fork(after_in_child=self._note)
+
+    def _note(self) -> None:
+        self.is_child = True
+
+
+def _in_this_process(fork: _Fork, call: Callable[[Argument], Result], argument: Argument) -> Result:
     """Return `call(argument)`; a child that the program forks in it ends here, whether the call returns or raises.
 
     The child shares the connection of the node, its parent. So it ends before it sends anything, and before the caller
@@ -106,5 +121,5 @@ def _in_this_process(process: int, call: Callable[[Argument], Result], argument:
     try:
         return call(argument)
     finally:
-        if os.getpid() != process:
+        if fork.is_child:
             os._exit(0)

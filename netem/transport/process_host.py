@@ -198,7 +198,7 @@ class ProcessHost:
 
     def _expect(self, awaited: set[str]) -> None:
         """From now on the watchdog counts the time until each of these has answered."""
-        self._awaited = frozenset(awaited)
+        self._awaited = awaited
         self._began_s = time.monotonic()
 
     def _collect(self, awaited: set[str], decode: Callable[[bytes], Message], what: str,

@@ -110,12 +110,13 @@ class Receiver:
         self._receive = session.declare_subscriber(key).recv
         self._last, self._more = token + b"\0", token + b"\1"
         self._parts: dict[str, list[bytes]] = {}
+        self._only_key = "" if "*" in key else key      # what the key of a message is, where all have the same
 
     def receive(self) -> tuple[str, bytes]:
         """Wait for the next whole message; no bytes for what did not come from a `Sender` of this run."""
         while True:
             sample = self._receive()
-            key, data = str(sample.key_expr), sample.payload.to_bytes()
+            key, data = self._only_key or str(sample.key_expr), sample.payload.to_bytes()
             lead, part = data[:TOKEN_BYTES + 1], data[TOKEN_BYTES + 1:]
             if lead == self._last:
                 if self._parts and (earlier := self._parts.pop(key, None)):
