@@ -117,12 +117,12 @@ def owner(path: Path) -> str:
 
 def clear(path: Path) -> None:
     """Remove the records of a run, whole or in parts; what else is in the folder stays."""
-    for name in _can_logs(path):
+    there = set(os.listdir(path))
+    records = {*_can_logs(path), *RECORDS, *JOURNALS} if there - {LOCK} else set()
+    for name in sorted(there & (records | {record + SUFFIX for record in records})):
         (path / name).unlink(missing_ok=True)
-    for name in (*RECORDS, *JOURNALS):
-        (path / name).unlink(missing_ok=True)
-        (path / (name + SUFFIX)).unlink(missing_ok=True)
-    shutil.rmtree(path / "logs", ignore_errors=True)
+    if "logs" in there:
+        shutil.rmtree(path / "logs", ignore_errors=True)
 
 
 def _lock(path: Path) -> int | None:
