@@ -36,7 +36,7 @@ LinkName = tuple[str, str, str]
 
 LINK = ("medium", "sender", "receiver")
 DELIVERED = Fate.DELIVERED.value
-PORTION = 1 << 19               # rows that `by_link` gives at a time, more if one link has more
+PORTION = 1 << 17               # rows that `by_link` gives at a time, more if one link has more
 LARGEST_TABLE = 1 << 22         # of combinations of names that are numbered by a table instead of by sorting
 
 
