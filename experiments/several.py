@@ -7,6 +7,7 @@ from running; Ctrl-C and SIGTERM end the whole call. The exit code is the highes
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -55,10 +56,12 @@ class Batch:
 
     def run(self, sources: Sequence[str], seed: int | None, duration_s: float | None, overrides: Sequence[str],
             out: Path | None, **options: Any) -> int:
+        names = _folder_names(sources)
+
         def one(source: str) -> ScenarioOutcome:
             with errors_as_text(self.verbose):
                 scenario = _load(source, seed, duration_s, overrides)
-                folder = run_folder(scenario, out / scenario.name if out and len(sources) > 1 else out)
+                folder = run_folder(scenario, out / names[source] if out and len(sources) > 1 else out)
             with errors_as_text(self.verbose, kept=folder):
                 return self._run(source, scenario, folder, len(sources) == 1, options)
 
@@ -175,6 +178,17 @@ def run_folder(scenario: Scenario, out: Path | None) -> Path:
     if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / "scenario.json").exists())):
         raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
     return folder
+
+
+def _folder_names(sources: Sequence[str]) -> dict[str, str]:
+    """Of each source the name of its folder below that of the call: `x`, and `x-2` for another file named like it."""
+    taken: Counter[str] = Counter()
+    names = {}
+    for source in dict.fromkeys(sources):
+        stem = _stem(source)
+        taken[stem] += 1
+        names[source] = stem if taken[stem] == 1 else f"{stem}-{taken[stem]}"
+    return names
 
 
 def _stem(source: str) -> str:

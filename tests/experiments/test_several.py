@@ -131,6 +131,17 @@ def test_junit_has_a_case_for_each_expectation_and_tells_failures_from_errors(he
         ("1", "0", "0"), ("1", "1", "0"), ("1", "0", "1")]
 
 
+def test_two_scenarios_of_one_name_have_a_folder_each(here):
+    other = here / "other"
+    other.mkdir()
+    shutil.copy(here / "good.toml", other)
+    shutil.copy(here / "beacon_of_these_tests.py", other)
+    result = CliRunner().invoke(app, ["run", "good.toml", "other/good.toml", "--host", "inline", "--out", "both",
+                                      "--no-report"])
+    assert result.exit_code == 0, result.output
+    assert sorted(path.parent.name for path in (here / "both").glob("*/summary.json")) == ["good", "good-2"]
+
+
 def test_check_of_several_scenarios_tells_each(here):
     result = marconet("check", "good.toml", "wrong.toml")
 
