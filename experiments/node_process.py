@@ -19,11 +19,14 @@ from experiments.node_build import NodeSpecification, build_node
 from experiments.wall_clock_sleep import sleep_refused
 from netem.diagnosis.under_way import UnderWay
 from netem.node import Node
+from netem.outside_guard import post_guards
 from netem.transport.errand import Errand
 from netem.transport.fork_server import serve
 from netem.transport.node_link import take_part
+from netem.transport.zenoh_session import ENTRANCES
 
-IMPORT_LATE: Final = ("firmware_sim.mavlink.dialect", "netem.media.can.dbc_file")    # a library: `load_library`
+# Modules that import a library when they first need it: `load_library` does it.
+IMPORT_LATE: Final = ("agents.tracking.heading_slope", "firmware_sim.mavlink.dialect", "netem.media.can.dbc_file")
 
 
 def build(at_end: ExitStack, under_way: UnderWay, errand: Errand) -> Node:
@@ -32,7 +35,6 @@ def build(at_end: ExitStack, under_way: UnderWay, errand: Errand) -> Node:
 
 def life(under_way: UnderWay) -> int:
     with ExitStack() as at_end:
-        at_end.enter_context(sleep_refused())
         return take_part(partial(build, at_end, under_way))
 
 
@@ -42,7 +44,9 @@ def main() -> int:
     for module in IMPORT_LATE:
         if module in sys.modules:           # once here, instead of in every node
             sys.modules[module].load_library()
-    return serve(life)
+    post_guards(ENTRANCES)
+    with sleep_refused():                   # in the nodes as well: they keep the thread
+        return serve(life)
 
 
 if __name__ == "__main__":

@@ -76,15 +76,8 @@ class OutsideGuard(Turn):
 
     def begin(self) -> None:
         """Watch from now on; for the host `inline`, the thread that calls this."""
-        if not _hooked:
-            _hooked.append(True)
-            sys.addaudithook(_hear)
         self._thread = threading.get_ident()
-        for module, name, doing in self._entrances:
-            _replace(module, name, partial(_refuse, doing))
-        _replace(threading.Thread, "start", _adopt)
-        _replace(socket.socket, "listen", _refuse_to_listen)
-        _watch_plain_threads()
+        post_guards(self._entrances)
         _on_duty.append(self)
 
     def end(self) -> None:
@@ -130,6 +123,22 @@ class OutsideGuard(Turn):
 
 _on_duty: list[OutsideGuard] = []
 _hooked: list[bool] = []
+
+
+def post_guards(entrances: Sequence[Entrance]) -> None:
+    """Put in place what asks the guards; a second time it does nothing.
+
+    The process that nodes are forked from does it for all of them: looking through every module writes to the pages
+    that the nodes share, 7 MB in each.
+    """
+    if not _hooked:
+        _hooked.append(True)
+        sys.addaudithook(_hear)
+    for module, name, doing in entrances:
+        _replace(module, name, partial(_refuse, doing))
+    _replace(threading.Thread, "start", _adopt)
+    _replace(socket.socket, "listen", _refuse_to_listen)
+    _watch_plain_threads()
 
 
 def guarded() -> bool:

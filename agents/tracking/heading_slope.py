@@ -31,6 +31,11 @@ STEPS = 400             # of phi
 GRID_ERROR = 2e-5       # D on the grid is below D by less: 5e-6 against a grid ten times finer
 
 
+def load_library() -> None:
+    """Import NumPy now: else the first table does, in each process of its own."""
+    import numpy  # noqa: F401
+
+
 @cache
 def heading_table() -> tuple[tuple[float, ...], ...]:
     """D at M3 = i (pi/2) / ROWS, Q = 3 (j / CELLS)^2, rounded up by GRID_ERROR; some 10 ms, once per process."""
