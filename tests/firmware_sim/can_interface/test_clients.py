@@ -40,6 +40,16 @@ def isotp(out: Path, stmin: int, notifier: bool, shuffle_start: int = 0) -> RunR
     return run(scenario, out=out, report=False, shuffle_start=shuffle_start)
 
 
+def isotp_on_virtual(stmin: int, notifier: bool) -> str:
+    """What python-can's `virtual` gives, on the wall clock: tried again where a busy machine let a time-out pass."""
+    for _ in range(5):
+        said = subprocess.run([sys.executable, "-c", ON_VIRTUAL, str(CASES / "isotp_two_nodes"), str(stmin),
+                               str(notifier)], capture_output=True, text=True, check=True, timeout=60).stdout
+        if "timed out" not in said:
+            break
+    return said
+
+
 def without_times(text: str) -> list[str]:
     return sorted(re.sub(r", [\d.]+ s$| at [\d.]+$", "", line) for line in text.splitlines())
 
@@ -49,8 +59,7 @@ def test_isotp_does_the_same_on_marconet_as_on_virtual(tmp_path: Path, stmin_ms:
     result = isotp(tmp_path, stmin_ms, notifier)
 
     ours = "".join((tmp_path / "logs" / f"{node}.log").read_text() for node in ("ecu", "tester"))
-    theirs = subprocess.run([sys.executable, "-c", ON_VIRTUAL, str(CASES / "isotp_two_nodes"), str(stmin_ms),
-                             str(notifier)], capture_output=True, text=True, check=True, timeout=60).stdout
+    theirs = isotp_on_virtual(stmin_ms, notifier)
     took_s = float(re.search(r"([\d.]+) s$", ours)[1])
     consecutive = -(-(BYTES - 6) // 7)          # 6 bytes in the first frame, 7 in each further one
     rests = consecutive - -(-consecutive // 8)  # STmin separates the frames of a block of 8
