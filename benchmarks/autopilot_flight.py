@@ -24,9 +24,9 @@ from fmus.describe import read_model
 from fmus.describe_fmu import describe
 from fmus.plant import Plant
 from fmus.presets import read_presets
-from netem.lockstep.messages import Grant
 from netem.media.sensing.sight import Detection, pack_detection
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant
 
 FIGURE = Path(__file__).parents[1] / "docs" / "models" / "autopilot.svg"
 FRAME_NS, LATENCY_NS, NOISE_M = 10_000_000, 8_000_000, 0.001

@@ -21,8 +21,8 @@ from firmware_sim.blocking.program import BlockingProgram
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
-from netem.lockstep.messages import Grant
 from netem.media.can.frame import CanFrame, pack
+from netem.wire.messages import Grant
 
 CALLS = 5_000
 ROUNDS = 5

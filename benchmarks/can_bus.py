@@ -22,10 +22,8 @@ from random import Random
 from time import thread_time
 from typing import Any
 
-from netem.agenda import OFFER, Agenda
-from netem.links import Links
-from netem.lockstep.conductor import Conductor
-from netem.lockstep.hosts import InlineHost
+from netem.core.agenda import OFFER, Agenda
+from netem.emulator.conductor import Conductor
 from netem.media.can.bit_errors import BitErrorSettings
 from netem.media.can.bus import CanBus
 from netem.media.can.frame import CanFrame, pack
@@ -33,8 +31,10 @@ from netem.media.can.messages import CanMessage, periodic
 from netem.media.can.response_time import response_time_ns
 from netem.media.can.settings import CanSettings
 from netem.media.can.wire_length import wire_length
-from netem.node import Node
+from netem.media.links import Links
+from netem.node.node import Node
 from netem.records.ledger import COLUMNS, Ledger
+from netem.transport.hosts import InlineHost
 
 NODES = ("a", "b", "c", "d")
 GOAL = 20_000               # frames per wall second

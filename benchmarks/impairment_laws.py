@@ -15,11 +15,11 @@ from math import log10
 from pathlib import Path
 from statistics import NormalDist
 
+from netem.core.random_streams import stream
+from netem.core.transit import Transit
 from netem.impairments.bernoulli_loss import BernoulliLoss
 from netem.impairments.delay import Delay
 from netem.impairments.gilbert_elliott import GilbertElliott
-from netem.random_streams import stream
-from netem.transit import Transit
 
 MS = 1_000_000
 DELAY_MS, JITTER_MS, CORRELATION = 20, 5, 0.9

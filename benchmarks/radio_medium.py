@@ -12,9 +12,9 @@ import time
 from functools import partial
 from random import Random
 
-from netem.agenda import OFFER, Agenda
-from netem.links import Links
+from netem.core.agenda import OFFER, Agenda
 from netem.media.broadcast_radio import BroadcastRadio
+from netem.media.links import Links
 from netem.media.radio_settings import RadioSettings
 from netem.records.ledger import Ledger
 from netem.topology.fixed_graph import FixedGraph

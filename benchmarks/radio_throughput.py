@@ -18,9 +18,9 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from netem.agenda import OFFER, Agenda
-from netem.links import Links
+from netem.core.agenda import OFFER, Agenda
 from netem.media.broadcast_radio import BroadcastRadio
+from netem.media.links import Links
 from netem.media.radio_settings import RadioSettings
 from netem.records.ledger import Ledger
 

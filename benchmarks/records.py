@@ -14,8 +14,8 @@ from math import cos, sin
 from pathlib import Path
 from time import perf_counter
 
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.records.ledger import Ledger
 from netem.records.ledger_table import hash_of, read_ledger
 from netem.records.signal_table import read_recording

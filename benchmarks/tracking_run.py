@@ -28,7 +28,7 @@ from experiments.run_data import load_run
 from experiments.runner import run as run_scenario
 from experiments.scenario import load
 from experiments.scenario.library import find
-from netem.random_streams import stream
+from netem.core.random_streams import stream
 
 WIDTH, PANEL, LEFT = 860, 350, (55, 495)
 Row = tuple[str, int, int, float, float, tuple[int, ...]]

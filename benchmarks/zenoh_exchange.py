@@ -14,8 +14,8 @@ import subprocess
 import sys
 import time
 
-from netem.transport import keys
 from netem.transport.zenoh_session import Session, new_secret
+from netem.wire import keys
 
 RUN = "exchange"
 MESSAGE = bytes(120)            # about what a grant with two frames has

@@ -22,7 +22,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Final
 
-from netem.lockstep.errors import Interrupted, NodeFailure
+from netem.wire.errors import Interrupted, NodeFailure
 
 SAME_WISH_S: Final = 1.0
 VERBS: Final = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended, as its terminal was closed"}

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 
 NOT_DELIVERED: Final = "frames_not_delivered"
 OWN_NAMES: Final = {

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.records.ledger import COLUMNS, Row
 
 if TYPE_CHECKING:                       # `check` knows the kinds of guarantees without a ledger to read
@@ -32,7 +32,6 @@ if TYPE_CHECKING:                       # `check` knows the kinds of guarantees 
 Ints = NDArray[np.int64]
 Codes = NDArray[np.unsignedinteger[Any]]
 Mask = NDArray[np.bool_]
-LinkName = tuple[str, str, str]
 
 LINK = ("medium", "sender", "receiver")
 DELIVERED = Fate.DELIVERED.value

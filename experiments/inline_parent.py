@@ -29,8 +29,8 @@ from typing import Final, TextIO
 import msgspec
 
 from experiments.exits import ExitCode
-from netem.diagnosis.stack_dump import DUMP_WITHIN_S, ask_for_dump, dump_stacks_into
-from netem.diagnosis.under_way import UnderWay
+from netem.transport.diagnosis.stack_dump import DUMP_WITHIN_S, ask_for_dump, dump_stacks_into
+from netem.transport.diagnosis.under_way import UnderWay
 from netem.transport.left_behind import end_children, end_with_parent, take_orphans
 
 FORWARDED: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -236,8 +236,8 @@ def _run_of(words: int) -> Begins:
 
 def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped_in: int | None, under_way: UnderWay) -> Ending:
     """Say how the child ended, and make the records of its run."""
-    from netem.diagnosis import words  # late: only where something went wrong
-    from netem.lockstep.watchdog import last_words
+    from netem.transport.diagnosis import words  # late: only where something went wrong
+    from netem.transport.watchdog import last_words
 
     number = os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
     if number in FORWARDED:

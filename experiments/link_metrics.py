@@ -25,9 +25,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.frame_copies import DELIVERED, Coded, FrameCopies, Ints, LinkName, Mask, Portion, smallest
+from experiments.frame_copies import DELIVERED, Coded, FrameCopies, Ints, Mask, Portion, smallest
 from experiments.groups import largest_so_far, new_group
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.link_name import LinkName
 
 NS_PER_S = 1e9
 SenderName = tuple[str, str]

@@ -23,11 +23,11 @@ from firmware_sim.recorded_outputs import record_outputs
 from fmus.call_record import CallRecord
 from fmus.description import PlantDescription
 from fmus.plant import Plant
+from netem.core.random_streams import stream
 from netem.media.sensing.sight import Body, pack_body
-from netem.named import Named
-from netem.node import Node
-from netem.outside_guard import guarded
-from netem.random_streams import stream
+from netem.node.named import Named
+from netem.node.node import Node
+from netem.node.outside_guard import guarded
 
 
 class PlantSpecification(msgspec.Struct, frozen=True):

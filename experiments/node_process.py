@@ -17,12 +17,12 @@ import msgspec
 
 from experiments.node_build import NodeSpecification, build_node
 from experiments.wall_clock_sleep import sleep_refused
-from netem.diagnosis.under_way import UnderWay
-from netem.node import Node
-from netem.outside_guard import post_guards
-from netem.transport.errand import Errand
+from netem.node.node import Node
+from netem.node.outside_guard import post_guards
+from netem.transport.diagnosis.under_way import UnderWay
 from netem.transport.fork_server import serve
 from netem.transport.node_link import take_part
+from netem.transport.start_message import Errand
 from netem.transport.zenoh_session import ENTRANCES
 
 # Modules that import a library when they first need it: `load_library` does it.

@@ -45,37 +45,38 @@ from fmus.build import build_model, model_folder, own_models
 from fmus.describe import Model, read_model
 from fmus.describe_fmu import describe
 from fmus.description import PlantDescription
-from netem.agenda import Agenda
-from netem.diagnosis.under_way import UnderWay
-from netem.fate import Fate
+from netem.core.agenda import Agenda
+from netem.core.fate import Fate
+from netem.core.link_name import LinkName
+from netem.core.random_streams import stream
+from netem.emulator.conductor import Conductor, Recorders
+from netem.gateways.pace import Pace
+from netem.gateways.udp import UdpGateway
 from netem.impairments import Impairment
 from netem.impairments.construct import construct_impairment
 from netem.impairments.recordings import Recordings
 from netem.impairments.window import Window
-from netem.links import LinkName, Links
-from netem.lockstep.conductor import Conductor, Recorders
-from netem.lockstep.errors import Interrupted, NodeFailure
-from netem.lockstep.hosts import Host, InlineHost
-from netem.lockstep.messages import Hello
 from netem.media import Medium
 from netem.media.can.bus import CanBus
+from netem.media.links import Links
 from netem.media.observation import MediumObserver, ObservedMedium
 from netem.media.sensing.settings import SensingSettings
 from netem.media.table import MEDIA
-from netem.outside_guard import OutsideGuard
-from netem.random_streams import stream
-from netem.real_time.pace import Pace
-from netem.real_time.udp_gateway import UdpGateway
+from netem.node.outside_guard import OutsideGuard
 from netem.records.events_file import write_events
 from netem.records.ledger import Ledger, LedgerResult
 from netem.records.part_file import reopen_standard_files, write_whole
 from netem.records.signals import SignalRecorder
 from netem.records.uninterrupted import uninterrupted
+from netem.transport.diagnosis.under_way import UnderWay
+from netem.transport.hosts import Host, InlineHost
 from netem.transport.process_host import ProcessHost
 from netem.transport.zenoh_session import ENTRANCES
+from netem.wire.errors import Interrupted, NodeFailure
+from netem.wire.messages import Hello
 
 if TYPE_CHECKING:
-    from netem.records.can_log import CanLog
+    from netem.media.can.can_log import CanLog
 
 HostName = Literal["process", "inline"]
 OWN_PROGRAMS = ("agents.", "firmware_sim.")         # whose import does nothing but define
@@ -453,7 +454,7 @@ def _medium(scenario: Scenario, name: str, agenda: Agenda, ledger: Ledger, links
 
 
 def _can_log(scenario: Scenario, bus: CanBus, folder: Path) -> CanLog:
-    from netem.records.can_log import CanLog  # late: a run without such logs needs no python-can
+    from netem.media.can.can_log import CanLog  # late: a run without such logs needs no python-can
 
     log = CanLog(folder, bus.name, bus.settings.log, scenario.length_ns)
     bus.logs.append(log)

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from netem.lockstep.program_errors import is_authors
+from netem.wire.program_errors import is_authors
 
 OURS = ("netem", "fmus", "firmware_sim", "agents", "experiments")
 

@@ -21,7 +21,7 @@ from simpy.events import Event, Timeout
 
 from firmware_sim.local_clock import LocalClock
 from fmus.plant import Plant
-from netem.node import Node
+from netem.node.node import Node
 
 MAX_WAITS_AT_ONE_INSTANT: Final = 100_000
 

@@ -17,7 +17,7 @@ from typing import Final
 from fmus.description import Variable
 from fmus.plant import Plant
 from fmus.start_values import RANGES, REALS
-from netem.node import Node
+from netem.node.node import Node
 
 MOST_RECORDED: Final = 64
 NUMBERS: Final = frozenset({*REALS, *RANGES, "Boolean", "Enumeration"})

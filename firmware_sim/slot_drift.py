@@ -22,7 +22,7 @@ Not modelled: propagation delay, drift that changes, more than one change of dir
 from __future__ import annotations
 
 from firmware_sim.local_clock import UNIT, rate_parts
-from netem.agenda import NEVER_NS
+from netem.wire.instants import NEVER_NS
 
 
 def collision_free_until(drift_a_ppm: float, drift_b_ppm: float, slot_ns: int, airtime_ns: int, *, lead_ns: int = 0,

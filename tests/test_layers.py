@@ -22,7 +22,7 @@ ADAPTERS = {
     "zenoh": {"netem/transport/zenoh_session.py"},
     "fmpy": {"fmus/describe_fmu.py"},
     "can": {"firmware_sim/can_interface/bus.py", "firmware_sim/can_interface/other_interfaces.py",      # to programs
-            "netem/records/can_log.py"},                                                                # into log files
+            "netem/media/can/can_log.py"},      # into log files
     "cantools": {"netem/media/can/dbc_file.py"},
     "pymavlink": {"firmware_sim/mavlink/dialect.py"},
 }

@@ -21,8 +21,8 @@ from agents.pursuit.law import Area
 from agents.tracking.controller import Pose
 from firmware_sim.board import Board
 from firmware_sim.scenario_view import ScenarioView
-from netem.agenda import NEVER_NS
 from netem.media.sensing.sight import Detection, unpack_sight
+from netem.wire.instants import NEVER_NS
 
 TRUTH: Final = (("x", "m"), ("y", "m"), ("theta", "rad"))
 SPY: Final = "spy"

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from simpy.events import Event
 
 from firmware_sim.board import Board
-from netem.agenda import NEVER_NS
+from netem.wire.instants import NEVER_NS
 
 
 @dataclass

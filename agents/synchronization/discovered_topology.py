@@ -20,7 +20,7 @@ from agents.synchronization.discovery import Discovery, Incomplete, Phase
 from agents.synchronization.discovery_frame import decode
 from agents.synchronization.graph import Floats, neighbours
 from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
-from netem.node import Node
+from netem.node.node import Node
 
 COUNTERS: Final = ("discoveries started", "incomplete discoveries", "refused control frames")
 

@@ -24,11 +24,10 @@ from agents.synchronization.discovery_frame import frame_bytes
 from agents.synchronization.team import Team
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.scenario_view import ImpairmentView
+from netem.core.link_name import LinkName
 from netem.impairments.construct import construct_impairment
 from netem.impairments.recordings import Recordings
 from netem.impairments.table import IMPAIRMENTS
-
-LinkName = tuple[str, str, str]         # (medium, sender, receiver)
 
 
 def late_control_frames(team: Team, slot_ns: int, impairments: Sequence[ImpairmentView], links: Collection[LinkName],

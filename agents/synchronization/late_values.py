@@ -25,12 +25,12 @@ import numpy as np
 from agents.synchronization.graph import Floats
 from agents.synchronization.team import Team
 from firmware_sim.scenario_view import ImpairmentView
+from netem.core.link_name import LinkName
 from netem.impairments.construct import construct_impairment
 from netem.impairments.flow import Flow
 from netem.impairments.recordings import Recordings
 from netem.impairments.table import IMPAIRMENTS
 
-LinkName = tuple[str, str, str]         # (medium, sender, receiver)
 UNKNOWN: Final = -1
 
 

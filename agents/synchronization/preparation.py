@@ -16,7 +16,7 @@ from agents.synchronization.check import problems
 from agents.synchronization.discovery_frame import MAX_NODES, frame_bytes
 from agents.synchronization.graph import Floats, laplacian
 from agents.synchronization.late_control_frames import late_control_frames
-from agents.synchronization.late_values import AddedDelay, LinkName, added_delays, late_values, oldest_value_ns
+from agents.synchronization.late_values import AddedDelay, added_delays, late_values, oldest_value_ns
 from agents.synchronization.partition import colliding_pairs
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans, heard_by
@@ -24,6 +24,7 @@ from agents.synchronization.sync_frame import SyncFrameCodec
 from agents.synchronization.team import SYNC_GAIN, Layout, Team, TeamError, read_team
 from firmware_sim.scenario_view import MediumView, ScenarioView
 from firmware_sim.slot_sync_condition import contraction_per_round
+from netem.core.link_name import LinkName
 from netem.impairments.flow import Flow
 from netem.topology import Site, Topology
 

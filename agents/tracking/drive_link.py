@@ -21,7 +21,7 @@ from firmware_sim.drive_controller.drive_messages import (
     WheelSpeeds,
 )
 from netem.media.can.frame import MalformedFrame, unpack
-from netem.node import Port
+from netem.node.node import Port
 
 COUNTERS = 256
 COUNTS = 1 << 32

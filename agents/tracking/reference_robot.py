@@ -19,7 +19,7 @@ from agents.tracking.look_frames import UNASKED, ReferenceState, pack_answer, un
 from agents.tracking.noise import Noise
 from firmware_sim.board import Board
 from firmware_sim.scenario_view import ScenarioView
-from netem.agenda import NEVER_NS
+from netem.wire.instants import NEVER_NS
 
 
 class ReferenceRobot:

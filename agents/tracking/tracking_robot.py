@@ -40,7 +40,7 @@ from agents.triggering.policies import Decision
 from agents.triggering.policies.table import PolicySettings
 from firmware_sim.board import Board
 from firmware_sim.scenario_view import ScenarioView
-from netem.agenda import NEVER_NS
+from netem.wire.instants import NEVER_NS
 
 COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
             "unreadable frames", "unreadable CAN frames", "violated assumptions")

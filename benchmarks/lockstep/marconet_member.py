@@ -13,10 +13,10 @@ import msgspec
 from simpy.events import Event
 
 from benchmarks.lockstep.ring import Member, Task
-from netem.node import Node
-from netem.transport.errand import Errand
+from netem.node.node import Node
 from netem.transport.fork_server import serve
 from netem.transport.node_link import take_part
+from netem.transport.start_message import Errand
 
 MEDIUM = "ring"
 

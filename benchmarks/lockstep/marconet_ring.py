@@ -22,10 +22,10 @@ import msgspec
 from benchmarks.lockstep.children import leave_on_sigterm
 from benchmarks.lockstep.marconet_member import MEDIUM, MarconetMember
 from benchmarks.lockstep.ring import Figure, Task, judge
-from netem.agenda import Agenda
-from netem.frame import Frame
-from netem.links import Links
-from netem.lockstep.conductor import Conductor
+from netem.core.agenda import Agenda
+from netem.core.frame import Frame
+from netem.emulator.conductor import Conductor
+from netem.media.links import Links
 from netem.records.ledger import Ledger
 from netem.transport.process_host import ProcessHost
 

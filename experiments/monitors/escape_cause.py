@@ -15,13 +15,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from experiments.frame_copies import DELIVERED, FrameCopies, LinkName
+from experiments.frame_copies import DELIVERED, FrameCopies
 from experiments.monitors import Subject
 from experiments.monitors.frames_in_words import frames_in_words
 from experiments.monitors.link_frames import LinkFrames, link_frames
 from experiments.monitors.outcome import seconds
 from experiments.monitors.records import Records
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.link_name import LinkName
 
 NOT_SEEN = (Fate.OUT_OF_VIEW.value, Fate.OCCLUDED.value)     # these looks got through: nothing was there
 MOST_LINKS = 3                  # that are named, those that lost most

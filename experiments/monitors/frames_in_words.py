@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from experiments.monitors.link_frames import NEVER_NS, LinkFrames
+from experiments.monitors.link_frames import LinkFrames
 from experiments.monitors.outcome import seconds
+from netem.wire.instants import NEVER_NS
 
 MOST_NUMBERS = 4
 

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from experiments.frame_copies import Coded, FrameCopies
 from experiments.groups import Ints, new_group
-from netem.fate import Fate
-
-NEVER_NS = np.iinfo(np.int64).max
+from netem.core.fate import Fate
+from netem.wire.instants import NEVER_NS
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
 from experiments.monitors import Named, Subject
-from netem import link_selector
-from netem.links import LinkName
+from netem.core import link_selector
+from netem.core.link_name import LinkName
 
 _SENDER = re.compile(r"\s*(?P<medium>[^:]+?)\s*:\s*(?P<node>\S+)\s*")
 

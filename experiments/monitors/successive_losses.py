@@ -21,9 +21,10 @@ import numpy as np
 from experiments.groups import new_group
 from experiments.monitors import Named, Subject
 from experiments.monitors.frames_in_words import frames_in_words
-from experiments.monitors.link_frames import NEVER_NS, link_frames
+from experiments.monitors.link_frames import link_frames
 from experiments.monitors.outcome import Finding, Violation
 from experiments.monitors.records import Records
+from netem.wire.instants import NEVER_NS
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from netem.kinds import Kinds
+from netem.core.kinds import Kinds
 
 MONITORS: Final = Kinds({
     "age_of_information": "experiments.monitors.age_of_information:AgeOfInformation",

@@ -33,8 +33,7 @@ from experiments.report.records_list import RecordFile, record_files
 from experiments.report.series import Json
 from experiments.run_data import RunData, load_run
 from experiments.run_result import Verdict
-from netem.fate import Fate
-from netem.fate_meaning import MEANING
+from netem.core.fate import Fate
 from netem.records.events import Event, Level
 from netem.records.part_file import write_whole
 
@@ -86,7 +85,7 @@ def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> s
         failure=failure_of(data), reached_ns=data.length_ns,
         windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
         table=series.node_table(data), guarantees=guarantees, moments=broke, kind_names=KIND_NAMES,
-        fates_shown=[(fate.value, MEANING[fate], *FATES[fate]) for fate in Fate
+        fates_shown=[(fate.value, fate.meaning, *FATES[fate]) for fate in Fate
                      if any(fate.value in link["fates"] for link in drawn["fates"])],
         contents=_contents(verdicts, broken, guarantees, len(broke.shown), drawn, records),
         events=listed_events(listed), event_total=len(listed), level_name=level_name, records=records,
@@ -101,7 +100,7 @@ def _drawn(data: RunData, broke: Moments) -> Json:
             "spoken": series.spoken(data, broke.instants_ns), "fates": series.fates(data), "ages": series.ages(data),
             "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, broke.instants_ns),
             "length_s": data.length_ns * 1e-9, "palette": for_page(),
-            "meanings": {fate.value: meaning for fate, meaning in MEANING.items()},
+            "meanings": {fate.value: fate.meaning for fate in Fate},
             "moments": [{"t_s": moment.from_ns / 1e9, "words": f"{moment.what}, {moment.on}"}
                         for moment in broke.shown if moment.from_ns is not None]}
 
@@ -181,7 +180,7 @@ def explained(text: str) -> Markup:
     for fate in sorted(Fate, key=lambda fate: -len(fate.value)):
         before, found, after = text.partition(f" {fate.value}")
         if found:
-            return Markup('{} <abbr title="{}">{}</abbr>{}').format(before, MEANING[fate], fate.value, after)
+            return Markup('{} <abbr title="{}">{}</abbr>{}').format(before, fate.meaning, fate.value, after)
     return escape(text)
 
 

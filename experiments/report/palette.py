@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 
 
 class Pair(NamedTuple):

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from experiments.report.thinning import keep
 from experiments.run_data import RunData
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.records.signal_table import SignalTable
 
 Json = dict[str, Any]

@@ -20,11 +20,12 @@ from fmus.describe import read_model, variables_of
 from fmus.describe_fmu import describe
 from fmus.errors import PlantError
 from fmus.presets import read_presets
-from netem import link_selector
-from netem.agenda import Agenda
+from netem.core import link_selector
+from netem.core.agenda import Agenda
+from netem.core.link_name import LinkName
 from netem.impairments.table import IMPAIRMENTS
 from netem.impairments.window import Window
-from netem.links import LinkName, Links
+from netem.media.links import Links
 from netem.media.table import MEDIA
 from netem.records.ledger import Ledger
 

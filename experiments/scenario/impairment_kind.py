@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from experiments.scenario.program import import_program
 from experiments.scenario.shape import shape_of
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.impairments.table import IMPAIRMENTS
 
 KEYS_OF_EVERY_KIND: Final = ("on", "during_ns", "kind", "name")

@@ -7,8 +7,8 @@ from random import Random
 from typing import Any
 
 from experiments.scenario.vocabulary import Position
-from netem.agenda import Agenda
-from netem.links import Links
+from netem.core.agenda import Agenda
+from netem.media.links import Links
 from netem.records.ledger import Ledger
 
 

@@ -28,8 +28,8 @@ from firmware_sim.autopilot.vehicle import Landed, Mode, Severity
 from firmware_sim.board import Board
 from firmware_sim.scenario_view import ScenarioView
 from firmware_sim.schedules.periodic import Periodic
-from netem.agenda import NEVER_NS
 from netem.media.sensing.sight import NothingSeen, unpack_sight
+from netem.wire.instants import NEVER_NS
 
 SENSORS: Final = (*(f"q[{i}]" for i in range(1, 5)), *(f"omega[{i}]" for i in range(1, 4)),
                   *(f"force[{i}]" for i in range(1, 4)))

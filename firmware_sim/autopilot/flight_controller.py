@@ -27,7 +27,7 @@ from firmware_sim.autopilot.landing_detector import LandingDetector
 from firmware_sim.autopilot.mission_run import MissionRun
 from firmware_sim.autopilot.mixer import Motors
 from firmware_sim.autopilot.parameters import ParameterTable
-from firmware_sim.autopilot.position_estimator import NEVER_NS
+from firmware_sim.autopilot.position_estimator import LONG_AGO_NS
 from firmware_sim.autopilot.refusals import Facts, needs_position
 from firmware_sim.autopilot.target_limits import limited
 from firmware_sim.autopilot.vehicle import (
@@ -70,7 +70,7 @@ class FlightController:
         self._positional = False                # the ramps are in use
         self._home: Vector = (0.0, 0.0, 0.0)
         self._target: Target | None = None
-        self._target_ns = self._link_ns = NEVER_NS
+        self._target_ns = self._link_ns = LONG_AGO_NS
         self._ground_ns = 0                     # since when it stands armed
 
     # --- what its tasks call
@@ -209,7 +209,7 @@ class FlightController:
     def _watch(self, now_ns: int) -> None:
         """Failsafes."""
         self._link_ns, self._target_ns = min(self._link_ns, now_ns), min(self._target_ns, now_ns)  # clock set back
-        told_ns = self._target_ns if self._mode is Mode.OFFBOARD or self._attitude_told else NEVER_NS
+        told_ns = self._target_ns if self._mode is Mode.OFFBOARD or self._attitude_told else LONG_AGO_NS
         silences = Silences(now_ns - self._link_ns, 0 if self._landed is Landed.ON_GROUND else now_ns - told_ns,
                             self.position_valid, needs_position(self._mode, self._attitude_told))
         before = self._failsafe.acting

@@ -26,7 +26,7 @@ from firmware_sim.autopilot.vehicle import Vector
 MEMORY = 64                     # predictions
 LONGEST_NS = 500_000_000        # after a longer silence a frame is believed as it is
 JUMP_NS = 20_000_000
-NEVER_NS = -(10**18)
+LONG_AGO_NS = -(10**18)
 
 
 class PositionEstimator:
@@ -34,8 +34,8 @@ class PositionEstimator:
         self.bandwidth = 10.0                   # [1/s]
         self.position: Vector = (0.0, 0.0, 0.0)
         self.velocity: Vector = (0.0, 0.0, 0.0)
-        self.now_ns = NEVER_NS
-        self.exposed_ns = NEVER_NS              # of the last frame taken
+        self.now_ns = LONG_AGO_NS
+        self.exposed_ns = LONG_AGO_NS              # of the last frame taken
         self._past: deque[tuple[int, Vector, Vector]] = deque(maxlen=MEMORY)
 
     def age_ns(self, now_ns: int) -> int:
@@ -45,7 +45,7 @@ class PositionEstimator:
     def predict(self, now_ns: int, acceleration: Vector, dt_s: float) -> None:
         """`dt_s` on from the last prediction; a clock that says something else by more than `JUMP_NS` was stepped."""
         jump_ns = now_ns - self.now_ns - round(dt_s * 1e9)
-        if abs(jump_ns) > JUMP_NS and self.now_ns != NEVER_NS:
+        if abs(jump_ns) > JUMP_NS and self.now_ns != LONG_AGO_NS:
             self.exposed_ns += jump_ns
             self._past = deque(((then_ns + jump_ns, p, v) for then_ns, p, v in self._past), MEMORY)
         (px, py, pz), (vx, vy, vz), (ax, ay, az) = self.position, self.velocity, acceleration

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from netem.lockstep.messages import Grant, Report
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant, Report
 
 if TYPE_CHECKING:
     from firmware_sim.blocking.program import BlockingProgram

@@ -32,7 +32,7 @@ from firmware_sim.blocking.repeating import Repeating
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
-from netem.agenda import NEVER_NS
+from netem.wire.instants import NEVER_NS
 
 CLEANUP_NS: Final = 10_000_000_000          # of its own time, after the end of the run
 CLEANUP_S: Final = 2.0                      # of the wall's, for the same

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import Final
 
 from firmware_sim.blocking.calls_in_a_row import CallsInARow
-from netem.agenda import NEVER_NS
+from netem.wire.instants import NEVER_NS
 
 PATIENCE_S: Final = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
 

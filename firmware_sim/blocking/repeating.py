@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from netem.agenda import NEVER_NS
+from netem.wire.instants import NEVER_NS
 
 if TYPE_CHECKING:
     from firmware_sim.blocking.program import BlockingProgram

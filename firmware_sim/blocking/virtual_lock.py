@@ -11,7 +11,7 @@ from types import TracebackType
 from firmware_sim.blocking.here import running, this_program
 from firmware_sim.blocking.program_thread import ProgramThread
 from firmware_sim.blocking.seconds import duration_ns
-from netem.agenda import NEVER_NS
+from netem.wire.instants import NEVER_NS
 
 
 class VirtualLock:

@@ -17,8 +17,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Protocol
 
-from netem.fate import Fate
-from netem.transit import Transit
+from netem.core.fate import Fate
+from netem.core.transit import Transit
 
 
 class Impairment(Protocol):

@@ -21,9 +21,9 @@ from typing import ClassVar
 
 from msgspec.structs import replace
 
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.transit import Transit
 from netem.impairments.checks import expect_ratio, expect_ratio_below_one
-from netem.transit import Transit
 
 
 @dataclass

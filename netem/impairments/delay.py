@@ -23,7 +23,8 @@ from typing import ClassVar, Literal
 
 from msgspec.structs import replace
 
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.transit import Transit
 from netem.impairments.checks import expect_at_least, expect_correlation
 from netem.impairments.correlated_uniforms import LARGEST, correlated_uniforms
 from netem.impairments.csv_text import RecordingError
@@ -31,7 +32,6 @@ from netem.impairments.delay_quantiles import JITTER_QUANTILES, Quantile, of_poi
 from netem.impairments.flow import Flow
 from netem.impairments.order import not_before
 from netem.impairments.recordings import Recordings
-from netem.transit import Transit
 
 
 @dataclass

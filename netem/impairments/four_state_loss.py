@@ -18,9 +18,9 @@ from enum import Enum
 from random import Random
 from typing import ClassVar
 
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.transit import Transit
 from netem.impairments.checks import expect_ratio
-from netem.transit import Transit
 
 
 class State(Enum):

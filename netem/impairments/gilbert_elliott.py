@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import ClassVar
 
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.transit import Transit
 from netem.impairments.checks import expect_ratio_below_one
-from netem.transit import Transit
 
 
 @dataclass

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from netem.transit import Transit
+from netem.core.transit import Transit
 
 
 def not_before(transit: Transit, earliest_ns: int) -> Transit:

@@ -21,11 +21,11 @@ from typing import ClassVar
 
 from msgspec.structs import replace
 
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.transit import Transit
 from netem.impairments.checks import expect_at_least
 from netem.impairments.flow import Flow
 from netem.impairments.order import not_before
-from netem.transit import Transit
 
 
 @dataclass

@@ -17,12 +17,12 @@ from typing import ClassVar
 
 from msgspec.structs import replace
 
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.transit import Transit
 from netem.impairments.checks import expect_at_least, expect_ratio
 from netem.impairments.correlated_uniforms import correlated_uniforms
 from netem.impairments.flow import Flow
 from netem.impairments.order import not_before
-from netem.transit import Transit
 
 
 @dataclass

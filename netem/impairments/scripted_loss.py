@@ -12,9 +12,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.transit import Transit
 from netem.impairments.checks import expect_at_least
-from netem.transit import Transit
 
 
 @dataclass

@@ -22,11 +22,11 @@ from typing import ClassVar, Literal
 
 from msgspec.structs import replace
 
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.transit import Transit
 from netem.impairments.flow import Flow
 from netem.impairments.recordings import Recordings
 from netem.impairments.trace_rows import LOST, read_rows
-from netem.transit import Transit
 
 
 class TraceEnded(Exception):

@@ -25,12 +25,12 @@ from typing import ClassVar
 
 from mypy_extensions import mypyc_attr
 
-from netem.agenda import END_OF_FRAME, Agenda
-from netem.fate import Fate
-from netem.frame import Frame
-from netem.links import Links
+from netem.core.agenda import END_OF_FRAME, Agenda
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.media.decoding.on_air import OnAir
 from netem.media.decoding.table import DECODINGS
+from netem.media.links import Links
 from netem.media.mac.table import MACS
 from netem.media.radio_settings import RadioSettings
 from netem.records.ledger import Ledger

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from netem.kinds import Kinds
+from netem.core.kinds import Kinds
 
 MEDIA: Final = Kinds({
     "broadcast_radio": "netem.media.broadcast_radio:BroadcastRadio",

@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING
 
 from mypy_extensions import mypyc_attr
 
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.records.ledger_hash import LedgerHash
 from netem.records.uninterrupted import uninterrupted
 

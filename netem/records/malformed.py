@@ -7,7 +7,7 @@ from pathlib import Path
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 
 COLUMNS = ["medium", "sender", "number", "offered_ns", "size_bytes", "cause"]
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 
-from netem.agenda import NEVER_NS
 from netem.topology import Edge, Graph
 from netem.topology.reach import Reach
+from netem.wire.instants import NEVER_NS
 
 
 class Timetable:

@@ -28,8 +28,8 @@ from typing import Final
 
 import msgspec
 
-from netem.diagnosis.stack_dump import ask_for_dump, dump_stacks_into
-from netem.diagnosis.under_way import UnderWay
+from netem.transport.diagnosis.stack_dump import ask_for_dump, dump_stacks_into
+from netem.transport.diagnosis.under_way import UnderWay
 from netem.transport.left_behind import end_children, take_orphans
 
 LONGEST_MESSAGE: Final = 4096

@@ -14,15 +14,15 @@ from typing import Final, TypeVar
 
 import msgspec
 
-from netem.agenda import NEVER_NS
-from netem.lockstep.errors import is_interruption
-from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
-from netem.node import Node
-from netem.outside_guard import OutsideGuard
-from netem.transport import keys
-from netem.transport.errand import EmulatorPipe, Errand
+from netem.node.node import Node
+from netem.node.outside_guard import OutsideGuard
+from netem.node.turn import Turn
+from netem.transport.start_message import EmulatorPipe, Errand
 from netem.transport.zenoh_session import ENTRANCES, Session
-from netem.turn import Turn
+from netem.wire import keys
+from netem.wire.errors import is_interruption
+from netem.wire.instants import NEVER_NS
+from netem.wire.messages import UNREADABLE, Grant, Hello, Report
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")

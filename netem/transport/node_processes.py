@@ -20,9 +20,9 @@ from typing import BinaryIO, Final
 
 import msgspec
 
-from netem.diagnosis import words
-from netem.diagnosis.stack_dump import await_dump
-from netem.diagnosis.under_way import UnderWay
+from netem.transport.diagnosis import words
+from netem.transport.diagnosis.stack_dump import await_dump
+from netem.transport.diagnosis.under_way import UnderWay
 from netem.transport.fork_server import LONGEST_MESSAGE, Dump, Ended, Kill, Start, Started
 
 NOT_FORKED_S: Final = 1.0

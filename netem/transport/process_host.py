@@ -24,15 +24,15 @@ from uuid import uuid4
 
 import msgspec
 
-from netem.diagnosis import words
-from netem.lockstep.credible import credible
-from netem.lockstep.errors import NodeFailure, programs_failed
-from netem.lockstep.messages import UNREADABLE, Grant, Hello, Report
-from netem.transport import keys
-from netem.transport.errand import Errand
+from netem.transport.diagnosis import words
 from netem.transport.node_processes import NodeProcesses
 from netem.transport.placement import Placement
+from netem.transport.start_message import Errand
 from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Session, new_secret
+from netem.wire import keys
+from netem.wire.credible import credible
+from netem.wire.errors import NodeFailure, programs_failed
+from netem.wire.messages import UNREADABLE, Grant, Hello, Report
 
 WATCH_EVERY_S: Final = 0.05
 GRACE_S: Final = 0.5                # for the last words of a process that has ended, which may still be on the way

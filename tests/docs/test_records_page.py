@@ -6,8 +6,7 @@ import re
 from pathlib import Path
 
 from experiments.report.records_list import KINDS
-from netem.fate import Fate
-from netem.fate_meaning import MEANING
+from netem.core.fate import Fate
 
 PAGE = (Path(__file__).parents[2] / "docs" / "records.md").read_text(encoding="utf-8")
 
@@ -23,7 +22,7 @@ def table(heading: str) -> dict[str, list[str]]:
 def test_the_page_gives_each_fate_the_meaning_that_the_report_shows() -> None:
     told = {fate: meaning for fate, (meaning,) in table("fate").items()}
 
-    assert told == {fate.value: MEANING[fate] for fate in Fate}
+    assert told == {fate.value: fate.meaning for fate in Fate}
 
 
 def test_the_page_names_every_file_that_the_report_links() -> None:

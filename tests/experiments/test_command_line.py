@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from experiments.command_line import app
 from experiments.run_result import Progress, RunResult, Summary, Verdict
-from netem.lockstep.errors import InstantLoop, NodeFailure
+from netem.wire.errors import InstantLoop, NodeFailure
 
 SCENARIO = """\
 # Question: does the command work?

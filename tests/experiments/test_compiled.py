@@ -24,7 +24,7 @@ SHORT = ("--duration", "0.3", "--host")
 SCENARIOS = ("output_sync", *(pytest.param(name, marks=pytest.mark.slow)
                               for name in ("output_sync_lossy", "tracking_individual", "p3at_chases_p3at")))
 MARCONET = "from experiments.command_line import main; main()"
-WHICH = "import experiments, netem.node; print(experiments.CODE); print(netem.node.__file__)"
+WHICH = "import experiments, netem.node.node; print(experiments.CODE); print(netem.node.node.__file__)"
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import pytest
 
 from experiments import runner
 from experiments.scenario import load
-from netem.lockstep.errors import NodeFailure
+from netem.wire.errors import NodeFailure
 
 CASES = Path(__file__).parents[1] / "cases"
 ROBOTS = CASES / "robots_that_misbehave"

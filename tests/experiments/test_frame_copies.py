@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from experiments import frame_copies
 from experiments.frame_copies import FrameCopies, LedgerUnreadable
 from experiments.report.build import write_report
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.records.ledger import COLUMNS, Ledger, Row
 
 NODES = st.sampled_from(["a", "b", "r10", "r2"])

@@ -15,8 +15,8 @@ from experiments.frame_copies import FrameCopies
 from experiments.metric_keys import LEDGER_METRICS, STATISTICS, unknown_keys
 from experiments.metrics import evaluate, measure
 from experiments.run_data import RunData, load_run
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.records.ledger import Ledger
 from netem.records.signal_table import SignalTable
 

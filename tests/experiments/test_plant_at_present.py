@@ -21,8 +21,8 @@ from fmus.build import build_model, model_folder
 from fmus.describe import read_model
 from fmus.describe_fmu import describe
 from fmus.errors import PlantError
-from netem.lockstep.messages import Grant
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant
 
 CASES = Path(__file__).parents[1] / "cases"
 MS = 1_000_000

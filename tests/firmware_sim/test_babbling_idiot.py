@@ -10,9 +10,9 @@ from firmware_sim.babbling_idiot import BabblingIdiot
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
-from netem.lockstep.messages import Grant
 from netem.media.can.frame import CanFrame, unpack
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant
 
 
 def idiot(**parameters: int) -> Node:

@@ -5,7 +5,7 @@ import pytest
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
-from netem.node import Node, PromiseBroken
+from netem.node.node import Node, PromiseBroken
 
 
 def a_board(clock_steps=(), **settings) -> Board:

@@ -13,9 +13,9 @@ from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
 from firmware_sim.radio_modem import RadioModem
-from netem.lockstep.messages import Grant
 from netem.media.radio_presets import PRESETS
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant
 
 US, MS = 1_000, 1_000_000
 BYTE_NS = 100 * US              # 8N1 at 100 kbit/s

@@ -10,8 +10,8 @@ from firmware_sim.recorded_outputs import MOST_RECORDED, record_outputs
 from fmus.build import build_model
 from fmus.describe_fmu import describe
 from fmus.plant import Plant
-from netem.lockstep.messages import Grant
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant
 
 MODEL = """
 model = "many"

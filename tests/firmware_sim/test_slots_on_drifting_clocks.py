@@ -18,7 +18,7 @@ from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 from firmware_sim.slot_drift import collision_free_until, largest_drift_ppm
 from firmware_sim.slot_sync import Average, SlotSync
 from firmware_sim.slot_sync_condition import contraction_per_round
-from netem.agenda import NEVER_NS
+from netem.wire.instants import NEVER_NS
 
 SLOT_NS = 1_000_000
 GUARD_NS = 20_000

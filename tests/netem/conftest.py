@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 
 import pytest
 
-from netem.agenda import Agenda
-from netem.frame import Frame
-from netem.links import Links
-from netem.lockstep.conductor import Conductor, Recorders
-from netem.lockstep.hosts import Host, InlineHost
-from netem.node import Node
+from netem.core.agenda import Agenda
+from netem.core.frame import Frame
+from netem.emulator.conductor import Conductor, Recorders
+from netem.media.links import Links
+from netem.node.node import Node
 from netem.records.ledger import Ledger
+from netem.transport.hosts import Host, InlineHost
 
 
 class FixedLatency:

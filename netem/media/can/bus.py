@@ -25,10 +25,9 @@ from functools import partial
 from random import Random
 from typing import Final, Protocol
 
-from netem.agenda import NEVER_NS, OFFER, TIMER, Agenda
-from netem.fate import Fate
-from netem.frame import Frame
-from netem.links import Links
+from netem.core.agenda import OFFER, TIMER, Agenda
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.media.can.admission import Admission
 from netem.media.can.attempt import Outcome, bits_to, outcome
 from netem.media.can.bit_errors import BitErrors
@@ -47,8 +46,10 @@ from netem.media.can.messages import late_messages
 from netem.media.can.settings import CanSettings
 from netem.media.can.transmit_queue import TransmitQueue
 from netem.media.can.wire_length import WireLength, wire_length
+from netem.media.links import Links
 from netem.media.observation import MediumObserver
 from netem.records.ledger import Ledger
+from netem.wire.instants import NEVER_NS
 
 ARBITRATION: Final = OFFER + 1              # after all that is handed out at the instant
 RECESSIVE_END_BITS: Final = 8               # ACK delimiter and EOF, or error delimiter

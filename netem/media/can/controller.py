@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Final
 
-from netem.frame import Frame
+from netem.core.frame import Frame
 from netem.media.can.bus_off_recovery import BusOffRecovery
 from netem.media.can.fault_confinement import FaultConfinement, State
 from netem.media.can.transmit_queue import TransmitQueue

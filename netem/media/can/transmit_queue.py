@@ -12,7 +12,7 @@ from __future__ import annotations
 from heapq import heappop, heappush
 from typing import Final, Literal
 
-from netem.frame import Frame
+from netem.core.frame import Frame
 from netem.media.can.wire_length import WireLength
 
 Discipline = Literal["priority", "fifo", "mailbox"]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.media.decoding.on_air import OnAir
 
 

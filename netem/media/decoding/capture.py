@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import log10
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.media.decoding.on_air import OnAir
 
 

@@ -6,7 +6,7 @@ Source: the dissertation, subsection 1.2.5.
 
 from __future__ import annotations
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.media.decoding.on_air import OnAir
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from netem.frame import Frame
+from netem.core.frame import Frame
 from netem.topology.reach import Reach
 
 

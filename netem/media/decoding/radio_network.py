@@ -7,7 +7,7 @@ Not modelled: power; a node out of range disturbs nobody.
 
 from __future__ import annotations
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.media.decoding.on_air import OnAir
 
 

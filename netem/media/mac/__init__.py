@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from random import Random
 from typing import Literal, Protocol
 
-from netem.agenda import Agenda
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.agenda import Agenda
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 
 StreamFor = Callable[[str], Random]     # a node's own stream
 

@@ -11,9 +11,9 @@ from collections import deque
 from collections.abc import Iterable
 from functools import partial
 
-from netem.agenda import OFFER
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.agenda import OFFER
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.media.mac import Channel
 
 

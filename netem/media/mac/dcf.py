@@ -14,8 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 
-from netem.agenda import OFFER, TIMER
-from netem.frame import Frame
+from netem.core.agenda import OFFER, TIMER
+from netem.core.frame import Frame
 from netem.media.mac import CarrierSense, Channel, StreamFor, draw_slots
 from netem.media.mac.listening_stations import ListeningStations, Station
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Generic, TypeVar
 
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.media.mac import CarrierSense, Channel, StreamFor
 
 LONG_AGO_NS = -(1 << 62)

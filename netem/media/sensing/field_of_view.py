@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, hypot, inf, isfinite, pi, radians, remainder
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.media.sensing.sight import Body
 
 

@@ -25,10 +25,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from random import Random
 
-from netem.agenda import TIMER, Agenda
-from netem.frame import Frame
+from netem.core.agenda import TIMER, Agenda
+from netem.core.frame import Frame
 from netem.impairments.correlated_uniforms import SMALLEST, normal_quantile
-from netem.links import Links
+from netem.media.links import Links
 from netem.media.observation import MediumObserver
 from netem.media.sensing.settings import SensingSettings
 from netem.media.sensing.sight import LOOK, Body, Detection, pack_detection, pack_nothing, unpack_body

@@ -22,10 +22,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from random import Random
 from typing import Final
 
-from netem.agenda import Agenda
-from netem.fate import Fate
-from netem.frame import Frame
-from netem.links import Links
+from netem.core.agenda import Agenda
+from netem.core.fate import Fate
+from netem.core.frame import Frame
+from netem.media.links import Links
 from netem.media.observation import MediumObserver
 from netem.media.serial_line.settings import SerialLineSettings
 from netem.media.serial_line.transmitter import Transmitter

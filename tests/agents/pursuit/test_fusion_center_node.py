@@ -9,8 +9,8 @@ from agents.pursuit.team_frames import Charges, News, Report, Team, pack_report,
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
-from netem.lockstep.messages import Grant
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant
 
 MS = 1_000_000
 TEAM = Team(("a", "b", "c"), ("t0", "t1"))

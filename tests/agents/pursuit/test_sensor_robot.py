@@ -11,9 +11,9 @@ from agents.pursuit.team_frames import Charges, News, Report, Team, pack_charges
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
-from netem.lockstep.messages import Grant
 from netem.media.sensing.sight import LOOK, Detection, pack_detection, pack_nothing
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant
 
 MS = 1_000_000
 STEP_NS = 70 * MS

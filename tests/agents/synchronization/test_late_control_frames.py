@@ -17,10 +17,10 @@ from experiments.node_build import build_node
 from experiments.run_data import load_run
 from experiments.runner import node_specifications, run
 from experiments.scenario import Scenario, ScenarioError, find, load
+from netem.core.transit import Transit
 from netem.impairments.delay import Delay
 from netem.impairments.rate_limit import RateLimit
 from netem.impairments.trace import Trace
-from netem.transit import Transit
 
 LINKS = ["r2 -> r1", "r4 -> r1", "r3 -> r2", "r5 -> r3", "r1 -> r4", "r2 -> r4", "r3 -> r5", "r4 -> r5"]
 FIXED = f"media.radio.topology={{kind='fixed', links={LINKS}}}"

@@ -19,8 +19,8 @@ from experiments.scenario import find, load
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
-from netem.lockstep.messages import Grant
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant
 
 END_NS = 30_000_000
 

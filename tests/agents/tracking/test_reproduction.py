@@ -24,7 +24,7 @@ from agents.triggering.error_gain import KAPPA, horizon_s, longest_horizon_s
 from agents.triggering.l2_gain import estimate_gain
 from agents.triggering.policies.input_output import IndividualGains
 from agents.triggering.policies.table import PolicySettings, build_policy
-from netem.random_streams import stream
+from netem.core.random_streams import stream
 
 PAGE = Path(__file__).parents[3] / "docs" / "reproduction.md"
 SECOND = 10**9

@@ -20,7 +20,7 @@ from experiments.run_data import RunData, load_run
 from experiments.run_result import RunResult
 from experiments.runner import run
 from experiments.scenario import ScenarioError, find, load
-from netem.lockstep.errors import NodeFailure
+from netem.wire.errors import NodeFailure
 
 ROBOTS = '''
 class Talker:

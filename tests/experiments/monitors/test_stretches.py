@@ -13,9 +13,9 @@ from experiments.monitors.inter_transmission_time import InterTransmissionTime
 from experiments.monitors.records import Records
 from experiments.monitors.stretches import joined
 from netem.records.ledger import Row
+from netem.wire.instants import NEVER_NS
 
 DAY_NS = 86_400 * 10**9
-NEVER_NS = 2**63 - 1
 STRETCHES = st.lists(st.tuples(st.integers(0, 200_000), st.integers(0, DAY_NS), st.integers(0, DAY_NS)), max_size=40)
 
 

@@ -13,8 +13,8 @@ from random import Random
 
 import pytest
 
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.records.events import Level
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder

@@ -16,9 +16,8 @@ import pytest
 from experiments.report import series
 from experiments.report.build import size, write_report
 from experiments.run_data import load_run
-from netem.fate import Fate
-from netem.fate_meaning import MEANING
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.records.ledger import Ledger
 from netem.records.ledger_table import read_ledger, read_metadata
 from netem.records.signals import SignalRecorder
@@ -111,8 +110,8 @@ def test_every_record_that_is_there_has_a_link(page: Page, whole_run: Path) -> N
 def test_every_fate_that_occurs_is_explained_and_no_other(page: Page) -> None:
     occurring = {fate for link in page.data["fates"] for fate in link["fates"]}
 
-    assert {fate.value for fate in Fate if MEANING[fate] in page.text} == occurring == {"delivered", "lost", "collided"}
-    assert page.data["meanings"] == {fate.value: MEANING[fate] for fate in Fate}
+    assert {fate.value for fate in Fate if fate.meaning in page.text} == occurring == {"delivered", "lost", "collided"}
+    assert page.data["meanings"] == {fate.value: fate.meaning for fate in Fate}
 
 
 def test_each_broken_expectation_leads_to_an_instant(page: Page, whole_run: Path) -> None:

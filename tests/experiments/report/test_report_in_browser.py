@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from experiments.report.build import write_report
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.records.events import Level
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder

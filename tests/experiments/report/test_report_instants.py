@@ -11,8 +11,8 @@ import pytest
 from experiments.report.instants import instant_of
 from experiments.run_data import RunData, load_run
 from experiments.run_result import Verdict
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder
 

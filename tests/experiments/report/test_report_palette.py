@@ -8,7 +8,7 @@ from importlib.resources import files
 import pytest
 
 from experiments.report.palette import CARD, CURVES, FATES, HIGH, LOW, MIDDLE, SWITCHED, VIOLATED
-from netem.fate import Fate
+from netem.core.fate import Fate
 
 GRAPHICS = 3.0          # WCAG 2.1, 1.4.11
 TEXT = 4.5              # 1.4.3

@@ -8,8 +8,8 @@ import pytest
 from experiments.report import plane as plane_module
 from experiments.report.plane import MOST_INSTANTS, plane
 from experiments.run_data import RunData, load_run
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.records.ledger import Ledger
 from netem.records.signal_table import SignalTable
 from netem.records.signals import SignalRecorder

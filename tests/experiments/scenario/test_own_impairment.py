@@ -16,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from random import Random
 from typing import ClassVar
-from netem.fate import Fate
+from netem.core.fate import Fate
 
 @dataclass
 class Fading:

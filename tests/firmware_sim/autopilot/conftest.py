@@ -18,9 +18,9 @@ from fmus.describe import read_model
 from fmus.describe_fmu import describe
 from fmus.plant import Plant
 from fmus.presets import read_presets
-from netem.lockstep.messages import Grant
 from netem.media.sensing.sight import Detection, pack_detection
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant
 
 MS = 1_000_000
 EXPOSURES_NS, LATENCY_NS = 10 * MS, 8 * MS

@@ -16,9 +16,9 @@ from firmware_sim.autopilot.autopilot import NO_PLANT, Autopilot
 from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
 from firmware_sim.autopilot.vehicle import Landed, Mode, Result
 from firmware_sim.clock_settings import ClockSettings
-from netem.agenda import NEVER_NS
-from netem.lockstep.messages import Grant
 from netem.media.sensing.sight import Detection, pack_detection, pack_nothing
+from netem.wire.instants import NEVER_NS
+from netem.wire.messages import Grant
 
 MS = 1_000_000
 Bench = Callable[..., "FlightBench"]             # noqa: F821  (of conftest.py)

@@ -20,7 +20,7 @@ from firmware_sim.blocking.calls_in_a_row import (
     SHORTEST_NS,
     CallsInARow,
 )
-from netem.lockstep.messages import Grant
+from netem.wire.messages import Grant
 
 MS = 1_000_000
 EVER_NS = 10**18

@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from firmware_sim.blocking.library_time import REPLACED, library_in_virtual_time
-from netem.lockstep.messages import Grant
+from netem.wire.messages import Grant
 
 EVER_NS = 10**18
 

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from firmware_sim.blocking import program_thread
 from firmware_sim.blocking.here import running, this_program
 from firmware_sim.blocking.inbox import Inbox
-from netem.agenda import NEVER_NS
-from netem.lockstep.messages import Grant
+from netem.wire.instants import NEVER_NS
+from netem.wire.messages import Grant
 
 SECOND_NS = 1_000_000_000
 EVER_NS = 10**9 * SECOND_NS

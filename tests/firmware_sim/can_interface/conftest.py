@@ -15,14 +15,14 @@ from firmware_sim.blocking.program import BlockingProgram
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
-from netem.agenda import Agenda
-from netem.links import Links
-from netem.lockstep.conductor import Conductor, Recorders
-from netem.lockstep.hosts import InlineHost
-from netem.lockstep.messages import Grant
+from netem.core.agenda import Agenda
+from netem.emulator.conductor import Conductor, Recorders
 from netem.media.can.bus import CanBus
 from netem.media.can.settings import CanSettings
+from netem.media.links import Links
 from netem.records.ledger import Ledger
+from netem.transport.hosts import InlineHost
+from netem.wire.messages import Grant
 
 SECOND_NS = 1_000_000_000
 KINDS = {"can0": "can", "can1": "can", "radio": "broadcast_radio"}

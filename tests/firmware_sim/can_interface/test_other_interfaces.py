@@ -10,7 +10,7 @@ import pytest
 from experiments.runner import run
 from experiments.scenario import load
 from firmware_sim.can_interface.other_interfaces import only_our_interface
-from netem.lockstep.errors import NodeFailure
+from netem.wire.errors import NodeFailure
 
 CASE = Path(__file__).parents[2] / "cases" / "can_env_config" / "env.toml"
 REMEDY = (r'does not lead to the emulated buses \(node [ab] is on can0\); name "marconet": '

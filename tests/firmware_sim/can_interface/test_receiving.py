@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_sim.blocking.calls_in_a_row import FIRST_ROW, LATER_ROW, RESOLUTION, SHORTEST_NS
-from netem.agenda import NEVER_NS
-from netem.lockstep.messages import Grant
+from netem.wire.instants import NEVER_NS
+from netem.wire.messages import Grant
 from tests.firmware_sim.can_interface.can_bench import MS, a_bus, arrival, identifiers, messages, per_test
 
 # --- receiving

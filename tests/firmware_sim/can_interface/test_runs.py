@@ -12,7 +12,7 @@ import pytest
 
 from experiments.runner import run
 from experiments.scenario import load
-from netem.lockstep.errors import NodeFailure
+from netem.wire.errors import NodeFailure
 
 PAGE = Path(__file__).parents[3] / "docs" / "python_can.md"
 FILES = dict(re.findall(r"^`([\w.]+)`, [^\n]*:\n\n```\w*\n(.*?)^```", PAGE.read_text(encoding="utf-8"),

@@ -9,7 +9,7 @@ import time
 import can
 import pytest
 
-from netem.lockstep.errors import NodeFailure
+from netem.wire.errors import NodeFailure
 from tests.firmware_sim.can_interface.can_bench import MS, a_bus, arrival
 
 # --- several buses, own messages, closing

@@ -16,9 +16,9 @@ from firmware_sim.local_clock import LocalClock
 from fmus.build import build_model
 from fmus.describe_fmu import describe
 from fmus.plant import Plant
-from netem.lockstep.messages import Grant, Report
 from netem.media.can.frame import unpack
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant, Report
 
 MS = 1_000_000
 MESSAGES = DriveMessages()

@@ -27,7 +27,7 @@ from firmware_sim.drive_controller.drive_messages import (
 )
 from firmware_sim.drive_controller.drive_settings import DriveSettings
 from netem.media.can.frame import CanFrame, MalformedFrame, pack, unpack
-from netem.node import Node
+from netem.node.node import Node
 
 MS = 1_000_000
 Bench = Callable[..., "DriveBench"]             # noqa: F821  (of conftest.py)

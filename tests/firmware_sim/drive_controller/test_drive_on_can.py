@@ -28,16 +28,16 @@ from firmware_sim.local_clock import LocalClock
 from fmus.build import build_model
 from fmus.describe_fmu import describe
 from fmus.plant import Plant
-from netem.agenda import Agenda
-from netem.fate import Fate
-from netem.links import Links
-from netem.lockstep.conductor import Conductor, Recorders
-from netem.lockstep.hosts import InlineHost
+from netem.core.agenda import Agenda
+from netem.core.fate import Fate
+from netem.emulator.conductor import Conductor, Recorders
 from netem.media.can.bus import CanBus
 from netem.media.can.frame import CanFrame, pack, unpack
 from netem.media.can.settings import CanSettings
-from netem.node import Node
+from netem.media.links import Links
+from netem.node.node import Node
 from netem.records.ledger import COLUMNS, Ledger
+from netem.transport.hosts import InlineHost
 
 MS = 1_000_000
 END_NS = 1500 * MS

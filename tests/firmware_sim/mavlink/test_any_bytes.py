@@ -23,8 +23,8 @@ from firmware_sim.mavlink.enums import Command
 from firmware_sim.mavlink.framing import build
 from firmware_sim.mavlink.settings import MavlinkSettings
 from firmware_sim.mavlink.task import MavlinkTask
-from netem.lockstep.messages import Grant
-from netem.node import Node
+from netem.node.node import Node
+from netem.wire.messages import Grant
 from tests.firmware_sim.mavlink.ground import TICK_NS, Ground
 
 TELLING = ("COMMAND_LONG", "COMMAND_INT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ITEM", "PARAM_SET",

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from netem.transit import Transit
+from netem.core.transit import Transit
 
 Frames = Callable[..., list[Transit]]
 

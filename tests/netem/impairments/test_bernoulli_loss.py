@@ -5,8 +5,8 @@ from math import sqrt
 
 import pytest
 
+from netem.core.random_streams import stream
 from netem.impairments.bernoulli_loss import BernoulliLoss
-from netem.random_streams import stream
 
 FRAMES = 40_000
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from netem.core.random_streams import stream
 from netem.impairments.correlated_uniforms import LARGEST, correlated_uniforms
-from netem.random_streams import stream
 
 SIGNIFICANCE = 1e-3
 correlations = pytest.mark.parametrize("correlation", [-0.7, 0.3, 0.9])

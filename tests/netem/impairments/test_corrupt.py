@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from netem.core.random_streams import stream
+from netem.core.transit import Transit
 from netem.impairments.corrupt import Corrupt
-from netem.random_streams import stream
-from netem.transit import Transit
 
 SIGNIFICANCE = 1e-3
 FRAMES = 8000

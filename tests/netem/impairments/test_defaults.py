@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
+from netem.core.random_streams import stream
+from netem.core.transit import Transit
 from netem.impairments.construct import PASSED_IN, construct_impairment
 from netem.impairments.recordings import Recordings
 from netem.impairments.table import IMPAIRMENTS
-from netem.random_streams import stream
-from netem.transit import Transit
 
 PAGE = (Path(__file__).parents[3] / "docs" / "models" / "impairments.md").read_text()
 OPTIONAL = [(name, field) for name, kind in IMPAIRMENTS.items() for field in dataclasses.fields(kind)

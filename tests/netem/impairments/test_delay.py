@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from netem.core.random_streams import stream
 from netem.impairments.csv_columns import RecordingError
 from netem.impairments.delay import Delay
-from netem.random_streams import stream
 
 SIGNIFICANCE = 1e-3
 COUNT = 6000

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from netem.core.link_selector import parse
+from netem.core.random_streams import stream
+from netem.core.transit import Transit
 from netem.impairments.construct import PASSED_IN
 from netem.impairments.table import IMPAIRMENTS
 from netem.impairments.window import Window
-from netem.link_selector import parse
-from netem.random_streams import stream
-from netem.transit import Transit
 
 PAGE = Path(__file__).parents[3] / "docs" / "models" / "impairments.md"
 TABLES = [tomllib.loads(text)["impairments"][0] for text in re.findall(r"```toml\n(.*?)```", PAGE.read_text(), re.S)]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from netem.core.random_streams import stream
 from netem.impairments.duplicate import Duplicate
-from netem.random_streams import stream
 
 FRAMES = 20_000
 

@@ -15,17 +15,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
+from netem.core.random_streams import stream
+from netem.core.transit import Transit
 from netem.impairments.construct import PASSED_IN
 from netem.impairments.flow import Flow
 from netem.impairments.recordings import Recordings
 from netem.impairments.table import IMPAIRMENTS
 from netem.impairments.window import Window
-from netem.links import Links
-from netem.random_streams import stream
+from netem.media.links import Links
 from netem.records.ledger import Ledger
-from netem.transit import Transit
 
 
 @dataclasses.dataclass

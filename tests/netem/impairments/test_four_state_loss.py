@@ -6,8 +6,8 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from netem.core.random_streams import stream
 from netem.impairments.four_state_loss import FourStateLoss
-from netem.random_streams import stream
 
 FRAMES = 60_000
 chains = pytest.mark.parametrize(("p13", "p31", "p32", "p23", "p14"), [

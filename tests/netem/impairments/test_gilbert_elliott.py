@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from netem.core.random_streams import stream
 from netem.impairments.gilbert_elliott import GilbertElliott
-from netem.random_streams import stream
 
 FRAMES = 60_000
 SIGNIFICANCE = 1e-3

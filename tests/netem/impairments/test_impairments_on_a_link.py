@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
+from netem.core.random_streams import stream
 from netem.impairments.bernoulli_loss import BernoulliLoss
 from netem.impairments.corrupt import Corrupt
 from netem.impairments.delay import Delay
@@ -19,8 +20,7 @@ from netem.impairments.rate_limit import RateLimit
 from netem.impairments.reorder import Reorder
 from netem.impairments.scripted_loss import ScriptedLoss
 from netem.impairments.window import Window
-from netem.links import Links
-from netem.random_streams import stream
+from netem.media.links import Links
 from netem.records.ledger import Ledger
 
 LINK = ("radio", "a", "b")

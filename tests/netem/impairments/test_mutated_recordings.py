@@ -6,10 +6,10 @@ from random import Random
 
 import pytest
 
+from netem.core.transit import Transit
 from netem.impairments.csv_columns import RecordingError
 from netem.impairments.delay import Delay
 from netem.impairments.trace import Trace
-from netem.transit import Transit
 
 FILES = 4000
 WHOLE = [

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.transit import Transit
 from netem.impairments.rate_limit import RateLimit
-from netem.transit import Transit
 
 # At 8 Mbit/s a byte takes 1 us: gaps of whole microseconds let arrivals meet starts and ends of sending exactly.
 rates_bps = st.just(8_000_000) | st.integers(3_000_000, 30_000_000)

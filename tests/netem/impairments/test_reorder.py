@@ -4,8 +4,8 @@ from math import sqrt
 
 import pytest
 
+from netem.core.random_streams import stream
 from netem.impairments.reorder import Reorder
-from netem.random_streams import stream
 
 FRAMES = 30_000
 

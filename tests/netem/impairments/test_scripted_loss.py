@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.impairments.scripted_loss import ScriptedLoss
 
 

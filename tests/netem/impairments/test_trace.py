@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from netem.core.transit import Transit
 from netem.impairments.csv_columns import RecordingError
 from netem.impairments.recordings import Recordings
 from netem.impairments.trace import Trace, TraceEnded
-from netem.transit import Transit
 
 BY_FRAME = "delay_ms,lost\n1,0\n2.5,0\n9,1\n0.000001,0\n"
 BY_TIME = "time_s,delay_us,lost\n0,7,0\n1,8,0\n1.5,0,1\n2,9,0\n"

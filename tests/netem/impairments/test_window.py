@@ -4,12 +4,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.fate import Fate
+from netem.core.fate import Fate
+from netem.core.random_streams import stream
+from netem.core.transit import Transit
 from netem.impairments.bernoulli_loss import BernoulliLoss
 from netem.impairments.rate_limit import RateLimit
 from netem.impairments.window import Window
-from netem.random_streams import stream
-from netem.transit import Transit
 
 
 def blackout(during_ns):

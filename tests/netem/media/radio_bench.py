@@ -7,12 +7,13 @@ from functools import partial
 from random import Random
 from typing import Any
 
-from netem.agenda import OFFER, Agenda
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.agenda import OFFER, Agenda
+from netem.core.fate import Fate
+from netem.core.frame import Frame
+from netem.core.link_name import LinkName
 from netem.impairments import Impairment
-from netem.links import LinkName, Links
 from netem.media.broadcast_radio import BroadcastRadio
+from netem.media.links import Links
 from netem.media.radio_settings import CarrierSenseSettings, RadioSettings
 from netem.records.ledger import Ledger
 from netem.topology.fixed_graph import FixedGraph

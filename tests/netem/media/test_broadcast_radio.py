@@ -2,7 +2,7 @@ from random import Random
 
 import pytest
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.impairments.corrupt import Corrupt
 from netem.topology.path_loss import PathLoss
 from netem.topology.switching_graph import GraphChange, SwitchingGraph

@@ -5,7 +5,7 @@ from math import log10
 
 import pytest
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from tests.netem.media.radio_bench import BYTE_PER_US, US, Bench, graph
 
 NODES = ["a", "b", "c", "d", "e"]

@@ -6,7 +6,7 @@ from math import exp, sqrt
 import numpy as np
 import pytest
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.media.radio_presets import PRESETS
 from netem.topology.switching_graph import GraphChange, SwitchingGraph
 from tests.netem.media.radio_bench import BYTE_PER_US, US, Bench, csma, graph

@@ -5,15 +5,15 @@ from functools import partial
 
 import pytest
 
-from netem.agenda import OFFER, Agenda
-from netem.links import Links
-from netem.lockstep.conductor import Conductor
-from netem.lockstep.hosts import InlineHost
+from netem.core.agenda import OFFER, Agenda
+from netem.emulator.conductor import Conductor
 from netem.media.broadcast_radio import BroadcastRadio
+from netem.media.links import Links
 from netem.media.radio_settings import RadioSettings
-from netem.node import Node
+from netem.node.node import Node
 from netem.records.ledger import Ledger
 from netem.topology.switching_graph import GraphChange, SwitchingGraph
+from netem.transport.hosts import InlineHost
 
 NODES = ["a", "b", "c", "d"]
 END_NS = 300_000_000

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.topology.switching_graph import GraphChange, SwitchingGraph
 from tests.netem.media.radio_bench import BYTE_PER_US, US, Bench, csma
 from tests.netem.media.test_radio_lookahead import MACS, SENSE

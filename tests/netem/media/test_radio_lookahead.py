@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.agenda import NEVER_NS, OFFER
+from netem.core.agenda import OFFER
+from netem.wire.instants import NEVER_NS
 from tests.netem.media.radio_bench import US, Bench, csma
 
 NODES = ["a", "b", "c"]

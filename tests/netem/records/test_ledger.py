@@ -14,8 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.fate import Fate
-from netem.frame import Frame
+from netem.core.fate import Fate
+from netem.core.frame import Frame
 from netem.records.ledger import COLUMNS, ConservationError, Ledger
 from netem.records.ledger_file import SCHEMA
 from netem.records.ledger_hash import LedgerHash, array_header_bytes

@@ -12,13 +12,13 @@ from typing import Any
 
 import msgspec
 
-from netem.lockstep.messages import Hello, Report
-from netem.node import Node
-from netem.transport import keys
-from netem.transport.errand import Errand
+from netem.node.node import Node
 from netem.transport.fork_server import serve
 from netem.transport.node_link import take_part
+from netem.transport.start_message import Errand
 from netem.transport.zenoh_session import Session
+from netem.wire import keys
+from netem.wire.messages import Hello, Report
 
 PERIOD_NS = 1_000_000
 

@@ -22,7 +22,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from netem.lockstep.conductor import Conductor
+from netem.emulator.conductor import Conductor
 from netem.transport.process_host import ProcessHost
 from netem.transport.zenoh_session import MOST_STRANGERS, Session, new_secret
 

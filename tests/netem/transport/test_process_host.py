@@ -15,12 +15,12 @@ from typing import Any
 import msgspec
 import pytest
 
-from netem.lockstep.conductor import Conductor
-from netem.lockstep.errors import NodeFailure
-from netem.lockstep.messages import Grant
-from netem.transport import keys
+from netem.emulator.conductor import Conductor
 from netem.transport.process_host import ProcessHost
 from netem.transport.zenoh_session import MAX_PART_BYTES, Sender
+from netem.wire import keys
+from netem.wire.errors import NodeFailure
+from netem.wire.messages import Grant
 
 NODE = Path(__file__).with_name("misbehaving_node.py")
 END_NS = 50_000_000

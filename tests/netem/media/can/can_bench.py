@@ -7,12 +7,12 @@ from functools import partial
 from random import Random
 from typing import Any
 
-from netem.agenda import OFFER, Agenda
-from netem.fate import Fate
-from netem.links import Links
+from netem.core.agenda import OFFER, Agenda
+from netem.core.fate import Fate
 from netem.media.can.bus import CanBus
 from netem.media.can.frame import CanFrame, pack
 from netem.media.can.settings import CanSettings
+from netem.media.links import Links
 from netem.media.observation import MediumObserver
 from netem.records.ledger import COLUMNS, Ledger
 

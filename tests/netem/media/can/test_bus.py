@@ -2,7 +2,7 @@
 
 import pytest
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.media.can.frame import CanFrame, pack, unpack
 from netem.media.can.messages import CanMessage
 from tests.netem.media.can.bit_by_bit import encode

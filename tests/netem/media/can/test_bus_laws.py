@@ -12,18 +12,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.agenda import OFFER, Agenda
-from netem.links import Links
-from netem.lockstep.conductor import Conductor
-from netem.lockstep.hosts import InlineHost
+from netem.core.agenda import OFFER, Agenda
+from netem.emulator.conductor import Conductor
 from netem.media.can.bit_errors import BitErrorSettings
 from netem.media.can.bus import CanBus
 from netem.media.can.frame import CanFrame, pack
 from netem.media.can.messages import CanMessage
 from netem.media.can.settings import CanSettings
 from netem.media.can.wire_length import wire_length
-from netem.node import Node
+from netem.media.links import Links
+from netem.node.node import Node
 from netem.records.ledger import Ledger
+from netem.transport.hosts import InlineHost
 from tests.netem.media.can.can_bench import BIT, MS, US, CanBench
 from tests.netem.media.can.frames import frames
 

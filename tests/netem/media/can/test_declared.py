@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.media.can.declared import CLOCK_TOLERANCE, MOST_TOLD, VOID, DeclarationWatch
 from netem.media.can.frame import CanFrame, pack
 from netem.media.can.messages import CanMessage

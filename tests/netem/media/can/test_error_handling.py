@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.media.can.bit_errors import BitErrorSettings, ScriptedBit
 from netem.media.can.controller_message import state_message
 from netem.media.can.fault_confinement import FaultConfinement, State

@@ -5,7 +5,7 @@ from random import Random
 
 import pytest
 
-from netem.fate import Fate
+from netem.core.fate import Fate
 from netem.media.sensing.field_of_view import FieldOfView, Obstacle
 from netem.media.sensing.sight import Body
 

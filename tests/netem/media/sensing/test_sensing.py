@@ -4,9 +4,9 @@ from random import Random
 
 import pytest
 
-from netem.agenda import OFFER, Agenda
-from netem.fate import Fate
-from netem.links import Links
+from netem.core.agenda import OFFER, Agenda
+from netem.core.fate import Fate
+from netem.media.links import Links
 from netem.media.sensing.field_of_view import Obstacle
 from netem.media.sensing.sensing import Sensing
 from netem.media.sensing.settings import SensingSettings

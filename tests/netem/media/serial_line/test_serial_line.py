@@ -9,10 +9,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from netem.agenda import OFFER, Agenda
-from netem.fate import Fate
+from netem.core.agenda import OFFER, Agenda
+from netem.core.fate import Fate
 from netem.impairments.scripted_loss import ScriptedLoss
-from netem.links import Links
+from netem.media.links import Links
 from netem.media.serial_line.serial_line import SerialLine
 from netem.media.serial_line.settings import SerialLineSettings
 from netem.records.ledger import COLUMNS, Ledger

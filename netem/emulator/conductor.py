@@ -1,0 +1,258 @@
+"""Conservative windows: grant every node as much time as nothing handed out by anyone can still reach.
+
+    1  t0 = the earliest instant at which any node can hand anything out
+    2  H  = min over media of lookahead(t0): when that could reach a node
+    3  one grant (H, deliveries) to each node that can hand out something before H, in parallel; no other is contacted
+    4  one report from each: offers, new promise, samples
+    5  offers go to the media in the order (time, node name, sequence); the media run up to H
+
+Source: Chandy and Misra 1979 (conservative simulation), with the promise as the lookahead of a node.
+A medium without latency gives H = t0: then a round at the instant t0, bounded in number.
+
+Invariants:
+- no frame is delivered below the horizon that its receiver was granted before;
+- the order of what happens depends on times, names and sequence numbers only, never on which report came first.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+
+from netem.core.agenda import OFFER, Agenda
+from netem.emulator.seat import Seat
+from netem.gateways.pace import Pace
+from netem.media import Medium
+from netem.transport.hosts import Host
+from netem.wire.errors import InstantLoop, NodeFailure
+from netem.wire.messages import Grant, Hello, Report
+
+MAX_ROUNDS_AT_ONE_INSTANT = 100
+PROGRESS_EVERY_S = 0.1
+
+
+@dataclass
+class Recorders:
+    """Where what the nodes report goes."""
+
+    sample: Callable[[str, int, list[float]], None] = lambda node, time_ns, values: None
+    event: Callable[[str, int, str, str], None] = lambda node, time_ns, kind, detail: None
+
+
+@dataclass
+class Conductor:
+    agenda: Agenda
+    host: Host
+    end_ns: int
+    recorders: Recorders = field(default_factory=Recorders)
+    progress: Callable[[int], None] = lambda now_ns: None
+    pace: Pace | None = None            # in real time; None: as fast as it goes
+    windows: int = 0
+    grants: int = 0
+    instant_rounds: int = 0
+    reached_ns: int = 0
+    ended_by: str = ""                  # the node that ended the run before its length, "" if none did,
+    ended_because: str = ""             # and why
+    counters: dict[str, dict[str, int]] = field(default_factory=dict)       # at the end
+    counted: dict[str, dict[str, int]] = field(default_factory=dict)        # where a node said it on the way
+    seats: dict[str, Seat] = field(default_factory=dict)
+    media: Mapping[str, Medium] = field(default_factory=dict)
+    _next_out_ns: int = 0
+    _talkers: set[str] = field(default_factory=set)     # who handed something out in the last instant rounds
+
+    def admit(self, hellos: Mapping[str, Hello], media: Mapping[str, Medium]) -> None:
+        """The nodes that take part, with their first promises, and the media between them."""
+        self.media = media
+        for name in sorted(hellos):
+            hello = hellos[name]
+            for port in hello.ports:
+                if port not in media:
+                    raise NodeFailure(name, f"has port {port}, which is not a medium of this run: {', '.join(media)}")
+            seat = Seat(name, list(hello.ports), hello.signals, hello.soft_ns, hello.firm_ns, frozenset(hello.quiet))
+            seat.renew()
+            self.seats[name] = seat
+
+    def deliver(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> bool:
+        """A frame will reach `receiver` at `arrival_ns`. False if there is no such node (any more)."""
+        seat = self.seats.get(receiver)
+        if seat is None:
+            return self.pace is not None and self.pace.take(receiver, arrival_ns, data)
+        assert arrival_ns >= seat.granted_ns, (
+            f"{medium}: a frame reaches {receiver} at {arrival_ns} ns, below its horizon of {seat.granted_ns} ns")
+        port = seat.ports[medium]
+        seat.inbox.append((arrival_ns, port, data))
+        if arrival_ns < seat.first_ns:
+            seat.first_ns = arrival_ns
+        if arrival_ns < seat.pending_ns and port not in seat.quiet:
+            seat.pending_ns = arrival_ns
+            if arrival_ns < seat.soft_ns:
+                seat.renew()
+                self._next_out_ns = min(self._next_out_ns, seat.earliest_ns)
+        return True
+
+    def run(self) -> None:
+        """From time 0 up to `end_ns` (exclusive), then the last grant that brings every node to the end."""
+        agenda, seats, media = self.agenda, list(self.seats.values()), list(self.media.values())
+        end_ns, instant_ns, rounds = self.end_ns, -1, 0
+        next_progress_s = 0.0
+        if self.pace is not None:
+            self.pace.start()
+        while True:
+            next_out_ns = end_ns
+            for seat in seats:
+                if seat.earliest_ns < next_out_ns:
+                    next_out_ns = seat.earliest_ns
+            self._next_out_ns = next_out_ns
+            if self.pace is not None and self._wait(self.pace, min(next_out_ns, agenda.next_ns())):
+                continue
+            if (event_ns := agenda.next_ns()) < next_out_ns:
+                while event_ns < self._next_out_ns:
+                    agenda.run_before(event_ns + 1)
+                    event_ns = agenda.next_ns()
+            t0_ns = self._next_out_ns
+            if t0_ns >= end_ns:
+                break
+            horizon_ns = end_ns
+            for medium in media:
+                reach_ns = medium.lookahead_ns(t0_ns)
+                if reach_ns < horizon_ns:
+                    horizon_ns = reach_ns
+            instant = horizon_ns <= t0_ns
+            if instant:
+                horizon_ns = t0_ns
+                rounds = rounds + 1 if instant_ns == t0_ns else 1
+                instant_ns = t0_ns
+                if rounds == MAX_ROUNDS_AT_ONE_INSTANT // 2:
+                    self._talkers.clear()       # who only set the others off is not in the loop
+                self.instant_rounds += 1
+                if rounds > MAX_ROUNDS_AT_ONE_INSTANT:
+                    raise InstantLoop(t0_ns, sorted(self._talkers), rounds - 1)
+            self._window(seats, horizon_ns, instant)
+            if self.ended_by:
+                agenda.run_before(self.end_ns)
+                self.reached_ns = self.end_ns
+                break
+            self.reached_ns = horizon_ns
+            agenda.run_before(horizon_ns + 1 if instant else horizon_ns)
+            if (wall_s := time.monotonic()) >= next_progress_s:
+                next_progress_s = wall_s + PROGRESS_EVERY_S
+                self.progress(horizon_ns)
+        self._finish(seats)
+        self.progress(self.end_ns)
+
+    def _wait(self, pace: Pace, next_ns: int) -> bool:
+        """Wait for the wall clock to reach `next_ns`; True if the next instant has to be looked for anew after it.
+
+        A message that comes in while an instant is overdue does not hold it up: its time is later than the instant.
+        """
+        reached, heard = pace.wait(next_ns)
+        for name, medium, data in heard:
+            time_ns = max(pace.now_ns(), self.reached_ns, self.agenda.now_ns)
+            self.agenda.at(time_ns, OFFER, name, partial(self.media[medium].offer, name, data, time_ns))
+        if not reached:
+            return True
+        if self.agenda.next_ns() >= self._next_out_ns:
+            return False
+        self.agenda.run_before(next_ns + 1)
+        return True
+
+    def _window(self, seats: list[Seat], horizon_ns: int, instant: bool) -> None:
+        limit_ns = horizon_ns + 1 if instant else horizon_ns
+        self.windows += 1
+        grants = [(seat.name, Grant(self.windows, horizon_ns, instant, False,
+                                    seat.take(limit_ns) if seat.first_ns < limit_ns else []))
+                  for seat in seats if seat.earliest_ns < limit_ns]
+        self.grants += len(grants)
+        reports = self._exchange(grants)
+        for name, report in reports:
+            if report.ends is not None:
+                self._end_early(name, *report.ends)
+        for name, report in reports:
+            seat = self.seats[name]
+            if report.offers:
+                if instant:
+                    self._talkers.add(name)
+                for sequence, (time_ns, port, data) in enumerate(report.offers):
+                    if not seat.earliest_ns <= time_ns < limit_ns or not 0 <= port < len(seat.media):
+                        raise self._broken_promise(seat, sequence, report, limit_ns)
+                    offer = self.media[seat.media[port]].offer
+                    self.agenda.at(time_ns, OFFER, name, partial(offer, name, data, time_ns))
+            self._keep(seat, report, horizon_ns)
+
+    def _end_early(self, name: str, time_ns: int, because: str) -> None:
+        """End the run at `time_ns`, as the node says, or, if the run is past it, as soon as it can be ended.
+
+        Frames that are handed out from then on go nowhere; samples and events after it are not recorded.
+        """
+        end_ns = max(time_ns, self.reached_ns, self.agenda.now_ns + 1)
+        if end_ns < self.end_ns or not self.ended_by:
+            self.end_ns = min(end_ns, self.end_ns)
+            self.ended_by, self.ended_because = name, because
+
+    def _exchange(self, grants: list[tuple[str, Grant]]) -> list[tuple[str, Report]]:
+        try:
+            return self.host.exchange(grants)
+        except NodeFailure as failure:
+            seat = self.seats[failure.node]
+            self.counters |= failure.counters
+            raise NodeFailure(failure.node, failure.reason, last_report=seat.standing(),
+                              detail=failure.detail, others=failure.others) from None
+
+    def _keep(self, seat: Seat, report: Report, horizon_ns: int) -> None:
+        if report.soft_ns < horizon_ns:
+            raise NodeFailure(seat.name, f"promises the past in window {report.window}: its next event at "
+                              f"{report.soft_ns} ns, though it was granted all before {horizon_ns} ns",
+                              last_report=seat.standing())
+        seat.soft_ns, seat.firm_ns, seat.granted_ns = report.soft_ns, report.firm_ns, horizon_ns
+        seat.earliest_ns = max(seat.firm_ns, min(seat.soft_ns, seat.pending_ns))
+        if report.counters:
+            self.counted[seat.name] = report.counters
+        width = len(seat.signals)
+        for time_ns, values in report.samples:
+            if len(values) != width or not seat.sampled_ns <= time_ns <= horizon_ns:
+                raise NodeFailure(seat.name, f"reports nonsense in window {report.window}: {len(values)} values of its "
+                                  f"{width} signals at {time_ns} ns, expected {width} and "
+                                  f"{seat.sampled_ns} <= time <= {horizon_ns} ns", last_report=seat.standing())
+            seat.sampled_ns = time_ns
+            if time_ns <= self.end_ns:
+                self.recorders.sample(seat.name, time_ns, values)
+        for time_ns, kind, detail in report.events:
+            if not 0 <= time_ns <= horizon_ns:
+                raise NodeFailure(seat.name, f"reports nonsense in window {report.window}: its event {kind[:40]!r} at "
+                                  f"{time_ns} ns, expected 0 <= time <= {horizon_ns} ns", last_report=seat.standing())
+            if time_ns <= self.end_ns:
+                self.recorders.event(seat.name, time_ns, kind, detail)
+
+    def _broken_promise(self, seat: Seat, sequence: int, report: Report, limit_ns: int) -> NodeFailure:
+        time_ns, port, data = report.offers[sequence]
+        return NodeFailure(
+            seat.name,
+            f"broke its promise in window {report.window}: frame {sequence} of {len(data)} bytes on port {port} at "
+            f"{time_ns} ns, expected a port below {len(seat.media)} and {seat.earliest_ns} <= time < {limit_ns} ns",
+            last_report=seat.standing())
+
+    def ask_counters(self, within_s: float) -> None:
+        """After a failure: what the nodes have counted that still answer, each where it stands. They end with it."""
+        waiting = [seat for seat in self.seats.values() if seat.name not in self.counters]
+        self.windows += 1
+        grants = [(seat.name, Grant(self.windows, seat.granted_ns, False, True, [])) for seat in waiting]
+        for name, report in self.host.last_words(grants, within_s):
+            self.counters[name] = report.counters
+
+    def _finish(self, seats: list[Seat]) -> None:
+        """Bring every node to the end: pending frames, samples and counters come in, nothing may go out any more."""
+        self.windows += 1
+        grants = [(seat.name, Grant(self.windows, self.end_ns, False, True, seat.take(self.end_ns))) for seat in seats]
+        self.grants += len(grants)
+        granted_ns, reports = self.end_ns, self._exchange(grants)
+        for name, report in reports:
+            if report.ends is not None and not self.ended_by:
+                self._end_early(name, *report.ends)
+        for name, report in reports:
+            seat = self.seats[name]
+            if report.offers:
+                raise self._broken_promise(seat, 0, report, granted_ns)
+            self._keep(seat, report, granted_ns)
+            self.counters[name] = report.counters

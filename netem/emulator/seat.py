@@ -1,0 +1,65 @@
+"""What the conductor knows of one node: its promise, its horizon, and the deliveries that wait for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from netem.wire.instants import NEVER_NS
+from netem.wire.messages import Delivery
+
+
+@dataclass(slots=True, eq=False)
+class Seat:
+    """What the conductor knows of one node."""
+
+    name: str
+    media: list[str]
+    signals: list[tuple[str, str]]
+    soft_ns: int = 0
+    firm_ns: int = 0
+    quiet: frozenset[int] = frozenset() # ports at which nothing makes it hand anything out
+    first_ns: int = NEVER_NS            # first undelivered arrival
+    pending_ns: int = NEVER_NS          # first one at a port that is not quiet
+    earliest_ns: int = 0                # max(firm, min(soft, pending))
+    granted_ns: int = 0
+    sampled_ns: int = 0                 # its last sample
+    inbox: list[Delivery] = field(default_factory=list)
+    ports: dict[str, int] = field(init=False)           # index of the port to each medium
+
+    def __post_init__(self) -> None:
+        self.ports = {medium: index for index, medium in enumerate(self.media)}
+
+    def renew(self) -> None:
+        self.earliest_ns = max(self.firm_ns, min(self.soft_ns, self.pending_ns))
+
+    def standing(self) -> str:
+        """Its last report in words."""
+        def instant(time_ns: int) -> str:
+            return "for ever" if time_ns >= NEVER_NS else f"until {time_ns} ns"
+        return (f"had run up to {self.granted_ns} ns, silent {instant(self.soft_ns)} unless it hears something and "
+                f"{instant(self.firm_ns)} whatever it hears, {len(self.inbox)} frames waiting for it")
+
+    def take(self, limit_ns: int) -> list[Delivery]:
+        """Remove and return the deliveries before `limit_ns`, by arrival, then in the order of decision."""
+        if self.first_ns >= limit_ns:
+            return []
+        inbox = self.inbox
+        if len(inbox) > 1:
+            inbox.sort(key=_arrival)
+        if inbox[-1][0] < limit_ns:
+            self.inbox = []
+            self.first_ns = self.pending_ns = NEVER_NS
+            return inbox
+        cut = len(inbox)
+        while inbox[cut - 1][0] >= limit_ns:
+            cut -= 1
+        due, self.inbox = inbox[:cut], inbox[cut:]
+        self.first_ns = self.inbox[0][0]
+        quiet = self.quiet
+        self.pending_ns = next((arrival_ns for arrival_ns, port, _ in self.inbox if port not in quiet), NEVER_NS
+                               ) if quiet else self.first_ns
+        return due
+
+
+def _arrival(delivery: Delivery) -> int:
+    return delivery[0]

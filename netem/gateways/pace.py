@@ -1,0 +1,114 @@
+"""The wall clock of a run in real time: nothing happens before its instant, and messages from outside act at theirs.
+
+    virtual time t  <->  wall clock began + t            absolute: nothing is added up, so lateness does not grow
+
+The emulator asks to wait for its next instant. The wait ends at the instant, or earlier when a message comes in. An
+instant that is overdue is reached at once, with at most MOST_WHEN_OVERDUE messages of each gateway taken in beside it:
+no flood of messages holds up time, and a run that is always late still hears the outside. What goes out through a
+gateway waits for its arrival in virtual time. Lateness is the time from an instant to the end of the wait for it.
+
+Invariants:
+- what comes in has a virtual time not before the wall clock's;
+- everything handed out through a gateway leaves at or after its virtual time, in order.
+"""
+
+from __future__ import annotations
+
+import heapq
+import selectors
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
+
+from netem.gateways import Gateway
+from netem.gateways.lateness import OVERRUN_NS, Lateness
+
+MOST_AT_ONCE: Final = 100           # messages of one gateway that one wait takes in
+MOST_WHEN_OVERDUE: Final = 1        # ... if its instant is overdue; the others wait in the system's buffer
+
+
+class FromOutside(NamedTuple):
+    gateway: str
+    medium: str
+    data: bytes
+
+
+class Waited(NamedTuple):
+    """How a wait ended: whether the instant was reached, and what came in meanwhile."""
+
+    reached: bool
+    heard: list[FromOutside]
+
+
+@dataclass
+class Pace:
+    gateways: Iterable[Gateway] = ()
+    event: Callable[[int, str, str], None] = lambda time_ns, kind, detail: None
+    lateness: Lateness = field(default_factory=Lateness)
+
+    def __post_init__(self) -> None:
+        self._by_name = {gateway.name: gateway for gateway in self.gateways}
+        self._selector = selectors.DefaultSelector()
+        for gateway in self._by_name.values():
+            self._selector.register(gateway.fileno(), selectors.EVENT_READ, gateway)
+        self._leaving: list[tuple[int, int, str, bytes]] = []       # a heap by time, then order
+        self._taken = 0
+        self._began_ns = time.monotonic_ns()
+        self._behind = False
+
+    def start(self) -> None:
+        """Virtual time 0 is now."""
+        self._began_ns = time.monotonic_ns()
+
+    def now_ns(self) -> int:
+        return time.monotonic_ns() - self._began_ns
+
+    def take(self, gateway: str, arrival_ns: int, data: bytes) -> bool:
+        """A frame arrives at a gateway at `arrival_ns`; False if there is no such gateway."""
+        if gateway not in self._by_name:
+            return False
+        heapq.heappush(self._leaving, (arrival_ns, self._taken, gateway, data))
+        self._taken += 1
+        return True
+
+    def wait(self, next_ns: int) -> Waited:
+        """Wait until virtual time `next_ns`, or until something comes in."""
+        while True:
+            now_ns = self._hand_out()
+            until_ns = min(next_ns, self._leaving[0][0]) if self._leaving else next_ns
+            overdue = now_ns >= next_ns
+            ready = self._selector.select(max(0, until_ns - now_ns) * 1e-9)
+            heard = [FromOutside(key.data.name, key.data.medium, data)
+                     for key, _ in sorted(ready, key=lambda found: str(found[0].data.name))
+                     for data in key.data.receive(MOST_WHEN_OVERDUE if overdue else MOST_AT_ONCE)]
+            reached = self.now_ns() >= next_ns
+            if reached:
+                self._note(next_ns, self._hand_out() - next_ns)
+            if reached or heard:
+                return Waited(reached, heard)
+
+    def counters(self) -> dict[str, Mapping[str, int]]:
+        """Counters of each gateway."""
+        return {name: gateway.counters() for name, gateway in self._by_name.items()}
+
+    def close(self) -> None:
+        self._selector.close()
+        for gateway in self._by_name.values():
+            gateway.close()
+
+    def _hand_out(self) -> int:
+        """Send what is due; the time now."""
+        now_ns = self.now_ns()
+        while self._leaving and self._leaving[0][0] <= now_ns:
+            _, _, gateway, data = heapq.heappop(self._leaving)
+            self._by_name[gateway].send(data)
+        return now_ns
+
+    def _note(self, at_ns: int, late_ns: int) -> None:
+        self.lateness.add(late_ns)
+        behind = late_ns > OVERRUN_NS
+        if behind and not self._behind:
+            self.lateness.overruns += 1
+            self.event(at_ns, "overrun", f"{late_ns * 1e-6:.3g} ms behind the wall clock")
+        self._behind = behind

@@ -1,0 +1,270 @@
+"""In virtual time nothing leaves a program but through the ports of its node: any other way out is refused.
+
+    socket: connect, bind, sendto, sendmsg, look-up of a name --audit event--> _hear  --+
+    Zenoh: open, scout (`entrances`) ------------------------replaced--------> _refuse --> OutsideGuard.refuse
+
+A message that passes around the emulator takes no emulated time and is in no record, so the run's result would not be
+that of the emulated network. Sockets of the families in `SOCKETS` are refused. A pair of connected Unix
+sockets, as asyncio makes one for itself, is not: it leads to the program itself.
+
+Invariants:
+- an audit hook cannot be removed, nor is a replaced function put back: both ask `_on_duty`, the guards of the runs
+  under way in this process, and do nothing where there is none;
+- a guard watches the threads of programs only: those of the whole process, or the one that calls the nodes of the host
+  `inline` while it does, and the threads that are started from there;
+- a refusal is kept in `refusal`, for the host to end the run even if the program has caught the exception.
+
+Not seen: what a library in C or Rust opens by itself (gRPC, ZeroMQ), child processes, files, pipes and serial devices.
+Differs from the house rule against module-level state: Python has one list of audit hooks for each process.
+"""
+
+from __future__ import annotations
+
+import _thread
+import os
+import socket
+import sys
+import sysconfig
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from functools import partial, wraps
+from ipaddress import ip_address
+from operator import itemgetter
+from pathlib import Path
+from types import FrameType, ModuleType
+from typing import Any, Final, NoReturn
+from weakref import WeakSet
+
+from netem.node.turn import Turn
+
+RULE: Final = "in virtual time a program reaches others through the ports of its node only"
+REMEDY: Final = "send through a port, or run the scenario with --real-time"
+CAN_REMEDY: Final = ('use can.Bus(interface="marconet", channel="...") in a function that is the program, or run the '
+                     "scenario with --real-time")
+KINDS_OF_SOCKET: Final = {"AF_INET": "an IP socket", "AF_INET6": "an IP socket", "AF_CAN": "a CAN socket",
+                          "AF_UNIX": "a Unix socket", "AF_PACKET": "a packet socket",
+                          "AF_BLUETOOTH": "a Bluetooth socket", "AF_VSOCK": "a socket of virtual machines"}
+SOCKETS: Final = {int(getattr(socket, family)): kind for family, kind in KINDS_OF_SOCKET.items()
+                  if hasattr(socket, family)}
+VERBS: Final = {"socket.connect": "connecting", "socket.bind": "binding", "socket.sendto": "sending on",
+                "socket.sendmsg": "sending on"}
+LOOK_UPS: Final = frozenset({"socket.getaddrinfo", "socket.gethostbyname", "socket.gethostbyaddr"})
+HEARD: Final = frozenset({*VERBS, *LOOK_UPS})
+OWN_PACKAGES: Final = ("agents", "experiments", "firmware_sim", "fmus", "marconet", "netem")
+
+Entrance = tuple[ModuleType, str, str]      # (module, name of a function, what calling it does)
+
+
+class OutsideRefused(BaseException):
+    """A program opened a way around the emulator. Not an `Exception`: a program that tries again on errors must end."""
+
+
+class OutsideGuard(Turn):
+    """`whole_process`: every thread is a program's, as in the process of a node. It watches from `begin` to `end`.
+
+    The host `inline` sets `program_runs` while it calls nodes.
+    """
+
+    def __init__(self, entrances: Sequence[Entrance] = (), *, whole_process: bool = False) -> None:
+        super().__init__()
+        self._whole_process = whole_process
+        self._thread = threading.get_ident()
+        self._started: WeakSet[threading.Thread] = WeakSet()
+        self._plain: set[int] = set()       # identifiers of threads that were started without `threading.Thread`
+        self._entrances = entrances
+
+    def begin(self) -> None:
+        """Watch from now on; for the host `inline`, the thread that calls this."""
+        self._thread = threading.get_ident()
+        post_guards(self._entrances)
+        _on_duty.append(self)
+
+    def end(self) -> None:
+        if self in _on_duty:
+            _on_duty.remove(self)
+
+    def watches(self) -> bool:
+        """Whether the calling thread is running a program."""
+        if self._whole_process:
+            return True
+        if threading.get_ident() == self._thread:
+            return self.program_runs
+        return threading.get_ident() in self._plain or threading.current_thread() in self._started
+
+    def check(self) -> None:
+        """Raise the refusal that the program has caught, if there was one."""
+        if self.refusal is not None:
+            raise self.refusal
+
+    def with_refusal(self, error: str) -> str:
+        """The text of a program's error, its last line the refusal if there was one."""
+        return error if self.refusal is None else f"{error}{self.refusal}"
+
+    def adopt(self, thread: threading.Thread) -> None:
+        """If a program starts `thread`, that is running the program too."""
+        if self.watches():
+            self._started.add(thread)
+
+    @contextmanager
+    def watching_this_thread(self) -> Iterator[None]:
+        """Within it the calling thread is running the program."""
+        self._plain.add(threading.get_ident())
+        try:
+            yield
+        finally:
+            self._plain.discard(threading.get_ident())
+
+    def refuse(self, doing: str, remedy: str = REMEDY) -> NoReturn:
+        refusal = OutsideRefused(f"{_place()}: {doing} goes past the emulator: {RULE}; {remedy}")
+        self.refusal = self.refusal or refusal
+        raise refusal
+
+
+_on_duty: list[OutsideGuard] = []
+_hooked: list[bool] = []
+
+
+def post_guards(entrances: Sequence[Entrance]) -> None:
+    """Put in place what asks the guards; a second time it does nothing.
+
+    The process that nodes are forked from does it for all of them: looking through every module writes to the pages
+    that the nodes share, 7 MB in each.
+    """
+    if not _hooked:
+        _hooked.append(True)
+        sys.addaudithook(_hear)
+    for module, name, doing in entrances:
+        _replace(module, name, partial(_refuse, doing))
+    _replace(threading.Thread, "start", _adopt)
+    _replace(socket.socket, "listen", _refuse_to_listen)
+    _watch_plain_threads()
+
+
+def guarded() -> bool:
+    """Whether a run in virtual time is under way in this process."""
+    return bool(_on_duty)
+
+
+def _hear(event: str, args: tuple[Any, ...]) -> None:
+    if not _on_duty or event not in HEARD:
+        return
+    for guard in _on_duty:
+        if guard.watches() and (doing := _doing(event, args)):
+            guard.refuse(doing, CAN_REMEDY if "a CAN socket" in doing else REMEDY)
+
+
+def _doing(event: str, args: tuple[Any, ...]) -> str:
+    """The action of an audit event in words; "" if it does not lead outside."""
+    if event in LOOK_UPS:
+        return "" if _is_local(args[0]) else f"looking up the host {args[0]!r}"
+    kind = SOCKETS.get(args[0].family)
+    address = args[1]
+    if kind is None or (address is None and args[0].family == socket.AF_UNIX):
+        return ""
+    return f"{VERBS[event]} {kind}" + ("" if address is None else f" to {_in_words(address)}")
+
+
+def _in_words(address: Any) -> str:
+    if isinstance(address, tuple) and len(address) in (2, 4):       # (host, port, ...) of an IP socket
+        return f"{address[0]}:{address[1]}"
+    return str(address[0]) if isinstance(address, tuple) and len(address) == 1 else repr(address)
+
+
+def _is_local(host: Any) -> bool:
+    """Whether no other machine is asked for the address of `host`."""
+    name = host.decode(errors="replace") if isinstance(host, bytes | bytearray) else host
+    if name in (None, "", "localhost", "<broadcast>", socket.gethostname()):
+        return True
+    try:
+        ip_address(str(name).partition("%")[0])
+    except ValueError:
+        return False
+    return True
+
+
+def _refuse(doing: str, *args: Any) -> None:
+    for guard in _on_duty:
+        if guard.watches():
+            guard.refuse(doing)
+
+
+def _adopt(thread: threading.Thread) -> None:
+    for guard in _on_duty:
+        guard.adopt(thread)
+
+
+def _refuse_to_listen(door: socket.socket, *args: Any) -> None:
+    """Listening binds a socket that is not bound yet, and raises no audit event."""
+    _refuse(f"listening on {SOCKETS.get(door.family, 'a socket')}")
+
+
+def _watch_plain_threads() -> None:
+    """Let the threads that a program starts by `_thread.start_new_thread` be watched."""
+    real = _thread.start_new_thread
+    if hasattr(real, "asks_guards"):
+        return
+
+    @wraps(real)
+    def _start(function: Callable[..., object], *args: Any) -> int:
+        watching = [guard for guard in _on_duty if guard.watches()]
+        return real(partial(_run_watched, watching, function) if watching else function, *args)
+
+    vars(_start)["asks_guards"] = True
+    _thread.start_new_thread = _start
+
+
+def _run_watched(guards: Sequence[OutsideGuard], function: Callable[..., object], *args: Any, **kwargs: Any) -> None:
+    with ExitStack() as stack:
+        for guard in guards:
+            stack.enter_context(guard.watching_this_thread())
+        function(*args, **kwargs)
+
+
+def _replace(place: Any, name: str, before: Callable[..., None]) -> None:
+    """Let `place.name` call `before` first, also where a module has imported it under a name of its own."""
+    real: Callable[..., Any] = getattr(place, name)
+    if hasattr(real, "asks_guards"):
+        return
+
+    @wraps(real)
+    def _wrapped(*args: Any, **kwargs: Any) -> Any:
+        before(*args)
+        return real(*args, **kwargs)
+
+    vars(_wrapped)["asks_guards"] = True
+    setattr(place, name, _wrapped)
+    if not isinstance(place, ModuleType):
+        return
+
+    for holder in list(sys.modules.values()):
+        for known, value in list(getattr(holder, "__dict__", {}).items()):
+            if value is real:
+                setattr(holder, known, _wrapped)
+
+
+def _place() -> str:
+    """File and line of the program's own code that is running: the innermost, or of the library that it called."""
+    libraries = _folders(sysconfig.get_path(name) for name in ("stdlib", "platstdlib"))
+    installed = _folders(sysconfig.get_path(name) for name in ("purelib", "platlib"))
+    ours = _folders(str(Path(__file__).parents[2] / package) for package in OWN_PACKAGES)
+    frame: FrameType | None = sys._getframe(1)
+    found: list[tuple[int, str]] = []
+    while frame is not None:
+        file = frame.f_code.co_filename
+        if not file.startswith("<"):
+            rank = (1 if file.startswith(installed) else 3 if file.startswith(libraries) else
+                    2 if file.startswith(ours) else 0)
+            found.append((rank, f"{_short(file)}:{frame.f_lineno}"))
+        frame = frame.f_back
+    return min(found, key=itemgetter(0))[1]
+
+
+def _folders(paths: Iterable[str | None]) -> tuple[str, ...]:
+    return tuple(f"{path}{os.sep}" for path in paths)
+
+
+def _short(file: str) -> str:
+    """Relative to the current folder if it lies below that."""
+    here = f"{os.getcwd()}{os.sep}"
+    return file.removeprefix(here)

@@ -1,0 +1,140 @@
+"""Hosts: what carries grants to nodes and reports back.
+
+`inline` calls the nodes in this process (the fast host for sweeps); `process` gives each its own OS process and talks
+through Zenoh (`netem/transport/process_host.py`). The conductor cannot tell them apart.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
+
+from netem.node.node import Node
+from netem.node.outside_guard import OutsideGuard
+from netem.node.turn import Turn
+from netem.transport.diagnosis.under_way import UnderWay
+from netem.transport.watchdog import NodeHangs, Watchdog
+from netem.wire.credible import credible
+from netem.wire.errors import NodeFailure, is_interruption, programs_failed
+from netem.wire.instants import NEVER_NS
+from netem.wire.messages import Grant, Hello, Report
+
+
+class Host(Protocol):
+    def start(self) -> dict[str, Hello]:
+        """Bring every node up; returns when all are ready (the barrier before time starts)."""
+
+    def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
+        """Send every grant, wait for every report; raises `NodeFailure` for a node that does not answer."""
+
+    def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
+        """After a failure: the reports of the nodes that still answer a last grant; raises for none that does not."""
+
+    def stop(self) -> None:
+        """End every node, whatever happened; leaves no process and no socket."""
+
+
+class InlineHost:
+    """All nodes in this process. `build` maps a node's name to the function that makes it.
+
+    `guard` watches the programs while they run, if time is virtual. `under_way.words[0]` is the place in `build` of the
+    node whose code runs, counted from 1. With a `timeout_s`, a `Watchdog` ends a run in which that code does not come
+    back; `waiting` learns whose it is after two seconds.
+    """
+
+    def __init__(self, build: Mapping[str, Callable[[], Node]], guard: OutsideGuard | None = None,
+                 under_way: UnderWay | None = None, timeout_s: float | None = None,
+                 waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None) -> None:
+        self._build = build
+        self._guard = guard or OutsideGuard()
+        self._guarded = guard is not None
+        self._turn: Turn = self._guard      # the same, and of a compiled class
+        self._nodes: dict[str, Node] = {}
+        self._places = {name: place for place, name in enumerate(build, 1)}
+        self._running: Any = [0] if under_way is None else under_way.word_0(len(build))
+        self._watchdog: Watchdog | None = None
+        if under_way is not None and timeout_s is not None:
+            self._watchdog = Watchdog(list(build), under_way, timeout_s, waiting, self._turn)
+
+    def start(self) -> dict[str, Hello]:
+        failed: dict[str, tuple[str, str]] = {}
+        guard = self._guard
+        if self._watchdog is not None:
+            self._watchdog.start()
+        if self._guarded:
+            guard.begin()
+        for name, build in self._build.items():
+            if guard.refusal is not None:
+                break
+            guard.program_runs = True
+            self._running[0] = self._places[name]
+            try:
+                self._nodes[name] = build()
+                guard.check()
+            except NodeHangs as error:
+                raise self._hangs(name) from error
+            except BaseException as error:
+                if is_interruption(error):
+                    raise
+                failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
+            finally:
+                guard.program_runs = False
+                self._came_back()
+        if failed:
+            raise programs_failed(failed)
+        return {name: credible(name, node.hello()) for name, node in self._nodes.items()}
+
+    def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
+        reports = []
+        failed: dict[str, tuple[str, str]] = {}
+        guard, turn, running = self._guard, self._turn, self._running
+        turn.program_runs = True
+        for name, grant in grants:
+            node = self._nodes[name]
+            running[0] = self._places[name]
+            try:
+                reports.append((name, node.advance(grant)))
+                if turn.refusal is not None:
+                    guard.check()
+            except NodeHangs as error:
+                turn.program_runs = False
+                raise self._hangs(name) from error
+            except BaseException as error:
+                if is_interruption(error):
+                    turn.program_runs = False
+                    raise
+                failed[name] = f"its program failed at {node.now_ns} ns", guard.with_refusal(traceback.format_exc())
+                if turn.refusal is not None:
+                    break
+        turn.program_runs = False
+        running[0] = 0
+        turn.steps += 1
+        if failed:
+            failure = programs_failed(failed)
+            failure.counters = {name: self._nodes[name].counters() for name in failed}
+            raise failure
+        return reports
+
+    def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
+        """Counters of the nodes, read without running code of their programs."""
+        return [(name, Report(grant.window, NEVER_NS, NEVER_NS, [], [], [], self._nodes[name].counters(), ""))
+                for name, grant in grants if name in self._nodes]
+
+    def counters(self) -> dict[str, dict[str, int]]:
+        """Counters of every node up to now."""
+        return {name: node.counters() for name, node in self._nodes.items()}
+
+    def stop(self) -> None:
+        if self._watchdog is not None:
+            self._watchdog.stop()
+        self._guard.end()
+        self._nodes.clear()
+
+    def _came_back(self) -> None:
+        self._running[0] = 0
+        self._turn.steps += 1
+
+    def _hangs(self, name: str) -> NodeFailure:
+        assert self._watchdog is not None
+        return NodeFailure(name, self._watchdog.reason, detail=self._watchdog.detail)

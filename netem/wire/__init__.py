@@ -1,0 +1,1 @@
+"""What the emulator and a node say to each other: messages, keys, errors, and the instants that both name."""

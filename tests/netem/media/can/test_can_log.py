@@ -1,0 +1,70 @@
+"""Logs of a CAN bus, read back with python-can's own readers."""
+
+from pathlib import Path
+
+import can
+import pytest
+
+from netem.media.can.can_log import CanLog
+from netem.media.can.frame import CanFrame, pack
+
+FRAMES = [CanFrame(0x123, b"\x01\x02"), CanFrame(0x1ABCDEF0, b"12345678", extended=True), CanFrame(0x7FF),
+          CanFrame(0x10, bytes(range(24)), fd=True, bit_rate_switch=True, error_state=True),
+          CanFrame(0x11, b"abc", extended=True, fd=True)]
+TIMES_NS = [0, 1_234_567, 1_000_000_001, 59_999_999_999, 86_400_000_000_123]
+READERS = {"candump": (can.CanutilsLogReader, "can0.log", 500.0), "blf": (can.BLFReader, "can0.blf", 1.0)}
+
+
+def log(folder: Path, *formats: str, **more: int) -> CanLog:
+    return CanLog(folder, "can0", formats, **more)
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_frames_read_back_as_they_were_with_their_times(name: str, tmp_path: Path) -> None:
+    """candump prints microseconds; BLF nanoseconds, made from a float of seconds: 15 ns in a day (2^-36 s)."""
+    written = log(tmp_path, name)
+    for time_ns, frame in zip(TIMES_NS, FRAMES, strict=True):
+        written.frame(time_ns, pack(frame))
+    written.finish()
+    reader, file, resolution_ns = READERS[name]
+
+    messages = list(reader(tmp_path / file))
+
+    assert [(message.arbitration_id, message.is_extended_id, bytes(message.data), message.is_fd,
+             message.bitrate_switch, message.error_state_indicator) for message in messages] == [
+        (frame.can_id, frame.extended, frame.data, frame.fd, frame.bit_rate_switch, frame.error_state)
+        for frame in FRAMES]
+    for message, time_ns in zip(messages, TIMES_NS, strict=True):
+        assert abs(message.timestamp * 1e9 - time_ns) <= resolution_ns + 2 * time_ns * 2.0**-52
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_remote_and_error_frames_are_marked(name: str, tmp_path: Path) -> None:
+    written = log(tmp_path, name)
+    written.frame(10**6, pack(CanFrame(0x321, remote=True, dlc=4)))
+    written.error_frame(2 * 10**6)
+    written.finish()
+    reader, file, _ = READERS[name]
+
+    remote, error = reader(tmp_path / file)
+
+    assert (remote.is_remote_frame, remote.arbitration_id, remote.is_error_frame) == (True, 0x321, False)
+    assert (error.is_remote_frame, error.is_error_frame) == (False, True)
+    assert error.timestamp == pytest.approx(0.002, abs=1e-6)
+
+
+def test_a_candump_log_is_what_the_tools_of_linux_print(tmp_path: Path) -> None:
+    written = log(tmp_path, "candump")
+    written.frame(1_234_567_000, pack(CanFrame(0x123, b"\xde\xad\xbe\xef")))
+    written.finish()
+
+    assert (tmp_path / "can0.log").read_text().split()[:3] == ["(1.234567)", "can0", "123#DEADBEEF"]
+
+
+def test_what_would_end_after_the_run_is_not_logged(tmp_path: Path) -> None:
+    written = log(tmp_path, "candump", "blf", end_ns=1000)
+    written.frame(999, pack(CanFrame(1)))
+    written.frame(1000, pack(CanFrame(2)))
+    written.finish()
+
+    assert [len(list(reader(tmp_path / file))) for reader, file, _ in READERS.values()] == [1, 1]

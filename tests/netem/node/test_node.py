@@ -1,0 +1,133 @@
+"""What a node refuses from its own program: said with the name and the remedy, on either host alike."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Generator
+from typing import Any
+
+import pytest
+
+from netem.emulator.conductor import Conductor
+from netem.node.node import Node
+from netem.wire.errors import WHOLE_NANOSECONDS, NodeFailure, with_remedy
+
+Conduct = Callable[..., Conductor]
+
+
+def node_that(act: Callable[[Node], Any], wait: Any = 100) -> Callable[[], Node]:
+    def build() -> Node:
+        node = Node("a", ["wire"], 1_000)
+
+        def program() -> Generator[Any, Any, None]:
+            yield node.env.timeout(wait)
+            act(node)
+
+        node.start(program())
+        return node
+
+    return build
+
+
+@pytest.mark.parametrize(("act", "wait", "message"), [
+    (lambda node: node.ports["wire"].send("hello"), 100, "wire: 'hello' is str: a frame is bytes"),
+    (lambda node: node.ports["wire"].send(b"x"), 1e2, "100.0 ns: times are int"),
+    (lambda node: node.env.timeout(1e6), 100, "its next event is at 1000100.0 ns: times are int"),
+    (lambda node: node.signals([("p", "m"), ("q", "m")], lambda t: [1.0]), 100,
+     "1 values for the signals p, q at 1000 ns"),
+    (lambda node: [node.signal("p", "m", float), node.signal("p", "m", float)], 100, "signal 'p' is there already"),
+    (lambda node: sys.exit(3), 100, "SystemExit: 3"),
+])
+def test_nonsense_of_a_program_names_the_node_and_the_rule(conduct: Conduct, act: Any, wait: Any, message: str) -> None:
+    with pytest.raises(NodeFailure) as caught:
+        conduct({"a": node_that(act, wait)}, latency_ns=10, end_ns=10_000)
+
+    assert caught.value.node == "a"
+    assert message in str(caught.value)
+
+
+def test_a_program_that_never_lets_time_pass_is_named(conduct: Conduct) -> None:
+    def build() -> Node:
+        node = Node("a", ["wire"])
+
+        def program() -> Generator[Any, Any, None]:
+            while True:
+                yield node.env.timeout(0)
+
+        node.start(program())
+        return node
+
+    with pytest.raises(NodeFailure, match="100000 events at 0 ns: the program waits for no time to pass"):
+        conduct({"a": build}, latency_ns=10, end_ns=10_000)
+
+
+def test_a_signal_that_is_no_number_is_named(conduct: Conduct) -> None:
+    def build() -> Node:
+        node = node_that(lambda node: None)()
+        node.signal("speed", "m/s", lambda t: None)
+        return node
+
+    with pytest.raises(NodeFailure, match=r"the signals speed at 0 ns: \(None,\): expected numbers"):
+        conduct({"a": build}, latency_ns=10, end_ns=10_000)
+
+
+@pytest.mark.parametrize(("error", "has_remedy"), [
+    ("int object expected; got float", True), ("TypeError: int object expected; got numpy.int64", True),
+    ("int object expected; got str", False), ("no such sensor", False)])
+def test_a_time_that_a_compiled_function_refuses_comes_with_the_rule(error: str, has_remedy: bool) -> None:
+    assert with_remedy(error) == (f"{error}: {WHOLE_NANOSECONDS}" if has_remedy else error)
+
+
+def test_buffers_are_frames_and_numpy_numbers_are_samples(conduct: Conduct) -> None:
+    import numpy as np
+
+    heard: list[Any] = []
+    samples: list[Any] = []
+
+    def receiver() -> Node:
+        node = Node("b", ["wire"])
+        node.ports["wire"].on_receive = heard.append
+        return node
+
+    def sender() -> Node:
+        def send(node: Node) -> None:
+            node.ports["wire"].send(bytearray(b"x"))
+            node.ports["wire"].send(memoryview(b"y"))
+
+        node = node_that(send)()
+        node.signal("p", "m", lambda t: np.float64(2.5))
+        return node
+
+    conduct({"a": sender, "b": receiver}, latency_ns=10, end_ns=2_000, samples=samples)
+
+    assert heard == [b"x", b"y"]
+    assert samples == [("a", 0, [2.5]), ("a", 1_000, [2.5])]
+    assert all(type(value) is float for _, _, values in samples for value in values)
+
+
+@pytest.mark.parametrize("silent_until_ns", [0, 1_150, 1 << 62])
+def test_what_is_shown_goes_out_at_its_instants_whatever_the_program_promises(conduct: Conduct,
+                                                                             silent_until_ns: int) -> None:
+    shown: list[int] = []
+    heard: list[tuple[int, bytes]] = []
+
+    def body() -> Node:
+        def show(period_ns: int) -> Callable[[int], bytes]:
+            return lambda time_ns: shown.append(time_ns) or f"{period_ns} at {time_ns}".encode()     # type: ignore[func-returns-value]
+
+        node = node_that(lambda node: node.silent_until(silent_until_ns), wait=0)()
+        for period_ns in (300, 500):
+            node.show("wire", period_ns, show(period_ns))
+        return node
+
+    def observer() -> Node:
+        node = Node("b", ["wire"])
+        node.ports["wire"].on_receive = lambda data: heard.append((node.now_ns, data))
+        return node
+
+    conduct({"a": body, "b": observer}, latency_ns=10, end_ns=1_501)
+
+    instants = sorted((k * period_ns, period_ns) for period_ns in (300, 500) for k in range(1_501 // period_ns + 1)
+                      if k * period_ns < 1_491)
+    assert heard == [(time_ns + 10, f"{period_ns} at {time_ns}".encode()) for time_ns, period_ns in instants]
+    assert shown == sorted([*range(0, 1_501, 300), *range(0, 1_501, 500)])
