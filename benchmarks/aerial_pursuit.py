@@ -15,8 +15,8 @@ from statistics import median
 
 import numpy as np
 
-from experiments.run_data import RunData, load_run
-from experiments.runner import run
+from experiments.judge.run_data import RunData, load_run
+from experiments.run.runner import run
 from experiments.scenario import find, load
 
 SCENARIO = "hummingbird_chases_rovio"

@@ -50,7 +50,7 @@ def scenario(robots: int, rounds: int) -> str:
 
 def run_in(folder: Path) -> dict[str, float]:
     """Processor time [s] and the largest memory so far [MB] when the emulation ended and when the run did."""
-    from experiments import runner
+    from experiments.run import runner
     from experiments.scenario import load
 
     loaded = load(folder / "speakers.toml")

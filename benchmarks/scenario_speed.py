@@ -20,8 +20,8 @@ from rich.console import Console
 from rich.table import Table
 
 from experiments import CODE
-from experiments.run_result import Progress
-from experiments.runner import HostName, run
+from experiments.judge.run_result import Progress
+from experiments.run.runner import HostName, run
 from experiments.scenario import find, load
 
 SCENARIOS = ("output_sync", "output_sync_16", "tracking_individual", "hummingbird_chases_rovio")

@@ -14,7 +14,7 @@ from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 
-from experiments.runner import run
+from experiments.run.runner import run
 from experiments.scenario import find, load
 
 WARM_UP = 3

@@ -24,8 +24,8 @@ from agents.tracking.error_system import TrackingErrorSystem
 from agents.tracking.noise import Noise
 from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, START
 from agents.triggering.policies.table import POLICIES, PolicySettings, build_policy
-from experiments.run_data import load_run
-from experiments.runner import run as run_scenario
+from experiments.judge.run_data import load_run
+from experiments.run.runner import run as run_scenario
 from experiments.scenario import load
 from experiments.scenario.library import find
 from netem.core.random_streams import stream

@@ -17,6 +17,13 @@ BELOW = {                                       # what each package may import o
     "firmware_sim": {"netem", "fmus"},
     "agents": {"firmware_sim", "netem", "fmus"},
     "experiments": {"agents", "firmware_sim", "netem", "fmus", "scenarios"},
+    "marconet": {"experiments", "agents", "firmware_sim", "netem", "fmus", "scenarios"},
+}
+# Rooms of a package, floor by floor, the lowest first: a room imports itself and what lies below it.
+FLOORS = {
+    "netem": (("wire",), ("core", "gateways"), ("impairments", "records", "topology", "node"), ("media", "transport"),
+              ("emulator",)),
+    "experiments": (("compiled",), ("scenario",), ("judge",), ("show",), ("run",)),
 }
 ADAPTERS = {
     "zenoh": {"netem/transport/zenoh_session.py"},
@@ -30,13 +37,18 @@ HEAVY = ("pydantic", "pyarrow", "click", "rich", "jinja2", "fmpy", "scipy", "net
 FILES = [str(path.relative_to(ROOT)) for package in BELOW for path in sorted((ROOT / package).rglob("*.py"))]
 
 
-def imports(file: str) -> Iterator[tuple[int, str]]:
-    """Line and top-level package of every import of a file, wherever it stands, also for types only."""
+def imports(file: str, *, whole: bool = False) -> Iterator[tuple[int, str]]:
+    """Line and top-level package (`whole`: module) of every import of a file, wherever it stands."""
     for node in ast.walk(ast.parse((ROOT / file).read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from ((node.lineno, alias.name.partition(".")[0]) for alias in node.names)
+            yield from ((node.lineno, alias.name if whole else alias.name.partition(".")[0]) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            yield node.lineno, (node.module or "").partition(".")[0] if node.level == 0 else file.partition("/")[0]
+            module = node.module or ""
+            if whole and module.count(".") == 0:        # from netem import core
+                yield from ((node.lineno, f"{module}.{alias.name}") for alias in node.names)
+            else:
+                yield node.lineno, module if whole else module.partition(".")[0] if node.level == 0 \
+                    else file.partition("/")[0]
 
 
 @pytest.mark.parametrize("package", BELOW)
@@ -49,6 +61,19 @@ def test_imports_point_one_way(package: str) -> None:
     assert found == []
 
 
+@pytest.mark.parametrize("package", FLOORS)
+def test_no_room_imports_one_beside_or_above_it(package: str) -> None:
+    floor = {room: level for level, rooms in enumerate(FLOORS[package]) for room in rooms}
+    rooms = {path.name for path in (ROOT / package).iterdir() if (path / "__init__.py").exists()}
+
+    found = [f"{file}:{line} imports {name}" for file in FILES if file.startswith(f"{package}/") and file.count("/") > 1
+             for line, name in imports(file, whole=True) if name.split(".")[0] == package
+             if (here := file.split("/")[1]) != (there := name.split(".")[1]) and floor.get(there, -1) >= floor[here]]
+
+    assert rooms == floor.keys()
+    assert found == []
+
+
 @pytest.mark.parametrize("library", ADAPTERS)
 def test_only_its_adapter_imports_a_library(library: str) -> None:
     importers = {file for file in FILES for _, name in imports(file) if name == library}
@@ -57,7 +82,7 @@ def test_only_its_adapter_imports_a_library(library: str) -> None:
 
 
 def test_a_robots_process_imports_little() -> None:
-    code = ("import sys, experiments.node_process, agents.synchronization.robot\n"
+    code = ("import sys, experiments.run.node_process, agents.synchronization.robot\n"
             f"print(*[name for name in {HEAVY} if name in sys.modules])")
 
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)

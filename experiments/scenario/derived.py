@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from experiments.own_modules import function_for
 from experiments.scenario.fill import construct
 from experiments.scenario.model import DerivedSpec
+from experiments.scenario.own_modules import function_for
 from experiments.scenario.problems import Place, near
 from experiments.scenario.sections import Reading
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from experiments.metric_keys import guarantee_figures
 from experiments.scenario.fill import fill
+from experiments.scenario.metric_keys import guarantee_figures
 from experiments.scenario.model import Bound, GuaranteeSpec
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import Shape

@@ -7,8 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from experiments.metric_keys import GUARANTEE
 from experiments.scenario.fill import fill
+from experiments.scenario.metric_keys import GUARANTEE
 from experiments.scenario.model import AgentSpec, Bound, DerivedSpec, GuaranteeSpec, Link, MediumSpec, positions
 from experiments.scenario.problems import Place, near
 from experiments.scenario.refusals import refuse

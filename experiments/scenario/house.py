@@ -7,13 +7,13 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from experiments.metric_keys import over_a_window, unknown_keys
-from experiments.monitors.subjects import subjects_of
-from experiments.monitors.table import MONITORS
 from experiments.scenario.files_there import near_file, plants_in
+from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.medium_links import medium_links
+from experiments.scenario.metric_keys import over_a_window, unknown_keys
 from experiments.scenario.plant_parameters import PlantNames
 from experiments.scenario.problems import near
+from experiments.scenario.subjects import subjects_of
 from experiments.scenario.vocabulary import Position, Vocabulary
 from fmus.build import build_model, model_folder, own_models
 from fmus.describe import read_model, variables_of

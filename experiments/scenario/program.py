@@ -14,8 +14,8 @@ from typing import Any, Final, get_type_hints
 
 import msgspec
 
-from experiments.own_modules import NameTaken, module_for
 from experiments.scenario.fill import fill
+from experiments.scenario.own_modules import NameTaken, module_for
 from experiments.scenario.problems import Place, Problems, near
 from experiments.scenario.program_run import complaint_about_run
 from experiments.scenario.shape import Shape

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.run_data import RunData, load_run
+from experiments.judge.run_data import RunData, load_run
 from experiments.scenario import find
 
 PATIENCE_S = 60.0

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
-from experiments.run_data import load_run
-from experiments.runner import run
+from experiments.judge.run_data import load_run
+from experiments.run.runner import run
 from experiments.scenario import load
 
 QUADROTOR = Path(__file__).parents[1] / "cases" / "mav_two_gcs" / "quad_two.toml"

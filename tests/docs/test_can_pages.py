@@ -15,8 +15,8 @@ import pytest
 
 from agents.tracking.reference_robot import ReferenceRobot
 from agents.tracking.tracking_robot import TrackingRobot
-from experiments.run_data import load_run
-from experiments.runner import run
+from experiments.judge.run_data import load_run
+from experiments.run.runner import run
 from experiments.scenario import load
 from firmware_sim.babbling_idiot import BabblingIdiot
 from firmware_sim.drive_controller.drive_controller import DriveController

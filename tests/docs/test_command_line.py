@@ -23,6 +23,6 @@ def test_every_example_of_the_page_runs(tmp_path):
 
 
 def test_every_command_has_a_place_on_the_page():
-    from experiments.command_line import app
+    from marconet.command_line import app
 
     assert all(re.search(rf"^## .*\b{name}\b", PAGE, re.MULTILINE) for name in app.commands)

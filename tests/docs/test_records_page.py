@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from experiments.report.records_list import KINDS
+from experiments.show.report.records_list import KINDS
 from netem.core.fate import Fate
 
 PAGE = (Path(__file__).parents[2] / "docs" / "records.md").read_text(encoding="utf-8")

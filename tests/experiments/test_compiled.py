@@ -23,7 +23,7 @@ from experiments.compiled.modules import MODULES, ROOT, compiled_folder, file_of
 SHORT = ("--duration", "0.3", "--host")
 SCENARIOS = ("output_sync", *(pytest.param(name, marks=pytest.mark.slow)
                               for name in ("output_sync_lossy", "tracking_individual", "p3at_chases_p3at")))
-MARCONET = "from experiments.command_line import main; main()"
+MARCONET = "from marconet.command_line import main; main()"
 WHICH = "import experiments, netem.node.node; print(experiments.CODE); print(netem.node.node.__file__)"
 
 

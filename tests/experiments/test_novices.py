@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from experiments.command_line import app
+from marconet.command_line import app
 
 CASES = Path(__file__).parents[1] / "cases"
 HOSTS = ("inline", "process")

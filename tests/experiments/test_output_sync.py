@@ -12,9 +12,9 @@ from agents.synchronization.closed_loop import ClosedLoop
 from agents.synchronization.exact_run import alternating, simulate
 from agents.synchronization.round_plans import RoundPlans
 from agents.synchronization.team import read_team
-from experiments.run_data import RunData, load_run
-from experiments.run_result import RunResult
-from experiments.runner import run
+from experiments.judge.run_data import RunData, load_run
+from experiments.judge.run_result import RunResult
+from experiments.run.runner import run
 from experiments.scenario.library import find
 from experiments.scenario.loader import load
 from experiments.scenario.model import Scenario

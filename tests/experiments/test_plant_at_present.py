@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from experiments.node_build import NodeSpecification, PlantSpecification, build_node
-from experiments.run_data import load_run
-from experiments.runner import run
+from experiments.judge.run_data import load_run
+from experiments.run.node_build import NodeSpecification, PlantSpecification, build_node
+from experiments.run.runner import run
 from experiments.scenario import load
 from firmware_sim.clock_settings import ClockSettings
 from fmus.build import build_model, model_folder

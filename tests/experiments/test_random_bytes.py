@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments.run_data import load_run
-from experiments.runner import HostName, run
+from experiments.judge.run_data import load_run
+from experiments.run.runner import HostName, run
 from experiments.scenario.loader import load
 from netem.media.table import MEDIA
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments.run_data import load_run
-from experiments.runner import NeedsRealTime, run
+from experiments.judge.run_data import load_run
+from experiments.run.runner import NeedsRealTime, run
 from experiments.scenario import ScenarioError, find, load
 
 ECHO = """

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments.run_data import load_run
-from experiments.runner import HostName, run
+from experiments.judge.run_data import load_run
+from experiments.run.runner import HostName, run
 from experiments.scenario import ScenarioError, load
 
 HOSTS: tuple[HostName, ...] = ("inline", "process")

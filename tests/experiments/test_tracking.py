@@ -16,8 +16,8 @@ from agents.tracking.error_system import TrackingErrorSystem
 from agents.tracking.noise import Noise
 from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, START
 from agents.triggering.policies.table import build_policy
-from experiments.run_data import RunData, load_run
-from experiments.runner import HostName, run
+from experiments.judge.run_data import RunData, load_run
+from experiments.run.runner import HostName, run
 from experiments.scenario import ScenarioError, load
 from experiments.scenario.library import find
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pyarrow.parquet as parquet
 import pytest
 
-from experiments.runner import run
+from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 
 CASES = Path(__file__).parents[1] / "cases" / "window_end"

@@ -6,8 +6,8 @@ from random import Random
 
 import pytest
 
-from experiments.run_data import load_run
-from experiments.runner import run
+from experiments.judge.run_data import load_run
+from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings

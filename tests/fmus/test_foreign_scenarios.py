@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from pyarrow.parquet import read_table
 
-from experiments.run_data import load_run
-from experiments.runner import run
+from experiments.judge.run_data import load_run
+from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 from tests.fmus.foreign_fmus import stair, steps, types_fmi3
 

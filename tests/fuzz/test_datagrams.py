@@ -16,8 +16,8 @@ from random import Random
 import pytest
 from pymavlink.dialects.v20 import common
 
-from experiments.run_data import load_run
-from experiments.runner import run
+from experiments.judge.run_data import load_run
+from experiments.run.runner import run
 from experiments.scenario import load
 
 QUADROTOR = Path(__file__).parents[1] / "cases" / "mav_two_gcs" / "quad_two.toml"

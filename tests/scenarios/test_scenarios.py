@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.runner import run
+from experiments.run.runner import run
 from experiments.scenario import load
 
 FOLDER = Path(__file__).parents[2] / "scenarios"

@@ -13,8 +13,8 @@ from pymavlink.dialects.v20 import common
 from agents.pursuit.aerial_companion import AerialCompanion
 from agents.pursuit.aerial_settings import AerialSettings
 from agents.pursuit.flight_signals import distances, heights, in_degrees
-from experiments.run_data import load_run
-from experiments.runner import run
+from experiments.judge.run_data import load_run
+from experiments.run.runner import run
 from experiments.scenario import ScenarioError, find, load
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings

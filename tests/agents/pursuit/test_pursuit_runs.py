@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from experiments.frame_copies import FrameCopies
-from experiments.run_data import RunData, load_run
-from experiments.runner import run
+from experiments.judge.frame_copies import FrameCopies
+from experiments.judge.run_data import RunData, load_run
+from experiments.run.runner import run
 from experiments.scenario import ScenarioError, find, load
 
 STEP_NS = 70_000_000

@@ -13,9 +13,9 @@ import pytest
 from agents.synchronization.preparation import frame_layout
 from agents.synchronization.robot import SyncRobot
 from agents.synchronization.team import read_team
-from experiments.node_build import build_node
-from experiments.run_data import load_run
-from experiments.runner import node_specifications, run
+from experiments.judge.run_data import load_run
+from experiments.run.node_build import build_node
+from experiments.run.runner import node_specifications, run
 from experiments.scenario import Scenario, ScenarioError, find, load
 from netem.core.transit import Transit
 from netem.impairments.delay import Delay

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from experiments.event_levels import level_of
-from experiments.run_data import load_run
-from experiments.runner import run
+from experiments.judge.run_data import load_run
+from experiments.run.event_levels import level_of
+from experiments.run.runner import run
 from experiments.scenario import ScenarioError, find, load
 from netem.records.events import Level
 

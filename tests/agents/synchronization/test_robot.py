@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from agents.synchronization.preparation import prepare
 from agents.synchronization.robot import SyncRobot
 from agents.synchronization.sync_frame import SyncFrameCodec
-from experiments.node_build import build_node
-from experiments.runner import node_specifications
+from experiments.run.node_build import build_node
+from experiments.run.runner import node_specifications
 from experiments.scenario import find, load
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings

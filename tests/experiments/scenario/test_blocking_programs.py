@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from experiments.blocking_programs import NeedsProcess
-from experiments.runner import node_specifications, run
+from experiments.run.runner import node_specifications, run
 from experiments.scenario import ScenarioError, load
+from experiments.scenario.blocking_programs import NeedsProcess
 
 PROGRAMS = '''
 from pathlib import Path

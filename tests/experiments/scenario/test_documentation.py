@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from experiments.metric_keys import STATISTICS, guarantee_figures
-from experiments.monitors.table import MONITORS
 from experiments.scenario import load
 from experiments.scenario.agents import AgentTable, PlantTable
+from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.guarantees import GuaranteeHeader
 from experiments.scenario.loader import Header
+from experiments.scenario.metric_keys import STATISTICS, guarantee_figures
 from experiments.scenario.network import ImpairmentHeader
 from experiments.scenario.sections import SECTIONS
 from experiments.scenario.shape import shape_of
@@ -50,7 +50,7 @@ def test_the_example_loads(example):
 
 
 def test_the_example_runs_and_its_expectations_hold(example):
-    from experiments.runner import run
+    from experiments.run.runner import run
 
     result = run(load(example), host="inline", out=example.parent / "run")
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments.run_result import RunResult
-from experiments.runner import run
+from experiments.judge.run_result import RunResult
+from experiments.run.runner import run
 from experiments.scenario import load
 
 CASES = Path(__file__).parents[2] / "cases"

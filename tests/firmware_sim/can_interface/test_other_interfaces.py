@@ -7,7 +7,7 @@ from pathlib import Path
 import can
 import pytest
 
-from experiments.runner import run
+from experiments.run.runner import run
 from experiments.scenario import load
 from firmware_sim.can_interface.other_interfaces import only_our_interface
 from netem.wire.errors import NodeFailure

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.runner import run
+from experiments.run.runner import run
 from experiments.scenario import load
 from netem.wire.errors import NodeFailure
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments.exits import ExitCode, exit_code_of
-from experiments.runner import run
+from experiments.run.exits import ExitCode, exit_code_of
+from experiments.run.runner import run
 from experiments.scenario import load
 from netem.node.outside_guard import OutsideGuard, OutsideRefused
 from netem.wire.errors import NodeFailure

@@ -105,8 +105,8 @@ def test_a_bit_rate_that_cannot_carry_the_messages_is_refused_with_the_utilizati
 
 
 def test_a_run_leaves_logs_load_counters_and_events(scenario, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
-    from experiments.run_data import load_run
-    from experiments.runner import run
+    from experiments.judge.run_data import load_run
+    from experiments.run.runner import run
 
     path = scenario("log = [\"candump\", \"blf\"]", "load_window_ms = 50", "bit_errors = { scripted = [",
                     "{ transmission = 2, bit = 40 }] }", "[expect]", "\"can.load.max\" = { min = 0.05, max = 0.2 }",

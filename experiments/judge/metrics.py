@@ -1,0 +1,199 @@
+"""The numbers that `[expect]` bounds, from a run's ledger, signals and counters, and the verdicts on them.
+
+Frames: `frames_offered` counts frame copies, one per intended receiver and duplicate; the keys of `fate_keys` count
+those that ended so; `delivery_ratio` = delivered / offered. Links: ages of information and losses in a row are those of
+the worst link, times between transmissions those of the extreme sender (see `link_metrics`). Signals: statistics are
+over samples, `last_abs` = |last|, `spread_last` = largest minus smallest last value among the nodes that match, the
+disagreement at the end.
+With `during` the samples of that part of the run count, and the frames that were handed out in it.
+
+A counter that one node reported is 0 at those that did not. One that no node reported never was: a misspelt name, or a
+program that does not declare what it may never count. It has no value.
+
+A pattern that matches several nodes asks for the bound at each of them: the value shown is that of the node nearest to
+breaking the bound, or furthest beyond it (without a bound the largest, for `min` the smallest).
+
+A guarantee's figures are those that its monitor found (see `experiments.judge.monitors`); it is judged only once.
+
+What cannot be measured (no frames, no such samples, a run broken off before) is nan; its verdict has no value and does
+not hold.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.judge.frame_copies import FrameCopies
+from experiments.judge.link_metrics import (
+    NS_PER_S,
+    age_of_information,
+    successive_losses,
+    times_between_transmissions,
+)
+from experiments.judge.monitors.outcome import Outcome
+from experiments.judge.run_data import RunData
+from experiments.judge.run_result import Verdict
+from experiments.judge.sample_statistics import STATISTIC
+from experiments.scenario.fate_keys import FATE_OF, NOT_DELIVERED
+from experiments.scenario.metric_keys import (
+    LATENESS,
+    SPREAD_LAST,
+    CountKey,
+    GuaranteeKey,
+    LedgerKey,
+    RealTimeKey,
+    SignalKey,
+    UnknownKeys,
+    guarantee_figures,
+    matching,
+    parse,
+    uncounted,
+    unknown_keys,
+)
+from netem.records.signal_table import SignalTable
+
+__all__ = ["Bound", "UnknownKeys", "evaluate", "measure", "unknown_keys"]
+
+
+class Bound(Protocol):
+    """A closed interval; None leaves a side open. `during_ns`: the part [start, end) of the run that is judged."""
+
+    @property
+    def min(self) -> float | None: ...
+
+    @property
+    def max(self) -> float | None: ...
+
+    @property
+    def during_ns(self) -> tuple[int, int] | None: ...
+
+
+def evaluate(expect: Mapping[str, Bound], data: RunData) -> list[Verdict]:
+    """One verdict per key, in the order of `expect`. A key that names nothing in this run does not hold, and its
+    verdict says why."""
+    return [_verdict(key, bound, data) for key, bound in expect.items()]
+
+
+def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
+    """The value of one key; `bound` decides which node counts where several match."""
+    match parse(key):
+        case LedgerKey(metric, medium):
+            copies = data.ledger if medium is None else data.ledger.only(medium=medium)
+            if bound is not None and bound.during_ns is not None:
+                offered_ns, (start_ns, end_ns) = copies.ints("offered_ns"), bound.during_ns
+                copies = copies.taken((start_ns <= offered_ns) & (offered_ns < end_ns))
+            return _of_ledger(metric, copies, data)
+        case SignalKey() as wanted:
+            return _of_signals(wanted, data, bound)
+        case CountKey(pattern, counter):
+            counts = [data.counters[node][counter] for node in matching(pattern, data.counters)
+                      if counter in data.counters[node]]
+            return float(sum(counts)) if counts else math.nan
+        case RealTimeKey(figure):
+            told = (data.run.get("real_time") or {}).get(LATENESS[figure], math.nan)
+            return float(told) / NS_PER_S if figure.endswith("_s") else float(told)
+        case GuaranteeKey(name, figure) if figure in _known_guarantees(data).get(name, ()):
+            return _of_guarantee(data.guarantees.get(name), figure.removesuffix("_s"))
+    raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))))
+
+
+def _verdict(key: str, bound: Bound, data: RunData) -> Verdict:
+    unknown = unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))
+    why = unknown[0].removeprefix(f"expect.{key}: ") if unknown else uncounted(key, data.counters)
+    if isinstance(parse(key), RealTimeKey) and not data.run.get("real_time"):
+        why = "lateness is that of a run in real time: run it with --real-time"
+    value = math.nan if why else measure(key, data, bound)
+    if math.isnan(value):
+        return Verdict(key, None, bound.min, bound.max, holds=False, why=why)
+    holds = (bound.min is None or value >= bound.min) and (bound.max is None or value <= bound.max)
+    return Verdict(key, value, bound.min, bound.max, holds)
+
+
+def _of_ledger(metric: str, copies: FrameCopies, data: RunData) -> float:
+    if any(line.startswith("ledger.parquet") for line in data.missing):
+        return math.nan
+    match metric:
+        case "frames_offered":
+            return float(len(copies))
+        case metric if metric == NOT_DELIVERED:
+            return float(len(copies) - int(copies.delivered.sum()))
+        case "delivery_ratio":
+            return int(copies.delivered.sum()) / len(copies) if len(copies) else math.nan
+        case "age_of_information_max_s":
+            return _largest(age_of_information(copies, data.length_ns).max_s)
+        case "age_of_information_mean_s":
+            return _largest(age_of_information(copies, data.length_ns).mean_s)
+        case "max_successive_losses":
+            return float(max(successive_losses(copies).values(), default=math.nan))
+        case "inter_transmission_min_s":
+            return -_largest(-times_between_transmissions(copies).gap_s)
+        case "inter_transmission_max_s":
+            return _largest(times_between_transmissions(copies).gap_s)
+    return float(copies.fate.among(FATE_OF[metric].value).sum())
+
+
+def _largest(values: NDArray[np.float64]) -> float:
+    return float(values.max()) if values.size else math.nan
+
+
+def _of_signals(wanted: SignalKey, data: RunData, bound: Bound | None) -> float:
+    tables = [data.signals[node] for node in matching(wanted.nodes, data.signals)]
+    columns = [_during(table, bound).column(wanted.signal) for table in tables if wanted.signal in table.names]
+    if not columns or not all(column.size for column in columns):
+        return math.nan
+    if wanted.statistic == SPREAD_LAST:
+        last = np.array([column[-1] for column in columns])
+        return float(last.max() - last.min())
+    return _worst([STATISTIC[wanted.statistic](column) for column in columns], wanted.statistic, bound)
+
+
+def _of_guarantee(outcome: Outcome | None, figure: str) -> float:
+    """nan where the run could not be judged, or was never violated and so has no first violation."""
+    if outcome is None or not outcome.standing.judged:
+        return math.nan
+    standing = outcome.standing
+    match figure:
+        case "violations":
+            return float(standing.violations)
+        case "first_violation":
+            return math.nan if standing.first is None else standing.first.from_ns / NS_PER_S
+        case "violated":
+            return standing.violated_ns / NS_PER_S
+    value = standing.worst if figure == "worst" else standing.margin
+    return math.nan if value is None else value
+
+
+def _known_guarantees(data: RunData) -> dict[str, Sequence[str]]:
+    return {name: guarantee_figures(guarantee["unit"])
+            for name, guarantee in (data.scenario.get("guarantees") or {}).items()}
+
+
+def _during(table: SignalTable, bound: Bound | None) -> SignalTable:
+    if bound is None or bound.during_ns is None:
+        return table
+    first, end = np.searchsorted(table.time_ns, bound.during_ns)
+    return replace(table, time_ns=table.time_ns[first:end], values=table.values[first:end])
+
+
+def _worst(values: Sequence[float], statistic: str, bound: Bound | None) -> float:
+    if any(math.isnan(value) for value in values):
+        return math.nan
+    lower, upper = (bound.min, bound.max) if bound else (None, None)
+    if lower is None and upper is None:
+        return min(values) if statistic == "min" else max(values)
+    return min(values, key=lambda value: min(value - lower if lower is not None else math.inf,
+                                             upper - value if upper is not None else math.inf))
+
+
+def _known_nodes(data: RunData) -> dict[str, Sequence[str]] | list[str]:
+    """Nodes and derived signals' names with their signals; nodes alone where no signals were recorded."""
+    if not data.signals:
+        return data.nodes
+    return {node: data.signals[node].names if node in data.signals else ()
+            for node in sorted({*data.nodes, *data.signals})}

@@ -1,0 +1,33 @@
+"""Guarantees that a scenario states, checked over the whole run: at every instant, not only at the end.
+
+A member of this kind is a frozen dataclass whose fields are its keys in `[guarantees.NAME]`, with one verb, `watch`: it
+goes through the records of a run and finds every stretch of time over which what is guaranteed does not hold. What it
+watches is named by `on`, in one of the ways of `Named` (experiments/scenario/subjects.py).
+
+Monitors read the ledger, the samples and the events after the run: instants are exact to the nanosecond there, the
+same on every host, and the emulator is not slowed down. What they find goes back into the records as events.
+
+Definitions of all kinds, with what they do not see: docs/guarantees.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, ClassVar, Protocol
+
+from experiments.scenario.subjects import Named, Subject
+
+if TYPE_CHECKING:                       # a command that only needs the names of the kinds imports no table library
+    from experiments.judge.monitors.outcome import Finding
+    from experiments.judge.monitors.records import Records
+
+
+class Monitor(Protocol):
+    ON: ClassVar[Named]
+    UNIT: ClassVar[str]                 # suffix of worst and margin: "s", "m", or "" for numbers of frames and signals
+
+    def requires(self) -> str:
+        """What is guaranteed, in words, with the bound."""
+
+    def watch(self, subjects: Sequence[Subject], records: Records) -> Finding:
+        """Every violation on these subjects, and how near or far the bound was."""

@@ -1,0 +1,31 @@
+"""Stretches of time [start, end) that touch or overlap, joined into the longest ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from experiments.judge.groups import Ints, largest_so_far, new_group
+
+
+def joined(subject: Ints, start: Ints, end: Ints) -> Ints:
+    """Where a new stretch begins: indices into rows that are sorted by (subject, start).
+
+    Stretch k runs from start[found[k]] to the largest end before row found[k + 1].
+    """
+    if not subject.size:
+        return np.zeros(0, dtype=np.int64)
+    first = new_group(subject)
+    reached = largest_so_far(subject, end)
+    first[1:] |= start[1:] > reached[:-1]
+    return np.flatnonzero(first)
+
+
+def covered_ns(stretches: Sequence[tuple[int, int]]) -> int:
+    """How much time is in at least one of them."""
+    total, reached = 0, -1
+    for start, end in sorted(stretches):
+        total += max(0, end - max(start, reached))
+        reached = max(reached, end)
+    return total

@@ -1,0 +1,142 @@
+"""What a run left behind, read from its folder; a part that is missing or unreadable is named in `missing`, not raised.
+
+    scenario.json   the resolved scenario            ledger.parquet   every frame copy
+    summary.json    verdicts, hashes, speed          signals.mcap     signals, events, and the scenario again
+    run.json        switching instants, counters, how far the run came, versions
+    guarantees.json what became of each guarantee, where the scenario states any
+
+Of a run that was killed the journals are read, up to the last piece that is whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pyarrow as pa
+
+from experiments.judge.derived_signals import derive
+from experiments.judge.frame_copies import FrameCopies, LedgerUnreadable
+from experiments.judge.monitors.outcome import Outcome
+from netem.records.events import Event
+from netem.records.ledger_file import journal_of
+from netem.records.ledger_table import read_metadata
+from netem.records.part_file import part_of
+from netem.records.signal_table import Recording, SignalTable, read_recording
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class RunData:
+    """`ledger` and `signals` are empty when the run left none; `length_ns` is how much of the run there is to judge."""
+
+    length_ns: int
+    ledger: FrameCopies
+    signals: Mapping[str, SignalTable] = field(default_factory=dict)
+    counters: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
+    events: Sequence[Event] = ()
+    scenario: Json = field(default_factory=dict)
+    summary: Json = field(default_factory=dict)
+    run: Json = field(default_factory=dict)
+    ledger_metadata: Mapping[str, str] = field(default_factory=dict)
+    missing: Sequence[str] = ()
+    guarantees: Mapping[str, Outcome] = field(default_factory=dict)
+
+    def without_ledger(self, why: str) -> RunData:
+        """The same, if the ledger turns out to be unreadable."""
+        missing = [*self.missing, f"ledger.parquet: unreadable: {why}"]
+        return replace(self, ledger=FrameCopies.of_rows([]), missing=missing)
+
+    @property
+    def nodes(self) -> list[str]:
+        """Every node that the scenario, a signal, a counter or a frame names."""
+        declared = self.scenario.get("agents")
+        named = set(declared) if isinstance(declared, dict) else set()
+        named |= set(self.signals) - set(self.scenario.get("derived") or ()) | set(self.counters)
+        named |= {node for link in self.ledger.link.names for node in link[1:]}
+        return sorted(named - {""})
+
+    @property
+    def media(self) -> list[str]:
+        declared = self.scenario.get("media")
+        named = set(declared) if isinstance(declared, dict) else set()
+        return sorted(named | {link[0] for link in self.ledger.link.names})
+
+
+def load_run(run_dir: Path) -> RunData:
+    missing: list[str] = []
+    scenario = _json(run_dir / "scenario.json", missing)
+    summary = _json(run_dir / "summary.json", missing)
+    run = _json(run_dir / "run.json", missing)
+    ledger, metadata = _ledger(run_dir / "ledger.parquet", missing)
+    recording = _recording(run_dir / "signals.mcap", missing)
+    if not scenario and recording.scenario:
+        scenario = msgspec.json.decode(recording.scenario, type=Json)
+    signals = derive(scenario.get("derived") or {}, recording.signals, Path(scenario.get("path", "")).parent, missing)
+    return RunData(_length_ns(scenario, run, ledger, recording), ledger, signals, run.get("counters") or {},
+                   recording.events, scenario, summary, run, metadata, missing,
+                   _guarantees(run_dir / "guarantees.json", missing) if scenario.get("guarantees") else {})
+
+
+def _length_ns(scenario: Json, run: Json, ledger: FrameCopies, recording: Recording) -> int:
+    """How far the run came, else how long it was meant to be, else the last instant on record."""
+    for known in (run.get("reached_ns"), scenario.get("length_ns")):
+        if isinstance(known, int):
+            return known
+    last = [int(table.time_ns[-1]) for table in recording.signals.values() if table.time_ns.size]
+    with suppress(LedgerUnreadable):            # said where the figures of frames are worked out
+        for column in ("offered_ns", "end_ns", "delivered_ns") if len(ledger) else ():
+            last.append(int(ledger.ints(column).max()))
+    return max(last, default=0)
+
+
+def _json(path: Path, missing: list[str]) -> Json:
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=Json)
+    except FileNotFoundError:
+        missing.append(f"{path.name}: not there")
+        with suppress(msgspec.MsgspecError, OSError):
+            return msgspec.json.decode(part_of(path).read_bytes(), type=Json)       # as it stood when it was killed
+    except (msgspec.MsgspecError, OSError) as error:
+        missing.append(f"{path.name}: unreadable: {error}")
+    return {}
+
+
+def _guarantees(path: Path, missing: list[str]) -> dict[str, Outcome]:
+    try:
+        found = msgspec.json.decode(path.read_bytes(), type=list[Outcome])
+    except FileNotFoundError:
+        missing.append(f"{path.name}: not there, so no guarantee is judged")
+    except (msgspec.MsgspecError, OSError) as error:
+        missing.append(f"{path.name}: unreadable: {error}")
+    else:
+        return {outcome.standing.name: outcome for outcome in found}
+    return {}
+
+
+def _ledger(path: Path, missing: list[str]) -> tuple[FrameCopies, dict[str, str]]:
+    if not path.exists() and journal_of(path).exists():
+        missing.append(f"{path.name}: not there (the run was killed); its journal is read as far as it goes")
+    try:
+        return FrameCopies.of_file(path), read_metadata(path)
+    except FileNotFoundError:
+        missing.append(f"{path.name}: not there, so nothing is known about frames")
+    except (pa.ArrowException, OSError) as error:
+        missing.append(f"{path.name}: unreadable (the run was killed before it closed the file): {error}")
+    return FrameCopies.of_rows([]), {}
+
+
+def _recording(path: Path, missing: list[str]) -> Recording:
+    try:
+        recording = read_recording(path)
+    except OSError:
+        missing.append(f"{path.name}: not there, so there are no signals and no events")
+        return Recording()
+    if not recording.whole:
+        missing.append(f"{path.name}: cut off (the run was killed before it closed the file); read as far as it goes")
+    return recording

@@ -1,0 +1,101 @@
+"""What a run tells while it goes and when it has ended. `Summary` is `summary.json` of the run folder."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+
+from experiments.judge.monitors.outcome import Standing
+from experiments.scenario.fate_keys import in_words
+
+
+class Progress(msgspec.Struct, frozen=True):
+    """How far a run has come. `frames` counts the copies closed so far, by fate."""
+
+    now_ns: int
+    end_ns: int
+    wall_s: float
+    windows: int
+    frames: Mapping[str, int]
+    waits_for: Sequence[str] = ()       # the nodes that have not answered for seconds
+    waited_s: float = 0.0
+
+    @property
+    def real_time_factor(self) -> float:
+        """Robot time per wall time; above 1 is faster than real time."""
+        return self.now_ns * 1e-9 / self.wall_s if self.wall_s > 0 else 0.0
+
+    @property
+    def left_s(self) -> float:
+        """Wall time until the end at the pace so far; 0 at the end, and while there is no pace yet."""
+        return self.wall_s * (self.end_ns - self.now_ns) / self.now_ns if self.now_ns > 0 else 0.0
+
+
+def by_fate(frames: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {in_words(fate)}" for fate, count in frames.items() if count) or "no frames yet"
+
+
+class Verdict(msgspec.Struct, frozen=True):
+    """One line of `[expect]` and what became of it. `value` is None where the run has no such figure."""
+
+    key: str
+    value: float | None
+    min: float | None
+    max: float | None
+    holds: bool
+    why: str = ""               # it has no value, where that is known
+
+    def by_how_much(self) -> str:
+        """Why it does not hold, in words: empty where it does."""
+        if self.holds:
+            return ""
+        if self.value is None:
+            return self.why or "the run has no such figure"
+        if self.min is not None and self.value < self.min:
+            return f"{self.min - self.value:.6g} below the least allowed, {self.min:.6g}"
+        if self.max is not None and self.value > self.max:
+            return f"{self.value - self.max:.6g} above the most allowed, {self.max:.6g}"
+        return "the run has nothing to measure it by"
+
+
+class Summary(msgspec.Struct, frozen=True):
+    scenario: str
+    question: str
+    seed: int
+    host: str
+    length_ns: int
+    wall_s: float               # from the first grant to the last report
+    start_up_s: float           # from the command to the first grant
+    real_time_factor: float
+    windows: int
+    grants: int
+    ledger_hash: str
+    frames: dict[str, int]      # copies by fate
+    verdicts: list[Verdict]
+    report: str | None          # path of report.html, relative to the run folder
+    guarantees: list[Standing] = []
+    warnings: list[str] = []    # mistakes of programs that end no run, such as frames that no medium carries
+    code: str = ""              # "compiled", or "interpreted: " and why
+    real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.gateways.lateness`
+    ended: str = ""             # why the run ended before its length, and when; figures are up to there
+    failure: str = ""           # what ended the run before its end, in words; empty if nothing did
+    last_report: str = ""       # of the node that failed, where the failure is one of a node
+    reached_ns: int | None = None
+
+    @property
+    def holds(self) -> bool:
+        return not self.failure and all(verdict.holds for verdict in self.verdicts)
+
+
+def lateness_in_words(real_time: Mapping[str, int]) -> str:
+    """Lateness of the instants of a run in real time, with its overruns."""
+    overruns = real_time["overruns"]
+    return (f"median {real_time['median_ns'] * 1e-6:.3g} ms, 99 % {real_time['p99_ns'] * 1e-6:.3g} ms, "
+            f"worst {real_time['worst_ns'] * 1e-6:.3g} ms; " + (f"{overruns} overruns" if overruns else "no overrun"))
+
+
+class RunResult(msgspec.Struct, frozen=True):
+    folder: Path
+    summary: Summary

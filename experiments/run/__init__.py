@@ -1,0 +1,1 @@
+"""Runs scenarios: in comes a loaded scenario, out come the folder of records and the `Summary` of the run."""

@@ -1,0 +1,96 @@
+"""The guarantees of a running scenario: keeps what they need, and judges them when the run has ended or was broken off.
+
+    samples -> recorder, and kept here if a guarantee is about signals or sights
+    ledger closed -> monitors -> guarantees.json, one event for each violation -> signals closed
+
+A run without guarantees costs nothing: samples go straight to the recorder.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+
+from experiments.judge.derived_signals import derive
+from experiments.judge.frame_copies import FrameCopies
+from experiments.judge.monitors.judge import events, judge
+from experiments.judge.monitors.outcome import Standing
+from experiments.judge.monitors.records import Records
+from experiments.judge.monitors.sample_tee import SampleTee
+from experiments.scenario.guarantee_kinds import MONITORS
+from experiments.scenario.model import Scenario
+from experiments.scenario.problems import ScenarioError, near
+from experiments.scenario.subjects import Named
+from netem.media.sensing.settings import SensingSettings
+from netem.records.part_file import write_whole
+from netem.records.signal_table import SignalTable
+from netem.records.signals import SignalRecorder
+
+Declared = Mapping[str, Sequence[tuple[str, str]]]
+
+
+class GuaranteeWatch:
+    def __init__(self, scenario: Scenario, recorder: SignalRecorder) -> None:
+        self._scenario = scenario
+        self._recorder = recorder
+        self._declared: Declared = {}
+        needs = {MONITORS[guarantee.kind].ON for guarantee in scenario.guarantees.values()}
+        self._tee = SampleTee(recorder.append) if needs & {Named.SIGNALS, Named.SIGHTS} else None
+        self.sample: Callable[[str, int, Sequence[float]], None] = self._tee.append if self._tee else recorder.append
+        self.standings: list[Standing] = []
+
+    def admit(self, declared: Declared) -> None:
+        """The nodes with their (signal, unit) pairs; ScenarioError for a guarantee about a signal that nobody has,
+        or about a body that does not record where it is."""
+        self._declared = declared
+        unknown = []
+        for name, guarantee in self._scenario.guarantees.items():
+            agents = [subject for subject in guarantee.subjects if subject[0] not in self._scenario.derived]
+            if MONITORS[guarantee.kind].ON is not Named.SIGNALS or len(agents) < len(guarantee.subjects):
+                continue
+            known = dict.fromkeys(signal for node, _ in agents for signal, _ in declared.get(node, ()))
+            if not any(signal in (known_name for known_name, _ in declared.get(node, ())) for node, signal in agents):
+                unknown.append(f"{Path(self._scenario.path).name}: guarantees.{name}.on={guarantee.on!r}: "
+                               f"no such signal; {near(agents[0][1], known)}")
+        unknown += self._unrecorded()
+        if unknown:
+            raise ScenarioError(unknown)
+
+    def _unrecorded(self) -> Iterator[str]:
+        """Bodies whose outputs, as their medium names them, are not among the signals of their nodes."""
+        for name, guarantee in self._scenario.guarantees.items():
+            if MONITORS[guarantee.kind].ON is not Named.SIGHTS:
+                continue
+            missing: dict[tuple[str, str], str] = {}
+            for medium, target, observer in guarantee.subjects:
+                settings = self._scenario.media[medium].settings
+                for body in (target, settings.cameras.get(observer, observer)):
+                    known = [signal for signal, _ in self._declared.get(body, ())]
+                    unknown = [output for output in settings.bodies.get(body, ()) if output not in known]
+                    missing |= {(medium, body): unknown[0]} if unknown else {}
+            for (medium, body), output in missing.items():
+                yield (f"{Path(self._scenario.path).name}: guarantees.{name}: media.{medium}.bodies.{body}: its "
+                       f"program records no signal {output!r}; it has to sample where it is under the names of the "
+                       f"plant's outputs")
+
+    def judge(self, folder: Path, reached_ns: int) -> None:
+        """Over [0, reached_ns): write what became of them, and tell each violation as an event."""
+        if not self._scenario.guarantees:
+            return
+        sensing = {name: medium.settings for name, medium in self._scenario.media.items()
+                   if isinstance(medium.settings, SensingSettings)}
+        ledger = FrameCopies.of_file(folder / "ledger.parquet")
+        records = Records(reached_ns, ledger, self._signals(), self._recorder.events, sensing)
+        outcomes = judge(self._scenario.guarantees, records)
+        for event in events(outcomes):
+            self._recorder.event(event.time_ns, event.node, event.kind, event.detail, event.level)
+        write_whole(folder / "guarantees.json", msgspec.json.encode(outcomes))
+        self.standings = [outcome.standing for outcome in outcomes]
+
+    def _signals(self) -> dict[str, SignalTable]:
+        if self._tee is None:
+            return {}
+        derived = {name: msgspec.to_builtins(spec) for name, spec in self._scenario.derived.items()}
+        return derive(derived, self._tee.tables(self._declared), self._scenario.folder, [])

@@ -1,0 +1,57 @@
+"""The process that nodes are forked from: `python -m experiments.run.node_process [MODULE ...]`.
+
+The process host starts it. The modules named, programs of marconet's own, are imported once, before there are nodes.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from contextlib import ExitStack
+from functools import partial
+from importlib import import_module
+from typing import Final
+
+import msgspec
+
+from experiments.run.node_build import NodeSpecification, build_node
+from experiments.run.wall_clock_sleep import sleep_refused
+from netem.node.node import Node
+from netem.node.outside_guard import post_guards
+from netem.transport.diagnosis.under_way import UnderWay
+from netem.transport.fork_server import serve
+from netem.transport.node_link import take_part
+from netem.transport.start_message import Errand
+from netem.transport.zenoh_session import ENTRANCES
+
+# Modules that import a library when they first need it: `load_library` does it.
+IMPORT_LATE: Final = ("agents.tracking.heading_slope", "firmware_sim.mavlink.dialect", "netem.media.can.dbc_file")
+
+
+def build(at_end: ExitStack, under_way: UnderWay, errand: Errand) -> Node:
+    return build_node(msgspec.json.decode(errand.specification, type=NodeSpecification), at_end, under_way)
+
+
+def life(under_way: UnderWay) -> int:
+    with ExitStack() as at_end:
+        return take_part(partial(build, at_end, under_way))
+
+
+def main() -> int:
+    for module in sys.argv[1:]:
+        import_module(module)
+    for module in IMPORT_LATE:
+        if module in sys.modules:           # once here, instead of in every node
+            sys.modules[module].load_library()
+    post_guards(ENTRANCES)
+    with sleep_refused():                   # in the nodes as well: they keep the thread
+        return serve(life)
+
+
+if __name__ == "__main__":
+    code = main()
+    if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
+        sys.stdout.flush()
+        os._exit(code)          # a thread of the program did not end; the interpreter would wait for it for ever
+    sys.exit(code)

@@ -1,0 +1,166 @@
+"""The folder of a run: owned by one process while the run goes on, never overwritten unless that is asked for.
+
+    claim -> lock `run.lock`, space for summary.json and run.json -> ... records ... -> release
+
+A run is *finished* when `summary.json` is there: that of a run which ended by itself, failed or was broken off. Without
+it the run was killed, and `killed_run` makes the records of what is left. Both are refused as the folder of a new run.
+
+The lock is the operating system's: it ends with the process that holds it, however that ends.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from experiments.judge.record_names import JOURNALS, LOCK, RECORDS
+from netem.records.part_file import SUFFIX, ReservedFile
+
+try:
+    import fcntl
+except ImportError:                     # not on Windows: nothing is locked there
+    fcntl = None                        # type: ignore[assignment]
+
+RESERVED_BYTES: Final = 1 << 16
+
+
+class FolderTaken(ValueError):
+    """Another process runs a scenario into the folder, or it holds the records of a run."""
+
+    exit_code = 2
+    leaves_records = False
+
+
+class RunFolder:
+    """The folder at `path`, claimed by this process."""
+
+    def __init__(self, path: Path, lock: int | None, *, made: bool) -> None:
+        self.path = path
+        self._made = made
+        self._lock = lock
+        self._lock_file = None if lock is None else os.fstat(lock).st_ino
+        self.summary = ReservedFile(path / "summary.json", RESERVED_BYTES)
+        self.run = ReservedFile(path / "run.json", RESERVED_BYTES)
+
+    @classmethod
+    def claim(cls, path: Path, *, overwrite: bool = False) -> RunFolder:
+        """The folder for a new run, made if it is not there; FolderTaken if it is in use or holds another run."""
+        made = not path.exists()
+        path.mkdir(parents=True, exist_ok=True)
+        lock = _lock(path)
+        try:
+            if not overwrite:
+                _refuse_run(path)
+            clear(path)
+            folder = cls(path, lock, made=made)
+            folder.summary.reserve()
+            folder.run.reserve()
+        except BaseException:
+            cls(path, lock, made=made).release()
+            raise
+        return folder
+
+    @classmethod
+    def left(cls, path: Path) -> RunFolder:
+        """The folder of a run that was killed, with all that it left; FolderTaken if the run still goes on."""
+        return cls(path, _lock(path), made=False)
+
+    def abandon(self) -> None:
+        """Remove what a run that could not begin has left, and the folder if it was made for it."""
+        clear(self.path)
+        self.release()
+        if self._made:
+            with suppress(OSError):
+                self.path.rmdir()
+
+    def release(self) -> None:
+        """Let other processes have the folder."""
+        if self._lock is not None:
+            (self.path / LOCK).unlink(missing_ok=True)
+            if self.holds():
+                os.close(self._lock)
+        self._lock = None
+
+    def holds(self) -> bool:
+        """Whether the files of this process are open that it had opened: the lock is the first of a run."""
+        if self._lock is None:
+            return True
+        try:
+            return os.fstat(self._lock).st_ino == self._lock_file
+        except OSError:
+            return False
+
+
+def owner(path: Path) -> str:
+    """The process that runs a scenario into `path`, in words; empty if there is none."""
+    if fcntl is None or not (path / LOCK).exists():
+        return ""
+    with (path / LOCK).open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return file.read().decode(errors="replace") or "another process"
+        except OSError:
+            return ""
+    return ""
+
+
+def clear(path: Path) -> None:
+    """Remove the records of a run, whole or in parts; what else is in the folder stays."""
+    there = set(os.listdir(path))
+    records = {*_can_logs(path), *RECORDS, *JOURNALS} if there - {LOCK} else set()
+    for name in sorted(there & (records | {record + SUFFIX for record in records})):
+        (path / name).unlink(missing_ok=True)
+    if "logs" in there:
+        shutil.rmtree(path / "logs", ignore_errors=True)
+
+
+def _lock(path: Path) -> int | None:
+    """The descriptor that holds the lock. FolderTaken names the process that has it."""
+    if fcntl is None:
+        return None
+    while True:
+        descriptor = os.open(path / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            who = os.read(descriptor, 1000).decode(errors="replace") or "another process"
+            os.close(descriptor)
+            raise FolderTaken(f"{path}: {who} runs a scenario into it: wait for its end, or name another folder") \
+                from None
+        except OSError:
+            os.close(descriptor)        # a file system without locks
+            return None
+        with suppress(FileNotFoundError):
+            if os.fstat(descriptor).st_ino == (path / LOCK).stat().st_ino:
+                break
+        os.close(descriptor)            # its owner removed it meanwhile
+    os.truncate(descriptor, 0)
+    os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}, since {datetime.now():%Y-%m-%d %H:%M:%S},"
+             .encode())
+    return descriptor
+
+
+def _refuse_run(path: Path) -> None:
+    if (path / "summary.json").exists():
+        raise FolderTaken(f"{path}: holds the records of a finished run: name another folder, or say --overwrite "
+                          "(overwrite=True) to replace them")
+    if (path / "scenario.json").exists():
+        raise FolderTaken(f"{path}: holds the records of a run that was killed: `marconet report {path}` makes them "
+                          "readable, --overwrite (overwrite=True) replaces them")
+
+
+def _can_logs(path: Path) -> list[str]:
+    """Names of the logs that the run in `path` wrote for its CAN buses."""
+    try:
+        media: dict[str, Any] = msgspec.json.decode((path / "scenario.json").read_bytes())["media"]
+        return [f"{medium}.{kind}" for medium in media for kind in ("log", "blf")]
+    except (OSError, msgspec.MsgspecError, KeyError, TypeError):
+        return []

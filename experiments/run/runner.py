@@ -1,0 +1,503 @@
+"""Runs a scenario: media, links and records in this process, nodes on a host, and a folder of evidence at the end.
+
+    scenario -> node specifications -> host -> conductor -> ledger, signals -> metrics -> summary, report
+
+The folder is there whatever happens. A run that fails or is broken off leaves its records up to there, with a summary
+and a report that say what ended it; one whose process is killed leaves journals, which `killed_run` makes records of.
+"""
+
+from __future__ import annotations
+
+import errno
+import gc
+import os
+import platform
+import random
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from datetime import datetime
+from functools import cache, partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import msgspec
+
+from experiments import CODE
+from experiments.judge.metrics import evaluate
+from experiments.judge.run_data import load_run
+from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
+from experiments.run.event_levels import level_of
+from experiments.run.exits import in_words
+from experiments.run.guarantee_watch import GuaranteeWatch
+from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown, build_node
+from experiments.run.recorded_signals import refuse_unrecorded
+from experiments.run.run_folder import RunFolder
+from experiments.run.wall_clock_sleep import sleep_refused
+from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
+from experiments.scenario.impairment_kind import impairment_class
+from experiments.scenario.model import AgentSpec, Scenario, positions
+from experiments.scenario.own_modules import class_for
+from experiments.show.report.build import write_report
+from fmus.build import build_model, model_folder, own_models
+from fmus.describe import Model, read_model
+from fmus.describe_fmu import describe
+from fmus.description import PlantDescription
+from netem.core.agenda import Agenda
+from netem.core.fate import Fate
+from netem.core.link_name import LinkName
+from netem.core.random_streams import stream
+from netem.emulator.conductor import Conductor, Recorders
+from netem.gateways.pace import Pace
+from netem.gateways.udp import UdpGateway
+from netem.impairments import Impairment
+from netem.impairments.construct import construct_impairment
+from netem.impairments.recordings import Recordings
+from netem.impairments.window import Window
+from netem.media import Medium
+from netem.media.can.bus import CanBus
+from netem.media.links import Links
+from netem.media.observation import MediumObserver, ObservedMedium
+from netem.media.sensing.settings import SensingSettings
+from netem.media.table import MEDIA
+from netem.node.outside_guard import OutsideGuard
+from netem.records.events_file import write_events
+from netem.records.ledger import Ledger, LedgerResult
+from netem.records.part_file import reopen_standard_files, write_whole
+from netem.records.signals import SignalRecorder
+from netem.records.uninterrupted import uninterrupted
+from netem.transport.diagnosis.under_way import UnderWay
+from netem.transport.hosts import Host, InlineHost
+from netem.transport.process_host import ProcessHost
+from netem.transport.zenoh_session import ENTRANCES
+from netem.wire.errors import Interrupted, NodeFailure
+from netem.wire.messages import Hello
+
+if TYPE_CHECKING:
+    from netem.media.can.can_log import CanLog
+
+HostName = Literal["process", "inline"]
+OWN_PROGRAMS = ("agents.", "firmware_sim.")         # whose import does nothing but define
+KEEP_EVERY_S = 0.7          # age of what is on the disk; the conductor may be a tenth of a second late
+# The records hold up to 231 000 objects in memory, rows of a chunk of the ledger and buffered samples, and none of them
+# is in a cycle. A collection takes 20 ms to find that out, so it waits until there can be nearly as many others.
+COLLECT_AFTER_OBJECTS = 400_000
+LAST_WORDS_S = 10.0         # for the counters of the nodes, once another has failed or the run was broken off
+PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
+
+
+def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
+        progress: Callable[[Progress], None] | None = None, report: bool = True,
+        shuffle_start: int | None = None, real_time: bool = False, overwrite: bool = False,
+        under_way: UnderWay | None = None) -> RunResult:
+    """Run `scenario` into the folder `out` (default: a new one below ./runs), with `report.html` unless told otherwise.
+
+    `real_time`: at the wall clock's pace, with the scenario's gateways to the outside; these need it.
+    `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
+    `overwrite`: replace the records of an earlier run in `out`.
+    `under_way`: memory from which another process can tell what an inline run did when it crashed.
+    Raises NodeFailure, InstantLoop or ConservationError after the folder was written, NeedsProcess, NeedsRealTime or
+    FolderTaken before.
+    """
+    command_s = time.monotonic()
+    if host == "inline":
+        refuse_blocking(scenario)
+    if scenario.gateways and not real_time:
+        raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take "
+                            "part, which needs real time: run it with --real-time")
+    path = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    folder = RunFolder.claim(path, overwrite=overwrite)
+    try:
+        write_whole(path / "scenario.json", msgspec.json.encode(scenario.resolved()))
+        prepared = _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time, under_way)
+    except BaseException:
+        folder.abandon()
+        raise
+    try:
+        with _collecting_only_what_the_run_makes():
+            return prepared.run()
+    finally:
+        folder.release()
+
+
+@contextmanager
+def _collecting_only_what_the_run_makes() -> Iterator[None]:
+    """The garbage collector passes over everything that was there before, seldom looks during the run, and frees the
+    run's own cycles at its end: for a run of 0.2 s a collection of the whole process takes longer than the run."""
+    threshold = gc.get_threshold()
+    gc.freeze()
+    gc.set_threshold(COLLECT_AFTER_OBJECTS, 50, 100)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*threshold)
+        gc.collect()
+        gc.unfreeze()
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Versions of Python and of the packages that a result depends on; the look-up takes longer than a short run."""
+    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+
+
+class NeedsRealTime(ValueError):
+    """A scenario with gateways in virtual time."""
+
+    exit_code = 2
+
+
+class CannotRecord(OSError):
+    """The disk has no room for the records of a run."""
+
+    exit_code = 2
+
+
+class FilesClosed(Exception):
+    """A robot program closed files of the emulator, with which it shares a process."""
+
+    exit_code = 3
+
+
+class _Run:
+    def __init__(self, scenario: Scenario, host: HostName, folder: RunFolder,
+                 progress: Callable[[Progress], None] | None, report: bool, shuffle_start: int | None,
+                 command_s: float, real_time: bool, under_way: UnderWay | None) -> None:
+        self.scenario = scenario
+        self.host_name = host
+        self.owned = folder
+        self.folder = folder.path
+        self.on_progress = progress
+        self.wants_report = report
+        self.command_s = command_s
+        names = {"scenario": scenario.name, "seed": str(scenario.seed)}
+        self.metadata = names
+        self.agenda = Agenda()
+        self.specifications = node_specifications(scenario)
+        self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names)
+        self.signals = SignalRecorder(self.folder / "signals.mcap")
+        self.guarantees = GuaranteeWatch(scenario, self.signals)
+        self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
+                          under_way, self._waits)
+        self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
+                                   Recorders(self.guarantees.sample, self._event), self._progress)
+        links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
+        self.media = {name: _medium(scenario, name, self.agenda, self.ledger, links) for name in scenario.media}
+        self.can_logs = [_can_log(scenario, medium, self.folder) for medium in self.media.values()
+                         if isinstance(medium, CanBus) and medium.settings.log]
+        if real_time:
+            gateways = [UdpGateway(spec.name, spec.medium, spec.listen, spec.peer, event=self._gateway_event)
+                        for spec in scenario.gateways.values()]
+            self.conductor.pace = Pace(gateways, self._wall_clock_event)
+        self.started_s = self.ended_s = command_s
+        self.kept_s = command_s
+        self.process = os.getpid()
+        self.failure: BaseException | None = None
+        self.result: LedgerResult | None = None
+        self.at_end = ExitStack()
+
+    def run(self) -> RunResult:
+        try:
+            if self.host_name == "inline":
+                self.at_end.enter_context(sleep_refused())
+            hellos = self.host.start()
+            for name in self.scenario.agents:
+                self.signals.declare(name, hellos[name].signals)
+            self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
+            refuse_unrecorded(self.scenario, self._recorded(hellos))
+            self._observe_media()
+            self.conductor.admit(hellos, self.media)
+            self.started_s = time.monotonic()
+            self.conductor.run()
+            self.ended_s = time.monotonic()
+            for medium in self.media.values():
+                medium.finish(self.conductor.end_ns)
+            if self.conductor.ended_by:
+                self._event(self.conductor.ended_by, self.conductor.end_ns, "run ended", self.conductor.ended_because)
+        except BaseException as error:
+            self._fails(error)
+        self._leave_if_forked()
+        with uninterrupted(drop=True) as came:
+            summary = self._conclude()
+        if self.failure is not None:
+            raise self.failure
+        if came:
+            raise Interrupted(came[0])
+        return RunResult(self.folder, summary)
+
+    def _conclude(self) -> Summary:
+        """Close the records, end the nodes, judge. What fails on the way becomes the failure of the run, and the rest
+        is done all the same."""
+        if not self.owned.holds():
+            if isinstance(self.failure, OSError):
+                self.failure = None             # it follows from this:
+            self._fails(FilesClosed(f"{self.scenario.name}: a robot program closed files of the emulator (os.close or "
+                                    "os.closerange): give each robot a process of its own with --host process"))
+        reopen_standard_files()
+        if self.failure is not None:
+            self.ended_s = time.monotonic()
+            with suppress(Exception):           # the counters of some nodes stay unknown
+                self.conductor.ask_counters(LAST_WORDS_S)
+        reached_ns = self.conductor.end_ns if self.failure is None else self.conductor.reached_ns
+        for log in self.can_logs:
+            self._step(log.finish)
+        self._step(self._finish_ledger)
+        self._step(lambda: self.guarantees.judge(self.folder, reached_ns))
+        self._step(lambda: write_events(self.folder / "ledger_events.parquet", self.signals.events))
+        self._step(lambda: self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved())))
+        self._step(lambda: self.owned.run.write(self._standing(reached_ns, versions=True)))
+        self._step(self.host.stop)
+        self._step(self.at_end.close)
+        if self.conductor.pace is not None:
+            self._step(self.conductor.pace.close)
+        verdicts = self._judged() if self.failure is None and self.scenario.expect else []
+        summary = self._summary(verdicts, reached_ns)
+        self._step(lambda: self.owned.summary.write(msgspec.json.encode(summary)))
+        if self.wants_report:
+            self._step(lambda: write_report(self.folder))
+        return summary
+
+    def _step(self, step: Callable[[], object]) -> None:
+        try:
+            step()
+        except BaseException as error:
+            self._fails(error)
+
+    def _fails(self, error: BaseException) -> None:
+        """The first failure is that of the run."""
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+            error = CannotRecord(f"{self.folder}: cannot write the records: {error.strerror}: free space, or name "
+                                 "another folder with --out; what was written before can be read")
+        if self.failure is None:
+            self.failure = error
+
+    def _finish_ledger(self) -> None:
+        complete = self.failure is None
+        self.result = self.ledger.finish(complete=False)        # its counts, also where the file cannot be written
+        if complete:
+            self.ledger.finish()
+
+    def _standing(self, reached_ns: int, *, versions: bool = False) -> bytes:
+        """Content of `run.json`: how far the run came, and the counters."""
+        return msgspec.json.encode({
+            "reached_ns": reached_ns,
+            "ended": _end_in_words(self.conductor),
+            "failure": None if self.failure is None else in_words(self.failure),
+            "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
+            "counters": _counters(self._counted(), self.media, self.conductor.pace),
+            "real_time": self._real_time(),
+            "versions": _versions() if versions else {},
+        })
+
+    def _counted(self) -> dict[str, dict[str, int]]:
+        on_the_way = self.host.counters() if isinstance(self.host, InlineHost) else self.conductor.counted
+        return on_the_way | self.conductor.counters
+
+    def _judged(self) -> list[Verdict]:
+        try:
+            return evaluate(self.scenario.expect, load_run(self.folder))
+        except Exception as error:
+            self._fails(error)
+            return []
+
+    def _summary(self, verdicts: list[Verdict], reached_ns: int) -> Summary:
+        scenario, conductor, failure = self.scenario, self.conductor, self.failure
+        wall_s = self.ended_s - self.started_s
+        return Summary(
+            scenario.name, scenario.question, scenario.seed, self.host_name, scenario.length_ns, wall_s,
+            self.started_s - self.command_s, reached_ns * 1e-9 / wall_s if wall_s > 0 else 0.0, conductor.windows,
+            conductor.grants, self.result.hash if self.result else "",
+            {fate.value: copies for fate, copies in self.ledger.closed.items() if copies}, verdicts,
+            "report.html" if self.wants_report else None, self.guarantees.standings, code=CODE,
+            real_time=self._real_time(), ended=_end_in_words(conductor), warnings=self._malformed(),
+            failure="" if failure is None else in_words(failure),
+            last_report=failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns=reached_ns)
+
+    def _keep(self, reached_ns: int) -> None:
+        """Put on the disk what there is so far, for the case that this process is killed."""
+        self.ledger.keep()
+        self.signals.keep()
+        self.owned.run.update(self._standing(reached_ns))
+
+    def _leave_if_forked(self) -> None:
+        """End a process that a program forked and that came back into the emulator: the run belongs to its parent."""
+        if os.getpid() != self.process:
+            os._exit(0)
+
+    def _malformed(self) -> list[str]:
+        """A line for each node and reason, if frames were no frames of their medium."""
+        if self.failure is not None or self.result is None or not self.result.by_fate.get(Fate.MALFORMED.value):
+            return []
+        from netem.records.malformed import malformed_frames
+
+        return malformed_frames(self.folder / "ledger.parquet")
+
+    def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
+        self.signals.event(time_ns, node, kind, detail, level_of(kind))
+
+    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
+        """The names of the signals of each agent and medium."""
+        found = {name: getattr(medium, "signals", ()) for name, medium in self.media.items()}
+        found |= {name: hellos[name].signals for name in self.scenario.agents}
+        return {name: [signal for signal, _ in signals] for name, signals in found.items()}
+
+    def _wall_clock_event(self, time_ns: int, kind: str, detail: str) -> None:
+        self.signals.event(time_ns, "", kind, detail, level_of(kind), wall_clock=True)
+
+    def _gateway_event(self, kind: str, detail: str) -> None:
+        assert self.conductor.pace is not None
+        self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail)
+
+    def _real_time(self) -> dict[str, int] | None:
+        """Lateness of a run in real time; None in virtual time."""
+        return None if self.conductor.pace is None else self.conductor.pace.lateness.figures()
+
+    def _observe_media(self) -> None:
+        for name, medium in self.media.items():
+            if isinstance(medium, ObservedMedium):
+                if medium.signals:
+                    self.signals.declare(name, medium.signals)
+                medium.observe(MediumObserver(self._event_on_medium, self.signals.append))
+
+    def _event_on_medium(self, time_ns: int, node: str, kind: str, detail: str) -> None:
+        if time_ns < self.conductor.end_ns:         # a medium may know ahead how a frame will end
+            self.signals.event(time_ns, node, kind, detail, level_of(kind))
+
+    def _progress(self, now_ns: int) -> None:
+        self._leave_if_forked()
+        if time.monotonic() > self.kept_s + KEEP_EVERY_S:
+            self._keep(now_ns)
+            self.kept_s = time.monotonic()
+        if self.on_progress is not None:
+            frames = {fate.value: copies for fate, copies in self.ledger.closed.items()}
+            self.on_progress(Progress(now_ns, self.scenario.length_ns, time.monotonic() - self.started_s,
+                                      self.conductor.windows, frames))
+
+    def _waits(self, nodes: Sequence[str], waited_s: float) -> None:
+        if self.on_progress is not None:
+            self.on_progress(Progress(self.conductor.reached_ns, self.scenario.length_ns,
+                                      time.monotonic() - self.started_s, self.conductor.windows, {}, nodes, waited_s))
+
+
+def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
+    """One for each agent. What a program class prepares for its team (`prepare`) is part of what the team knows."""
+    team: dict[str, Any] = dict(scenario.team)
+    blocking = set()
+    for path in sorted({agent.program for agent in scenario.agents.values()}):
+        program = class_for(path, scenario.folder)
+        if is_blocking(program):
+            blocking.add(path)
+        elif (prepare := getattr(program, "prepare", None)) is not None:
+            team.update(prepare(scenario))
+    folder = str(scenario.folder)
+    fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
+    described = {fmu: describe(build_model(fmu) if fmu in own_models() else Path(fmu)) for fmu in sorted(fmus)}
+    models = {fmu: read_model(model_folder(fmu) / "variables.toml") for fmu in sorted(fmus & set(own_models()))}
+    return {name: NodeSpecification(name, agent.program, agent.parameters, _kinds(scenario, agent), agent.clock,
+                                    _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
+                                    folder, agent.program in blocking, _own_frames(scenario, agent),
+                                    _shown(scenario, agent))
+            for name, agent in scenario.agents.items()}
+
+
+def _kinds(scenario: Scenario, agent: AgentSpec) -> dict[str, str]:
+    return {medium: scenario.media[medium].kind for medium in agent.media}
+
+
+def _own_frames(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
+    return tuple(medium for medium in agent.media
+                 if agent.name in getattr(scenario.media[medium].settings, "own_frames_to", ()))
+
+
+def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
+    return tuple(Shown(medium, settings.exposure_period_ns, settings.bodies[agent.name])
+                 for medium in agent.media if isinstance(settings := scenario.media[medium].settings, SensingSettings)
+                 and agent.name in settings.bodies)
+
+
+def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription],
+           models: Mapping[str, Model]) -> PlantSpecification | None:
+    if agent.plant is None:
+        return None
+    fmu, plant = agent.plant.fmu, described[agent.plant.fmu]
+    parameters, step_ns = agent.plant.parameters, agent.plant.step_ns
+    idle = models[fmu].idle_outputs(parameters) if fmu in models else []
+    return PlantSpecification(plant, parameters, step_ns, idle)
+
+
+def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
+          shuffle_start: int | None, real_time: bool, under_way: UnderWay | None,
+          waits: Callable[[Sequence[str], float], None]) -> Host:
+    if host == "inline":
+        under_way = under_way or UnderWay(shared=False)
+        return InlineHost({name: partial(build_node, specification, record=under_way)
+                           for name, specification in specifications.items()},
+                          None if real_time else OutsideGuard(ENTRANCES), under_way, timeout_s, waits)
+    order = list(specifications)
+    if shuffle_start is not None:
+        random.Random(shuffle_start).shuffle(order)
+    # -P: modules come from where they are installed or from the scenario's folder, not from the current one
+    programs = sorted({specification.program.partition(":")[0] for specification in specifications.values()})
+    return ProcessHost([sys.executable, "-P", "-m", "experiments.run.node_process",
+                        *(module for module in programs if module.startswith(OWN_PROGRAMS))],
+                       {name: msgspec.json.encode(specifications[name]) for name in order},
+                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, waiting=waits)
+
+
+def _medium(scenario: Scenario, name: str, agenda: Agenda, ledger: Ledger, links: Links) -> Medium:
+    spec = scenario.media[name]
+    at_m = positions(spec.nodes, scenario.agents)
+    medium: Medium = MEDIA[spec.kind](name, spec.settings, at_m, agenda, ledger, links, partial(stream, scenario.seed))
+    return medium
+
+
+def _can_log(scenario: Scenario, bus: CanBus, folder: Path) -> CanLog:
+    from netem.media.can.can_log import CanLog  # late: a run without such logs needs no python-can
+
+    log = CanLog(folder, bus.name, bus.settings.log, scenario.length_ns)
+    bus.logs.append(log)
+    return log
+
+
+def _end_in_words(conductor: Conductor) -> str:
+    """Why the run ended before its length, "" if it did not."""
+    if not conductor.ended_by:
+        return ""
+    return f"at {conductor.end_ns / 1e9:.9g} s, by node {conductor.ended_by}: {conductor.ended_because}"
+
+
+def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Medium],
+              pace: Pace | None) -> dict[str, dict[str, int]]:
+    """Counters of programs, gateways and media, by node; those of a medium itself under its name."""
+    counters = {node: dict(found) for node, found in of_nodes.items()}
+    if pace is not None:
+        counters |= {name: dict(found) for name, found in pace.counters().items()}
+    for medium in media.values():
+        if isinstance(medium, ObservedMedium):
+            for node, found in medium.counters().items():
+                own = counters.setdefault(node, {})
+                for name, count in found.items():
+                    own[name] = own.get(name, 0) + count
+    return counters
+
+
+def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
+    """Each directed link's own impairments in the order of the scenario, each with its own random stream."""
+    pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
+    recordings = Recordings()
+    for spec in scenario.impairments:
+        kind = impairment_class(spec.kind, scenario.folder)
+        for link in spec.links:
+            place = f"{spec.called}/{link[0]}: {link[1]} -> {link[2]}"
+            impairment: Any = construct_impairment(kind, spec.fields, stream(scenario.seed, place), recordings)
+            if spec.windows_ns:
+                impairment = Window(impairment, spec.windows_ns)
+            pipelines.setdefault(link, []).append((f"{spec.called} {spec.kind}", impairment))
+    return pipelines
+
+
+def _changes(medium: Medium, until_ns: int) -> Sequence[int]:
+    topology = getattr(medium, "topology", None)
+    return topology.changes_ns(until_ns) if topology is not None else []

@@ -1,0 +1,216 @@
+"""`marconet run` and `marconet check` over one or several scenarios: each to its end, then a table, JSON, JUnit XML.
+
+A scenario that is refused or fails, or whose robot program ends the process of an inline run, does not keep the next
+from running; Ctrl-C and SIGTERM end the whole call. The exit code is the highest of the scenarios' codes.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from experiments.run.exits import Ended, ExitCode, errors_as_text
+from experiments.show.console import print_table
+from experiments.show.outcome import ScenarioOutcome
+
+if TYPE_CHECKING:
+    from experiments.judge.run_result import Summary
+    from experiments.run.inline_parent import Child
+    from experiments.scenario import Scenario
+    from experiments.show.console import Console
+
+INTERRUPTED_FROM = 128                  # exit codes from here on are those of a signal
+
+
+@dataclass
+class Batch:
+    console: Console
+    verbose: bool
+    junit: Path | None
+    json_key: str | None                # of the list in the JSON document; None: text
+    outcomes: list[ScenarioOutcome] = field(default_factory=list)
+    in_children: bool = False           # runs go on in children of this process, which judges how these end
+    child: Child | None = None          # in such a child
+
+    def check(self, sources: Sequence[str], seed: int | None, duration_s: float | None,
+              overrides: Sequence[str]) -> int:
+        def one(source: str) -> ScenarioOutcome:
+            from experiments.show.text_views import print_scenario
+
+            with errors_as_text(self.verbose):
+                scenario = _load(source, seed, duration_s, overrides)
+                if len(sources) == 1:
+                    print_scenario(self.console, scenario)
+                resolved = scenario.resolved() if self.json_key else None
+                return ScenarioOutcome(scenario.name, source, ExitCode.DONE, [], resolved=resolved)
+
+        return self._each(sources, "check", one)
+
+    def run(self, sources: Sequence[str], seed: int | None, duration_s: float | None, overrides: Sequence[str],
+            out: Path | None, **options: Any) -> int:
+        names = _folder_names(sources)
+
+        def one(source: str) -> ScenarioOutcome:
+            with errors_as_text(self.verbose):
+                scenario = _load(source, seed, duration_s, overrides)
+                folder = run_folder(scenario, out / names[source] if out and len(sources) > 1 else out)
+            with errors_as_text(self.verbose, kept=folder):
+                return self._run(source, scenario, folder, len(sources) == 1, options)
+
+        return self._each(sources, "run", one)
+
+    def _each(self, sources: Sequence[str], verb: str, one: Callable[[str], ScenarioOutcome]) -> int:
+        try:
+            if self.in_children:
+                self._in_children(sources, one)
+            else:
+                self._in_turn(sources, one, self.outcomes.append)
+        finally:
+            with errors_as_text(self.verbose):
+                self._tell(verb, len(sources) > 1)
+        return max(outcome.exit_code for outcome in self.outcomes)
+
+    def _in_turn(self, sources: Sequence[str], one: Callable[[str], ScenarioOutcome],
+                 became: Callable[[ScenarioOutcome], None]) -> int:
+        code = 0
+        for source in sources:
+            try:
+                outcome = one(source)
+            except Ended as ended:
+                folder = None if ended.folder is None else str(ended.folder)
+                outcome = ScenarioOutcome(_stem(source), source, ended.exit_code, ended.lines, folder)
+            became(outcome)
+            code = max(code, outcome.exit_code)
+            if code >= INTERRUPTED_FROM:
+                break
+        return code
+
+    def _in_children(self, sources: Sequence[str], one: Callable[[str], ScenarioOutcome]) -> None:
+        """In one child of this process after the other: what a child leaves undone that a robot program has ended goes
+        on in a new one."""
+        from experiments.run.inline_parent import run_in_child
+
+        left = list(sources)
+        while left:
+            ending = run_in_child(partial(self._as_child, left, one))
+            told = [msgspec.msgpack.decode(outcome, type=ScenarioOutcome) for outcome in ending.outcomes]
+            if ending.broken_off or (len(told) < len(left) and ending.exit_code < INTERRUPTED_FROM):
+                source = left[min(len(told), len(left) - 1)]
+                told.append(ScenarioOutcome(_stem(source), source, ending.exit_code, ending.lines,
+                                            ending.folder or None))
+            elif not told:
+                told = [ScenarioOutcome(_stem(left[0]), left[0], ending.exit_code, ending.lines)]
+            self.outcomes += told
+            left = left[len(told):]
+            if max(outcome.exit_code for outcome in self.outcomes) >= INTERRUPTED_FROM:
+                break
+
+    def _as_child(self, sources: Sequence[str], one: Callable[[str], ScenarioOutcome], child: Child) -> int:
+        self.child = child
+        return self._in_turn(sources, one, lambda outcome: child.became(msgspec.msgpack.encode(outcome)))
+
+    def _run(self, source: str, scenario: Scenario, folder: Path, in_full: bool,
+             options: dict[str, Any]) -> ScenarioOutcome:
+        from experiments.run import runner
+        from experiments.show.live_view import live_view
+        from experiments.show.text_views import print_path, print_summary
+
+        if self.child is not None:
+            self.child.begins(folder, list(scenario.agents), scenario.node_timeout_s)
+            options = options | {"under_way": self.child.under_way}
+        with live_view(self.console, scenario.name, scenario.length_ns * 1e-9) as progress:
+            result = runner.run(scenario, out=folder, progress=progress, **options)
+        if in_full:
+            print_summary(self.console, result.summary)
+            self.console.print()
+            written = result.folder / (result.summary.report or ".")
+            print_path(self.console, "report" if written.is_file() else "records",
+                       written if written.is_file() else result.folder)
+        for line in result.summary.warnings:
+            print(f"warning: {line}" if in_full else f"{scenario.name}: warning: {line}", file=sys.stderr)
+        problems = what_does_not_hold(result.summary)
+        for line in problems:
+            print(line if in_full else f"{scenario.name}: {line}", file=sys.stderr)
+        code = ExitCode.DONE if result.summary.holds else ExitCode.EXPECTATION_BROKEN
+        return ScenarioOutcome(scenario.name, source, code, problems, str(result.folder), result.summary)
+
+    def _tell(self, verb: str, several: bool) -> None:
+        if several:
+            self.console.print()
+            print_table(self.console, ["scenario", "outcome", "wall time", "records"], [
+                (outcome.scenario, _in_a_word(outcome),
+                 f"{outcome.summary.wall_s:.2f} s" if outcome.summary else "-", outcome.folder or "-")
+                for outcome in self.outcomes])
+        if self.json_key:
+            from experiments.show.json_output import print_json
+
+            print_json({"exit_code": max(outcome.exit_code for outcome in self.outcomes),
+                        self.json_key: [_as_json(outcome, verb) for outcome in self.outcomes]})
+        if self.junit is not None:
+            from experiments.show.junit_file import write_junit
+
+            write_junit(self.junit, verb, self.outcomes)
+
+
+def what_does_not_hold(summary: Summary) -> list[str]:
+    """A line for each expectation and each guarantee that is not as it should be."""
+    return [*(f"expect.{verdict.key}{'' if verdict.value is None else f'={verdict.value}'}: {verdict.by_how_much()}"
+              for verdict in summary.verdicts if not verdict.holds),
+            *(f"guarantees.{standing.name}: {standing.in_words()}"
+              for standing in summary.guarantees if not standing.as_expected)]
+
+
+def run_folder(scenario: Scenario, out: Path | None) -> Path:
+    """The folder of the run."""
+    folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    above = next((parent for parent in folder.parents if parent.exists()), None)
+    if above is not None and not above.is_dir():
+        raise NotADirectoryError(f"{'--out ' if out else ''}{folder}: {above} is a file: expected a folder of a run or "
+                                 "a path where one can be made; name another")
+    if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / "scenario.json").exists())):
+        raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
+    return folder
+
+
+def _folder_names(sources: Sequence[str]) -> dict[str, str]:
+    """Of each source the name of its folder below that of the call: `x`, and `x-2` for another file named like it."""
+    taken: Counter[str] = Counter()
+    names = {}
+    for source in dict.fromkeys(sources):
+        stem = _stem(source)
+        taken[stem] += 1
+        names[source] = stem if taken[stem] == 1 else f"{stem}-{taken[stem]}"
+    return names
+
+
+def _stem(source: str) -> str:
+    """The name of a scenario that was not loaded, or not in this process."""
+    return Path(source).stem if source.endswith(".toml") else source
+
+
+def _load(source: str, seed: int | None, duration_s: float | None, overrides: Sequence[str]) -> Scenario:
+    from experiments.scenario import find, load
+
+    return load(find(source), seed=seed, duration_s=duration_s, overrides=overrides)
+
+
+def _in_a_word(outcome: ScenarioOutcome) -> str:
+    return {ExitCode.DONE: "ok" if outcome.summary is None else "holds", ExitCode.EXPECTATION_BROKEN: "DOES NOT HOLD",
+            ExitCode.BAD_INPUT: "refused", ExitCode.NODE_FAILED: "a node failed", ExitCode.DEFECT: "DEFECT"
+            }.get(ExitCode(outcome.exit_code), "ended from outside")
+
+
+def _as_json(outcome: ScenarioOutcome, verb: str) -> dict[str, Any]:
+    common = {"scenario": outcome.scenario, "source": outcome.source, "exit_code": outcome.exit_code,
+              "problems": outcome.problems}
+    if verb == "check":
+        return {**common, "resolved": outcome.resolved}
+    return {**common, "folder": outcome.folder, "summary": outcome.summary}

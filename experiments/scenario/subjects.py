@@ -1,0 +1,80 @@
+"""What `on` names: the links, senders, signals or events of nodes that a monitor watches.
+
+Names may be shell patterns, as in a link selector. `radio: * -> *` means the links that the medium has at some time of
+the run; a link that is named but never there is a mistake, since nothing could be found out about it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from difflib import get_close_matches
+from enum import Enum
+from fnmatch import fnmatchcase
+
+from netem.core import link_selector
+from netem.core.link_name import LinkName
+
+Subject = tuple[str, ...]
+
+
+class Named(Enum):
+    """What `on` names, as the scenario writes it, and what a subject then is."""
+
+    LINKS = "medium: sender -> receiver"        # (medium, sender, receiver)
+    SENDERS = "medium: node"                    # (medium, node)
+    SIGNALS = "node.signal"                     # (node, signal)
+    EVENTS = "node.kind of event"               # (node, kind)
+    SIGHTS = "medium: target -> observer"       # (sensing medium, body, observer)
+
+
+_SENDER = re.compile(r"\s*(?P<medium>[^:]+?)\s*:\s*(?P<node>\S+)\s*")
+
+
+def subjects_of(named: Named, on: str, nodes_on: Mapping[str, Sequence[str]], links: Collection[LinkName],
+                reporting: Collection[str]) -> list[Subject]:
+    """`nodes_on` are the nodes by medium, `links` those that the media have at some time, `reporting` the nodes and the
+    tables of derived signals. ValueError says what is wrong with `on`."""
+    if named is Named.LINKS:
+        return _links(on, nodes_on, links, "link")
+    if named is Named.SIGHTS:
+        return _links(on, nodes_on, links, "pair of a body and its observer on a sensing medium")
+    if named is Named.SENDERS:
+        return _senders(on, nodes_on)
+    node, dot, name = on.partition(".")
+    if not node or not dot or not name:
+        raise ValueError(f'expected "{named.value}"')
+    return [(found, name) for found in _matching("node", node, reporting)]
+
+
+def _links(on: str, nodes_on: Mapping[str, Sequence[str]], links: Collection[LinkName], what: str) -> list[Subject]:
+    to_themselves = {medium: [sender for each, sender, receiver in links if each == medium and sender == receiver]
+                     for medium in nodes_on}
+    selected = link_selector.parse(on).resolve(nodes_on, to_themselves)
+    there = [link for link in selected if link in set(links)]
+    if not there:
+        known = [f"{medium}: {sender} -> {receiver}" for medium, sender, receiver in links]
+        raise ValueError(f"no such {what} at any time of the run; {_nearest(on, known)}")
+    return list(there)
+
+
+def _senders(on: str, nodes_on: Mapping[str, Sequence[str]]) -> list[Subject]:
+    form = _SENDER.fullmatch(on)
+    if form is None:
+        raise ValueError(f'expected "{Named.SENDERS.value}"')
+    media = _matching("medium", form["medium"], nodes_on)
+    there = list(dict.fromkeys(node for medium in media for node in nodes_on[medium]))
+    nodes = _matching("node on that medium", form["node"], there)
+    return [(medium, node) for medium in media for node in nodes if node in nodes_on[medium]]
+
+
+def _matching(kind: str, pattern: str, names: Collection[str]) -> list[str]:
+    found = [pattern] if pattern in names else [name for name in names if fnmatchcase(name, pattern)]
+    if not found:
+        raise ValueError(f"{pattern!r} names no {kind}; {_nearest(pattern, names)}")
+    return found
+
+
+def _nearest(word: str, names: Collection[str]) -> str:
+    close = get_close_matches(word, names, 1, cutoff=0.5)
+    return f"nearest: {close[0]!r}" if close else f"expected one of {', '.join(names) or 'none'}"

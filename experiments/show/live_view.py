@@ -1,0 +1,122 @@
+"""How far a run is: a bar on a terminal, a line every few seconds elsewhere.
+
+The runner may call after every window, and, from the thread that watches the nodes, while it waits for one. What is
+shown changes a few times a second.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from experiments.judge.run_result import Progress, by_fate
+from experiments.show.console import PlainConsole
+
+if TYPE_CHECKING:
+    from rich.console import Console as RichConsole
+    from rich.progress import Progress as Bar
+
+    from experiments.show.console import Console
+
+BAR_EVERY_S = 0.1
+LINE_EVERY_S = 5.0
+MOST_NAMES = 5          # of nodes that are waited for
+
+
+@contextmanager
+def live_view(console: Console, what: str, length_s: float,
+              now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[Progress], None]]:
+    """Gives the function that the runner tells its progress."""
+    if not isinstance(console, PlainConsole) and console.is_terminal:
+        with _bar(console) as bar:
+            task = bar.add_task(f"{what}: starting", total=length_s, figures="")
+
+            def draw(progress: Progress) -> None:
+                bar.update(task, description=what, completed=progress.now_ns * 1e-9, figures=figures(progress))
+                bar.refresh()
+
+            bar.refresh()
+            yield _now_and_then(draw, BAR_EVERY_S, now_s)
+    else:
+        console.print(f"{what}: {length_s:g} s of robot time", soft_wrap=True)
+        yield _now_and_then(lambda progress: console.print(f"{what}: {figures(progress)}", soft_wrap=True),
+                            LINE_EVERY_S, now_s)
+
+
+@contextmanager
+def counting_view(console: Console, what: str, total: int,
+                  now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[], None]]:
+    """Gives the function to call after each of `total` pieces of work."""
+    done = 0
+
+    def count(show: Callable[[], None], every_s: float) -> Callable[[], None]:
+        due_s = now_s() + every_s
+
+        def tell() -> None:
+            nonlocal done, due_s
+            done += 1
+            if now_s() >= due_s:
+                show()
+                due_s = now_s() + every_s
+
+        return tell
+
+    if not isinstance(console, PlainConsole) and console.is_terminal:
+        with _bar(console) as bar:
+            task = bar.add_task(what, total=total, figures="")
+            bar.refresh()
+
+            def draw() -> None:
+                bar.update(task, completed=done, figures=f"{done} of {total} runs")
+                bar.refresh()
+
+            yield count(draw, BAR_EVERY_S)
+    else:
+        yield count(lambda: console.print(f"{what}: {done} of {total} runs", soft_wrap=True), LINE_EVERY_S)
+
+
+def figures(progress: Progress) -> str:
+    """Robot time, real-time factor, wall time left and frames by fate in one line; or for whom the run waits."""
+    if progress.waits_for:
+        return f"waits for {_some(progress.waits_for)}: no answer for {progress.waited_s:.0f} s"
+    time_s = f"{progress.now_ns * 1e-9:.2f} of {progress.end_ns * 1e-9:.2f} s"
+    left_s = progress.left_s
+    left = f"{_duration(left_s)} left  " if left_s else ""
+    return f"{time_s}  {progress.real_time_factor:.1f} x real time  {left}{by_fate(progress.frames)}"
+
+
+def _some(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:MOST_NAMES])
+    return f"{shown} and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else shown
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min {rest} s" if minutes else \
+        f"{rest} s"
+
+
+def _bar(console: RichConsole) -> Bar:
+    from rich.progress import BarColumn, TextColumn  # late: a pipe needs no bar
+    from rich.progress import Progress as Bar
+
+    return Bar(TextColumn("{task.description}", markup=False), BarColumn(bar_width=24),
+               TextColumn("{task.fields[figures]}", markup=False), console=console, auto_refresh=False, transient=True)
+
+
+def _now_and_then(show: Callable[[Progress], None], every_s: float,
+                  now_s: Callable[[], float]) -> Callable[[Progress], None]:
+    due_s = now_s() + every_s if every_s == LINE_EVERY_S else now_s()
+    waiting = False
+
+    def tell(progress: Progress) -> None:
+        nonlocal due_s, waiting
+        begins = bool(progress.waits_for) and not waiting       # said at once
+        waiting = bool(progress.waits_for)
+        if begins or now_s() >= due_s or progress.now_ns >= progress.end_ns:
+            show(progress)
+            due_s = now_s() + every_s
+
+    return tell

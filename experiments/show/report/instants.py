@@ -1,0 +1,162 @@
+"""The instant at which a broken expectation can be seen best: where the extreme stands, or the first frame of its kind.
+
+An expectation is judged over the whole run or a part of it; where no instant says more than another (a mean, a counter,
+something that never happened) there is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.judge.frame_copies import Ints, Mask
+from experiments.judge.run_data import RunData
+from experiments.judge.run_result import Verdict
+from experiments.scenario.fate_keys import FATE_OF
+from experiments.scenario.metric_keys import CountKey, GuaranteeKey, LedgerKey, SignalKey, matching, parse
+
+Floats = NDArray[np.float64]
+Window = tuple[int, int]                # [start_ns, end_ns)
+PLACE_OF: dict[str, tuple[Callable[[Floats], int], str]] = {
+    "first": (lambda values: 0, "the first sample"),
+    "last": (lambda values: values.size - 1, "the last sample"),
+    "last_abs": (lambda values: values.size - 1, "the last sample"),
+    "spread_last": (lambda values: values.size - 1, "the last sample"),
+    "min": (lambda values: int(values.argmin()), "the smallest value"),
+    "max": (lambda values: int(values.argmax()), "the largest value"),
+    "abs_max": (lambda values: int(np.abs(values).argmax()), "the value furthest from 0"),
+}
+
+
+class Instant(NamedTuple):
+    time_ns: int
+    words: str              # what stands there: "r3.y: the largest value"
+
+
+def instant_of(verdict: Verdict, window: Window | None, data: RunData) -> Instant | None:
+    """The instant of an expectation that does not hold; `window` is the part of the run that it judges, None: all."""
+    match parse(verdict.key):
+        case SignalKey() as wanted:
+            return _of_signal(wanted, verdict, window or (0, 2**63 - 1), data)
+        case LedgerKey(metric, medium) if len(data.ledger):
+            return _Frames(data, medium, window).instant(metric)
+        case CountKey(pattern, counter):
+            nodes = set(matching(pattern, data.nodes))
+            return next((Instant(event.time_ns, f"{event.node}: {event.kind}, for the first time")
+                         for event in data.events if event.kind == counter and event.node in nodes), None)
+        case GuaranteeKey(name) if name in data.guarantees and (first := data.guarantees[name].standing.first):
+            return Instant(first.from_ns, "the first violation")
+    return None
+
+
+def _of_signal(wanted: SignalKey, verdict: Verdict, window: Window, data: RunData) -> Instant | None:
+    """At the node whose value was judged, the one nearest to the verdict's."""
+    if wanted.statistic not in PLACE_OF:
+        return None
+    place, words = PLACE_OF[wanted.statistic]
+    found: list[tuple[float, Instant]] = []
+    for node in matching(wanted.nodes, data.signals):
+        table = data.signals[node]
+        if wanted.signal not in table.names:
+            continue
+        first, end = np.searchsorted(table.time_ns, window)
+        values = table.column(wanted.signal)[first:end]
+        if values.size == 0 or np.isnan(values).all():
+            continue
+        at = place(np.nan_to_num(values))
+        value = abs(values[at]) if wanted.statistic in ("last_abs", "abs_max") else values[at]
+        off = abs(value - verdict.value) if verdict.value is not None else 0.0
+        found.append((float(off), Instant(int(table.time_ns[first + at]), f"{node}.{wanted.signal}: {words}")))
+    return min(found, default=(0.0, None), key=lambda entry: entry[0])[1]
+
+
+class _Frames:
+    """The copies that were judged, in the order of the ledger."""
+
+    def __init__(self, data: RunData, medium: str | None, window: Window | None) -> None:
+        self.length_ns = data.length_ns
+        self.copies = data.ledger if medium is None else data.ledger.taken(data.ledger.end_of(medium=medium))
+        if window is not None:
+            offered_ns = self.copies.ints("offered_ns")
+            self.copies = self.copies.taken((offered_ns >= window[0]) & (offered_ns < window[1]))
+
+    def instant(self, metric: str) -> Instant | None:
+        if metric in FATE_OF:
+            return self._first(self.copies.fate.among(FATE_OF[metric].value))
+        match metric:
+            case "delivery_ratio" | "frames_not_delivered":
+                return self._first(~self.copies.delivered)
+            case "age_of_information_max_s" | "age_of_information_mean_s":
+                return self._oldest()
+            case "max_successive_losses":
+                return self._longest_loss()
+            case "inter_transmission_min_s" | "inter_transmission_max_s":
+                return self._gap(metric == "inter_transmission_min_s")
+        return None
+
+    def _first(self, chosen: Mask) -> Instant | None:
+        rows = np.flatnonzero(chosen)
+        if not rows.size:
+            return None
+        offered_ns = self.copies.ints("offered_ns")
+        row = int(rows[offered_ns[rows].argmin()])
+        fate = self.copies.fate.names[self.copies.fate.codes[row]]
+        return Instant(int(offered_ns[row]), f"{self._link(row)}: the first copy {fate}")
+
+    def _link(self, row: int) -> str:
+        medium, sender, receiver = self.copies.link.names[self.copies.link.codes[row]]
+        return f"{medium}: {sender} -> {receiver}"
+
+    def _by_link(self, order: str) -> list[Ints]:
+        """Rows of each link, sorted by the column `order`."""
+        link = self.copies.link.codes
+        rows = np.lexsort((self.copies.ints(order), link))
+        return np.split(rows, np.flatnonzero(np.diff(link[rows].astype(np.int64))) + 1) if rows.size else []
+
+    def _oldest(self) -> Instant | None:
+        """Just before the delivery that ends the largest age, or the end of the run."""
+        best: tuple[int, Instant] | None = None
+        delivered = self.copies.delivered
+        for rows in self._by_link("delivered_ns"):
+            got = rows[delivered[rows]]
+            newest = np.maximum.accumulate(np.append(0, self.copies.ints("offered_ns")[got]))
+            ends = np.append(self.copies.ints("delivered_ns")[got], self.length_ns)
+            at = int((ends - newest).argmax())
+            age = int(ends[at] - newest[at])
+            if best is None or age > best[0]:
+                best = age, Instant(int(ends[at]), f"{self._link(int(rows[0]))}: the largest age ends")
+        return best and best[1]
+
+    def _longest_loss(self) -> Instant | None:
+        best: tuple[int, Instant] | None = None
+        delivered = self.copies.delivered
+        for rows in self._by_link("number"):
+            numbers, first = np.unique(self.copies.ints("number")[rows], return_index=True)
+            arrived = np.logical_or.reduceat(delivered[rows], first)
+            bounds = np.concatenate([[-1], np.flatnonzero(arrived), [numbers.size]])
+            lost = np.diff(bounds) - 1
+            at = int(lost.argmax())
+            if lost[at] and (best is None or lost[at] > best[0]):
+                row = int(rows[first[bounds[at] + 1]])
+                best = int(lost[at]), Instant(int(self.copies.ints("offered_ns")[row]),
+                                              f"{self._link(row)}: {lost[at]} frames in a row are lost from here on")
+        return best and best[1]
+
+    def _gap(self, shortest: bool) -> Instant | None:
+        best: tuple[int, Instant] | None = None
+        on_air_ns = self.copies.ints("on_air_ns")
+        for rows in self._by_link("number"):
+            rows = rows[on_air_ns[rows] >= 0]
+            starts = np.unique(on_air_ns[rows])
+            if starts.size < 2:
+                continue
+            gaps = np.diff(starts) * (1 if shortest else -1)
+            at = int(gaps.argmin())
+            if best is None or gaps[at] < best[0]:
+                sender, words = self._link(int(rows[0])).partition(" -> ")[0], "shortest" if shortest else "longest"
+                best = int(gaps[at]), Instant(int(starts[at + 1]),
+                                              f"{sender}: the {words} time between transmissions ends")
+        return best and best[1]

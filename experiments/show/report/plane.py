@@ -1,0 +1,129 @@
+"""The plane seen from above: who is where, what is believed, who looks and what was seen, at instants for an animation.
+
+A body is a node, or a [derived.NAME], with signals `x` and `y` in metres; `theta`, `psi`, `yaw` or `heading` in rad
+says where it points. `detection_x` and `detection_y` are where its node saw something last: each new pair is a point.
+Any other pair, `estimate_x` and `estimate_y` or `x_hat` and `y_hat`, is what its node believes.
+Looks are the copies of sensing media, each at its exposure and where its body then was; motion capture, which sees
+without being asked, is none. Where there are too many, those that had the body out of their view are left out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from experiments.judge.run_data import RunData
+from experiments.show.report.thinning import keep
+from netem.core.fate import Fate
+from netem.records.signal_table import SignalTable
+
+Json = dict[str, Any]
+HEADINGS = ("theta", "psi", "yaw", "heading")
+X = re.compile(r"(?:(?P<before>\w+)_)?x(?:_(?P<after>\w+))?")
+MOST_INSTANTS = 240
+MOST_LOOKS = 5_000
+DETECTION = "detection"
+DIGITS = 6          # micrometres
+
+
+def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
+    """Paths at common instants, those of `also_ns` among them, fields of view, obstacles and looks; None if no node has
+    a place."""
+    tracks = [(node, name, table, columns) for node, table in sorted(data.signals.items()) if table.time_ns.size
+              for name, columns in _places(table)]
+    bodies = [track for track in tracks if not track[1]]
+    if not bodies:
+        return None
+    last_ns = max(data.length_ns, *(int(table.time_ns[-1]) for _, _, table, _ in tracks))
+    instants_ns = np.linspace(0, last_ns, MOST_INSTANTS).astype(np.int64)
+    instants_ns = np.unique(np.append(instants_ns, np.array(also_ns, dtype=np.int64)).clip(0, last_ns))
+    sensing = {name: medium["settings"] for name, medium in (data.scenario.get("media") or {}).items()
+               if medium.get("kind") == "sensing"}
+    carriers = {observer: carrier for settings in sensing.values()
+                for observer, carrier in (settings.get("cameras") or {}).items()}
+    return {"instants_s": (instants_ns / 1e9).tolist(),
+            "bodies": [_track(node, table, columns, instants_ns) for node, _, table, columns in bodies],
+            "believed": [_track(f"{node}: {name}", table, columns, instants_ns) | {"body": carriers.get(node, node)}
+                         for node, name, table, columns in tracks if name and name != DETECTION],
+            "detections": [_points(node, table, columns) | {"body": carriers.get(node, node)}
+                           for node, name, table, columns in tracks if name == DETECTION],
+            "views": [view for settings in sensing.values() for view in _views(settings)],
+            "obstacles": [{"x": obstacle["at_m"][0], "y": obstacle["at_m"][1], "radius_m": obstacle["radius_m"]}
+                          for settings in sensing.values() for obstacle in settings.get("obstacles") or []],
+            **_looks(data, sensing)}
+
+
+def _places(table: SignalTable) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """("" or what is believed, columns of x, y and perhaps heading)."""
+    for name, unit in zip(table.names, table.units, strict=True):
+        found = X.fullmatch(name)
+        if found is None or unit != "m":
+            continue
+        before, after = found["before"], found["after"]
+        other = "_".join(part for part in (before, "y", after) if part)
+        if other not in table.names:
+            continue
+        what = " ".join(part for part in (before, after) if part)
+        heading = next((one for one in HEADINGS if one in table.names), None) if not what else None
+        yield what, (name, other) if heading is None else (name, other, heading)
+
+
+def _track(label: str, table: SignalTable, columns: tuple[str, ...], instants_ns: npt.NDArray[np.int64]) -> Json:
+    """Each instant has the last sample until then; none before the first one."""
+    at = np.searchsorted(table.time_ns, instants_ns, side="right") - 1
+    values = [_plain(np.where(at >= 0, table.column(name)[np.maximum(at, 0)], np.nan)) for name in columns]
+    xs, ys = table.column(columns[0]), table.column(columns[1])
+    kept = np.union1d(keep(xs), keep(ys))
+    return {"label": label, "x": values[0], "y": values[1], "heading": values[2] if len(values) > 2 else None,
+            "path_x": _plain(xs[kept]), "path_y": _plain(ys[kept])}
+
+
+def _points(node: str, table: SignalTable, columns: tuple[str, ...]) -> Json:
+    """Where the pair changes."""
+    xs, ys = table.column(columns[0]), table.column(columns[1])
+    new = np.isfinite(xs + ys)
+    new[1:] &= (xs[1:] != xs[:-1]) | (ys[1:] != ys[:-1])
+    return {"label": node, "t_s": (table.time_ns[new] / 1e9).tolist(), "x": _plain(xs[new]), "y": _plain(ys[new])}
+
+
+def _plain(values: npt.NDArray[np.float64]) -> list[float | None]:
+    return [round(value, DIGITS) if np.isfinite(value) else None for value in values.tolist()]
+
+
+def _views(settings: Mapping[str, Any]) -> Iterator[Json]:
+    if settings.get("range_m") is None:
+        return
+    carriers = settings.get("cameras") or {}
+    for observer, carrier in carriers.items():
+        yield {"observer": observer, "carrier": carrier, "range_m": settings["range_m"],
+               "half_angle_deg": settings.get("half_angle_deg", 180.0)}
+
+
+def _looks(data: RunData, sensing: Mapping[str, Any]) -> Json:
+    unasked = {(name, receiver) for name, settings in sensing.items()
+               for receiver in settings.get("every_exposure_to") or ()}
+    asked = np.array([medium in sensing and (medium, receiver) not in unasked
+                      for medium, _, receiver in data.ledger.link.names], dtype=np.bool_)
+    if not asked.any():
+        return {"looks": [], "looks_total": 0}
+    copies = data.ledger.taken(asked[data.ledger.link.codes])
+    shown = copies.taken(np.argsort(copies.ints("offered_ns"), kind="stable"))
+    if len(copies) > MOST_LOOKS:
+        shown = shown.taken(np.flatnonzero(~shown.fate.among(Fate.OUT_OF_VIEW.value))[:MOST_LOOKS])
+    places: dict[str, Json] = {}
+    looks = []
+    times = shown.ints("offered_ns")
+    for row, ((_, sender, receiver), fate) in enumerate(zip(shown.link.values(), shown.fate.values(), strict=True)):
+        table = data.signals.get(sender)
+        if table is None or not {"x", "y"} <= set(table.names):
+            continue
+        if sender not in places:
+            places[sender] = _track(sender, table, ("x", "y"), times)
+        looks.append({"t_s": int(times[row]) / 1e9, "observer": receiver, "body": sender, "fate": fate,
+                      "seen": fate in (Fate.DELIVERED.value, Fate.DELIVERED_CORRUPT.value),
+                      "x": places[sender]["x"][row], "y": places[sender]["y"][row]})
+    return {"looks": looks, "looks_total": len(copies)}

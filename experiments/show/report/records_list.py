@@ -1,0 +1,63 @@
+"""The files of a run folder, each with what it holds and what opens it, for the links at the end of the report."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Final, NamedTuple
+from urllib.parse import quote
+
+from experiments.judge.record_names import LOCK
+
+PYTHON: Final = "`pyarrow.parquet.read_table(...)` in Python, DuckDB, or any other reader of Parquet"
+
+
+class Kind(NamedTuple):
+    pattern: str            # of the path below the run folder
+    holds: str
+    opens: str              # which program shows it; words between backticks are code
+
+
+KINDS: Final = (
+    Kind("summary.json", "verdicts, guarantees in short, speed, hash, frames by fate", "any editor, or `jq .verdicts`"),
+    Kind("scenario.json", "the scenario as it was run, every default filled in", "any editor, or `jq`"),
+    Kind("run.json", "how far the run came, switching instants, counters, versions", "any editor, or `jq .counters`"),
+    Kind("guarantees.json", "every violation of every guarantee, with its cause", "any editor, or `jq`"),
+    Kind("ledger.parquet", "every frame copy with its times and its fate", PYTHON),
+    Kind("ledger_events.parquet", "every event that is no frame copy", PYTHON),
+    Kind("signals.mcap", "signals and events over time", "Foxglove (Open local file), or the Python package `mcap`"),
+    Kind("outputs.svg", "the outputs as one picture", "any browser"),
+    Kind("logs/*", "what a node's process printed", "any editor"),
+    Kind("*.blf", "frames of a CAN bus, Vector's format", "CANalyzer, or `can.BLFReader` of python-can"),
+    Kind("*.log", "frames of a CAN bus, candump's format",
+         "`canplayer -I FILE` of can-utils, or `can.CanutilsLogReader`"),
+    Kind("*.pcapng", "frames as they were on the air", "Wireshark, or `tshark -r FILE`"),
+    Kind("*.tlog", "MAVLink frames with their times", "QGroundControl, MAVProxy, or `mavlogdump.py` of pymavlink"),
+)
+OTHER: Final = Kind("*", "not a record that marconet knows", "")
+
+
+class RecordFile(NamedTuple):
+    name: str               # below the run folder
+    href: str
+    size_bytes: int
+    holds: str
+    opens: str
+
+
+def record_files(run_dir: Path) -> list[RecordFile]:
+    """The files that are there, in the order of `KINDS`, without the report itself and what only lasts until the run's
+    end: the lock of the folder and files still being written."""
+    found = []
+    for path in sorted([*run_dir.glob("*"), *run_dir.glob("logs/*")]):
+        name = path.relative_to(run_dir).as_posix()
+        if name in ("report.html", LOCK) or name.startswith(".") or name.endswith(".part") or not path.is_file():
+            continue
+        kind = kind_of(name)
+        found.append((KINDS.index(kind) if kind in KINDS else len(KINDS),
+                      RecordFile(name, quote(name), path.stat().st_size, kind.holds, kind.opens)))
+    return [file for _, file in sorted(found)]
+
+
+def kind_of(name: str) -> Kind:
+    return next((kind for kind in KINDS if fnmatchcase(name, kind.pattern)), OTHER)

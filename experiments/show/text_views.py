@@ -1,0 +1,137 @@
+"""What the commands print: the scenario that would run, the figures of a run, plants. No numbers are made here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from experiments.judge.run_result import by_fate, lateness_in_words
+from experiments.show.console import print_table
+
+if TYPE_CHECKING:
+    from experiments.judge.run_result import Summary
+    from experiments.scenario import Scenario
+    from experiments.show.console import Console
+    from experiments.show.tables import Measured
+    from fmus.description import PlantDescription
+    from fmus.presets import Preset
+
+
+def print_scenario(console: Console, scenario: Scenario) -> None:
+    console.print(f"{scenario.name}: {scenario.question or 'asks no question'}", soft_wrap=True)
+    print_table(console, ["", ""], [
+        ("robot time", f"{scenario.length_ns * 1e-9:g} s"), ("seed", str(scenario.seed)),
+        ("samples", f"every {scenario.sample_period_ns * 1e-9:g} s" if scenario.sample_period_ns else "none")])
+    console.print()
+    print_table(console, ["agent", "program", "plant", "clock", "media"], [
+        (agent.name, agent.program, agent.plant.fmu if agent.plant else "-",
+         "ideal" if agent.clock == type(agent.clock)() else
+         f"{agent.clock.offset_ns * 1e-9:+g} s {agent.clock.drift_ppm:+g} ppm tick {agent.clock.tick_ns * 1e-9:g} s",
+         " ".join(agent.media)) for agent in scenario.agents.values()])
+    console.print()
+    print_table(console, ["medium", "kind", "nodes"],
+                [(medium.name, medium.kind, " ".join(medium.nodes)) for medium in scenario.media.values()])
+    for medium in scenario.media.values():
+        for shown in medium.settings.shown(medium.name, medium.nodes):
+            console.print()
+            console.print(shown.title, soft_wrap=True)
+            print_table(console, shown.columns, shown.rows)
+    if scenario.impairments:
+        console.print()
+        print_table(console, ["impairment", "kind", "on", "links", "during"], [
+            (spec.called, spec.kind, spec.on, str(len(spec.links)),
+             ", ".join(f"{start * 1e-9:g}-{end * 1e-9:g} s" for start, end in spec.windows_ns) or "the whole run")
+            for spec in scenario.impairments])
+    if scenario.guarantees:
+        console.print()
+        print_table(console, ["guarantee", "kind", "on", "watched", "expected"], [
+            (name, item.kind, item.on, str(len(item.subjects)), "to hold" if item.expected == "holds" else "violated")
+            for name, item in scenario.guarantees.items()])
+    if scenario.expect:
+        console.print()
+        print_table(console, ["expected", "at least", "at most"],
+                    [(key, _number(bound.min), _number(bound.max)) for key, bound in scenario.expect.items()])
+
+
+def print_summary(console: Console, summary: Summary) -> None:
+    print_table(console, ["", ""], [
+        ("scenario", summary.scenario), ("seed", str(summary.seed)), ("host", summary.host),
+        ("robot time", f"{summary.length_ns * 1e-9:g} s"),
+        *([("ended", summary.ended)] if summary.ended else []),
+        ("wall time", f"{summary.wall_s:.2f} s, {summary.start_up_s:.2f} s to start before"),
+        ("real-time factor", f"{summary.real_time_factor:.1f}"),
+        ("windows, grants", f"{summary.windows}, {summary.grants}"),
+        ("frame copies", by_fate(summary.frames)), ("ledger hash", summary.ledger_hash),
+        ("code", summary.code),
+        *([("lateness", lateness_in_words(summary.real_time))] if summary.real_time else [])])
+    if summary.guarantees:
+        console.print()
+        print_table(console, ["guarantee", "requires", "on", "worst", "margin", ""], [
+            (item.name, item.requires, item.on, _quantity(item.worst, item.unit), _quantity(item.margin, item.unit),
+             item.in_words()) for item in summary.guarantees])
+    if summary.verdicts:
+        console.print()
+        print_table(console, ["expected", "value", "at least", "at most", ""], [
+            (verdict.key, _number(verdict.value), _number(verdict.min), _number(verdict.max),
+             "holds" if verdict.holds else f"DOES NOT HOLD: {verdict.by_how_much()}") for verdict in summary.verdicts])
+
+
+def print_plant(console: Console, plant: PlantDescription) -> None:
+    fixed = f"steps of {plant.fixed_step_s} s" if plant.fixed_step_s else "one step size"
+    step = "steps of any size" if plant.variable_step else fixed
+    console.print(f"{plant.model_name}: {plant.about}", soft_wrap=True)
+    console.print(f"{plant.file}: FMI {plant.fmi}, {step}", soft_wrap=True)
+    console.print()
+    print_table(console, ["variable", "kind", "type", "unit", "start", "about"], [
+        (item.name, item.causality, item.type, item.unit or "", item.start or "", item.about)
+        for item in plant.variables.values()])
+
+
+def print_presets(console: Console, presets: Mapping[str, Preset]) -> None:
+    if presets:
+        console.print()
+        print_table(console, ["preset", "about", "values"], [
+            (name, preset.about, ", ".join(f"{key} = {value}" for key, value in preset.parameters.items()))
+            for name, preset in presets.items()])
+
+
+def print_measured(console: Console, values: Iterable[Measured]) -> None:
+    rows = []
+    for value in values:
+        row, error = value.row, value.standard_error
+        ours = "not installed" if value.ours is None else f"{value.ours:.4f}"
+        quantity = row.quantity if row.unit == "1" else f"{row.quantity} [{row.unit}]"
+        rows.append((row.what, quantity, _four(row.printed), ours,
+                     "" if error is None else f"+- {error:.4f}", _range(row.low, row.high),
+                     _short(row.printed_variance), _short(value.variance),
+                     {True: "met", False: "MISSED", None: "not judged"}[value.met]
+                     + (", not reproduced" if row.reproduced is False else "")))
+    print_table(console, ["", "", "printed", "ours", "s.e.", "band", "variance printed", "ours", "ours, printed"], rows)
+
+
+def print_path(console: Console, what: str, path: Path) -> None:
+    """On one line, however narrow the terminal is, so that it can be clicked or copied."""
+    console.print(f"{what}: {path}", soft_wrap=True)
+
+
+def _four(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4f}"
+
+
+def _short(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2g}"
+
+
+def _range(low: float | None, high: float | None) -> str:
+    if low is None:
+        return "-" if high is None else f"at most {high:g}"
+    return f"at least {low:g}" if high is None else f"{low:.4g} to {high:.4g}"
+
+
+def _quantity(value: float | None, unit: str) -> str:
+    return f"{_number(value)} {unit}".strip() if value is not None else "-"
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.6g}"

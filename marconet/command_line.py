@@ -1,0 +1,359 @@
+"""The `marconet` command. It only looks for input, calls the runner and prints; exit codes are in `exits`.
+
+Heavy modules are imported inside the commands, so that help comes at once. docs/command_line.md has a section on every
+command.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
+
+import click
+
+from experiments.run.exits import ExitCode, errors_as_text
+from marconet.completion import complete_plant, complete_scenario, install, script
+
+if TYPE_CHECKING:
+    from experiments.show.console import Console
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+TABLES = ("3.1", "3.2", "3.3", "3.4", "3.5")
+ON_ITS_OWN = "this process is the command's own, so it may fork and change settings of the process"
+SHELLS = ("bash", "zsh", "fish")
+
+
+def _shared(*options: Callable[[Any], Any]) -> Callable[[Command], Command]:
+    """Options that several commands have, in this order."""
+    def add(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
+sources = click.argument("sources", metavar="SCENARIO...", nargs=-1, required=True, shell_complete=complete_scenario)
+changes = _shared(
+    click.option("--seed", type=int, metavar="N", help="Instead of the scenario's seed."),
+    click.option("--duration", type=float, metavar="S", help="Seconds of robot time."),
+    click.option("--set", "overrides", multiple=True, metavar="PATH.TO.KEY=VALUE",
+                 help="Replace one value of the file; the value is TOML. May be repeated."))
+verbosely = click.option("--verbose", "--traceback", "verbose", is_flag=True,
+                         help="Show where in marconet's own code an error came from, too.")
+as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of text.")
+reporting = _shared(
+    click.option("--junit", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
+                 help="Also write the outcome as JUnit XML, for continuous integration."),
+    as_json,
+    click.option("--quiet", is_flag=True, help="Print errors only."),
+    verbosely)
+
+
+def _version(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    if wanted:
+        import platform
+        from importlib.metadata import version
+
+        from experiments import CODE
+
+        click.echo(f"marconet {version('marconet')} (Python {platform.python_version()}, {CODE.partition(':')[0]})")
+        context.exit()
+
+
+def _show_completion(context: click.Context, parameter: click.Parameter, shell: str | None) -> None:
+    if shell:
+        click.echo(script(app, shell))
+        context.exit()
+
+
+def _install_completion(context: click.Context, parameter: click.Parameter, shell: str | None) -> None:
+    if shell:
+        with errors_as_text(False):
+            click.echo(install(app, shell))
+        context.exit()
+
+
+@click.group(epilog="Example: marconet run output_sync", no_args_is_help=True)
+@click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_version,
+              help="Show the version and exit.")
+@click.option("--show-completion", type=click.Choice(SHELLS), is_eager=True, expose_value=False,
+              callback=_show_completion, help="Print the script that completes this command in a shell.")
+@click.option("--install-completion", type=click.Choice(SHELLS), is_eager=True, expose_value=False,
+              callback=_install_completion, help="Put that script where the shell looks for it.")
+def app() -> None:
+    """Emulate a team of robots that hear each other only now and then."""
+
+
+@app.group(no_args_is_help=True, epilog="Example: marconet fmu info linear_system")
+def fmu() -> None:
+    """Look at plants and build them."""
+
+
+@app.command("list", epilog="Example: marconet list")
+@as_json
+@verbosely
+def list_scenarios(as_json: bool, verbose: bool) -> None:
+    """Name the scenarios in ./scenarios and those that come with marconet, and the question each asks."""
+    with errors_as_text(verbose):
+        from experiments.scenario import catalog
+        from experiments.show.console import print_table
+
+        if as_json:
+            from experiments.show.json_output import print_json
+
+            print_json({"scenarios": [{"name": entry.name, "question": entry.question, "path": str(entry.path)}
+                                      for entry in catalog()]})
+        else:
+            print_table(_console(), ["scenario", "question"], [(entry.name, entry.question) for entry in catalog()])
+
+
+@app.command(epilog="Example: marconet check output_sync --set 'impairments[0].loss_ratio=0.3'")
+@sources
+@changes
+@reporting
+def check(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
+          junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
+    """Find every mistake in scenarios without running them, or print what would run."""
+    if _process_is_its_own():
+        from marconet.short_command import expect_to_end_soon
+
+        expect_to_end_soon()
+    from experiments.run.several import Batch
+
+    batch = Batch(_console(not (quiet or as_json)), verbose, junit, "checks" if as_json else None)
+    raise SystemExit(batch.check(sources, seed, duration, overrides))
+
+
+@app.command(epilog="Example: marconet run output_sync --seed 3 --set 'impairments[0].loss_ratio=0.3' --out runs/third")
+@sources
+@changes
+@click.option("--host", type=click.Choice(["process", "inline"]), default="process", show_default=True,
+              help="One process for each robot, or all of them in this one: faster, and the same result.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR",
+              help="Folder for the records; of several scenarios, one in it for each. Default: new ones in ./runs.")
+@click.option("--no-report", is_flag=True, help="Write the records without report.html.")
+@click.option("--real-time", is_flag=True,
+              help="At the wall clock's pace; a scenario with gateways to the outside needs it.")
+@click.option("--overwrite", is_flag=True, help="Replace the records of an earlier run in the folder.")
+@reporting
+def run(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
+        host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool, overwrite: bool,
+        junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
+    """Run scenarios and write their records and reports.
+
+    Exits with 0 if every [expect] holds, 1 if one does not, 2 for bad input, 3 when a node failed; of several
+    scenarios, with the highest of their codes.
+    """
+    from experiments.run.several import Batch
+
+    batch = Batch(_console(not (quiet or as_json)), verbose, junit, "runs" if as_json else None)
+
+    batch.in_children = host == "inline" and _process_is_its_own()
+    raise SystemExit(batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
+                               report=not no_report, overwrite=overwrite))
+
+
+@app.command(epilog="Example: marconet report runs/third")
+@click.argument("run_dir", metavar="RUN_DIR", type=click.Path(path_type=Path))
+@click.option("--self-contained", is_flag=True,
+              help="With the drawing library inside, so that the page can be sent alone. Without this it is so only "
+                   "where no other run lies beside this one.")
+@verbosely
+def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
+    """Write report.html anew from the records of a run."""
+    with errors_as_text(verbose):
+        from experiments.run.killed_run import complete, is_unfinished
+        from experiments.run.run_folder import owner
+        from experiments.show.report.build import write_report
+        from experiments.show.text_views import print_path
+
+        if not (run_dir / "scenario.json").is_file():
+            raise FileNotFoundError(f"{run_dir}: no run was recorded there: {_runs_near(run_dir)}")
+        if is_unfinished(run_dir) and not owner(run_dir):
+            for problem in complete(run_dir):
+                click.echo(problem, err=True)
+        print_path(_console(), "report", write_report(run_dir, "inside" if self_contained else "auto"))
+
+
+def _runs_near(folder: Path) -> str:
+    """Why `folder` holds no run, and which runs are in it."""
+    if not folder.is_dir():
+        return "give the folder of a run" if folder.exists() else "there is no such folder"
+    runs = sorted(file.parent for file in folder.glob("*/scenario.json"))
+    return "it has no scenario.json" + (f"; the newest run in it is {max(runs, key=_changed_s)}" if runs else "")
+
+
+def _changed_s(path: Path) -> float:
+    return path.stat().st_mtime
+
+
+@app.command(epilog="Example: marconet schema --out marconet.schema.json")
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
+              help="Write it there instead of printing it.")
+@verbosely
+def schema(out: Path | None, verbose: bool) -> None:
+    """Print the JSON Schema of a scenario, with which editors complete and check its keys."""
+    with errors_as_text(verbose):
+        from experiments.scenario.json_schema import scenario_schema
+        from experiments.show.json_output import as_text
+        from experiments.show.text_views import print_path
+
+        text = as_text(scenario_schema())
+        if out is None:
+            click.echo(text)
+        else:
+            out.write_text(text + "\n", encoding="utf-8")
+            print_path(_console(), "schema", out)
+
+
+@app.command(epilog="Example: marconet table 3.1 --runs 20 --figures figures.html")
+@click.argument("number", type=click.Choice(TABLES), metavar="NUMBER")
+@click.option("--runs", type=click.IntRange(min=2), metavar="N",
+              help="Monte Carlo runs of each cell, default 100, or rounds of timing, default 20. With few runs a cell "
+                   "may be missed by chance.")
+@click.option("--figures", type=click.Path(path_type=Path), metavar="OUT.html",
+              help="Also draw figures 3.5, 3.6 and 3.8, as a page that opens offline.")
+@verbosely
+def table(number: str, runs: int | None, figures: Path | None, verbose: bool) -> None:
+    """Compute a table of the dissertation again, printed beside ours: 3.1 to 3.5.
+
+    Exits with 0 if every cell is what it has to be, 1 if one is not.
+    """
+    with errors_as_text(verbose):
+        met = _table(number, runs, figures)
+    if not met:
+        raise SystemExit(ExitCode.EXPECTATION_BROKEN)
+
+
+@app.command("compile", epilog="Example: marconet compile")
+@click.option("--if-possible", is_flag=True, help="Say what is missing and go on without, as if all were well.")
+@verbosely
+def compile_inner_loops(if_possible: bool, verbose: bool) -> None:
+    """Compile the emulator's inner loops to C, once for these sources: twice as fast, with the same results."""
+    with errors_as_text(verbose):
+        from experiments.compiled.build import CannotCompile, compile_modules
+
+        try:
+            with _console().status("compiling, half a minute"):
+                folder = compile_modules()
+        except CannotCompile as error:
+            if not if_possible:
+                raise
+            _console().print(f"not compiled, so at half the speed: {error}", soft_wrap=True)
+        else:
+            _console().print(f"compiled: {folder}", soft_wrap=True)
+
+
+@fmu.command("list", epilog="Example: marconet fmu list")
+@verbosely
+def list_plants(verbose: bool) -> None:
+    """Name the plants that come with marconet."""
+    with errors_as_text(verbose):
+        from experiments.show.console import print_table
+        from fmus.build import model_folder, own_models
+        from fmus.describe import read_model
+
+        models = [read_model(model_folder(name) / "variables.toml") for name in own_models()]
+        print_table(_console(), ["plant", "about"], [(model.name, model.description) for model in models])
+
+
+@fmu.command(epilog="Example: marconet fmu info linear_system")
+@click.argument("plant", shell_complete=complete_plant)
+@verbosely
+def info(plant: str, verbose: bool) -> None:
+    """Show a plant's variables with their units and start values, and its presets.
+
+    PLANT is a name from `marconet fmu list`, a model folder, or a .fmu file.
+    """
+    with errors_as_text(verbose):
+        from experiments.show.text_views import print_plant, print_presets
+        from fmus.build import build_model, model_folder, own_models
+        from fmus.describe import read_model
+        from fmus.describe_fmu import describe
+        from fmus.presets import read_presets
+
+        _refuse_unknown_plant(plant)
+        is_model = plant in own_models() or Path(plant).is_dir()
+        archive = build_model(plant if plant in own_models() else Path(plant)) if is_model else Path(plant)
+        print_plant(_console(), describe(archive))
+        if is_model:
+            folder = model_folder(plant if plant in own_models() else Path(plant))
+            print_presets(_console(), read_presets(folder, read_model(folder / "variables.toml")))
+
+
+@fmu.command(epilog="Example: marconet fmu build linear_system --fmi 2.0")
+@click.argument("plants", nargs=-1, shell_complete=complete_plant)
+@click.option("--fmi", type=click.Choice(["3.0", "2.0"]), default="3.0", show_default=True,
+              help="Version of the standard.")
+@verbosely
+def build(plants: Sequence[str], fmi: Literal["3.0", "2.0"], verbose: bool) -> None:
+    """Compile plants into FMUs, where that has not been done, and say where they are.
+
+    PLANTS are names or model folders; default: all that come with marconet.
+    """
+    with errors_as_text(verbose):
+        from experiments.show.text_views import print_path
+        from fmus.build import build_model, own_models
+
+        for name in plants:
+            _refuse_unknown_plant(name)
+        for name in plants or own_models():
+            print_path(_console(), name, build_model(name if name in own_models() else Path(name), fmi))
+
+
+def _refuse_unknown_plant(name: str) -> None:
+    from experiments.scenario.files_there import near_file, plants_in
+    from fmus.build import own_models
+    from fmus.errors import PlantError
+
+    if name not in own_models() and not Path(name).exists():
+        raise PlantError(f"{name}: no such plant; {near_file(name, [*own_models(), *plants_in(Path())])}")
+
+
+def _table(number: str, runs: int | None, figures: Path | None) -> bool:
+    from experiments.show.live_view import counting_view
+    from experiments.show.tables.chapter_3 import TABLES
+    from experiments.show.text_views import print_measured, print_path
+
+    if figures is not None:
+        if figures.is_dir():
+            raise IsADirectoryError(f"--figures {figures}: is a folder: expected a page, as figures.html")
+        figures.parent.mkdir(parents=True, exist_ok=True)
+    console, found = _console(), TABLES[number]
+    runs = runs or found.runs
+    with counting_view(console, f"table {number}", found.steps(runs)) as progress:
+        values = list(found.measure(runs, progress))
+    console.print(f"{found.title} ({runs} runs)\n{found.judged_by}", soft_wrap=True)
+    print_measured(console, values)
+    if figures is not None:
+        from experiments.show.tables.figures import DRAWN_RUNS, write_figures
+
+        with counting_view(console, "figures", DRAWN_RUNS) as progress:
+            written = write_figures(figures, progress)
+        print_path(console, "figures", written)
+    for value in values:
+        if value.met is False:
+            row = value.row
+            click.echo(f"table {number}, {row.what}: {row.quantity}={value.ours:.4f} {row.unit}: expected "
+                       f"{row.low or 0:.4g} to {row.high:.4g}", err=True)
+    return all(value.met is not False for value in values)
+
+
+def _process_is_its_own() -> bool:
+    return bool(click.get_current_context().find_root().obj == ON_ITS_OWN)
+
+
+def _console(for_people: bool = True) -> Console:
+    from experiments.show.console import console_for
+
+    return console_for(for_people)
+
+
+def main() -> None:
+    app(prog_name="marconet", obj=ON_ITS_OWN)
+
+
+if __name__ == "__main__":
+    main()
