@@ -15,8 +15,8 @@ from simpy.events import Event
 from benchmarks.lockstep.ring import Member, Task
 from netem.node.node import Node
 from netem.transport.fork_server import serve
-from netem.transport.node_link import take_part
-from netem.transport.start_message import Errand
+from netem.transport.node_link import run_node
+from netem.transport.start_message import StartMessage
 
 MEDIUM = "ring"
 
@@ -48,9 +48,9 @@ class MarconetMember(msgspec.Struct):
         member.save(Path(self.folder))
 
 
-def build(errand: Errand) -> Node:
-    return msgspec.json.decode(errand.specification, type=MarconetMember).build()
+def build(start: StartMessage) -> Node:
+    return msgspec.json.decode(start.specification, type=MarconetMember).build()
 
 
 if __name__ == "__main__":
-    sys.exit(serve(lambda under_way: take_part(build)))
+    sys.exit(serve(lambda under_way: run_node(build)))

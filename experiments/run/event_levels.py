@@ -17,7 +17,7 @@ WARNINGS: Final = frozenset({
     "nothing in view", "order failed", "detection refused",                         # agents/pursuit
     "error-passive", "bus-off", "no acknowledgement", "same identifier", "malformed CAN frame",     # netem/media/can
     "message may be late", "not as declared",
-    "overrun", "gateway peer refused",                                              # netem/real_time
+    "overrun", "gateway peer refused",                                              # netem/gateways
 })
 
 

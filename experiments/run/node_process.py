@@ -21,21 +21,21 @@ from netem.node.node import Node
 from netem.node.outside_guard import post_guards
 from netem.transport.diagnosis.under_way import UnderWay
 from netem.transport.fork_server import serve
-from netem.transport.node_link import take_part
-from netem.transport.start_message import Errand
+from netem.transport.node_link import run_node
+from netem.transport.start_message import StartMessage
 from netem.transport.zenoh_session import ENTRANCES
 
 # Modules that import a library when they first need it: `load_library` does it.
 IMPORT_LATE: Final = ("agents.tracking.heading_slope", "firmware_sim.mavlink.dialect", "netem.media.can.dbc_file")
 
 
-def build(at_end: ExitStack, under_way: UnderWay, errand: Errand) -> Node:
-    return build_node(msgspec.json.decode(errand.specification, type=NodeSpecification), at_end, under_way)
+def build(at_end: ExitStack, under_way: UnderWay, start: StartMessage) -> Node:
+    return build_node(msgspec.json.decode(start.specification, type=NodeSpecification), at_end, under_way)
 
 
-def life(under_way: UnderWay) -> int:
+def run_child(under_way: UnderWay) -> int:
     with ExitStack() as at_end:
-        return take_part(partial(build, at_end, under_way))
+        return run_node(partial(build, at_end, under_way))
 
 
 def main() -> int:
@@ -46,7 +46,7 @@ def main() -> int:
             sys.modules[module].load_library()
     post_guards(ENTRANCES)
     with sleep_refused():                   # in the nodes as well: they keep the thread
-        return serve(life)
+        return serve(run_child)
 
 
 if __name__ == "__main__":

@@ -121,7 +121,7 @@ class BlockingProgram:
         thread = self.thread()
         thread.until_ns, thread.hears, thread.woken = until_ns, hears, False
         self._arm(thread)
-        thread.give_back()
+        thread.suspend()
         if thread.interrupted:
             thread.interrupted = False
             self._interrupt()
@@ -159,12 +159,12 @@ class BlockingProgram:
     def await_end(self, thread: ProgramThread, timeout_ns: int | None) -> None:
         until_ns = NEVER_NS if timeout_ns is None else self.due_ns(timeout_ns)
         me = self.thread()
-        thread.mourners.append(me)
+        thread.joiners.append(me)
         try:
             while not thread.ended and self.wait(until_ns):
                 pass
         finally:
-            thread.mourners.remove(me)
+            thread.joiners.remove(me)
 
     def hand_out(self, port: str, data: bytes) -> None:
         if not self.closing:
@@ -187,7 +187,7 @@ class BlockingProgram:
 
     # --- in the node's thread
 
-    def look_in(self, delay_ns: int, action: Callable[[], None]) -> None:
+    def call_after(self, delay_ns: int, action: Callable[[], None]) -> None:
         """Call `action` after `delay_ns`, and see afterwards what the program promises."""
         def act(event: Event) -> None:
             action()
@@ -196,9 +196,9 @@ class BlockingProgram:
         self.node.call_in(delay_ns, act)
 
     def _look_in(self, delay_ns: int, thread: ProgramThread) -> None:
-        self.node.call_in(delay_ns, partial(self._look_after, thread))
+        self.node.call_in(delay_ns, partial(self._run_if_due, thread))
 
-    def _look_after(self, thread: ProgramThread, event: Event) -> None:
+    def _run_if_due(self, thread: ProgramThread, event: Event) -> None:
         """Run `thread` if what it waits for has come; else see to it that somebody looks again in time."""
         now_ns = self.node.now_ns
         if thread.alarm_ns <= now_ns:
@@ -218,16 +218,16 @@ class BlockingProgram:
     def _run(self, thread: ProgramThread) -> None:
         self._running = thread
         try:
-            thread.lend()
+            thread.resume()
         finally:
             self._running = None
         if thread.ended:
-            self._bury(thread)
+            self._reap(thread)
         self.promise()
 
-    def _bury(self, thread: ProgramThread) -> None:
-        for mourner in thread.mourners:
-            self.wake(mourner)
+    def _reap(self, thread: ProgramThread) -> None:
+        for joiner in thread.joiners:
+            self.wake(joiner)
         self._threads.remove(thread)
         if thread.failure is not None:
             raise thread.failure

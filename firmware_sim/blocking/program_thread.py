@@ -1,6 +1,6 @@
 """One thread of a blocking program: it runs only while it holds the baton, and gives it back when it waits.
 
-    node's thread: lend() --baton--> program's thread: runs until it waits, ends or fails --baton--> lend() returns
+    node's thread: resume() --baton--> program's thread: runs until it waits, ends or fails --baton--> resume() returns
 
 Invariants:
 - either the node's thread runs or one thread of the program, never two: between them nothing needs a lock;
@@ -40,7 +40,7 @@ class ProgramThread:
         self.alarm_ns = NEVER_NS        # the first event of the node that looks after it
         self.interrupted = False
         self.row = CallsInARow()
-        self.mourners: list[ProgramThread] = []     # who waits for its end
+        self.joiners: list[ProgramThread] = []     # who waits for its end
         self.ended = False
         self.failure: BaseException | None = None
         self._abandoned = False
@@ -51,7 +51,7 @@ class ProgramThread:
 
     # --- in the node's thread
 
-    def lend(self) -> None:
+    def resume(self) -> None:
         """Let the thread run until it waits or ends."""
         self.waiting = False
         self._go.release()
@@ -91,7 +91,7 @@ class ProgramThread:
             self.ended = True
             self._back.release()
 
-    def give_back(self) -> None:
+    def suspend(self) -> None:
         """Give the baton back; comes home when it is lent again."""
         self.waiting = True
         self._back.release()

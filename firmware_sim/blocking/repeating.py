@@ -47,7 +47,7 @@ class Repeating:
         after_ns = self._done * self._period_ns
         if self._duration_ns is None or after_ns < self._duration_ns:
             self.next_ns = self._program.oscillator.true_at(self._start_ns + after_ns)
-            self._program.look_in(max(0, self.next_ns - self._program.node.now_ns), self._due)
+            self._program.call_after(max(0, self.next_ns - self._program.node.now_ns), self._due)
         else:
             self.stop()
         self._action()

@@ -1,6 +1,6 @@
 """The process that nodes are forked from: it has imported what a node needs, and is none itself.
 
-    emulator --Start(node), with its input, log and memory--> fork server --fork--> node: `life(memory)`
+    emulator --Start(node), with its input, log and memory--> fork server --fork--> node: `run_child(memory)`
              <------------- Started(node), Ended(node) ------      <--------ends-------
 
 Forked nodes have one layout of memory and share the pages of what was imported. Processes that take turns on a core
@@ -62,8 +62,8 @@ class Ended(msgspec.Struct, tag="ended"):
     exit_code: int              # -N: by signal N
 
 
-def serve(life: Callable[[UnderWay], int]) -> int:
-    """Fork nodes as the emulator at the standard input asks; returns an exit code, in a node that of its `life`."""
+def serve(run_child: Callable[[UnderWay], int]) -> int:
+    """Fork nodes as the emulator at the standard input asks; returns the exit code, in a node that of `run_child`."""
     take_orphans()
     server = _ForkServer()
     gc.collect()
@@ -74,9 +74,9 @@ def serve(life: Callable[[UnderWay], int]) -> int:
             server.kill_all()
         for key, _ in happened:
             if key.data:
-                server.bury(key.data)
+                server.reap(key.data)
             elif (under_way := server.obey()) is not None:
-                return life(under_way)      # this process is a node now
+                return run_child(under_way)      # this process is a node now
     return 0
 
 
@@ -124,7 +124,7 @@ class _ForkServer:
         self._tell(Started(order.node, pid))
         return None
 
-    def bury(self, node: str) -> None:
+    def reap(self, node: str) -> None:
         pid, pidfd = self._nodes.pop(node)
         self.selector.unregister(pidfd)
         os.close(pidfd)

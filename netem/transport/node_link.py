@@ -17,7 +17,7 @@ import msgspec
 from netem.node.node import Node
 from netem.node.outside_guard import OutsideGuard
 from netem.node.turn import Turn
-from netem.transport.start_message import EmulatorPipe, Errand
+from netem.transport.start_message import EmulatorPipe, StartMessage
 from netem.transport.zenoh_session import ENTRANCES, Session
 from netem.wire import keys
 from netem.wire.errors import is_interruption
@@ -29,33 +29,33 @@ Result = TypeVar("Result")
 COUNTERS_EVERY_S: Final = 0.5       # of wall clock: what a node has counted outlives it, and the emulator
 
 
-def take_part(build: Callable[[Errand], Node]) -> int:
-    """The whole life of a node's process: read the errand, build the node, answer grants until the last.
+def run_node(build: Callable[[StartMessage], Node]) -> int:
+    """The whole life of a node's process: read the start message, build the node, answer grants until the last.
 
     Returns the process's exit code, 0 if the last grant ended it.
     """
     pipe = EmulatorPipe()
-    errand = pipe.read_errand()
-    code = _serve(errand, build, pipe)
-    pipe.await_end(errand.timeout_s)
+    start = pipe.read_start_message()
+    code = _serve(start, build, pipe)
+    pipe.await_end(start.timeout_s)
     return code
 
 
-def _serve(errand: Errand, build: Callable[[Errand], Node], pipe: EmulatorPipe) -> int:
-    run, name = errand.run, errand.node
+def _serve(start: StartMessage, build: Callable[[StartMessage], Node], pipe: EmulatorPipe) -> int:
+    run, name = start.run, start.node
     encode = msgspec.msgpack.Encoder().encode
     decode = msgspec.msgpack.Decoder(Grant).decode
-    with Session(errand.secret, connect=errand.endpoint) as session:
+    with Session(start.secret, connect=start.endpoint) as session:
         grants = session.receiver(keys.grant(run, name))
         out = session.sender(keys.report(run, name))
-        out.await_subscriber(errand.timeout_s)
+        out.await_subscriber(start.timeout_s)
         fork = _Fork()
         guard = OutsideGuard(ENTRANCES, whole_process=True)
         turn: Turn = guard              # the same, and of a compiled class
-        if errand.virtual_time:
+        if start.virtual_time:
             guard.begin()
         try:
-            node = _in_this_process(fork, build, errand)
+            node = _in_this_process(fork, build, start)
             hello = node.hello()
             guard.check()
         except BaseException as error:

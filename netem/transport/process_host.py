@@ -27,7 +27,7 @@ import msgspec
 from netem.transport.diagnosis import words
 from netem.transport.node_processes import NodeProcesses
 from netem.transport.placement import Placement
-from netem.transport.start_message import Errand
+from netem.transport.start_message import StartMessage
 from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Session, new_secret
 from netem.wire import keys
 from netem.wire.credible import credible
@@ -69,7 +69,7 @@ class ProcessHost:
         self._secret = new_secret()
         self._session: Session | None = None
         self._processes: NodeProcesses | None = None
-        self._errands: dict[str, tuple[BinaryIO, threading.Thread]] = {}    # a node's input, and who writes to it
+        self._starting: dict[str, tuple[BinaryIO, threading.Thread]] = {}    # a node's input, and who writes to it
         self._senders: dict[str, Sender] = {}
         self._encode = msgspec.msgpack.Encoder().encode
         self._decode_report = msgspec.msgpack.Decoder(Report).decode
@@ -92,13 +92,13 @@ class ProcessHost:
         self._alarm = self._session.sender(keys.report(run, "-"))
         self._processes = NodeProcesses(self._command, self._logs / FORK_SERVER_LOG, os.environ | ENVIRONMENT)
         for name, specification in self._specifications.items():
-            self._spawn(name, Errand(self._session.endpoint, self._secret, run, name, self._timeout_s, specification,
-                                     self._virtual_time))
+            self._spawn(name, StartMessage(self._session.endpoint, self._secret, run, name, self._timeout_s,
+                                           specification, self._virtual_time))
             self._senders[name] = self._session.sender(keys.grant(run, name))
         self._watchdog = threading.Thread(target=self._watch, name="node watchdog", daemon=True)
         self._watchdog.start()
-        self._expect(set(self._errands))
-        hellos = self._collect(set(self._errands), msgspec.msgpack.Decoder(Hello).decode, "word that it is ready")
+        self._expect(set(self._starting))
+        hellos = self._collect(set(self._starting), msgspec.msgpack.Decoder(Hello).decode, "word that it is ready")
         if failed := {name: ("could not start", hellos[name].error) for name in self._senders if hellos[name].error}:
             raise programs_failed(failed)
         for name, sender in self._senders.items():
@@ -163,8 +163,8 @@ class ProcessHost:
 
     def stop(self) -> None:
         self._over.set()
-        for name, (standard_input, teller) in self._errands.items():
-            if teller.is_alive():               # it never read its errand; closing the pipe would wait for that
+        for name, (standard_input, teller) in self._starting.items():
+            if teller.is_alive():               # it never read its start message; closing the pipe would wait for that
                 self._alive.kill(name)
                 continue
             with suppress(OSError):
@@ -172,7 +172,7 @@ class ProcessHost:
         if self._processes is not None:
             self._processes.close(END_WITHIN_S)
             self._placement.end()
-        for standard_input, teller in self._errands.values():
+        for standard_input, teller in self._starting.values():
             if teller.is_alive():
                 teller.join()
             with suppress(OSError):
@@ -189,11 +189,11 @@ class ProcessHost:
         assert self._processes is not None, "the host was not started"
         return self._processes
 
-    def _spawn(self, name: str, errand: Errand) -> None:
+    def _spawn(self, name: str, start: StartMessage) -> None:
         standard_input = self._alive.start(name, self._logs / f"{name}.log")
         # From a thread: a process that does not read would hold up the start, and nobody would say which it is.
-        teller = threading.Thread(target=_tell, args=(standard_input, msgspec.json.encode(errand) + b"\n"), daemon=True)
-        self._errands[name] = standard_input, teller
+        teller = threading.Thread(target=_tell, args=(standard_input, msgspec.json.encode(start) + b"\n"), daemon=True)
+        self._starting[name] = standard_input, teller
         teller.start()
 
     def _expect(self, awaited: set[str]) -> None:
@@ -286,7 +286,7 @@ class ProcessHost:
         return (self._logs / log).read_bytes()[-LOG_TAIL_BYTES:].decode(errors="replace")
 
 
-def _tell(standard_input: BinaryIO, errand: bytes) -> None:
+def _tell(standard_input: BinaryIO, start: bytes) -> None:
     with suppress(OSError, ValueError):         # it ended, or the host was stopped: the watchdog names it
-        standard_input.write(errand)
+        standard_input.write(start)
         standard_input.flush()

@@ -14,7 +14,7 @@ import msgspec
 ABANDONED = 4       # exit code of a node whose emulator is gone
 
 
-class Errand(msgspec.Struct):
+class StartMessage(msgspec.Struct):
     """`specification` is for the function that builds the node; in virtual time its program is guarded
     (`OutsideGuard`). `secret` lets the node into the emulator's session."""
 
@@ -39,8 +39,8 @@ class EmulatorPipe:
         self._done = threading.Event()
         self._closed = threading.Event()
 
-    def read_errand(self) -> Errand:
-        """Read the errand; from then on the process ends when the pipe closes."""
+    def read_start_message(self) -> StartMessage:
+        """Read the start message; from then on the process ends when the pipe closes."""
         line = bytearray()
         while not line.endswith(b"\n"):
             part = os.read(self._pipe, 65536)
@@ -48,7 +48,7 @@ class EmulatorPipe:
                 os._exit(ABANDONED)
             line += part
         threading.Thread(target=self._watch, name="pipe to the emulator", daemon=True).start()
-        return msgspec.json.decode(line, type=Errand)
+        return msgspec.json.decode(line, type=StartMessage)
 
     def has_said_all(self) -> None:
         """From now on the end of the pipe is expected: it no longer ends the process."""

@@ -176,7 +176,7 @@ class CanBus:
     def _drop(self, controller: Controller, frame: Frame, fate: Fate, cause: str) -> None:
         for receiver in controller.open_copies(frame):
             self._ledger.close(frame, receiver, fate, cause=cause)
-        controller.again.pop(frame.number, None)
+        controller.retransmissions.pop(frame.number, None)
 
     def _malformed(self, controller: Controller, frame: Frame, cause: str) -> None:
         controller.counters["malformed"] += 1
@@ -297,7 +297,7 @@ class CanBus:
         frame.data = length.data
         taken_ns = self._carry(frame, length, now_ns)
         self._hand_over(lead, frame, others, taken_ns)
-        lead.again.pop(frame.number, None)
+        lead.retransmissions.pop(frame.number, None)
         if lead.hears_itself:
             self._links.receive(frame, lead.name, frame.end_ns, checksum=True)
         for twin in twins:
@@ -317,7 +317,7 @@ class CanBus:
     def _hand_over(self, lead: Controller, frame: Frame, others: Sequence[Controller], taken_ns: int) -> None:
         """Every other node's copy of a frame that those who took part have taken."""
         taking = {other.name for other in others}
-        again = lead.again.get(frame.number, 0)
+        again = lead.retransmissions.get(frame.number, 0)
         if again:
             self._ledger.expect(len(lead.receivers), self.name)
         for receiver in lead.receivers:
@@ -333,9 +333,9 @@ class CanBus:
         frame = self._take(twin)
         frame.on_air_ns, frame.end_ns = carried.on_air_ns, carried.end_ns
         for receiver in twin.receivers:
-            if frame.number not in twin.again:
+            if frame.number not in twin.retransmissions:
                 self._ledger.close(frame, receiver, Fate.COLLIDED, cause=f"same bits as a frame of {lead.name}")
-        twin.again.pop(frame.number, None)
+        twin.retransmissions.pop(frame.number, None)
         if twin.hears_itself:
             self._links.receive(frame, twin.name, frame.end_ns, checksum=True)
         self._events.same_frame(twin, lead, frame.data, frame.on_air_ns)
@@ -360,7 +360,7 @@ class CanBus:
             frame = left[0].queue.waiting[0][2]
             frame.data = length.data
             self._hand_over(left[0], frame, others, timeline.instant(flag_ticks - clock.nominal))
-            left[0].again[frame.number] = left[0].again.get(frame.number, 0) + 1
+            left[0].retransmissions[frame.number] = left[0].retransmissions.get(frame.number, 0) + 1
         self._count_errors(left, silenced, others, found, error_ns)
         for sender in left:
             if not found.unacknowledged:

@@ -16,10 +16,10 @@ COUNTERS: Final = ("queue_full", "malformed", "collisions", "transmit_errors", "
 
 
 class Controller:
-    """`again` has the frames that receivers have taken though they have to be sent again, with how often."""
+    """`retransmissions`: by frame number, how often a frame was received although it has to be transmitted again."""
 
-    __slots__ = ("again", "counters", "faults", "hears_itself", "name", "number", "queue", "ready_ns", "receivers",
-                 "recovery", "unacknowledged")
+    __slots__ = ("counters", "faults", "hears_itself", "name", "number", "queue", "ready_ns", "receivers", "recovery",
+                 "retransmissions", "unacknowledged")
 
     def __init__(self, name: str, receivers: tuple[str, ...], queue: TransmitQueue, *, hears_itself: bool) -> None:
         self.name = name
@@ -31,7 +31,7 @@ class Controller:
         self.number = 0                 # of the next frame
         self.recovery: BusOffRecovery | None = None
         self.unacknowledged = False     # the last transmission was
-        self.again: dict[int, int] = {}
+        self.retransmissions: dict[int, int] = {}
         self.counters: Counter[str] = Counter(dict.fromkeys(COUNTERS, 0))
 
     @property
@@ -43,7 +43,7 @@ class Controller:
 
     def open_copies(self, frame: Frame) -> Iterator[str]:
         """Receivers of which the copy has no fate yet."""
-        if frame.number not in self.again:
+        if frame.number not in self.retransmissions:
             yield from self.receivers
         if self.hears_itself:
             yield self.name

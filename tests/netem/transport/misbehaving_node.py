@@ -14,8 +14,8 @@ import msgspec
 
 from netem.node.node import Node
 from netem.transport.fork_server import serve
-from netem.transport.node_link import take_part
-from netem.transport.start_message import Errand
+from netem.transport.node_link import run_node
+from netem.transport.start_message import StartMessage
 from netem.transport.zenoh_session import Session
 from netem.wire import keys
 from netem.wire.messages import Hello, Report
@@ -78,14 +78,14 @@ def speak_garbage(endpoint: str, secret: str, run: str, name: str) -> None:
             out.send(msgspec.msgpack.encode(Report(999_999, 0, 0, [], [], [], {}, "")))
 
 
-def build_as_told(errand: Errand) -> Node:
-    behaviour = msgspec.json.decode(errand.specification, type=str)
+def build_as_told(start: StartMessage) -> Node:
+    behaviour = msgspec.json.decode(start.specification, type=str)
     if behaviour == "never ready":
         time.sleep(3600)
     if behaviour == "speaks garbage":
-        speak_garbage(errand.endpoint, errand.secret, errand.run, errand.node)
-    return build(errand.node, behaviour)
+        speak_garbage(start.endpoint, start.secret, start.run, start.node)
+    return build(start.node, behaviour)
 
 
 if __name__ == "__main__":
-    sys.exit(serve(lambda under_way: take_part(build_as_told)))
+    sys.exit(serve(lambda under_way: run_node(build_as_told)))

@@ -20,7 +20,7 @@ import os, subprocess, sys, time
 from netem.transport import fork_server
 fork_server.END_WITHIN_S = 0.2
 
-def life(under_way):
+def run_child(under_way):
     word = sys.stdin.readline().strip()
     if word == "crash":
         os.abort()
@@ -38,7 +38,7 @@ def life(under_way):
     print("was told", word, os.getpgid(0) == os.getpid(), open("/proc/self/comm").read().strip())
     return int(word)
 
-sys.exit(fork_server.serve(life))
+sys.exit(fork_server.serve(run_child))
 """
 
 
@@ -107,7 +107,7 @@ def test_closing_ends_a_node_that_does_not_end_by_itself_and_says_where_it_was(
     assert not Path(f"/proc/{pid}").exists()
     assert len(caplog.messages) == 1
     assert re.fullmatch(r"node left: its process did not end within 0.2 s, and was killed: it hangs at <string>:\d+ in "
-                        r"life", caplog.messages[0])
+                        r"run_child", caplog.messages[0])
 
 
 def test_when_the_fork_server_cannot_start_every_node_counts_as_ended(tmp_path: Path) -> None:

@@ -99,7 +99,7 @@ def test_a_node_that_is_not_ready_is_named_before_time_starts(tmp_path: Path, be
 
 
 def test_a_process_that_never_reads_its_errand_is_named_and_ended(tmp_path: Path) -> None:
-    """The errand is longer than a pipe holds, so it cannot be written either."""
+    """The start message is longer than a pipe holds, so it cannot be written either."""
     deaf = [sys.executable, "-c", f"import time; time.sleep(3600)  # {NODE}"]
     host = ProcessHost(deaf, {"a": bytes(1_000_000)}, logs=tmp_path, timeout_s=2.0)
     try:
