@@ -26,11 +26,11 @@ from netem.core.agenda import OFFER, Agenda
 from netem.emulator.conductor import Conductor
 from netem.media.can.bit_errors import BitErrorSettings
 from netem.media.can.bus import CanBus
+from netem.media.can.encoded_frame import encode_frame
 from netem.media.can.frame import CanFrame, pack
 from netem.media.can.messages import CanMessage, periodic
 from netem.media.can.response_time import response_time_ns
 from netem.media.can.settings import CanSettings
-from netem.media.can.wire_length import wire_length
 from netem.media.links import Links
 from netem.node.node import Node
 from netem.records.ledger import COLUMNS, Ledger
@@ -55,7 +55,7 @@ def bus_of(settings: CanSettings, deliver: Callable[..., bool] = lambda *deliver
 def medium_s(frames: int, *, new: bool, **settings: Any) -> float:
     bus, agenda = bus_of(CanSettings(1_000_000, **settings))
     handed_out = payloads(frames, new=new)
-    wire_length.cache_clear()
+    encode_frame.cache_clear()
     start_s = thread_time()
     for k, data in enumerate(handed_out):
         now_ns, sender = k * SLOT_NS, NODES[k % 4]
@@ -136,7 +136,7 @@ WIDTH, ROW, LEFT, TOP, PANEL = 760, 30, 90, 40, 560
 
 
 def bits_of(message: CanMessage, data: bytes) -> int:
-    return wire_length(pack(CanFrame(message.id, data, message.extended))).nominal_bits
+    return encode_frame(pack(CanFrame(message.id, data, message.extended))).nominal_bits
 
 
 def stuffed_data(message: CanMessage) -> bytes:

@@ -2,7 +2,7 @@
 
     frame.py               what nodes hand out and get: the structs of SocketCAN
     crc.py, stuffing.py    checksums and stuff bits, by table
-    wire_length.py         a frame's bits at either bit rate and its rank in arbitration, without its bits one by one
+    encoded_frame.py       a frame's bits at either bit rate and its rank in arbitration, without its bits one by one
     bit_sequence.py        its bits one by one with their fields, for what goes wrong
     bit_clock.py           bits to nanoseconds
     transmit_queue.py      what waits in one controller

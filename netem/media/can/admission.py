@@ -3,9 +3,9 @@ scenario says that there are no others (`messages_only`)."""
 
 from __future__ import annotations
 
+from netem.media.can.encoded_frame import EncodedFrame, encode_frame
 from netem.media.can.frame import MalformedFrame
 from netem.media.can.settings import CanSettings
-from netem.media.can.wire_length import WireLength, wire_length
 
 
 class Admission:
@@ -14,17 +14,17 @@ class Admission:
         self._messages = {message.rank: message for message in settings.messages.values()}
         self._messages_only = settings.messages_only
 
-    def admit(self, sender: str, data: bytes) -> WireLength:
+    def admit(self, sender: str, data: bytes) -> EncodedFrame:
         """Raises `MalformedFrame`."""
-        length = wire_length(data)
-        if length.fd and not self._fd:
+        encoded = encode_frame(data)
+        if encoded.fd and not self._fd:
             raise MalformedFrame("CAN FD on a bus without data_bit_rate_bps")
         if self._messages_only:
-            message = self._messages.get(length.rank)
+            message = self._messages.get(encoded.rank)
             if message is None or message.sender != sender:
                 raise MalformedFrame("not a declared message of this node")
-            switched = length.fd and length.data_bits > 0
+            switched = encoded.fd and encoded.data_bits > 0
             if (message.fd, message.fd and message.bit_rate_switch, message.length_bytes) != (
-                    length.fd, switched, length.data[4]):
+                    encoded.fd, switched, encoded.data[4]):
                 raise MalformedFrame("not of the declared length and format")
-        return length
+        return encoded

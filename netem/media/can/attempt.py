@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from netem.media.can.bit_sequence import BitSequence, bit_sequence
+from netem.media.can.encoded_frame import EncodedFrame
 from netem.media.can.error_frame import ErrorFrame, after_bit_error, without_acknowledgement
 from netem.media.can.same_identifier import clash
-from netem.media.can.wire_length import WireLength
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Outcome:
     clashed: bool = False               # they differ beyond the arbitration field, and got as far as that
 
 
-def outcome(frames: Sequence[WireLength], passive: Sequence[bool], hit_bit: int | None, *, acknowledged: bool,
+def outcome(frames: Sequence[EncodedFrame], passive: Sequence[bool], hit_bit: int | None, *, acknowledged: bool,
             rivals_passive: bool = True) -> Outcome:
     """Of frames with the same arbitration field (mostly one) that start together; `passive`: their senders are.
 

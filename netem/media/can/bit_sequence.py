@@ -1,7 +1,7 @@
 """A frame's bits one by one, as its sender puts them on the bus, with their fields: for what goes wrong.
 
 '0' is dominant, '1' recessive. The ACK slot stands as a receiver makes it: dominant. Slow; a frame that nothing
-disturbs never comes here, see `wire_length.py` for the fields and their source.
+disturbs never comes here, see `encoded_frame.py` for the fields and their source.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from enum import Enum
 from functools import lru_cache
 
 from netem.media.can.crc import CRC_15, CRC_17, CRC_21
+from netem.media.can.encoded_frame import LARGEST_DLC_WITH_CRC_17, with_data
 from netem.media.can.frame import unpack
 from netem.media.can.stuffing import stuffed
-from netem.media.can.wire_length import LARGEST_DLC_WITH_CRC_17, with_data
 
 GRAY = (0b000, 0b001, 0b011, 0b010, 0b110, 0b111, 0b101, 0b100)
 

@@ -39,13 +39,13 @@ from netem.media.can.bus_timeline import BusTimeline
 from netem.media.can.controller import Controller
 from netem.media.can.controller_message import state_message
 from netem.media.can.declared import DeclarationWatch
+from netem.media.can.encoded_frame import EncodedFrame, encode_frame
 from netem.media.can.error_frame import ERROR_DELIMITER_BITS
 from netem.media.can.fault_confinement import State
 from netem.media.can.frame import ERROR_STATE, MalformedFrame
 from netem.media.can.messages import late_messages
 from netem.media.can.settings import CanSettings
 from netem.media.can.transmit_queue import TransmitQueue
-from netem.media.can.wire_length import WireLength, wire_length
 from netem.media.links import Links
 from netem.media.observation import MediumObserver
 from netem.records.ledger import Ledger
@@ -107,21 +107,21 @@ class CanBus:
         controller.number += 1
         self._ledger.expect(controller.copies(), self.name)
         try:
-            length = self._admit(sender, data)
+            encoded = self._admit(sender, data)
         except MalformedFrame as malformed:
             self._malformed(controller, frame, str(malformed))
             return
-        frame.data = length.data
+        frame.data = encoded.data
         if self._declared is not None:
-            for words in self._declared.look(sender, length, now_ns):
-                self._events.not_as_declared(sender, length.data, words, now_ns)
+            for words in self._declared.look(sender, encoded, now_ns):
+                self._events.not_as_declared(sender, encoded.data, words, now_ns)
         if controller.recovery is not None:
             if self.settings.at_bus_off == "drop":
                 self._drop(controller, frame, Fate.BUS_OFF, "sender")
             else:
-                self._queue(controller, frame, length)
+                self._queue(controller, frame, encoded)
             return
-        self._queue(controller, frame, length)
+        self._queue(controller, frame, encoded)
         self._waiting[sender] = controller
         start_ns = max(now_ns, self._timeline.free_ns, controller.ready_ns)
         if start_ns < self._armed_ns:
@@ -167,8 +167,8 @@ class CanBus:
 
     # --- queues
 
-    def _queue(self, controller: Controller, frame: Frame, length: WireLength) -> None:
-        out = controller.queue.put(frame, length)
+    def _queue(self, controller: Controller, frame: Frame, encoded: EncodedFrame) -> None:
+        out = controller.queue.put(frame, encoded)
         if out is not None:
             controller.counters["queue_full"] += 1
             self._drop(controller, out[0], Fate.QUEUE_FULL, out[1])
@@ -213,10 +213,10 @@ class CanBus:
             if start_ns < self._armed_ns:
                 self._arm(start_ns)
 
-    def _carry(self, frame: Frame, length: WireLength, now_ns: int) -> int:
+    def _carry(self, frame: Frame, encoded: EncodedFrame, now_ns: int) -> int:
         """The whole frame is on the bus from now on; returns when receivers take it."""
         timeline, clock = self._timeline, self._timeline.clock
-        end_ticks = timeline.start(now_ns) + length.nominal_bits * clock.nominal + length.data_bits * clock.data
+        end_ticks = timeline.start(now_ns) + encoded.nominal_bits * clock.nominal + encoded.data_bits * clock.data
         timeline.busy_until(end_ticks)
         self._load.busy(now_ns, timeline.free_ns)
         frame.on_air_ns = now_ns
@@ -233,9 +233,9 @@ class CanBus:
     def _send(self, controller: Controller, now_ns: int) -> None:
         """The common case: one sender, and nothing can go wrong."""
         self.transmissions += 1
-        length = controller.queue.waiting[0][3]
+        encoded = controller.queue.waiting[0][3]
         frame = self._take(controller)
-        taken_ns = self._carry(frame, length, now_ns)
+        taken_ns = self._carry(frame, encoded, now_ns)
         receive = self._links.receive
         for receiver in controller.receivers:
             receive(frame, receiver, taken_ns, checksum=True)
@@ -265,11 +265,11 @@ class CanBus:
             self._events.same_identifier(senders, first.data, now_ns)
             for sender in senders:
                 sender.counters["collisions"] += 1
-        length = lengths[found.left[0]]
+        encoded = lengths[found.left[0]]
         if found.error is None:
-            run_ns = self._got_through(left, silenced, others, length, now_ns)
+            run_ns = self._got_through(left, silenced, others, encoded, now_ns)
         else:
-            run_ns = self._destroyed(left, silenced, others, length, found, now_ns)
+            run_ns = self._destroyed(left, silenced, others, encoded, found, now_ns)
         lost = found.error is not None and found.error.sender_receives
         for sender in (*senders, *rivals):
             if sender.faults.passive and not lost:
@@ -282,7 +282,7 @@ class CanBus:
                 self._await_recovery(controller)
         self._settle()
 
-    def _rivals(self, senders: Sequence[Controller], first: WireLength, hit_bit: int,
+    def _rivals(self, senders: Sequence[Controller], first: EncodedFrame, hit_bit: int,
                 now_ns: int) -> list[Controller]:
         """Who contends with the senders and has sent the same bits so far, up to and including one that is hit."""
         bits = bit_sequence(first.data).bits[:hit_bit + 1]
@@ -290,12 +290,12 @@ class CanBus:
                 and bit_sequence(_as_sent(rival).data).bits[:hit_bit + 1] == bits]
 
     def _got_through(self, left: Sequence[Controller], silenced: Sequence[Controller], others: Sequence[Controller],
-                     length: WireLength, now_ns: int) -> int:
+                     encoded: EncodedFrame, now_ns: int) -> int:
         """Returns the start of the recessive run at the end."""
         lead, *twins = left
         frame = self._take(lead)
-        frame.data = length.data
-        taken_ns = self._carry(frame, length, now_ns)
+        frame.data = encoded.data
+        taken_ns = self._carry(frame, encoded, now_ns)
         self._hand_over(lead, frame, others, taken_ns)
         lead.retransmissions.pop(frame.number, None)
         if lead.hears_itself:
@@ -341,12 +341,12 @@ class CanBus:
         self._events.same_frame(twin, lead, frame.data, frame.on_air_ns)
 
     def _destroyed(self, left: Sequence[Controller], silenced: Sequence[Controller], others: Sequence[Controller],
-                   length: WireLength, found: Outcome, now_ns: int) -> int:
+                   encoded: EncodedFrame, found: Outcome, now_ns: int) -> int:
         """An error frame ends the transmission; its frames stay in their queues. Returns where the error delimiter
         begins."""
         error, timeline, clock = found.error, self._timeline, self._timeline.clock
         assert error is not None
-        nominal_bits, data_bits = bits_to(bit_sequence(length.data), error)
+        nominal_bits, data_bits = bits_to(bit_sequence(encoded.data), error)
         flag_ticks = timeline.start(now_ns) + nominal_bits * clock.nominal + data_bits * clock.data
         delimiter_ticks = flag_ticks + error.flag_bits * clock.nominal
         end_ticks = delimiter_ticks + ERROR_DELIMITER_BITS * clock.nominal
@@ -358,17 +358,17 @@ class CanBus:
             frame.on_air_ns, frame.end_ns = now_ns, timeline.instant(end_ticks)
         if error.received:
             frame = left[0].queue.waiting[0][2]
-            frame.data = length.data
+            frame.data = encoded.data
             self._hand_over(left[0], frame, others, timeline.instant(flag_ticks - clock.nominal))
             left[0].retransmissions[frame.number] = left[0].retransmissions.get(frame.number, 0) + 1
         self._count_errors(left, silenced, others, found, error_ns)
         for sender in left:
             if not found.unacknowledged:
-                self._events.error_frame(sender, length.data, error, error_ns)
+                self._events.error_frame(sender, encoded.data, error, error_ns)
             else:
                 sender.counters["no_acknowledgement"] += 1
                 if not sender.unacknowledged:
-                    self._events.unacknowledged(sender, length.data, error_ns)
+                    self._events.unacknowledged(sender, encoded.data, error_ns)
                 sender.unacknowledged = True
         for log in self.logs:
             log.error_frame(error_ns)
@@ -439,9 +439,9 @@ class CanBus:
                 self._arm(start_ns)
 
 
-def _as_sent(sender: Controller) -> WireLength:
+def _as_sent(sender: Controller) -> EncodedFrame:
     """A CAN FD frame says that its sender is error-passive."""
-    length = sender.queue.waiting[0][3]
-    if not (length.fd and sender.faults.passive) or length.data[5] & ERROR_STATE:
-        return length
-    return wire_length(length.data[:5] + bytes((length.data[5] | ERROR_STATE,)) + length.data[6:])
+    encoded = sender.queue.waiting[0][3]
+    if not (encoded.fd and sender.faults.passive) or encoded.data[5] & ERROR_STATE:
+        return encoded
+    return encode_frame(encoded.data[:5] + bytes((encoded.data[5] | ERROR_STATE,)) + encoded.data[6:])

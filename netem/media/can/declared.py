@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from netem.media.can.wire_length import WireLength
+from netem.media.can.encoded_frame import EncodedFrame
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -44,34 +44,34 @@ class DeclarationWatch:
                          for name, message in messages.items()}
         self._told: set[tuple[int, str, str]] = set()
 
-    def look(self, sender: str, length: WireLength, now_ns: int) -> list[str]:
+    def look(self, sender: str, encoded: EncodedFrame, now_ns: int) -> list[str]:
         """Differences from the declaration, not told before, of a frame that `sender` hands out at `now_ns`."""
         found = []
-        for what, words in self._differences(sender, length, now_ns):
-            key = (length.rank, sender, what)
+        for what, words in self._differences(sender, encoded, now_ns):
+            key = (encoded.rank, sender, what)
             if key not in self._told and len(self._told) < MOST_TOLD:
                 self._told.add(key)
                 found.append(words)
         return found
 
-    def _differences(self, sender: str, length: WireLength, now_ns: int) -> Iterator[tuple[str, str]]:
+    def _differences(self, sender: str, encoded: EncodedFrame, now_ns: int) -> Iterator[tuple[str, str]]:
         """Pairs of a key and words."""
-        watched = self._by_rank.get(length.rank)
+        watched = self._by_rank.get(encoded.rank)
         if watched is None:
             yield "message", f"hands out a message that is not declared; {VOID}"
             return
         name, message = watched.name, watched.message
         if sender != message.sender:
             yield "sender", f"{name}: declared for {message.sender}; {VOID}"
-        if length.fd != message.fd:
-            yield "format", f"{name}: {_format(length.fd)}, declared as {_format(message.fd)}; {VOID}"
-        elif length.fd and bool(length.data_bits) != message.bit_rate_switch:
+        if encoded.fd != message.fd:
+            yield "format", f"{name}: {_format(encoded.fd)}, declared as {_format(message.fd)}; {VOID}"
+        elif encoded.fd and bool(encoded.data_bits) != message.bit_rate_switch:
             slower = f"; {VOID}" if message.bit_rate_switch else ""
             yield "switch", (f"{name}: {_switch(not message.bit_rate_switch)}, declared "
                              f"{_switch(message.bit_rate_switch)}{slower}")
-        if length.data[4] != message.length_bytes:
-            longer = f"; {VOID}" if length.data[4] > message.length_bytes else ""
-            yield "length", f"{name}: {length.data[4]} bytes, declared with {message.length_bytes}{longer}"
+        if encoded.data[4] != message.length_bytes:
+            longer = f"; {VOID}" if encoded.data[4] > message.length_bytes else ""
+            yield "length", f"{name}: {encoded.data[4]} bytes, declared with {message.length_bytes}{longer}"
         if watched.due_ns is not None and now_ns < watched.due_ns - message.jitter_ns:
             gap_ms = (now_ns - watched.last_ns) * 1e-6
             yield "period", (f"{name}: {gap_ms:.6g} ms after the one before, declared period "

@@ -13,9 +13,7 @@ from typing import ClassVar
 
 from netem.media.can.bit_clock import BitClock
 from netem.media.can.bus_timeline import INTERMISSION_BITS
-from netem.media.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK, CanFrame
-from netem.media.can.response_time import PeriodicMessage, response_time_ns
-from netem.media.can.wire_length import (
+from netem.media.can.encoded_frame import (
     AFTER_CRC_BITS,
     AFTER_FD_CRC_BITS,
     FD_CRC_FIELD_BITS,
@@ -23,6 +21,8 @@ from netem.media.can.wire_length import (
     most_fd_bits,
     rank_of,
 )
+from netem.media.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK, CanFrame
+from netem.media.can.response_time import PeriodicMessage, response_time_ns
 from netem.topology import REFUSE_UNKNOWN_KEYS
 
 Bits = tuple[int, int]              # (at the nominal, at the data bit rate)

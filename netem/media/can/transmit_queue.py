@@ -13,10 +13,10 @@ from heapq import heappop, heappush
 from typing import Final, Literal
 
 from netem.core.frame import Frame
-from netem.media.can.wire_length import WireLength
+from netem.media.can.encoded_frame import EncodedFrame
 
 Discipline = Literal["priority", "fifo", "mailbox"]
-Waiting = tuple[int, int, Frame, WireLength]        # (place, order of arrival, frame, its bits)
+Waiting = tuple[int, int, Frame, EncodedFrame]        # (place, order of arrival, frame, its bits)
 
 REPLACED: Final = "a newer frame took its mailbox"
 FULL: Final = "transmit queue"
@@ -37,18 +37,18 @@ class TransmitQueue:
     def __bool__(self) -> bool:
         return bool(self.waiting)
 
-    def put(self, frame: Frame, length: WireLength) -> tuple[Frame, str] | None:
+    def put(self, frame: Frame, encoded: EncodedFrame) -> tuple[Frame, str] | None:
         """Returns the frame that has no place (any more), and why."""
         waiting = self.waiting
-        place = length.rank if self._by_rank else 0
+        place = encoded.rank if self._by_rank else 0
         if self._mailboxes:
             for index, (rank, arrival, old, _) in enumerate(waiting):
                 if rank == place:
-                    waiting[index] = (rank, arrival, frame, length)
+                    waiting[index] = (rank, arrival, frame, encoded)
                     return old, REPLACED
         if len(waiting) >= self.capacity:
             return frame, FULL
-        heappush(waiting, (place, self._arrivals, frame, length))
+        heappush(waiting, (place, self._arrivals, frame, encoded))
         self._arrivals += 1
         return None
 

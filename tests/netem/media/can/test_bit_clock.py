@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from netem.media.can.bit_clock import BitClock
+from netem.media.can.encoded_frame import encode_frame
 from netem.media.can.frame import CanFrame, pack
-from netem.media.can.wire_length import wire_length
 from tests.netem.media.can.can_bench import CanBench
 
 SECOND = 10**9
@@ -37,6 +37,6 @@ def test_the_kth_of_frames_in_a_row_starts_at_the_exact_instant(rate: int) -> No
     bits = 0
     for row, frame in zip(bench.rows("a", "b"), frames, strict=True):
         assert abs(row["on_air_ns"] - Fraction(bits * SECOND, rate)) <= Fraction(1, 2)
-        bits += wire_length(pack(frame)).nominal_bits
+        bits += encode_frame(pack(frame)).nominal_bits
         assert abs(row["end_ns"] - Fraction(bits * SECOND, rate)) <= Fraction(1, 2)
         bits += 3

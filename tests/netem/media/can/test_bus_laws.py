@@ -16,10 +16,10 @@ from netem.core.agenda import OFFER, Agenda
 from netem.emulator.conductor import Conductor
 from netem.media.can.bit_errors import BitErrorSettings
 from netem.media.can.bus import CanBus
+from netem.media.can.encoded_frame import encode_frame
 from netem.media.can.frame import CanFrame, pack
 from netem.media.can.messages import CanMessage
 from netem.media.can.settings import CanSettings
-from netem.media.can.wire_length import wire_length
 from netem.media.links import Links
 from netem.node.node import Node
 from netem.records.ledger import Ledger
@@ -96,7 +96,7 @@ def test_nothing_arrives_before_a_bound_given_earlier(kind: str, offers: list[tu
 
 def test_an_idle_bus_promises_the_shortest_frame_and_a_remote_frame_meets_it() -> None:
     shortest = min((CanFrame(can_id, remote=True, dlc=dlc) for can_id in range(0x800) for dlc in (0, 2, 5)),
-                   key=lambda frame: wire_length(pack(frame)).nominal_bits)
+                   key=lambda frame: encode_frame(pack(frame)).nominal_bits)
     bench = CanBench()
 
     promised_ns = bench.bus.lookahead_ns(5000)

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from netem.core.fate import Fate
 from netem.media.can.declared import CLOCK_TOLERANCE, MOST_TOLD, VOID, DeclarationWatch
+from netem.media.can.encoded_frame import encode_frame
 from netem.media.can.frame import CanFrame, pack
 from netem.media.can.messages import CanMessage
-from netem.media.can.wire_length import wire_length
 from tests.netem.media.can.can_bench import MS, CanBench
 
 EIGHT = CanFrame(0x100, bytes(8))
@@ -63,7 +63,7 @@ def test_with_messages_only_a_frame_without_the_declared_bit_rate_switch_is_malf
 def watched(period_ns: int, jitter_ns: int, at_ns: list[int]) -> list[int]:
     """The numbers of the frames that are told of, handed out at these instants by a sender of one message."""
     watch = DeclarationWatch({"front": CanMessage(0x100, period_ns, "a", 8, jitter_ns=jitter_ns)})
-    length = wire_length(pack(EIGHT))
+    length = encode_frame(pack(EIGHT))
     return [number for number, time_ns in enumerate(at_ns) if watch.look("a", length, time_ns)]
 
 
@@ -92,6 +92,6 @@ def test_a_flood_of_undeclared_identifiers_leaves_a_bounded_number_of_events() -
     watch = DeclarationWatch(MESSAGES)
 
     found = [words for can_id in range(0x300, 0x300 + 3 * MOST_TOLD)
-             for words in watch.look("c", wire_length(pack(CanFrame(can_id))), can_id)]
+             for words in watch.look("c", encode_frame(pack(CanFrame(can_id))), can_id)]
 
     assert len(found) == MOST_TOLD

@@ -6,8 +6,8 @@ from can.interfaces.socketcan.socketcan import build_can_frame, dissect_can_fram
 from hypothesis import given
 from hypothesis import strategies as st
 
+from netem.media.can.encoded_frame import encode_frame
 from netem.media.can.frame import CLASSICAL_BYTES, FD_BYTES, CanFrame, MalformedFrame, fd_length, pack, unpack
-from netem.media.can.wire_length import wire_length
 from tests.netem.media.can.frames import frames
 
 
@@ -45,7 +45,7 @@ def test_any_bytes_are_a_frame_or_a_malformed_one_with_a_reason(data: bytes) -> 
 
     assert frame is not None or 0 < len(str(reason)) < 80
     assert frame is None or unpack(pack(frame)) == frame
-    assert frame is None or frame.error or wire_length(data).data == pack(frame)
+    assert frame is None or frame.error or encode_frame(data).data == pack(frame)
 
 
 def struct_of(can_id: int = 0x123, length: int = 0, size: int = CLASSICAL_BYTES) -> bytes:
@@ -81,4 +81,4 @@ def test_a_can_fd_payload_is_filled_up_to_the_next_length_as_linux_does() -> Non
 def test_bytes_beyond_the_payload_do_not_get_to_the_bus() -> None:
     dirty = struct_of(length=2)[:8] + b"ab" + b"secret"
 
-    assert wire_length(dirty).data == struct_of(length=2)[:8] + b"ab" + bytes(6)
+    assert encode_frame(dirty).data == struct_of(length=2)[:8] + b"ab" + bytes(6)

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from netem.media.can.encoded_frame import encode_frame
 from netem.media.can.frame import CanFrame, pack
 from netem.media.can.messages import CanMessage, periodic
 from netem.media.can.response_time import (
@@ -19,7 +20,6 @@ from netem.media.can.response_time import (
     utilization,
 )
 from netem.media.can.settings import CanSettings
-from netem.media.can.wire_length import wire_length
 from tests.netem.media.can.can_bench import BIT, MS, CanBench
 
 US = 1000
@@ -169,7 +169,7 @@ def frame_of(message: CanMessage, data: bytes) -> CanFrame:
 
 
 def length_ns(message: CanMessage, data: bytes) -> int:
-    length = wire_length(pack(frame_of(message, data)))
+    length = encode_frame(pack(frame_of(message, data)))
     return length.nominal_bits * BIT + length.data_bits * 10**9 // FD_BPS
 
 

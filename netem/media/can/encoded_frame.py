@@ -32,7 +32,7 @@ LARGEST_DLC_WITH_CRC_17: Final = 10
 CACHED_FRAMES: Final = 1 << 15
 
 
-class WireLength(NamedTuple):
+class EncodedFrame(NamedTuple):
     rank: int                   # in arbitration: the lowest wins; equal only for the same arbitration field
     nominal_bits: int           # from SOF to the end of EOF, at the nominal bit rate
     data_bits: int              # at the data bit rate
@@ -67,7 +67,7 @@ def with_data(frame: CanFrame) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=CACHED_FRAMES)
-def wire_length(data: bytes) -> WireLength:
+def encode_frame(data: bytes) -> EncodedFrame:
     """Of the struct that a node handed out. Raises `MalformedFrame`."""
     frame = unpack(data)
     if frame.error:
@@ -78,7 +78,7 @@ def wire_length(data: bytes) -> WireLength:
     else:
         crc = CRC_15.of(bits, length)
         nominal, fast = length + 15 + stuff_bits(bits << 15 | crc, length + 15, at_end=True) + AFTER_CRC_BITS, 0
-    return WireLength(rank_of(frame), nominal, fast, frame.fd, pack(frame))
+    return EncodedFrame(rank_of(frame), nominal, fast, frame.fd, pack(frame))
 
 
 def _fd_bits(frame: CanFrame, bits: int, length: int) -> tuple[int, int]:

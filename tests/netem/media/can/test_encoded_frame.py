@@ -8,8 +8,8 @@ from hypothesis import example, given, settings
 
 from netem.media.can.bit_sequence import Field, bit_sequence
 from netem.media.can.crc import CRC_15, CRC_17, CRC_21, Crc
+from netem.media.can.encoded_frame import encode_frame, most_classical_bits, most_fd_bits, rank_of
 from netem.media.can.frame import FD_LENGTHS, CanFrame, pack
-from netem.media.can.wire_length import most_classical_bits, most_fd_bits, rank_of, wire_length
 from tests.netem.media.can.bit_by_bit import Bit, encode
 from tests.netem.media.can.frames import frames
 
@@ -26,7 +26,7 @@ NAMES = {Field.ARBITRATION: {"SOF", "ID", "SRR", "RRS", "RTR"}, Field.DATA: {"da
 @example(CanFrame(0x555, b"\xaa\xff", fd=True))                         # ends in a run: the fixed stuff bit does
 @example(CanFrame(0x7C0, fd=True, bit_rate_switch=True))                # a stuff bit just before BRS
 def test_length_at_either_rate_is_that_of_the_bits_counted_one_by_one(frame: CanFrame) -> None:
-    length = wire_length(pack(frame))
+    length = encode_frame(pack(frame))
 
     bits = encode(frame)
     assert (length.nominal_bits, length.data_bits) == (sum(not bit.fast for bit in bits), sum(bit.fast for bit in bits))
@@ -98,7 +98,7 @@ def test_the_worst_stuffing_is_the_published_bound(data_bytes: int) -> None:
 @settings(max_examples=300, deadline=None)
 @given(frame=frames)
 def test_every_frame_lies_between_the_published_bounds(frame: CanFrame) -> None:
-    length = wire_length(pack(frame))
+    length = encode_frame(pack(frame))
     bits = length.nominal_bits + length.data_bits
 
     if frame.fd:
@@ -119,8 +119,8 @@ def test_both_bounds_are_all_but_reached() -> None:
     cannot be chosen, so the worst frame lacks at most the stuff bits of 15 bits, 4."""
     rng = random.Random("stuffing")
     rotations = [bytes([(0x0F0F >> turn) & 0xFF] * 8) for turn in range(8)]
-    ordinary = [wire_length(pack(CanFrame(can_id, rng.randbytes(8)))).nominal_bits for can_id in range(0x7FF)]
-    stuffed = [wire_length(pack(CanFrame(can_id, data))).nominal_bits for can_id in range(0x7FF) for data in rotations]
+    ordinary = [encode_frame(pack(CanFrame(can_id, rng.randbytes(8)))).nominal_bits for can_id in range(0x7FF)]
+    stuffed = [encode_frame(pack(CanFrame(can_id, data))).nominal_bits for can_id in range(0x7FF) for data in rotations]
 
     assert min(ordinary) == 34 + 64 + 10
     assert max(stuffed) >= most_classical_bits(8, extended=False) - 4
@@ -128,9 +128,9 @@ def test_both_bounds_are_all_but_reached() -> None:
 
 def test_the_shortest_frame_of_all_has_44_bits_and_the_shortest_of_can_fd_26_and_33() -> None:
     """The lookahead rests on them: all standard identifiers, and a sample of lengths."""
-    classical = [wire_length(pack(frame)).nominal_bits for can_id in range(0x800)
+    classical = [encode_frame(pack(frame)).nominal_bits for can_id in range(0x800)
                  for frame in (CanFrame(can_id), *(CanFrame(can_id, remote=True, dlc=dlc) for dlc in (0, 2, 5, 8)))]
-    fd = [wire_length(pack(CanFrame(can_id, fd=True, bit_rate_switch=True))) for can_id in range(0x800)]
+    fd = [encode_frame(pack(CanFrame(can_id, fd=True, bit_rate_switch=True))) for can_id in range(0x800)]
 
     assert min(classical) == 44
     assert min((length.nominal_bits, length.data_bits) for length in fd) == (26, 33)
@@ -141,8 +141,8 @@ def test_the_shortest_frame_of_all_has_44_bits_and_the_shortest_of_can_fd_26_and
 def test_a_frame_without_a_rate_switch_is_nominal_all_through(data_bytes: int) -> None:
     data = bytes(data_bytes)
 
-    slow = wire_length(pack(CanFrame(0x123, data, fd=True)))
-    fast = wire_length(pack(CanFrame(0x123, data, fd=True, bit_rate_switch=True)))
+    slow = encode_frame(pack(CanFrame(0x123, data, fd=True)))
+    fast = encode_frame(pack(CanFrame(0x123, data, fd=True, bit_rate_switch=True)))
 
     assert slow.data_bits == 0
     assert abs(slow.nominal_bits - fast.nominal_bits - fast.data_bits) <= 1      # BRS itself may cost a stuff bit
