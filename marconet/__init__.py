@@ -1,3 +1,32 @@
-"""The face of marconet: the command line. What it calls is in `experiments`."""
+"""marconet from Python: load a scenario or build one, run it, and look at what came of it.
 
-import experiments  # noqa: F401  # before anything of the emulator, so that its compiled modules are found
+    run = marconet.run(marconet.load("two_beacons.toml", set={"length_s": 5.0}))
+    run.holds, run.expectations, run.ledger, run.signals["r1"], run.events, run.report()
+
+What is named in `__all__` stays as it is documented; everything else may change. docs/python.md.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from experiments.scenario.problems import ScenarioError
+    from marconet.running import Run, run
+    from marconet.scenario import Scenario, load
+    from netem.wire.errors import NodeFailure
+
+__all__ = ["NodeFailure", "Run", "Scenario", "ScenarioError", "load", "run"]
+
+# Imported when they are first asked for: the command line needs none of them.
+_WHERE: Final = {
+    "NodeFailure": "netem.wire.errors", "Run": "marconet.running", "Scenario": "marconet.scenario",
+    "ScenarioError": "experiments.scenario.problems", "load": "marconet.scenario", "run": "marconet.running"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _WHERE:
+        raise AttributeError(f"module 'marconet' has no attribute {name!r}; it has {', '.join(__all__)}")
+    found = globals()[name] = getattr(import_module(_WHERE[name]), name)
+    return found

@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from annotated_types import Ge, Gt
 
@@ -44,15 +44,27 @@ class Header:
 
 
 def load(source: Path, *, seed: int | None = None, duration_s: float | None = None, overrides: Sequence[str] = (),
-         vocabulary: Vocabulary | None = None) -> Scenario:
-    """The scenario in the file `source`; `seed`, `duration_s` and `overrides` replace what it says.
+         values: Mapping[str, Any] | None = None, vocabulary: Vocabulary | None = None) -> Scenario:
+    """The scenario in the file `source`; `seed`, `duration_s`, `overrides` and `values` replace what it says.
 
     ScenarioError holds every problem found.
     """
     document, text = read(source)
+    return load_tables(document, source, question=question_of(text), seed=seed, duration_s=duration_s,
+                       overrides=overrides, values=values, vocabulary=vocabulary)
+
+
+def load_tables(document: dict[str, Any], source: Path, *, question: str = "", seed: int | None = None,
+                duration_s: float | None = None, overrides: Sequence[str] = (), values: Mapping[str, Any] | None = None,
+                vocabulary: Vocabulary | None = None) -> Scenario:
+    """The scenario of these tables, as if they had been read from the file `source`, whose folder its paths start from.
+
+    `document` is changed. `values` are overrides in Python's types, by their paths.
+    """
     problems = Problems(source.name)
     top_level = [*shape_of(Header).keys(), *SECTIONS]
     overriding.apply(document, overrides, top_level, problems)
+    overriding.apply_values(document, values or {}, top_level, problems)
     if seed is not None:
         document["seed"] = seed
     if duration_s is not None:
@@ -64,7 +76,7 @@ def load(source: Path, *, seed: int | None = None, duration_s: float | None = No
     if vocabulary is None:
         from experiments.scenario.house import house_vocabulary
         vocabulary = house_vocabulary()
-    return _resolve(Reading(document, source.absolute().parent, problems, vocabulary), source, question_of(text))
+    return _resolve(Reading(document, source.absolute().parent, problems, vocabulary), source, question)
 
 
 def _resolve(reading: Reading, source: Path, question: str) -> Scenario:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from experiments.scenario.problems import Place, Problems, near, path_text
@@ -23,6 +23,17 @@ def apply(document: dict[str, Any], overrides: Iterable[str], top_level: Sequenc
         complaint = _apply(document, override, top_level)
         if complaint:
             problems.say(f"--set {override}: {complaint}")
+
+
+def apply_values(document: dict[str, Any], values: Mapping[str, Any], top_level: Sequence[str],
+                 problems: Problems) -> None:
+    """The same with values of Python by their path."""
+    for path, value in values.items():
+        place, rest = parse_path(path)
+        complaint = _put(document, place, value, top_level) if place and not rest else \
+            "expected path.to.key, as in impairments[0].loss_ratio"
+        if complaint:
+            problems.say(f"set {path!r}: {complaint}")
 
 
 def parse_path(text: str) -> tuple[Place, str]:
@@ -52,6 +63,11 @@ def _apply(document: dict[str, Any], override: str, top_level: Sequence[str]) ->
         value = tomllib.loads(f"value = {rest[1:].strip()}")["value"]
     except (tomllib.TOMLDecodeError, RecursionError):
         return f"{rest[1:].strip()!r} is not a TOML value; text needs quotes: '{path_text(place)}=\"...\"'"
+    return _put(document, place, value, top_level)
+
+
+def _put(document: dict[str, Any], place: Place, value: Any, top_level: Sequence[str]) -> str:
+    """Change `document`; what is wrong with the place, "" if nothing."""
     here: Any = document
     for depth, part in enumerate(place):
         so_far, last = path_text(place[:depth]), depth == len(place) - 1

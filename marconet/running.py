@@ -1,0 +1,176 @@
+"""Runs a scenario from Python, and reads back what the run left in its folder."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any, Literal
+
+from experiments.judge.run_data import RunData, load_run
+from experiments.judge.run_result import Summary, Verdict
+from marconet.scenario import Scenario, load, toml_text
+
+if TYPE_CHECKING:
+    import polars as pl
+
+GET_POLARS = "data frames need polars: pip install 'marconet[frames]'"
+
+
+class Run:
+    """A run that has ended. `folder` holds its records (docs/records.md)."""
+
+    def __init__(self, folder: Path, summary: Summary, changes: Mapping[str, Any] | None = None) -> None:
+        self.folder = folder
+        self._summary = summary
+        self._changes = dict(changes or {})     # of the scenario's file, by their paths
+
+    @property
+    def holds(self) -> bool:
+        """Whether the run came to its end and every expectation holds."""
+        return self._summary.holds
+
+    @property
+    def ledger_hash(self) -> str:
+        """The same for the same scenario and seed, on every machine and host."""
+        return self._summary.ledger_hash
+
+    @property
+    def warnings(self) -> list[str]:
+        return list(self._summary.warnings)
+
+    @cached_property
+    def expectations(self) -> pl.DataFrame:
+        """One row for each figure of `[expect]`: key, value, min, max, holds, why (it has no value)."""
+        verdicts = self._summary.verdicts
+        polars = _polars()
+        frame: pl.DataFrame = polars.DataFrame(
+            {"key": [verdict.key for verdict in verdicts], "value": [verdict.value for verdict in verdicts],
+             "min": [verdict.min for verdict in verdicts], "max": [verdict.max for verdict in verdicts],
+             "holds": [verdict.holds for verdict in verdicts], "why": [verdict.why for verdict in verdicts]},
+            schema={"key": polars.String, "value": polars.Float64, "min": polars.Float64, "max": polars.Float64,
+                    "holds": polars.Boolean, "why": polars.String})
+        return frame
+
+    @cached_property
+    def ledger(self) -> pl.DataFrame:
+        """One row for each frame copy, columns as in docs/records.md."""
+        from netem.records.ledger_table import read_ledger
+
+        frame: pl.DataFrame = _polars().from_arrow(read_ledger(self.folder / "ledger.parquet"))
+        return frame
+
+    @cached_property
+    def signals(self) -> Mapping[str, pl.DataFrame]:
+        """By node, and by table of derived signals: `time_ns` and one column for each signal, in its own unit."""
+        polars = _polars()
+        return {node: polars.DataFrame({"time_ns": table.time_ns} |
+                                       {name: table.column(name) for name in table.names})
+                for node, table in self._data.signals.items()}
+
+    @cached_property
+    def units(self) -> Mapping[str, Mapping[str, str]]:
+        """By node the unit of each signal, "1" for a pure number."""
+        return {node: dict(zip(table.names, table.units, strict=True)) for node, table in self._data.signals.items()}
+
+    @cached_property
+    def events(self) -> pl.DataFrame:
+        """One row for each event in the order of time: time_ns, node ("" for the emulator), kind, detail, level."""
+        polars = _polars()
+        events = self._data.events
+        frame: pl.DataFrame = polars.DataFrame(
+            {"time_ns": [event.time_ns for event in events], "node": [event.node for event in events],
+             "kind": [event.kind for event in events], "detail": [event.detail for event in events],
+             "level": [event.level.name.lower() for event in events]},
+            schema={"time_ns": polars.Int64, "node": polars.String, "kind": polars.String, "detail": polars.String,
+                    "level": polars.String})
+        return frame
+
+    @property
+    def counters(self) -> Mapping[str, Mapping[str, int]]:
+        """What each node counted."""
+        return self._data.counters
+
+    def report(self) -> Path:
+        """The page with everything about the run; written when it is first asked for."""
+        from experiments.show.report.build import write_report
+
+        page = self.folder / "report.html"
+        return page if page.exists() else write_report(self.folder)
+
+    def first_violation(self) -> str:
+        """The first expectation that does not hold, with its instant where it has one; "" if all hold."""
+        if self._summary.failure:
+            return self._summary.failure
+        broken = [verdict for verdict in self._summary.verdicts if not verdict.holds]
+        return self._in_words(broken[0]) if broken else ""
+
+    def repeat(self) -> str:
+        """The command that makes the same run again, where the scenario is a file."""
+        changed = [word for path, value in self._changes.items() for word in ("--set", f"{path}={toml_text(value)}")]
+        return shlex.join(["marconet", "run", str(self._data.scenario.get("path", self._summary.scenario)), "--seed",
+                           str(self._summary.seed), "--host", self._summary.host, *changed])
+
+    @cached_property
+    def _data(self) -> RunData:
+        return load_run(self.folder)
+
+    def _in_words(self, verdict: Verdict) -> str:
+        from experiments.show.report.instants import instant_of
+
+        bound = self._data.scenario.get("expect", {}).get(verdict.key) or {}
+        during = bound.get("during_ns")
+        instant = instant_of(verdict, None if during is None else (during[0], during[1]), self._data)
+        where = "" if instant is None else f" (t = {instant.time_ns * 1e-9:.9g} s: {instant.words})"
+        value = "no value" if verdict.value is None else f"{verdict.value:.6g}"
+        return f"{verdict.key} is {value}: {verdict.by_how_much()}{where}"
+
+    def __repr__(self) -> str:
+        judged = "holds" if self.holds else self.first_violation()
+        return (f"<marconet.Run of {self._summary.scenario}, seed {self._summary.seed}: {judged}; records in "
+                f"{self.folder}; repeat with {self.repeat()}>")
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the picture of the report's first signals, and the verdicts."""
+        from markupsafe import escape
+
+        from experiments.show.report.picture import draw
+
+        rows = "".join(f"<tr><td><code>{escape(verdict.key)}</code></td><td>{_short(verdict.value)}</td>"
+                       f"<td>{'holds' if verdict.holds else escape(verdict.by_how_much())}</td></tr>"
+                       for verdict in self._summary.verdicts)
+        return (f"<p><b>{escape(self._summary.scenario)}</b>, seed {self._summary.seed}: "
+                f"{'holds' if self.holds else 'does not hold'}; records in <code>{escape(str(self.folder))}</code></p>"
+                f"{draw(self._data)}<table>{rows}</table>")
+
+
+def run(scenario: Scenario | str | PurePath, *, host: Literal["inline", "process"] = "process",
+        out: str | PurePath | None = None, report: bool = False, real_time: bool = False,
+        overwrite: bool = False) -> Run:
+    """Run a scenario, or the one of that name or path, and return when it has ended.
+
+    `host`: "process" gives each robot a process of its own, "inline" runs all in this one, faster. `out` is the folder
+    of its records, by default a new one below ./runs; `overwrite` replaces those of an earlier run there.
+
+    Raises NodeFailure if a robot's program fails, after the records up to then were written, and FolderTaken if `out`
+    holds another run. A broken expectation is no error: see `Run.holds`.
+    """
+    from experiments.run.runner import run as run_scenario
+
+    checked = scenario if isinstance(scenario, Scenario) else load(scenario)
+    result = run_scenario(checked.checked, host=host, out=None if out is None else Path(out), report=report,
+                          real_time=real_time, overwrite=overwrite)
+    return Run(result.folder, result.summary, checked.changes)
+
+
+def _polars() -> Any:
+    try:
+        import polars
+    except ImportError as error:
+        raise ImportError(GET_POLARS) from error
+    return polars
+
+
+def _short(value: float | None) -> str:
+    return "" if value is None else f"{value:.6g}"
