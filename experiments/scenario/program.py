@@ -15,6 +15,7 @@ from typing import Any, Final, get_type_hints
 import msgspec
 
 from experiments.scenario.fill import fill
+from experiments.scenario.moved_modules import where_it_is
 from experiments.scenario.own_modules import NameTaken, module_for
 from experiments.scenario.problems import Place, Problems, near
 from experiments.scenario.program_run import complaint_about_run
@@ -43,7 +44,9 @@ def import_program(program: str, folder: Path) -> Callable[..., Any]:
         raise ValueError(str(error)) from error
     except ModuleNotFoundError as error:
         if error.name is None or not (module_name == error.name or module_name.startswith(error.name + ".")):
-            raise ValueError(f"{module_name} needs the module {error.name!r}, which is not installed") from error
+            moved = where_it_is(error.name or "")
+            raise ValueError(f"{module_name} needs the module {error.name!r}, which is not "
+                             f"{'there any more' + moved if moved else 'installed'}") from error
         raise ValueError(f"there is no module {error.name!r}; {_near_module(error.name, folder)}") from error
     found = getattr(module, class_name, None)
     if not callable(found):

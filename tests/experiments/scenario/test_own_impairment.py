@@ -87,6 +87,8 @@ def test_its_keys_are_checked_as_those_of_the_house(keys, line, valid, write):
     (("period_ns: int", "period_ns: Nanoseconds"), "the types of Fading's fields are not known"),
     (("class Fading", "class Fade"), "Fading is not in fading_of_the_tests; did you mean \"Fade\"?"),
     (("from random", "from randomness"), "fading_of_the_tests needs the module 'randomness', which is not installed"),
+    (("from netem.core.fate", "from netem.fate"), "fading_of_the_tests needs the module 'netem.fate', which is "
+     "not there any more; it is now netem.core.fate"),
     (("class Fading", "clas Fading"), "importing it failed: SyntaxError"),
     (("if not 0 <= self.depth", "if not 0 <= self.deep"), "constructing it failed: AttributeError"),
 ])
