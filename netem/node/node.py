@@ -85,7 +85,8 @@ class Node:
         self._shows: list[tuple[int, int, Callable[[int], bytes]]] = []     # (port, period_ns, read)
         self._next_show_ns = NEVER_NS
         self._reading_ns = -1           # the instant of the sample or show that is being read, -1 for none
-        self._ends: tuple[int, str] | None = None       # (time_ns, reason) once this node ends the run
+        self._ends_ns = NEVER_NS        # when this node ends the run,
+        self._ends_because = ""         # and why
 
     # --- what a program uses
 
@@ -108,8 +109,8 @@ class Node:
 
         Exceptions of the program from now on are taken for a consequence of the end.
         """
-        if self._ends is None:
-            self._ends = time_ns, because
+        if self._ends_ns == NEVER_NS:
+            self._ends_ns, self._ends_because = time_ns, because
 
     def start(self, program: Generator[Event, Any, Any]) -> simpy.Process:
         """Run `program` as a process of this node from now on."""
@@ -191,15 +192,15 @@ class Node:
 
     def advance(self, grant: Grant) -> Report:
         """Run every event that the grant allows, and say what came of it."""
-        if self._ends is not None:
+        if self._ends_ns != NEVER_NS:           # an integer: mypyc would trust a None seen here to last
             return self._end_report(grant)
         try:
             report = self._advance(grant)
         except Exception:
-            if self._ends is None:
+            if self._ends_ns == NEVER_NS:
                 raise
             return self._end_report(grant)
-        return report if self._ends is None else self._end_report(grant, report)
+        return report if self._ends_ns == NEVER_NS else self._end_report(grant, report)
 
     def _end_report(self, grant: Grant, report: Report | None = None) -> Report:
         """Report of a node that ends the run: all that it has done so far, and no promise that would delay the end."""
@@ -207,7 +208,7 @@ class Node:
             report = Report(grant.window, NEVER_NS, NEVER_NS, self._offers, self._samples, self._events,
                             dict(self._counters) if grant.last else {}, "")
             self._offers, self._samples, self._events = [], [], []
-        report.ends = self._ends
+        report.ends = self._ends_ns, self._ends_because
         return report
 
     def _advance(self, grant: Grant) -> Report:
