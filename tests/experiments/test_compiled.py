@@ -63,7 +63,7 @@ def test_it_can_be_turned_off(compiled: Path) -> None:
     code, file = python("-c", WHICH, MARCONET_COMPILED="0").splitlines()
 
     assert code == "interpreted: MARCONET_COMPILED=0"
-    assert file == str(ROOT / "netem" / "node.py")
+    assert file == str(ROOT / "netem" / "node" / "node.py")
 
 
 def test_all_of_the_modules_are_used_or_none(compiled: Path) -> None:
@@ -71,7 +71,7 @@ def test_all_of_the_modules_are_used_or_none(compiled: Path) -> None:
                         MARCONET_COMPILED="1").splitlines()
 
     assert code == "interpreted: firmware_sim.local_clock was imported before experiments"
-    assert file == str(ROOT / "netem" / "node.py")
+    assert file == str(ROOT / "netem" / "node" / "node.py")
 
 
 def test_a_changed_source_of_any_package_is_not_what_was_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
