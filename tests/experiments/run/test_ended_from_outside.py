@@ -13,28 +13,14 @@ from pathlib import Path
 import pytest
 
 from netem.records.ledger_table import read_metadata
+from tests.processes import alive, children
 
 COMMAND = [sys.executable, "-c", "from marconet.command_line import main; main()", "run", "output_sync"]
 
 
-def children(pid: int | str) -> list[str]:
-    try:
-        return Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-    except FileNotFoundError:
-        return []
-
-
-def nodes_of(pid: int) -> list[str]:
+def nodes_of(pid: int) -> list[int]:
     """The processes of the robots: children of the fork server, which is a child of the emulator."""
     return [node for server in children(pid) for node in children(server)]
-
-
-def alive(pid: str) -> bool:
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except FileNotFoundError:
-        return False
-    return state != "Z"
 
 
 def wait_for(condition: Callable[[], bool], seconds: float = 120.0) -> None:

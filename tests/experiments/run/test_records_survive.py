@@ -20,6 +20,7 @@ import pytest
 
 from experiments.judge.run_data import load_run
 from netem.records.ledger_table import hash_of, read_ledger, read_metadata
+from tests.processes import children
 
 CASES = Path(__file__).parents[2] / "cases" / "robots_that_misbehave"
 MARCONET = [sys.executable, "-c", "from marconet.command_line import main; main()"]
@@ -129,8 +130,7 @@ def test_after_a_kill_the_report_makes_records_of_what_is_on_the_disk(tmp_path: 
     out = tmp_path / "run"
     with start(forever, out, "--host", host) as running:
         wait_for(lambda: under_way(out) and b'"heard"' in (out / "run.json.part").read_bytes())
-        emulator = running.pid if host == "process" else int(
-            Path(f"/proc/{running.pid}/task/{running.pid}/children").read_text().split()[0])
+        emulator = running.pid if host == "process" else children(running.pid)[0]
         subprocess.run(["kill", "-KILL", str(emulator)], check=True)
         running.communicate(timeout=120)
     if host == "process":
@@ -316,5 +316,3 @@ def processes_that_name(text: str) -> list[int]:
     return found
 
 
-def children(pid: int) -> list[int]:
-    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]

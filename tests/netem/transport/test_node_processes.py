@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from netem.transport.node_processes import NodeProcesses
+from tests.processes import alive
 
 SERVER = """
 import os, subprocess, sys, time
@@ -54,13 +55,6 @@ def wait_for(condition: Callable[[], bool]) -> None:
     while not condition():
         assert time.monotonic() < deadline_s
         time.sleep(0.005)
-
-
-def alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
 
 
 def ended(processes: NodeProcesses, node: str) -> int:

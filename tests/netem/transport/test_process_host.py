@@ -21,6 +21,7 @@ from netem.transport.zenoh_session import MAX_PART_BYTES, Sender
 from netem.wire import keys
 from netem.wire.errors import NodeFailure
 from netem.wire.messages import Grant
+from tests.processes import alive
 
 NODE = Path(__file__).with_name("misbehaving_node.py")
 END_NS = 50_000_000
@@ -262,13 +263,6 @@ time.sleep(60)
         time.sleep(0.01)
     assert len(nodes) == 2
     assert not any(alive(pid) for pid in nodes)
-
-
-def alive(pid: int) -> bool:
-    try:
-        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except FileNotFoundError:
-        return False
 
 
 def test_last_words_come_from_those_who_answer_and_the_wait_for_the_others_is_bounded(tmp_path: Path) -> None:
