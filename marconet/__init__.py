@@ -1,4 +1,4 @@
-"""marconet from Python: load a scenario or build one, run it, and look at what came of it.
+"""marconet from Python: load or build a scenario, run it, and read the records of the run.
 
     run = marconet.run(marconet.load("two_beacons.toml", set={"length_s": 5.0}))
     run.holds, run.expectations, run.ledger, run.signals["r1"], run.events, run.report()

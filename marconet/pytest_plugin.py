@@ -12,6 +12,7 @@ seed unless the call names one.
 from __future__ import annotations
 
 import tomllib
+from argparse import ArgumentTypeError
 from collections.abc import Iterator
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Literal, Protocol
@@ -24,7 +25,7 @@ if TYPE_CHECKING:                       # else imported in the functions: pytest
 
 
 class RunIt(Protocol):
-    """What the fixture `marconet` is."""
+    """Signature of the fixture `marconet`."""
 
     def __call__(self, scenario: Scenario | str | PurePath, *, set: dict[str, Any] | None = None,
                  seed: int | None = None, length_s: float | None = None,
@@ -142,4 +143,7 @@ def _is_scenario(file: Path) -> bool:
 
 
 def _seeds(text: str) -> tuple[int, ...]:
-    return tuple(int(number) for number in text.split(","))
+    try:
+        return tuple(int(number) for number in text.split(","))
+    except ValueError:
+        raise ArgumentTypeError(f"{text!r}: expected whole numbers with commas between them, as 1,2,3") from None

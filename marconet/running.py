@@ -89,7 +89,7 @@ class Run:
 
     @property
     def counters(self) -> Mapping[str, Mapping[str, int]]:
-        """What each node counted."""
+        """By node, the counters of its program: name and count at the end of the run."""
         return self._data.counters
 
     def report(self) -> Path:
@@ -109,8 +109,9 @@ class Run:
     def repeat(self) -> str:
         """The command that makes the same run again, where the scenario is a file."""
         changed = [word for path, value in self._changes.items() for word in ("--set", f"{path}={toml_text(value)}")]
+        real_time = [] if self._summary.real_time is None else ["--real-time"]
         return shlex.join(["marconet", "run", str(self._data.scenario.get("path", self._summary.scenario)), "--seed",
-                           str(self._summary.seed), "--host", self._summary.host, *changed])
+                           str(self._summary.seed), "--host", self._summary.host, *real_time, *changed])
 
     @cached_property
     def _data(self) -> RunData:
@@ -132,7 +133,7 @@ class Run:
                 f"{self.folder}; repeat with {self.repeat()}>")
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the picture of the report's first signals, and the verdicts."""
+        """HTML for a notebook: the signals that the report shows first, as a picture, and a table of the verdicts."""
         from markupsafe import escape
 
         from experiments.show.report.picture import draw
@@ -150,11 +151,11 @@ def run(scenario: Scenario | str | PurePath, *, host: Literal["inline", "process
         overwrite: bool = False) -> Run:
     """Run a scenario, or the one of that name or path, and return when it has ended.
 
-    `host`: "process" gives each robot a process of its own, "inline" runs all in this one, faster. `out` is the folder
-    of its records, by default a new one below ./runs; `overwrite` replaces those of an earlier run there.
+    `host`: "process" gives each robot a process of its own, "inline" runs all robots in this process. `out` is the
+    folder of the records, by default a new one below ./runs; `overwrite` replaces the records of an earlier run there.
 
-    Raises NodeFailure if a robot's program fails, after the records up to then were written, and FolderTaken if `out`
-    holds another run. A broken expectation is no error: see `Run.holds`.
+    Raises NodeFailure if a robot's program fails, after the records up to then were written, and ValueError if `out`
+    holds another run or the scenario needs another host. A broken expectation is no error: see `Run.holds`.
     """
     from experiments.run.runner import run as run_scenario
 

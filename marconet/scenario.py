@@ -28,7 +28,7 @@ class Scenario:
 
     @classmethod
     def of(cls, checked: model.Scenario, changes: dict[str, Any]) -> Scenario:
-        """The scenario that the loader gave, with what was changed of its file, by paths."""
+        """The Scenario for what the loader returned; `changes` are the values that differ from its file, by path."""
         scenario = cls.__new__(cls)
         scenario.checked, scenario.changes = checked, changes
         return scenario
@@ -39,7 +39,7 @@ class Scenario:
 
     @property
     def question(self) -> str:
-        """What the scenario asks, "" if it asks nothing."""
+        """The question in the comment that opens the file, "" if there is none."""
         return self.checked.question
 
     @property
@@ -76,12 +76,12 @@ def load(path: str | PurePath, *, set: Mapping[str, Any] | None = None,     # as
 
 
 def toml_text(value: Any) -> str:
-    """A value as `--set` takes it."""
+    """The value written in TOML on one line, as the option `--set` takes it."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{json.dumps(key)} = {toml_text(part)}" for key, part in value.items()) + "}"
     if isinstance(value, list):
         return f"[{', '.join(map(toml_text, value))}]"
-    return json.dumps(value)
+    return json.dumps(value, ensure_ascii=False)
 
 
 def _plain(value: Any) -> Any:

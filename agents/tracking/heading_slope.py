@@ -32,7 +32,7 @@ GRID_ERROR = 2e-5       # D on the grid is below D by less: 5e-6 against a grid 
 
 
 def load_library() -> None:
-    """Import NumPy now: else the first table does, in each process of its own."""
+    """Import NumPy now. Otherwise `heading_table` imports it, once in each process."""
     import numpy  # noqa: F401
 
 

@@ -1,1 +1,1 @@
-"""Judges a run: in come the records in its folder, out come figures, verdicts on `[expect]` and on guarantees."""
+"""Judging. In: the records of a run. Out: its figures, and the verdicts on `[expect]` and on its guarantees."""

@@ -1,1 +1,1 @@
-"""Runs scenarios: in comes a loaded scenario, out come the folder of records and the `Summary` of the run."""
+"""Running. In: a loaded scenario. Out: the folder of its records, and the `Summary` of the run."""

@@ -45,7 +45,7 @@ def main() -> int:
         if module in sys.modules:           # once here, instead of in every node
             sys.modules[module].load_library()
     post_guards(ENTRANCES)
-    with sleep_refused():                   # in the nodes as well: they keep the thread
+    with sleep_refused():                   # holds in the nodes too: their main thread has the same identifier
         return serve(run_child)
 
 

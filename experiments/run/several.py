@@ -181,7 +181,7 @@ def run_folder(scenario: Scenario, out: Path | None) -> Path:
 
 
 def _folder_names(sources: Sequence[str]) -> dict[str, str]:
-    """Of each source the name of its folder below that of the call: `x`, and `x-2` for another file named like it."""
+    """By source the name of its records folder: the stem of the file, with `-2`, `-3`, ... where a stem is taken."""
     taken: Counter[str] = Counter()
     names = {}
     for source in dict.fromkeys(sources):

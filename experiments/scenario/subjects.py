@@ -19,7 +19,7 @@ Subject = tuple[str, ...]
 
 
 class Named(Enum):
-    """What `on` names, as the scenario writes it, and what a subject then is."""
+    """The forms that `on` may take in a guarantee; the comment gives the tuple that stands for one subject."""
 
     LINKS = "medium: sender -> receiver"        # (medium, sender, receiver)
     SENDERS = "medium: node"                    # (medium, node)

@@ -1,1 +1,1 @@
-"""Shows a scenario or a judged run: in come their data, out come text, tables, JSON, JUnit XML and the report."""
+"""Presentation. In: a scenario or a judged run. Out: text, tables, JSON, JUnit XML and the report."""

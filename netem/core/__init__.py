@@ -1,1 +1,1 @@
-"""What every other room builds on: the event list, frames and their fates, names of links, random streams."""
+"""The event list, frames and their fates, names of links and random streams, which the rooms above import."""

@@ -1,4 +1,4 @@
-"""What the conductor knows of one node: its promise, its horizon, and the deliveries that wait for it."""
+"""The conductor's record of one node: its promise, its horizon, and the deliveries that wait for it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from netem.wire.messages import Delivery
 
 @dataclass(slots=True, eq=False)
 class Seat:
-    """What the conductor knows of one node."""
+    """Record of one node. Instants are true time [ns]."""
 
     name: str
     media: list[str]

@@ -192,7 +192,7 @@ class Node:
 
     def advance(self, grant: Grant) -> Report:
         """Run every event that the grant allows, and say what came of it."""
-        if self._ends_ns != NEVER_NS:           # an integer: mypyc would trust a None seen here to last
+        if self._ends_ns != NEVER_NS:           # no None: mypyc assumes that it stays None
             return self._end_report(grant)
         try:
             report = self._advance(grant)

@@ -126,10 +126,10 @@ _hooked: list[bool] = []
 
 
 def post_guards(entrances: Sequence[Entrance]) -> None:
-    """Put in place what asks the guards; a second time it does nothing.
+    """Install the audit hook and replace the functions that ask the guards on duty; a second call does nothing.
 
-    The process that nodes are forked from does it for all of them: looking through every module writes to the pages
-    that the nodes share, 7 MB in each.
+    The process that nodes are forked from calls it for all of them: the search through every module changes reference
+    counts, and a node that makes it gets its own copy of 7 MB of pages that it shared before.
     """
     if not _hooked:
         _hooked.append(True)

@@ -51,7 +51,7 @@ def _serve(start: StartMessage, build: Callable[[StartMessage], Node], pipe: Emu
         out.await_subscriber(start.timeout_s)
         fork = _Fork()
         guard = OutsideGuard(ENTRANCES, whole_process=True)
-        turn: Turn = guard              # the same, and of a compiled class
+        turn: Turn = guard              # the same object, by its compiled class: read once for each grant
         if start.virtual_time:
             guard.begin()
         try:

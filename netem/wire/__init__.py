@@ -1,1 +1,1 @@
-"""What the emulator and a node say to each other: messages, keys, errors, and the instants that both name."""
+"""Messages, keys and errors that pass between the emulator and a node, and the instants that both name."""

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import marconet
+from marconet.scenario import toml_text
 
 ROOT = Path(__file__).parents[2]
 SCENARIO = """\
@@ -140,3 +141,8 @@ def test_importing_it_loads_nothing_of_the_emulator() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
 
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("value", [True, 0.25, -3, "it's \\ \"so\"", "\U0001f916 robot", [1, [2]], {"a": {"b c": "x"}}])
+def test_a_changed_value_is_told_in_toml(value: object) -> None:
+    assert tomllib.loads(f"value = {toml_text(value)}") == {"value": value}

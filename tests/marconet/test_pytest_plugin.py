@@ -84,3 +84,7 @@ def test_the_fixture_runs_a_scenario_with_changes_and_seeds(project: Path) -> No
     assert "count.r2.heard is 10: 40 below the least allowed, 50" in said
     assert "--seed 4" in said
     assert "--seed 5" in said
+
+
+def test_seeds_that_are_no_numbers_are_refused(project: Path) -> None:
+    assert "'one': expected whole numbers with commas between them, as 1,2,3" in run_pytest(project, "--seeds", "one")

@@ -41,7 +41,8 @@ def isotp(out: Path, stmin: int, notifier: bool, shuffle_start: int = 0) -> RunR
 
 
 def isotp_on_virtual(stmin: int, notifier: bool) -> str:
-    """What python-can's `virtual` gives, on the wall clock: tried again where a busy machine let a time-out pass."""
+    """Output of the same programs on python-can's `virtual` bus. It runs on the wall clock, so it is run again, at most
+    4 times, if a busy machine let one of its time-outs pass."""
     for _ in range(5):
         said = subprocess.run([sys.executable, "-c", ON_VIRTUAL, str(CASES / "isotp_two_nodes"), str(stmin),
                                str(notifier)], capture_output=True, text=True, check=True, timeout=60).stdout
