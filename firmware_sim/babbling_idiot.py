@@ -8,6 +8,7 @@ system", FTCS-28.
 from __future__ import annotations
 
 from collections.abc import Generator
+from dataclasses import dataclass
 from typing import Any
 
 from simpy.events import Event
@@ -16,24 +17,35 @@ from firmware_sim.board import Board
 from netem.media.can.frame import CanFrame, pack
 
 
+@dataclass(frozen=True)
+class BabblerSettings:
+    """A frame every `period_ns` on [from_ns, until_ns) of the local clock, `length` bytes of 0x55."""
+
+    from_ns: int
+    until_ns: int
+    period_ns: int
+    can_id: int = 0             # of 11 bits
+    length: int = 8             # bytes, 0 to 8
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.from_ns < self.until_ns or self.period_ns < 1:
+            raise ValueError(f"from_ns={self.from_ns}, until_ns={self.until_ns}, period_ns={self.period_ns}: expected "
+                             "0 <= from < until and a period of at least 1 ns")
+        if not 0 <= self.can_id <= 0x7FF or not 0 <= self.length <= 8:
+            raise ValueError(f"can_id={self.can_id}, length={self.length}: expected an identifier of 11 bits and 0 to "
+                             "8 bytes")
+
+
 class BabblingIdiot:
-    def __init__(self, board: Board, *, from_ns: int, until_ns: int, period_ns: int, can_id: int = 0,
-                 length: int = 8) -> None:
-        """A frame every `period_ns` on [from_ns, until_ns) of its local clock, `length` bytes of 0x55."""
-        if not 0 <= from_ns < until_ns or period_ns < 1:
-            raise ValueError(f"from_ns={from_ns}, until_ns={until_ns}, period_ns={period_ns}: expected 0 <= from < "
-                             "until and a period of at least 1 ns")
-        if not 0 <= can_id <= 0x7FF or not 0 <= length <= 8:
-            raise ValueError(f"can_id={can_id}, length={length}: expected an identifier of 11 bits and 0 to 8 bytes")
-        self._board = board
-        self._from_ns, self._until_ns, self._period_ns = from_ns, until_ns, period_ns
-        self._frame = pack(CanFrame(can_id, b"\x55" * length))
-        self._port = board.node.ports["can"]
-        self._port.answers = False
+    Settings = BabblerSettings
+
+    def __init__(self, board: Board, settings: BabblerSettings) -> None:
+        self._board, self._settings = board, settings
+        self._frame = pack(CanFrame(settings.can_id, b"\x55" * settings.length))
+        self._port = board.port("can", listen_only=True)
 
     def run(self) -> Generator[Event, Any, None]:
-        board, at_ns = self._board, self._from_ns
-        while at_ns < self._until_ns:
-            yield board.sleep_until(at_ns)
+        settings = self._settings
+        for at_ns in range(settings.from_ns, settings.until_ns, settings.period_ns):
+            yield from self._board.sleep_until(at_ns)
             self._port.send(self._frame)
-            at_ns += self._period_ns

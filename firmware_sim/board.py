@@ -1,94 +1,262 @@
-"""What a robot's program gets: its node, its local clock, its plant, what it knows of the team, its own randomness.
+"""What a robot's program gets: its ports, timers on its own clock, its sensors and actuators, and its records.
 
-A program reads only `board.now_ns` (local time) and waits with `yield board.until(local_ns)`. The timer is armed with
-the clock as it runs at that moment, as in a microcontroller: an adjustment while it waits does not move it. After a
-step back the program wakes before `local_ns`; `yield from board.wait_until(local_ns)` then waits on. After a step
-forward it wakes late, by the step. Schedules are asked from the local time after waking, so both heal by themselves.
+    board.port(name)                        hands frames out, takes frames in
+    board.at / every / sleep_until          act at an instant of the local clock
+    board.sense / actuate                   read and drive the plant, at the present
+    board.count / record / event / warn     what the records of the run say of this robot
 
-A promise of silence is true time. One that was given before a correction of the clock may then lie behind the next
-slot: correct first and promise afterwards, or promise less by the correction's bound. Steps by fault are known to the
-board (not to the program), and no promise reaches beyond the next one.
+All times are local: what this robot's clock shows. A timer is armed with the clock as it runs at that moment, as in a
+microcontroller. After a step back the program waits on; after a step forward it acts late, by the step.
+
+**The promise of silence** follows from the timers: this robot hands out nothing before the first of them that may lead
+to a frame. The promise is firm if every port is `listen_only`. Otherwise a frame that arrives ends it, and a new one
+follows; so a reply from `on_receive` breaks no promise. A timer that leads to no frame says so (`sends=False`,
+`silent_until_ns`), and the emulator need not ask this robot earlier. A frame within the promise raises PromiseBroken.
+
+*Invariants*
+- `_silences` holds for each armed timer the true instant before which it leads to no frame.
+- No promise reaches beyond the next step of the clock by fault: the program may plan anew there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Mapping, Sequence
+from functools import partial
 from random import Random
 from typing import Any, Final
 
-from simpy.events import Event, Timeout
+from simpy.events import Event, Process, Timeout
 
+from firmware_sim.board_timers import Repetition, Timer
 from firmware_sim.local_clock import LocalClock
-from fmus.plant import Plant
-from netem.node.node import Node
+from firmware_sim.old_names import renamed
+from fmus.plant import InputGroup, OutputGroup, Plant
+from netem.node.node import Node, Port
+from netem.wire.instants import NEVER_NS
 
 MAX_WAITS_AT_ONE_INSTANT: Final = 100_000
 
 
-@dataclass
-class Board:
-    node: Node
-    clock: LocalClock
-    plant: Plant | None
-    team: Mapping[str, Any]
-    rng: Random
-    clock_steps: Sequence[tuple[int, int]] = ()     # faults: (true_ns, delta_ns), in order
+class NoPlant(ValueError):
+    """A program asks for a sensor or an actuator, and its robot has no plant."""
 
-    def __post_init__(self) -> None:
-        instants = [true_ns for true_ns, _ in self.clock_steps]
-        if any(true_ns < self.node.now_ns for true_ns in instants) or instants != sorted(instants):
-            raise ValueError(f"{self.node.name}: clock_steps at {instants} ns: expected instants from now on, in order")
-        self._steps_ahead = list(self.clock_steps)
+
+class Board:
+    def __init__(self, node: Node, clock: LocalClock, plant: Plant | None, team: Mapping[str, Any], rng: Random,
+                 parameters: Mapping[str, Any], clock_steps: Sequence[tuple[int, int]] = ()) -> None:
+        """`team`: the scenario's table [team]; `clock_steps`: faults, (true_ns, delta_ns) in order."""
+        self.name = node.name
+        self.team = team
+        self.rng = rng
+        self._node, self._clock, self._plant, self._parameters = node, clock, plant, parameters
+        instants = [true_ns for true_ns, _ in clock_steps]
+        if any(true_ns < node.now_ns for true_ns in instants) or instants != sorted(instants):
+            raise ValueError(f"{node.name}: clock_steps at {instants} ns: expected instants from now on, in order")
+        self._steps_ahead = list(clock_steps)
+        self._silences: list[int] = []
         self._waits_over, self._waited_at_ns = 0, -1
         if self._steps_ahead:
-            self.node.env.process(self._step_clock())
+            node.env.process(self._step_clock())
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(renamed(name))
+
+    # --- frames
+
+    def port(self, name: str, on_receive: Callable[[bytes], None] | None = None, *,
+             listen_only: bool = False) -> Port:
+        """The port on the medium `name`. Each frame that arrives is passed to `on_receive`; without one it waits for
+        `yield port.receive()`.
+
+        `listen_only`, said before the run starts: no frame that arrives here makes this program hand out a frame
+        earlier than it has planned. The emulator then delivers such frames with the program's next turn, each acting
+        at its own time. UnknownName if the robot is on no such medium.
+        """
+        port = self._node.ports[name]
+        if on_receive is not None:
+            port.on_receive = on_receive
+        if listen_only:
+            port.listen_only = True
+        return port
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """The names of all ports, in the order of the scenario."""
+        return tuple(self._node.ports)
+
+    # --- time
 
     @property
     def now_ns(self) -> int:
-        """Local time."""
-        return self.clock.now_ns()
+        """Local time; within `record`, that of the sample."""
+        return self._clock.now_ns()
 
-    def until(self, local_ns: int) -> Timeout:
-        """Event at the first true instant at which the clock, as it runs now, reads `local_ns`; or at once."""
-        env = self.node.env
-        return Timeout(env, max(0, self.clock.true_at(local_ns) - env.time_ns()))
+    def at(self, local_ns: int, action: Callable[[], object], *, sends: bool = True) -> Timer:
+        """Call `action` when the clock reads at least `local_ns`, at once if it does; `cancel()` withdraws it.
 
-    def wait_until(self, local_ns: int) -> Generator[Event, Any, None]:
-        """`yield from` this: come back when the clock reads at least `local_ns`, whatever is done to it meanwhile."""
-        if self.clock.now_ns() >= local_ns:
+        Unless it `sends`, the action hands out no frame and leads to none before those that are planned otherwise.
+        """
+        return Timer(self, local_ns, action, sends)
+
+    def every(self, period_ns: int, action: Callable[[], object], *, offset_ns: int = 0,
+              sends: bool = True) -> Repetition:
+        """Call `action` at `offset_ns`, `offset_ns + period_ns`, ... of local time, from now on; `sends` as in `at`.
+
+        ValueError for a period of less than 1 ns or a negative offset.
+        """
+        return Repetition(self, period_ns, action, offset_ns, sends)
+
+    def after(self, delay_ns: int, action: Callable[[], object], *, sends: bool = True) -> None:
+        """Call `action` after `delay_ns` by another clock than this robot's: the interrupt of a radio or a UART."""
+        true_ns = self._node.env.time_ns() + delay_ns
+        if sends:
+            self.note_silence(true_ns)
+        self._node.call_in(delay_ns, partial(self._after, true_ns, action, sends))
+
+    def sleep_until(self, local_ns: int, *, silent_until_ns: int | None = None) -> Generator[Event, Any, None]:
+        """`yield from` this: go on when the clock reads at least `local_ns`, whatever is done to it meanwhile.
+
+        The program hands out nothing before it wakes. If it hands out nothing before a later `silent_until_ns` either,
+        it says so here.
+        """
+        if self._clock.now_ns() >= local_ns:
             self._note_wait_that_is_over(local_ns)
             return
-        yield self.until(local_ns)
-        while self.clock.now_ns() < local_ns:
-            yield self.until(local_ns)
+        yield self.until(local_ns, silent_until_ns=silent_until_ns)
+        while self._clock.now_ns() < local_ns:
+            yield self.until(local_ns, silent_until_ns=silent_until_ns)
 
-    def silent_until(self, local_ns: int) -> None:
-        """Firm promise: this node hands out nothing before local time `local_ns`, as the clock runs now."""
-        self._promise(self.clock.true_at(local_ns))
+    def until(self, local_ns: int, *, silent_until_ns: int | None = None) -> Timeout:
+        """SimPy event at the instant at which the clock, as it runs now, reads `local_ns`; or at once.
 
-    def silent_unless_heard_until(self, local_ns: int) -> None:
-        """Promise that no event of this node before local time `local_ns` hands anything out, until it hears something.
-
-        A port with `answers = False` does not count as hearing.
+        For `yield port.receive() | board.until(local_ns)`, and for a hardware timer that no step of the clock moves.
         """
-        true_ns = self.clock.true_at(local_ns)
-        self.node.silent_unless_heard_until(min(true_ns, self._steps_ahead[0][0]) if self._steps_ahead else true_ns)
-
-    def sleep_until(self, local_ns: int) -> Timeout:
-        """`silent_until` and `until` in one: what a program does that knows when it acts next."""
-        true_ns = self.clock.true_at(local_ns)
-        node = self.node
-        if self._steps_ahead:
-            self._promise(true_ns)
+        env, clock = self._node.env, self._clock
+        true_ns = clock.true_at(local_ns)
+        timeout = Timeout(env, max(0, true_ns - env.time_ns()))
+        if silent_until_ns is None:
+            silent_ns = true_ns
+        elif silent_until_ns >= NEVER_NS:
+            return timeout
         else:
-            node.silent_until(true_ns)
-        env = node.env
-        return Timeout(env, max(0, true_ns - env.time_ns()))
+            silent_ns = clock.true_at(silent_until_ns)
+        self._silences.append(silent_ns)
+        callbacks = timeout.callbacks
+        assert callbacks is not None
+        callbacks.append(partial(self._silence_over, silent_ns))
+        return timeout
+
+    def start(self, process: Generator[Event, Any, Any]) -> Process:
+        """Run one more generator of this program, from now on."""
+        return self._node.start(process)
+
+    def adjust_clock(self, step_ns: int = 0, trim_ppm: float = 0.0) -> None:
+        """Set the clock `step_ns` forward and let it run `trim_ppm` faster from now on: a synchronization.
+
+        A promise that was given before stands in true time: adjust first, set timers afterwards.
+        """
+        self._clock.adjust(step_ns)
+        self._clock.trim(trim_ppm)
+
+    def promise_firm(self, local_ns: int) -> None:
+        """Hand out nothing before `local_ns`, whatever is heard: beyond what the timers promise by themselves."""
+        self._node.promise_firm(self._no_later_than_a_step(self._clock.true_at(local_ns)))
+
+    def promise_soft(self, local_ns: int) -> None:
+        """Hand out nothing before `local_ns`, unless something is heard: beyond what the timers promise."""
+        self._node.promise_soft(self._no_later_than_a_step(self._clock.true_at(local_ns)))
+
+    # --- the plant
+
+    def sense(self, variable: str) -> Any:
+        """The plant's variable at the present: float, int, bool or str by its type, a tuple for an array, rows first.
+
+        NoPlant without a plant; PlantError names an unknown variable.
+        """
+        return self._body().get(variable)
+
+    def actuate(self, variable: str, value: Any) -> None:
+        """Set an input of the plant from now on; an array as a sequence of rows."""
+        self._body().set(variable, value)
+
+    def sensors(self, variables: Sequence[str], units: Sequence[str | None] | None = None) -> OutputGroup:
+        """Variables that are read together, fast: `.read()` gives them at the present. `units` have to be the FMU's."""
+        return self._body().output_group(variables, units)
+
+    def actuators(self, variables: Sequence[str], units: Sequence[str | None] | None = None) -> InputGroup:
+        """Inputs that are set together, fast: `.write(values)` sets them from now on."""
+        return self._body().input_group(variables, units)
+
+    # --- the records
+
+    def count(self, name: str, by: int = 1) -> None:
+        """Add `by` to the counter `name`: "count.ROBOT.name" in [expect]. With 0 it is there before it counts."""
+        self._node.count(name, by)
+
+    def record(self, signal: str, unit: str, read: Callable[[], float]) -> None:
+        """Record `read()` at every sample instant of the scenario, as the signal `ROBOT.signal`."""
+        self._node.signals([(signal, unit)], lambda: (read(),))
+
+    def record_all(self, signals_and_units: Sequence[tuple[str, str]], read: Callable[[], Sequence[float]]) -> None:
+        """Record several signals whose values `read()` gives together."""
+        self._node.signals(signals_and_units, read)
+
+    def event(self, kind: str, detail: str = "") -> None:
+        """A line in the records of the run, with the time of now."""
+        self._node.event(kind, detail)
+
+    def warn(self, kind: str, detail: str = "") -> None:
+        """An event that the summary and the report show as a warning."""
+        self._node.event(kind, detail)
+
+    def parameter(self, name: str) -> Any:
+        """What the scenario gives in this robot's `parameters`, times in ns; UnknownName if it is not there."""
+        return self._parameters[name]
+
+    # --- for timers and for who builds the node
+
+    def keep_promises(self) -> None:
+        """Let the node's promise follow from the timers of this board."""
+        self._node.next_frame_ns = self._next_frame_ns
+
+    def call_at(self, local_ns: int, action: Callable[[Any], None]) -> int:
+        """Call `action` when the clock, as it runs now, reads `local_ns`; gives that true instant."""
+        now_ns = self._node.env.time_ns()
+        true_ns = max(now_ns, self._clock.true_at(local_ns))
+        self._node.call_in(true_ns - now_ns, action)
+        return true_ns
+
+    def note_silence(self, true_ns: int) -> None:
+        """A timer was armed that leads to no frame before `true_ns`."""
+        self._silences.append(true_ns)
+
+    def withdraw_silence(self, true_ns: int) -> None:
+        """A timer with that silence rang or was cancelled."""
+        self._silences.remove(true_ns)
+
+    def _silence_over(self, true_ns: int, event: Event) -> None:
+        self._silences.remove(true_ns)
+
+    def _next_frame_ns(self) -> int:
+        first_ns = min(self._silences) if self._silences else NEVER_NS
+        return self._no_later_than_a_step(first_ns) if self._steps_ahead else first_ns
+
+    def _no_later_than_a_step(self, true_ns: int) -> int:
+        return min(true_ns, self._steps_ahead[0][0]) if self._steps_ahead else true_ns
+
+    def _after(self, true_ns: int, action: Callable[[], object], sends: bool, event: Event) -> None:
+        if sends:
+            self._silences.remove(true_ns)
+        action()
+
+    def _body(self) -> Plant:
+        if self._plant is None:
+            raise NoPlant(f"{self.name} has no plant; give it one, as agents.{self.name}.plant = {{ fmu = \"cart\" }}")
+        return self._plant
 
     def _note_wait_that_is_over(self, local_ns: int) -> None:
         """RuntimeError for a program that waits again and again for instants that have passed: it would never end."""
-        now_ns = self.node.env.time_ns()
+        now_ns = self._node.env.time_ns()
         self._waits_over = self._waits_over + 1 if now_ns == self._waited_at_ns else 1
         self._waited_at_ns = now_ns
         if self._waits_over > MAX_WAITS_AT_ONE_INSTANT:
@@ -96,16 +264,11 @@ class Board:
                                f", the last for {local_ns} ns of local time: no robot time passes; wait for later "
                                "ones, as with a period of more than 0")
 
-    def _promise(self, true_ns: int) -> None:
-        if self._steps_ahead:
-            true_ns = min(true_ns, self._steps_ahead[0][0])
-        self.node.silent_until(true_ns)
-
     def _step_clock(self) -> Generator[Event, Any, None]:
-        env = self.node.env
+        env = self._node.env
         while self._steps_ahead:
             true_ns, delta_ns = self._steps_ahead[0]
             yield env.timeout(true_ns - env.now)
-            self.clock.step(delta_ns)
+            self._clock.step(delta_ns)
             del self._steps_ahead[0]
-            self.node.event("clock step", f"{delta_ns} ns")
+            self._node.event("clock step", f"{delta_ns} ns")

@@ -19,52 +19,62 @@ Not modelled: acknowledgements and retries of unicast (it broadcasts), command m
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
-from typing import Any, Final
-
-from simpy.events import Event
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
 
 from firmware_sim.board import Board
-from firmware_sim.scenario_view import ScenarioView
+from firmware_sim.scenario_view import Own, ScenarioView
 
 SECOND_NS: Final = 1_000_000_000
 PACKET_BYTES: Final = 100
 IDLE_BYTES: Final = 3
 
 
+@dataclass(frozen=True)
+class ModemSettings:
+    serial: str                         # its port to the serial line
+    radio: str                          # and to the radio
+    baud_bps: int                       # of the serial line
+    bits_per_byte: int = 10
+    packet_bytes: int = PACKET_BYTES    # at which a packet leaves
+    idle_bytes: int = IDLE_BYTES        # byte times of silence after which it leaves as it is; 0: at once
+
+    def __post_init__(self) -> None:
+        if self.baud_bps < 1 or self.bits_per_byte < 1:
+            raise ValueError(f"baud_bps={self.baud_bps}, bits_per_byte={self.bits_per_byte}: expected at least 1")
+        if self.packet_bytes < 1:
+            raise ValueError(f"packet_bytes={self.packet_bytes}: expected at least 1")
+        if self.idle_bytes < 0:
+            raise ValueError(f"idle_bytes={self.idle_bytes}: expected 0 (send at once) or more")
+
+    @property
+    def idle_ns(self) -> int:
+        return -(-self.idle_bytes * self.bits_per_byte * SECOND_NS // self.baud_bps)
+
+
 class RadioModem:
-    def __init__(self, board: Board, *, serial: str, radio: str, baud_bps: int, bits_per_byte: int = 10,
-                 packet_bytes: int = PACKET_BYTES, idle_bytes: int = IDLE_BYTES) -> None:
-        if baud_bps < 1 or bits_per_byte < 1:
-            raise ValueError(f"baud_bps={baud_bps}, bits_per_byte={bits_per_byte}: expected at least 1")
-        if packet_bytes < 1:
-            raise ValueError(f"packet_bytes={packet_bytes}: expected at least 1")
-        if idle_bytes < 0:
-            raise ValueError(f"idle_bytes={idle_bytes}: expected 0 (send at once) or more")
-        self._node = board.node
-        self._serial, self._radio = board.node.ports[serial], board.node.ports[radio]
-        self._serial.on_receive, self._radio.on_receive = self._from_serial, self._from_radio
-        self._packet_bytes = packet_bytes
-        self._idle_ns = -(-idle_bytes * bits_per_byte * SECOND_NS // baud_bps)
+    Settings = ModemSettings
+
+    def __init__(self, board: Board, settings: ModemSettings) -> None:
+        self._board, self._settings = board, settings
+        self._serial = board.port(settings.serial, self._from_serial)
+        self._radio = board.port(settings.radio, self._from_radio)
         self._packet = bytearray()
         self._chunks = 0                # that came in
         for counter in ("packets sent", "packets received"):
-            self._node.count(counter, 0)
-
-    def run(self) -> Generator[Event, Any, None]:
-        """It only reacts."""
-        yield from ()
+            board.count(counter, 0)
 
     def _from_serial(self, data: bytes) -> None:
         self._packet += data
-        while len(self._packet) >= self._packet_bytes:
-            self._send(self._packet_bytes)
+        while len(self._packet) >= self._settings.packet_bytes:
+            self._send(self._settings.packet_bytes)
         self._chunks += 1
-        if self._packet and not self._idle_ns:
+        if self._packet and not self._settings.idle_ns:
             self._send(len(self._packet))
         elif self._packet:
             chunk = self._chunks
-            self._node.call_in(self._idle_ns, lambda _: self._idle(chunk))
+            self._board.after(self._settings.idle_ns, lambda: self._idle(chunk))
 
     def _idle(self, chunk: int) -> None:
         if chunk == self._chunks and self._packet:
@@ -73,37 +83,33 @@ class RadioModem:
     def _send(self, size: int) -> None:
         self._radio.send(bytes(self._packet[:size]))
         del self._packet[:size]
-        self._node.count("packets sent")
+        self._board.count("packets sent")
 
     def _from_radio(self, data: bytes) -> None:
-        self._node.count("packets received")
+        self._board.count("packets received")
         self._serial.send(data)
 
     @staticmethod
-    def check(scenario: ScenarioView) -> Iterator[str]:
+    def check(scenario: ScenarioView, own: Own[ModemSettings]) -> Iterator[str]:
         """Ports that are not there or of another kind, packets that the radio does not carry, another baud rate."""
-        for name, agent in scenario.agents.items():
-            if agent.program != f"{RadioModem.__module__}:{RadioModem.__name__}":
-                continue
+        for name, modem in own.items():
+            settings = modem.settings
             for key, kind in (("serial", "serial_line"), ("radio", "broadcast_radio")):
-                port = agent.parameters[key]
-                if port not in agent.media or scenario.media[port].kind != kind:
-                    there = [medium for medium in agent.media if scenario.media[medium].kind == kind]
+                port = getattr(settings, key)
+                if port not in modem.media or scenario.media[port].kind != kind:
+                    there = [medium for medium in modem.media if scenario.media[medium].kind == kind]
                     yield (f"agents.{name}.parameters.{key}={port}: expected a {kind} that it is on; there are "
                            f"{', '.join(there) or 'none'}")
                 elif key == "serial":
                     clock, chunk = scenario.media[port].settings.clock, scenario.media[port].settings.chunk_bytes
-                    idle_bytes = agent.parameters.get("idle_bytes", IDLE_BYTES)
-                    if idle_bytes and not 1 <= chunk <= idle_bytes:
-                        yield (f"media.{port}.chunk_bytes={chunk}: expected 1 to {idle_bytes}, or {name} takes a chunk "
-                               f"that is under way for {idle_bytes} byte times of silence")
-                    own = agent.parameters["baud_bps"], agent.parameters.get("bits_per_byte", 10)
-                    if own != (clock.baud_bps, clock.bits_per_byte):
-                        yield (f"agents.{name}.parameters: {own[0]} bit/s and {own[1]} bits a byte, but {port} has "
-                               f"{clock.baud_bps} and {clock.bits_per_byte}; make them equal")
+                    if settings.idle_bytes and not 1 <= chunk <= settings.idle_bytes:
+                        yield (f"media.{port}.chunk_bytes={chunk}: expected 1 to {settings.idle_bytes}, or {name} "
+                               f"takes a chunk that is under way for {settings.idle_bytes} byte times of silence")
+                    if (settings.baud_bps, settings.bits_per_byte) != (clock.baud_bps, clock.bits_per_byte):
+                        yield (f"agents.{name}.parameters: {settings.baud_bps} bit/s and {settings.bits_per_byte} bits "
+                               f"a byte, but {port} has {clock.baud_bps} and {clock.bits_per_byte}; make them equal")
                 else:
                     most = scenario.media[port].settings.radio().max_payload_bytes
-                    size = agent.parameters.get("packet_bytes", PACKET_BYTES)
-                    if most is not None and size > most:
-                        yield (f"agents.{name}.parameters: packets of {size} bytes, but {port} carries {most}; set "
-                               f"packet_bytes")
+                    if most is not None and settings.packet_bytes > most:
+                        yield (f"agents.{name}.parameters: packets of {settings.packet_bytes} bytes, but {port} "
+                               f"carries {most}; set packet_bytes")

@@ -43,13 +43,13 @@ def record_outputs(node: Node, plant: Plant, idle: Collection[str] = ()) -> None
         signals += [(name, variable.unit or "1") for name in names]
     if left_out:
         node.event("outputs not recorded", f"{left_out} of {left_out + len(signals)} numbers: at most {MOST_RECORDED} "
-                                           "of a plant are; a program can record others with node.signal")
+                                           "of a plant are; a program can record others with board.record")
     if not signals:
         return
     if all(variable.is_float64 for variable in chosen):
-        node.signals(signals, plant.output_group([variable.name for variable in chosen], finite=False).read_at)
+        node.signals(signals, plant.output_group([variable.name for variable in chosen], finite=False).read_for_record)
     else:
-        node.signals(signals, _Reading(plant, chosen).at)
+        node.signals(signals, _Reading(plant, chosen).read)
 
 
 def elements(variable: Variable) -> list[str]:
@@ -69,12 +69,12 @@ class _Reading:
         self._group = plant.output_group(floats, finite=False) if floats else None
         self._variables = variables
 
-    def at(self, time_ns: int) -> Sequence[float]:
+    def read(self) -> Sequence[float]:
         """The outputs at a sample; not numbers once the plant has stopped."""
         plant = self._plant
         if plant.stopped is not None:
             return [nan] * sum(variable.elements for variable in self._variables)
-        plant.advance_to(time_ns)
+        plant.come_to_present()
         together = iter(self._group.read() if self._group is not None else ())
         values: list[float] = []
         for variable in self._variables:

@@ -1,21 +1,27 @@
-"""What a program's `check(scenario)` sees of a scenario: who takes part, over which media, and what goes wrong.
+"""What a program's `check` and `prepare` see of a scenario: who takes part, over which media, and what goes wrong.
 
-The scenario is read by a package above. A program below it may ask these things, and yields one line for each mistake.
+    check(scenario, own)    yields one line for each mistake            own: the agents that run this program, by name
+    prepare(scenario, own)  gives what is added to the table `team` that every robot knows
+
+The scenario is read by a package above.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, TypeVar
 
 from firmware_sim.clock_settings import ClockSettings
 
+Settings = TypeVar("Settings")
+
 
 class AgentView(Protocol):
+    """An agent, whatever it runs."""
+
     @property
     def program(self) -> str: ...
-    @property
-    def parameters(self) -> Mapping[str, Any]: ...
     @property
     def plant(self) -> Any | None: ...
     @property
@@ -24,6 +30,27 @@ class AgentView(Protocol):
     def media(self) -> Sequence[str]: ...
     @property
     def clock(self) -> ClockSettings: ...
+
+
+@dataclass(frozen=True)
+class OwnAgent(Generic[Settings]):
+    """An agent that runs the program which is asked; `settings` is an instance of the program's `Settings`."""
+
+    name: str
+    settings: Settings
+    agent: AgentView
+
+    @property
+    def media(self) -> Sequence[str]:
+        """The media that it is on: the names of its ports."""
+        return self.agent.media
+
+    @property
+    def has_plant(self) -> bool:
+        return self.agent.plant is not None
+
+
+Own = Mapping[str, OwnAgent[Settings]]
 
 
 class MediumView(Protocol):

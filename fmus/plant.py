@@ -36,8 +36,7 @@ from fmus.start_values import Misfit, elements_of, kind_in_words, start_values
 HALF_NS = 0.5e-9        # in seconds: half the resolution of simulated time
 DISCARD = 2
 NO_STEP_NS = -2**62     # no step size has been prepared
-PRESENT_ONLY = ("advance_to takes the present true time, board.node.now_ns, no later instant and not the local clock's "
-                "board.now_ns")
+PRESENT_ONLY = "a plant is stepped to the present true time only"
 
 __all__ = ["InputGroup", "OutputGroup", "Plant", "PlantDescription", "PlantEnded", "PlantError", "expand_parameters"]
 
@@ -111,13 +110,13 @@ class OutputGroup:
             plant.check_finite(self.names, values, "the FMU gave a value that is not finite")
         return values
 
-
-    def read_at(self, t_ns: int) -> tuple[float, ...]:
-        """Step to `t_ns`, and the values there: for a record. Not numbers once the plant has stopped."""
+    def read_for_record(self) -> tuple[float, ...]:
+        """As `read`, but not numbers once the plant has stopped, and values may be infinite."""
         plant = self._plant
         if plant.stopped is not None:
             return (nan,) * len(self.names)
-        plant.advance_to(t_ns)
+        if plant.present is not None:
+            plant.advance_to(plant.present())
         values = self._get()
         if isinstance(values, int):
             plant.check(values, f"reading {', '.join(self.names)}")

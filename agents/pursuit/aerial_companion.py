@@ -18,9 +18,10 @@ Not modelled: an own camera's image; detections are the room's, as in section 3.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass
 from math import nan, pi, remainder
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from simpy.events import Event
 
@@ -33,9 +34,10 @@ from firmware_sim.board import Board
 from firmware_sim.mavlink.companion import Companion
 from firmware_sim.mavlink.counters import COMPANION_COUNTERS
 from firmware_sim.mavlink.link import MavlinkLink
-from firmware_sim.scenario_view import ScenarioView
+from firmware_sim.scenario_view import Own, ScenarioView
 from firmware_sim.schedules.periodic import Periodic
 from netem.media.sensing.sight import LOOK, NothingSeen, unpack_sight
+from netem.topology import REFUSE_UNKNOWN_KEYS
 
 SYSTEM, COMPONENT = 245, 191         # MAV_COMP_ID_ONBOARD_COMPUTER
 PHASES: Final = {phase: float(number) for number, phase in enumerate(Phase)}
@@ -46,20 +48,27 @@ COUNTERS: Final = ("looks", "looks that saw nothing", "detections", "detections 
                    "waypoints sent", "unreadable frames", *(f"mavlink {name}" for name in COMPANION_COUNTERS))
 
 
+@dataclass(frozen=True)
+class CompanionSettings:
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
+    target: str                         # whom the vehicle follows
+    pursuit: AerialSettings
+    view: str = "view"                  # its port on the sensing medium
+    link: str = "link"                  # and to the vehicle
+
+
 class AerialCompanion:
-    def __init__(self, board: Board, *, target: str, pursuit: AerialSettings, view: str = "view",
-                 link: str = "link") -> None:
-        """`view`, `link`: its ports. `pursuit` may also be a mapping, as it comes out of a scenario."""
-        self._settings = settings = AerialSettings(**pursuit) if isinstance(pursuit, Mapping) else pursuit
-        self._board, self._target = board, target
+    Settings = CompanionSettings
+
+    def __init__(self, board: Board, own: CompanionSettings) -> None:
+        self._settings = settings = own.pursuit
+        self._board, self._target = board, own.target
         self._pursuer = settings.pursuer()
-        node = board.node
         self._vehicle = Companion(MavlinkLink(SYSTEM, COMPONENT), again_ns=settings.retry_ns)
         self._plan = FlightPlan(self._vehicle, settings.height_m, (
-            ("LOCAL_POSITION_NED", settings.position_every_ns), ("ATTITUDE", settings.attitude_every_ns)), node.event)
-        self._view, self._link = node.ports[view], node.ports[link]
-        self._view.on_receive, self._link.on_receive = self._see, self._hear
-        self._view.answers = self._link.answers = False
+            ("LOCAL_POSITION_NED", settings.position_every_ns), ("ATTITUDE", settings.attitude_every_ns)), board.event)
+        self._view = board.port(own.view, self._see, listen_only=True)
+        self._link = board.port(own.link, self._hear, listen_only=True)
         self._schedule = Periodic(settings.step_ns, settings.offset_ns)
         self._yaw_rad = remainder(pi / 2 - settings.heading_rad, 2 * pi)
         self._heard = bytearray()
@@ -70,25 +79,21 @@ class AerialCompanion:
         self._due = 0                               # the instant at which the waypoint is sent again
         self._counted: dict[str, int] = {}
         for counter in COUNTERS:
-            node.count(counter, 0)
-        node.signals(SIGNALS, self._sample)
+            board.count(counter, 0)
+        board.record_all(SIGNALS, self._sample)
 
     @staticmethod
-    def check(scenario: ScenarioView) -> Iterator[str]:
+    def check(scenario: ScenarioView, own: Own[CompanionSettings]) -> Iterator[str]:
         """Ports that it lacks, a view that is not as it thinks."""
-        for name, agent in scenario.agents.items():
-            if agent.program != f"{AerialCompanion.__module__}:{AerialCompanion.__name__}":
-                continue
-            pursuit = agent.parameters["pursuit"]
-            settings = AerialSettings(**pursuit) if isinstance(pursuit, Mapping) else pursuit
-            ports = {key: str(agent.parameters.get(key, key)) for key in ("view", "link")}
-            for key, port in ports.items():
+        for name, agent in own.items():
+            settings = agent.settings
+            for key, port in (("view", settings.view), ("link", settings.link)):
                 if port not in agent.media:
                     yield (f"agents.{name}.parameters.{key}={port}: no such port; it is on "
                            f"{', '.join(agent.media) or 'no medium'}")
-            if (view := scenario.media.get(ports["view"])) is not None:
+            if (view := scenario.media.get(settings.view)) is not None:
                 yield from (f"agents.{name}.parameters.pursuit: {line}"
-                            for line in view_problems(settings, ports["view"], view))
+                            for line in view_problems(settings.pursuit, settings.view, view))
 
     # --- what it hears
 
@@ -98,11 +103,11 @@ class AerialCompanion:
     def _see(self, data: bytes) -> None:
         sight = unpack_sight(data)
         if sight is None:
-            self._board.node.count("unreadable frames")
+            self._board.count("unreadable frames")
         elif isinstance(sight, NothingSeen):
-            self._board.node.count("looks that saw nothing")
+            self._board.count("looks that saw nothing")
             if self._in_view:
-                self._board.node.event("nothing in view", f"in the exposure of {sight.exposed_ns * 1e-9:.3f} s")
+                self._board.event("nothing in view", f"in the exposure of {sight.exposed_ns * 1e-9:.3f} s")
             self._in_view = False
         elif sight.name == self._target:
             self._in_view = True
@@ -114,12 +119,12 @@ class AerialCompanion:
         board = self._board
         release_ns, instant = self._schedule.next_after(board.now_ns - 1), 0
         while True:
-            board.silent_until(release_ns + self._settings.execution_ns)
-            yield from board.wait_until(release_ns)
+            speaks_ns = release_ns + self._settings.execution_ns
+            yield from board.sleep_until(release_ns, silent_until_ns=speaks_ns)
             look, frames = self._step(board.now_ns, instant)
-            yield from board.wait_until(release_ns + self._settings.execution_ns)
+            yield from board.sleep_until(speaks_ns)
             if look:
-                board.node.count("looks")
+                board.count("looks")
                 self._view.send(LOOK)
             for frame in frames:
                 self._link.send(frame)
@@ -131,7 +136,7 @@ class AerialCompanion:
         vehicle.hear(bytes(self._heard), now_ns)
         self._heard.clear()
         while vehicle.texts:
-            self._board.node.event("vehicle says", vehicle.texts.pop(0))
+            self._board.event("vehicle says", vehicle.texts.pop(0))
         plan.step(now_ns)
         own = self._own()
         if self._waypoint is None and plan.leads:
@@ -149,22 +154,22 @@ class AerialCompanion:
             place = PositionTarget((y, x, -self._settings.height_m), yaw_rad=self._yaw_rad)
             frames.append(vehicle.target(place, now_ns))
             self._due = instant + self._settings.resend_every
-            self._board.node.count("waypoints sent")
+            self._board.count("waypoints sent")
         self._count()
         return look, frames
 
     def _take_in(self, now_ns: int, own: Place) -> None:
         """What the camera brought; the newest detection makes a new waypoint."""
-        node, pursuer = self._board.node, self._pursuer
+        board, pursuer = self._board, self._pursuer
         for seen_ns, place in sorted(self._seen):
             before_ns = pursuer.seen_ns
             try:
                 counted = pursuer.detected(now_ns, seen_ns, place, own)
             except ValueError as error:
-                node.count("detections refused")
-                node.event("detection refused", str(error))
+                board.count("detections refused")
+                board.event("detection refused", str(error))
                 continue
-            node.count("detections" if counted else "detections too late")
+            board.count("detections" if counted else "detections too late")
             if pursuer.seen_ns != before_ns:
                 self._newest = place
                 self._move_to(pursuer.goal or own)
@@ -183,11 +188,11 @@ class AerialCompanion:
     def _count(self) -> None:
         for name, count in self._vehicle.link.counts.items():
             if more := count - self._counted.get(name, 0):
-                self._board.node.count(f"mavlink {name}", more)
+                self._board.count(f"mavlink {name}", more)
                 self._counted[name] = count
 
-    def _sample(self, true_ns: int) -> list[float]:
-        now_ns = self._board.clock.reading_at(true_ns)
+    def _sample(self) -> list[float]:
+        now_ns = self._board.now_ns
         own = self._own()
         seen_ns = self._pursuer.seen_ns
         estimate = (nan, nan) if seen_ns is None else self._pursuer.estimator.expect(max(now_ns, seen_ns))

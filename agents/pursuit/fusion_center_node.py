@@ -10,39 +10,48 @@ Source: dissertation, sections 3.2 and 3.3.2, Figure 3.3. Not modelled: a sensor
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 from agents.pursuit.fusion_center import FusionCenter, Reading
-from agents.pursuit.speech import Speech
 from agents.pursuit.team_frames import Charges, News, Report, pack_charges, pack_news, team_of, unpack
 from firmware_sim.board import Board
-from firmware_sim.scenario_view import ScenarioView
+from firmware_sim.scenario_view import Own, ScenarioView
 
 COUNTERS = ("unreadable frames", "frames of others", "readings", "readings refused", "readings left out", "hand-overs",
             "merged")
 
 
+@dataclass(frozen=True)
+class FusionCenterSettings:
+    radio: str = "radio"                # its port
+    keep: int = 5                       # detections of a target, Gamma of the filters
+    execution_ns: int = 1_000_000       # from a claim to the charges
+    gather_ns: int = 20_000_000         # how long the readings of one instant come in
+    repeat_ns: int = 500_000_000        # of the charges
+
+    def __post_init__(self) -> None:
+        if not 0 < self.execution_ns <= self.gather_ns or self.repeat_ns < 1:
+            raise ValueError(f"execution_ns={self.execution_ns}, gather_ns={self.gather_ns}, repeat_ns="
+                             f"{self.repeat_ns}: expected 0 < execution <= gather, and more than 0")
+
+
 class FusionCenterNode:
-    def __init__(self, board: Board, *, radio: str = "radio", keep: int = 5, execution_ns: int = 1_000_000,
-                 gather_ns: int = 20_000_000, repeat_ns: int = 500_000_000) -> None:
-        """`keep`: detections of a target, Gamma of the filters; `gather_ns`: how long an instant's readings come in."""
-        if not 0 < execution_ns <= gather_ns or repeat_ns < 1:
-            raise ValueError(f"execution_ns={execution_ns}, gather_ns={gather_ns}, repeat_ns={repeat_ns}: expected "
-                             f"0 < execution <= gather, and more than 0")
-        self._board, self._execution_ns, self._gather_ns, self._repeat_ns = board, execution_ns, gather_ns, repeat_ns
+    Settings = FusionCenterSettings
+
+    def __init__(self, board: Board, settings: FusionCenterSettings) -> None:
+        self._board, self._settings = board, settings
         self._team = team_of(board.team)
         for counter in COUNTERS:
-            board.node.count(counter, 0)
-        self._center = FusionCenter(board.rng, keep)
+            board.count(counter, 0)
+        self._center = FusionCenter(board.rng, settings.keep)
         self._version = 0
         self._taken: dict[str, int] = {}            # target: when its sensor in charge saw it enter
         self._gathering: set[str] = set()           # targets whose news are to be passed on
-        self._speech = Speech(board)
-        self._port = board.node.ports[radio]
-        self._port.on_receive = self._hear
-        self._speech.every(repeat_ns, repeat_ns, self._tell_charges)
+        self._port = board.port(settings.radio, self._hear)
+        board.every(settings.repeat_ns, self._tell_charges, offset_ns=settings.repeat_ns)
 
     @staticmethod
-    def check(scenario: ScenarioView) -> Iterator[str]:
+    def check(scenario: ScenarioView, own: Own[FusionCenterSettings]) -> Iterator[str]:
         """A team that is none."""
         try:
             team_of(scenario.team)
@@ -52,22 +61,22 @@ class FusionCenterNode:
     def _hear(self, data: bytes) -> None:
         report = unpack(self._team, data)
         if not isinstance(report, Report):
-            self._board.node.count("unreadable frames" if report is None else "frames of others")
+            self._board.count("unreadable frames" if report is None else "frames of others")
             return
         now_ns = self._board.now_ns
         try:
             counted = self._center.report(now_ns, Reading(report.sensor, report.target, report.seen_ns, report.place,
                                                           report.sigma_m))
         except ValueError as error:
-            self._board.node.count("readings refused")
-            self._board.node.event("reading refused", str(error))
+            self._board.count("readings refused")
+            self._board.event("reading refused", str(error))
             counted = False
-        self._board.node.count("readings" if counted else "readings left out")
+        self._board.count("readings" if counted else "readings left out")
         if report.claims:
-            self._after(self._execution_ns, lambda: self._claim(report))
+            self._after(self._settings.execution_ns, lambda: self._claim(report))
         if counted and report.target not in self._gathering:
             self._gathering.add(report.target)
-            self._after(self._gather_ns, lambda: self._pass_on(report.target))
+            self._after(self._settings.gather_ns, lambda: self._pass_on(report.target))
 
     def _claim(self, report: Report) -> None:
         """Whatever comes of it is told: who claimed waits for an answer. Of two of one instant the first has it."""
@@ -75,8 +84,8 @@ class FusionCenterNode:
         if (before != report.sensor and self._taken.get(report.target, -1) < report.seen_ns
                 and self._center.claim(report.sensor, {report.target}) is not None):
             self._taken[report.target] = report.seen_ns
-            self._board.node.count("hand-overs", int(before is not None))
-            self._board.node.event("in charge", f"{report.sensor} of {report.target}"
+            self._board.count("hand-overs", int(before is not None))
+            self._board.event("in charge", f"{report.sensor} of {report.target}"
                                                 + (f", after {before}" if before else ""))
         self._version += 1
         self._tell_charges()
@@ -93,9 +102,9 @@ class FusionCenterNode:
             return
         news = self._center.pass_on(sensor, with_own=False)
         if news:
-            self._board.node.count("merged", sum(len(detection.sensors) > 1 for detection in news))
+            self._board.count("merged", sum(len(detection.sensors) > 1 for detection in news))
             self._port.send(pack_news(self._team, News(sensor, target, tuple(
                 (detection.seen_ns, detection.place) for detection in news))))
 
     def _after(self, delay_ns: int, action: Callable[[], None]) -> None:
-        self._speech.at(self._board.now_ns + delay_ns, action)
+        self._board.at(self._board.now_ns + delay_ns, action)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import fields
+from collections.abc import Iterator
 from typing import Protocol
 
 from agents.pursuit.pursuer_settings import PursuerSettings
-from firmware_sim.scenario_view import MediumView, ScenarioView
+from firmware_sim.scenario_view import MediumView, Own, ScenarioView
 
 ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
-KEYS = tuple(field.name for field in fields(PursuerSettings))
 
 
 class LooksLike(Protocol):
@@ -26,27 +24,18 @@ class LooksLike(Protocol):
     def latency_ns(self) -> int: ...
 
 
-def pursuer_problems(scenario: ScenarioView, program: str, ports: Sequence[str]) -> Iterator[str]:
-    """Zones that let a target escape, wheels that nobody knows, ports that it lacks, a view that is not as it thinks.
-
-    `ports` are the parameters that name the media it needs, with the names themselves as defaults.
-    """
-    for name, agent in scenario.agents.items():
-        if agent.program != program:
-            continue
-        try:
-            settings = PursuerSettings(**{key: value for key, value in agent.parameters.items() if key in KEYS})
-        except (ValueError, TypeError) as error:
-            yield from (f"agents.{name}.parameters: {line}" for line in str(error).splitlines())
-            continue
+def pursuer_problems(scenario: ScenarioView, own: Own[PursuerSettings]) -> Iterator[str]:
+    """Wheels that nobody knows, ports that it lacks, a view that is not as it thinks."""
+    for name, agent in own.items():
         if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
             yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"
-        named = {port: str(agent.parameters.get(port, port)) for port in ports}
+        named = agent.settings.ports
         if absent := [medium for medium in named.values() if medium not in agent.media]:
             yield (f"agents.{name}.media: lacks {', '.join(absent)}; it has {', '.join(agent.media) or 'none'}; name "
                    f"them in its media, or those that it has as parameters {', '.join(named)}")
         elif (view := scenario.media.get(named["view"])) is not None:
-            yield from (f"agents.{name}.parameters: {line}" for line in view_problems(settings, named["view"], view))
+            yield from (f"agents.{name}.parameters: {line}"
+                        for line in view_problems(agent.settings, named["view"], view))
 
 
 def view_problems(settings: LooksLike, name: str, view: MediumView) -> Iterator[str]:

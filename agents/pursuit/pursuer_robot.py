@@ -13,62 +13,46 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from math import nan
-from typing import Final
 
 from agents.pursuit import Place
 from agents.pursuit.pursuer import Decision, Pursuer
 from agents.pursuit.pursuer_check import pursuer_problems
 from agents.pursuit.pursuer_settings import PursuerSettings
-from agents.pursuit.speech import Speech
 from agents.tracking.controller import Command, Pose
 from agents.tracking.dead_reckoning import DeadReckoning
 from agents.tracking.drive_link import DriveLink
 from firmware_sim.board import Board
-from firmware_sim.scenario_view import ScenarioView
+from firmware_sim.scenario_view import Own, ScenarioView
 from netem.media.sensing.sight import LOOK, Detection, NothingSeen, unpack_sight
-
-DEFAULT: Final = PursuerSettings()
 
 COUNTERS = ("looks", "looks that saw nothing", "detections", "detections refused", "detections too late",
             "unreadable sights", "unreadable CAN frames")
 
 
 class PursuerRobot:
-    def __init__(self, board: Board, *, target: str = "", view: str = "view", can: str = "can",
-                 radius_m: float = DEFAULT.radius_m, no_moving_m: float = DEFAULT.no_moving_m,
-                 escape_m: float = DEFAULT.escape_m, gain_per_s: float = DEFAULT.gain_per_s,
-                 speed_mps: float = DEFAULT.speed_mps,
-                 v_max_mps: float = DEFAULT.v_max_mps, sigma_m: float = DEFAULT.sigma_m, window: int = DEFAULT.window,
-                 rho_m: float = DEFAULT.rho_m, step_ns: int = DEFAULT.step_ns, latency_ns: int = DEFAULT.latency_ns,
-                 execution_ns: int = DEFAULT.execution_ns, odometry_age_ns: int = DEFAULT.odometry_age_ns,
-                 sure: bool = DEFAULT.sure, start: Sequence[float] = DEFAULT.start) -> None:
-        """`target`: whom it follows; `view`, `can`: names of its ports. The others: `PursuerSettings`."""
-        self._board, self._target = board, target
-        self._settings = settings = PursuerSettings(
-            radius_m, no_moving_m, escape_m, gain_per_s, speed_mps, v_max_mps, sigma_m, window, rho_m, step_ns,
-            latency_ns, execution_ns, odometry_age_ns, sure, (start[0], start[1], start[2]))
+    Settings = PursuerSettings
+
+    def __init__(self, board: Board, settings: PursuerSettings) -> None:
+        self._board, self._target, self._settings = board, settings.target, settings
         robot = board.team["robot"]
         self._steering = settings.steering(robot["track_m"])
-        bus = board.node.ports[can]
+        bus = board.port(settings.can, self._hear_drive, listen_only=True)
         self._drive = DriveLink(bus, robot["wheel_radius_m"], robot["track_m"], robot["counts_per_turn"])
-        bus.on_receive, bus.answers = self._hear_drive, False
-        self._reckoning = DeadReckoning(robot["wheel_radius_m"], robot["track_m"], Pose(*start))
-        self._view = board.node.ports[view]
-        self._view.on_receive = self._hear_view
-        self._pursuer: Pursuer | None = settings.pursuer() if target else None
+        self._reckoning = DeadReckoning(robot["wheel_radius_m"], robot["track_m"], Pose(*settings.start))
+        self._view = board.port(settings.view, self._hear_view)
+        self._pursuer: Pursuer | None = settings.pursuer() if settings.target else None
         for counter in COUNTERS:
-            board.node.count(counter, 0)
+            board.count(counter, 0)
         self._looked_ns = -1                        # exposure of the last look that was asked for
         self._sights: dict[int, list[Detection]] = {}       # by exposure, those of which it is computing
-        self._speech = Speech(board)
         self._newest: Place = (nan, nan)
-        board.node.signals([("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m"), ("detection_y", "m")],
-                           self._sample)
-        self._speech.every(settings.step_ns, settings.execution_ns, self._instant)
+        board.record_all([("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m"), ("detection_y", "m")],
+                         self._sample)
+        board.every(settings.step_ns, self._instant, offset_ns=settings.execution_ns)
 
     @staticmethod
-    def check(scenario: ScenarioView) -> Iterator[str]:
-        yield from pursuer_problems(scenario, f"{PursuerRobot.__module__}:{PursuerRobot.__name__}", ("view", "can"))
+    def check(scenario: ScenarioView, own: Own[PursuerSettings]) -> Iterator[str]:
+        yield from pursuer_problems(scenario, own)
 
     # --- at every instant k T_s
 
@@ -91,7 +75,7 @@ class PursuerRobot:
     def _look(self, look_ns: int) -> None:
         self._looked_ns = look_ns
         self._view.send(LOOK)
-        self._board.node.count("looks")
+        self._board.count("looks")
 
     def _tell_drive(self, command: Command) -> None:
         self._drive.send(command)
@@ -101,13 +85,13 @@ class PursuerRobot:
     def _hear_view(self, data: bytes) -> None:
         sight = unpack_sight(data)
         if sight is None:
-            self._board.node.count("unreadable sights")
+            self._board.count("unreadable sights")
             return
         if sight.exposed_ns not in self._sights:
             self._sights[sight.exposed_ns] = []
             self._after_execution(lambda: self._seen(sight.exposed_ns, self._sights.pop(sight.exposed_ns)))
         if isinstance(sight, NothingSeen):
-            self._board.node.count("looks that saw nothing")
+            self._board.count("looks that saw nothing")
         else:
             self._sights[sight.exposed_ns].append(sight)
 
@@ -119,19 +103,19 @@ class PursuerRobot:
 
     def _detected(self, seen_ns: int, place: Place) -> None:
         """A detection of the target, its own or another's."""
-        node, pose = self._board.node, self._pose()
+        board, pose = self._board, self._pose()
         if self._pursuer is None:
             return
         try:
             counted = self._pursuer.detected(self._board.now_ns, seen_ns, place, (pose.x_m, pose.y_m))
         except ValueError as error:
-            node.count("detections refused")
-            node.event("detection refused", str(error))
+            board.count("detections refused")
+            board.event("detection refused", str(error))
             return
         if not counted:
-            node.count("detections too late")
+            board.count("detections too late")
             return
-        node.count("detections")
+        board.count("detections")
         if seen_ns == self._pursuer.seen_ns:
             self._newest = place
 
@@ -143,15 +127,15 @@ class PursuerRobot:
     def _hear_drive(self, data: bytes) -> None:
         heard = self._drive.read(data)
         if heard is None:
-            self._board.node.count("unreadable CAN frames")
+            self._board.count("unreadable CAN frames")
         elif heard.angles_rad is not None:
             self._reckoning.read(self._board.now_ns - self._settings.odometry_age_ns, *heard.angles_rad)
 
     def _after_execution(self, action: Callable[[], None]) -> None:
-        self._speech.at(self._board.now_ns + self._settings.execution_ns, action)
+        self._board.at(self._board.now_ns + self._settings.execution_ns, action)
 
-    def _sample(self, true_ns: int) -> Sequence[float]:
+    def _sample(self) -> Sequence[float]:
         seen = self._pursuer is not None and self._pursuer.seen_ns is not None
-        expected = self._pursuer.estimator.expect(self._board.clock.reading_at(true_ns)) if (
+        expected = self._pursuer.estimator.expect(self._board.now_ns) if (
             seen and self._pursuer is not None) else (nan, nan)
         return [*expected, *(self._newest if seen else (nan, nan))]

@@ -30,6 +30,14 @@ class PursuerSettings:
     odometry_age_ns: int = 0                    # from the reading of the wheels until the frame is here
     sure: bool = True                           # refuse settings that break a condition of no escape
     start: tuple[float, float, float] = (0.0, 0.0, 0.0)     # x [m], y [m], heading [rad]
+    target: str = ""                            # whom it follows; "": nobody
+    view: str = "view"                          # its port on the sensing medium
+    can: str = "can"                            # and to the drive
+
+    @property
+    def ports(self) -> dict[str, str]:
+        """The settings that name its ports, with the names."""
+        return {"view": self.view, "can": self.can}
 
     def __post_init__(self) -> None:
         if self.step_ns < 1:
@@ -54,3 +62,14 @@ class PursuerSettings:
 
     def steering(self, track_m: float) -> Steering:
         return Steering(self.speed_mps, track_m)
+
+
+@dataclass(frozen=True)
+class SensorSettings(PursuerSettings):
+    """Of a pursuer in a team; the fusion center says whom it follows."""
+
+    radio: str = "radio"                        # its port to the team
+
+    @property
+    def ports(self) -> dict[str, str]:
+        return {**super().ports, "radio": self.radio}

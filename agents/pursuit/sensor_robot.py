@@ -11,36 +11,27 @@ Differs from the dissertation: sensors there have all detections at once; here t
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from agents.pursuit import Place
 from agents.pursuit.pursuer_check import pursuer_problems
-from agents.pursuit.pursuer_robot import DEFAULT, PursuerRobot
+from agents.pursuit.pursuer_robot import PursuerRobot
+from agents.pursuit.pursuer_settings import SensorSettings
 from agents.pursuit.team_frames import Charges, News, Report, newer, pack_report, team_of, unpack
 from firmware_sim.board import Board
-from firmware_sim.scenario_view import ScenarioView
+from firmware_sim.scenario_view import Own, ScenarioView
 from netem.media.sensing.sight import Detection
 
 
 class SensorRobot(PursuerRobot):
-    def __init__(self, board: Board, *, radio: str = "radio", view: str = "view", can: str = "can",
-                 radius_m: float = DEFAULT.radius_m, no_moving_m: float = DEFAULT.no_moving_m,
-                 escape_m: float = DEFAULT.escape_m, gain_per_s: float = DEFAULT.gain_per_s,
-                 speed_mps: float = DEFAULT.speed_mps, v_max_mps: float = DEFAULT.v_max_mps,
-                 sigma_m: float = DEFAULT.sigma_m, window: int = DEFAULT.window, rho_m: float = DEFAULT.rho_m,
-                 step_ns: int = DEFAULT.step_ns, latency_ns: int = DEFAULT.latency_ns,
-                 execution_ns: int = DEFAULT.execution_ns, odometry_age_ns: int = DEFAULT.odometry_age_ns,
-                 sure: bool = DEFAULT.sure, start: Sequence[float] = DEFAULT.start) -> None:
-        """`radio`, `view`, `can`: names of its ports. The others: `PursuerSettings`."""
-        super().__init__(
-            board, view=view, can=can, radius_m=radius_m, no_moving_m=no_moving_m, escape_m=escape_m,
-            gain_per_s=gain_per_s, speed_mps=speed_mps, v_max_mps=v_max_mps, sigma_m=sigma_m, window=window,
-            rho_m=rho_m, step_ns=step_ns, latency_ns=latency_ns, execution_ns=execution_ns,
-            odometry_age_ns=odometry_age_ns, sure=sure, start=start)
+    Settings = SensorSettings
+
+    def __init__(self, board: Board, settings: SensorSettings) -> None:
+        super().__init__(board, settings)
         self._team = team_of(board.team)
-        self._radio = board.node.ports[radio]
-        self._radio.on_receive = self._hear_radio
+        self._radio = board.port(settings.radio, self._hear_radio)
         for counter in ("unreadable frames", "detections of others"):
-            board.node.count(counter, 0)
+            board.count(counter, 0)
         self._version = -1                              # of the charges that it goes by
         self._in_view: set[str] | None = None           # at the last scan; None: it was not idle then
         self._claimed: set[str] = set()
@@ -49,12 +40,11 @@ class SensorRobot(PursuerRobot):
         self._first = True
 
     @staticmethod
-    def check(scenario: ScenarioView) -> Iterator[str]:
-        program = f"{SensorRobot.__module__}:{SensorRobot.__name__}"
-        yield from pursuer_problems(scenario, program, ("view", "can", "radio"))
+    def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
+        yield from pursuer_problems(scenario, own)
         sensors = scenario.team.get("sensors", ())
-        for name, agent in scenario.agents.items():
-            if agent.program == program and name not in sensors:
+        for name in own:
+            if name not in sensors:
                 yield f"team.sensors={list(sensors)}: {name} is missing; frames number the sensors by this list"
 
     # --- scanning
@@ -72,7 +62,7 @@ class SensorRobot(PursuerRobot):
         if self._pursuer is None:
             self._scan(places)
         for target, place in places.items():
-            self._radio.send(pack_report(self._team, Report(self._board.node.name, target, target in self._claimed,
+            self._radio.send(pack_report(self._team, Report(self._board.name, target, target in self._claimed,
                                                             seen_ns, place, self._settings.sigma_m)))
             if target == self._target and seen_ns not in self._known:
                 self._known.add(seen_ns)
@@ -96,22 +86,21 @@ class SensorRobot(PursuerRobot):
     def _hear_radio(self, data: bytes) -> None:
         frame = unpack(self._team, data)
         if frame is None:
-            self._board.node.count("unreadable frames")
+            self._board.count("unreadable frames")
         elif isinstance(frame, Charges):
             if self._version < 0 or newer(frame.version, self._version):
                 self._version = frame.version
                 self._claimed.clear()
-                self._follow(frame.target_of.get(self._board.node.name, ""))
-        elif isinstance(frame, News) and frame.sensor == self._board.node.name and frame.target == self._target:
+                self._follow(frame.target_of.get(self._board.name, ""))
+        elif isinstance(frame, News) and frame.sensor == self._board.name and frame.target == self._target:
             self._after_execution(lambda: self._told(frame))
-        self._speech.promise()
 
     def _told(self, news: News) -> None:
         for seen_ns, place in news.detections:
             if seen_ns not in self._known:          # its own reading of that instant did not get to the center
                 self._known.add(seen_ns)
                 self._detected(seen_ns, place)
-                self._board.node.count("detections of others")
+                self._board.count("detections of others")
         self._decide()
 
     def _follow(self, target: str) -> None:
@@ -121,7 +110,7 @@ class SensorRobot(PursuerRobot):
         self._target, self._in_view = target, None
         self._known.clear()
         self._pursuer = self._settings.pursuer() if target else None
-        self._board.node.event("in charge" if target else "idle", target)
+        self._board.event("in charge" if target else "idle", target)
         if target in self._sighted:
             seen_ns, place = self._sighted[target]
             self._known.add(seen_ns)

@@ -20,7 +20,7 @@ from agents.synchronization.discovery import Discovery, Incomplete, Phase
 from agents.synchronization.discovery_frame import decode
 from agents.synchronization.graph import Floats, neighbours
 from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
-from netem.node.node import Node
+from firmware_sim.board import Board
 
 COUNTERS: Final = ("discoveries started", "incomplete discoveries", "refused control frames")
 
@@ -28,8 +28,8 @@ COUNTERS: Final = ("discoveries started", "incomplete discoveries", "refused con
 class DiscoveredTopology:
     """All robots begin with a discovery: nobody knows anything."""
 
-    def __init__(self, node: Node, number: int, robots: int, max_successive_losses: int) -> None:
-        self._node = node
+    def __init__(self, board: Board, number: int, robots: int, max_successive_losses: int) -> None:
+        self._board = board
         self._number = number
         self._robots = robots
         self._losses = max_successive_losses
@@ -42,7 +42,7 @@ class DiscoveredTopology:
         self._adopts = False
         self._out_of_step = False                           # somebody's control frame came when it could not
         for counter in COUNTERS:
-            node.count(counter, 0)
+            board.count(counter, 0)
 
     def heard_control(self, data: bytes, schedule: SlottedBroadcast, sent_ns: int) -> bool:
         slot = schedule.slot_at(sent_ns).number
@@ -63,7 +63,7 @@ class DiscoveredTopology:
                 self._missed.clear()
         elif self._discovery.phase is Phase.SILENT and not self._adopts and self._neighbours and (
                 reason := self._event(heard)):
-            self._node.event("topology changed", reason)
+            self._board.event("topology changed", reason)
             self._discovery.trigger(schedule.control_cycle(slot))
         self._whole_round = True
 
@@ -84,7 +84,7 @@ class DiscoveredTopology:
         started = self._discovery.phase is Phase.ARMED
         frame = self._discovery.frame_to_send(schedule.control_cycle(schedule.slot_at(local_ns).number))
         if frame is not None and started:
-            self._node.count("discoveries started")
+            self._board.count("discoveries started")
         self._adopts = self._adopts or self._discovery.is_running
         return frame
 
@@ -100,8 +100,8 @@ class DiscoveredTopology:
         self._missed.clear()
         outcome = self._discovery.finish(self._discovery.end_cycle)
         if isinstance(outcome, Incomplete):
-            self._node.count("incomplete discoveries")
-            self._node.event("incomplete discovery", str(outcome))
+            self._board.count("incomplete discoveries")
+            self._board.event("incomplete discovery", str(outcome))
             return None
         self._neighbours = frozenset(neighbours(outcome.laplacian)[self._number])
         return outcome.laplacian
@@ -109,7 +109,7 @@ class DiscoveredTopology:
     def _read_inbox(self) -> None:
         for owner, data, cycle in self._inbox:
             if not self._discovery.hear(owner, data, cycle):
-                self._node.count("refused control frames")
+                self._board.count("refused control frames")
         self._inbox.clear()
         self._adopts = self._adopts or self._discovery.is_running
 

@@ -22,14 +22,14 @@ from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans, heard_by
 from agents.synchronization.sync_frame import SyncFrameCodec
 from agents.synchronization.team import SYNC_GAIN, Layout, Team, TeamError, read_team
-from firmware_sim.scenario_view import MediumView, ScenarioView
+from firmware_sim.scenario_view import MediumView, Own, ScenarioView
 from firmware_sim.slot_sync_condition import contraction_per_round
 from netem.core.link_name import LinkName
 from netem.impairments.flow import Flow
 from netem.topology import Site, Topology
 
 
-def check(scenario: ScenarioView) -> Iterator[str]:
+def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
     """Every reason why these robots cannot synchronize over this medium."""
     try:
         team = read_team(scenario.team)
@@ -81,7 +81,7 @@ def check(scenario: ScenarioView) -> Iterator[str]:
                f"the guard time, team.guard_s={team.guard_s}, or the first slots overlap")
 
 
-def prepare(scenario: ScenarioView) -> dict[str, Any]:
+def prepare(scenario: ScenarioView, own: Own[Any]) -> dict[str, Any]:
     """What goes into the team table of every robot: frame times, and the round plan of each graph that will occur."""
     team = read_team(scenario.team)
     medium = scenario.media[next(iter(scenario.agents.values())).media[0]]

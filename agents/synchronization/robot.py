@@ -15,6 +15,7 @@ Not modelled: measurement noise, computing time (outputs appear at the slot's in
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar, Final
 
@@ -38,28 +39,32 @@ from firmware_sim.slot_sync import SlotSync
 COUNTERS: Final = ("adoptions", "fallbacks", "unreadable frames", "values too old")
 
 
+@dataclass(frozen=True)
+class SyncSettings:
+    """`disturbance`: omega_i as (from_s, value) pairs, the value for every input alike."""
+
+    disturbance: Sequence[Sequence[float]] = ()
+
+
 class SyncRobot:
     check: ClassVar = staticmethod(check)
     prepare: ClassVar = staticmethod(prepare)
 
-    def __init__(self, board: Board, *, disturbance: Sequence[Sequence[float]] = ()) -> None:
-        """`disturbance`: omega_i as (from_s, value) pairs in true time, the value for every input alike."""
+    Settings: ClassVar = SyncSettings
+
+    def __init__(self, board: Board, settings: SyncSettings) -> None:
         team = read_team(board.team)
-        if board.plant is None:
-            raise ValueError(f"{board.node.name}: a synchronizing robot needs a plant")
         self._board = board
         self._team = team
-        self._number = team.names.index(board.node.name)
-        self._port = next(iter(board.node.ports.values()))
-        self._port.on_receive = self._hear
+        self._number = team.names.index(board.name)
+        self._port = board.port(board.ports[0], self._hear, listen_only=True)
         agent = team.agents[self._number]
-        self._write_inputs = board.plant.input_group([f"u[{k + 1}]" for k in range(agent.inputs)]).write
-        outputs = board.plant.output_group([f"y[{k + 1}]" for k in range(agent.outputs)])
-        self._measure, self._record = outputs.read, outputs.read_at
+        self._write_inputs = board.actuators([f"u[{k + 1}]" for k in range(agent.inputs)]).write
+        outputs = board.sensors([f"y[{k + 1}]" for k in range(agent.outputs)])
+        self._measure = outputs.read
         self._law = AgreementLaw(self._number, agent.K, team.biases)
         self._spoken: tuple[float, ...] = ()    # broadcast last, held by all from when they have received it
         self._omega = 0.0
-        self._disturbance = _pieces(disturbance)
         self._slot = 0                          # in which it speaks next
         self._codec = SyncFrameCodec(len(team.names), team.outputs)
         self._plans = RoundPlans(team)
@@ -72,24 +77,24 @@ class SyncRobot:
         self._source, plan = self._start_topology()
         self._follow(plan, self._first_schedule(plan))
         for counter in COUNTERS:
-            board.node.count(counter, 0)
-        board.node.signals([(f"y{suffix}", "1") for suffix in _suffixes(agent.outputs)]
-                           + [(f"u{suffix}", "1") for suffix in _suffixes(agent.inputs)], self._sample)
+            board.count(counter, 0)
+        board.record_all([(f"y{suffix}", "1") for suffix in _suffixes(agent.outputs)]
+                         + [(f"u{suffix}", "1") for suffix in _suffixes(agent.inputs)], self._sample)
         if team.every_output_known:
             for number, (model, other) in enumerate(zip(team.models.values(), team.agents, strict=True)):
                 self._law.held[number] = tuple(float(value) for value in other.C @ (model.x0 or [0.0] * other.states))
-        board.node.start(self._live())
-        if self._disturbance:
-            board.node.start(self._disturb())
+        board.start(self._live())
+        for from_ns, value in _pieces(settings.disturbance):
+            board.at(from_ns, partial(self._disturb, value), sends=False)
 
     # --- the program
 
     def _live(self) -> Generator[Event, Any, None]:
-        board, clock, source = self._board, self._board.clock, self._source
+        board, source = self._board, self._source
         self._apply()
         self._report_own_slots()
         while True:
-            now_ns = clock.now_ns()
+            now_ns = board.now_ns
             schedule = self._schedule
             slot = self._slot
             speak_ns = schedule.data_ns(slot)
@@ -105,30 +110,26 @@ class SyncRobot:
             adoption_ns = source.adoption_ns(schedule, now_ns)
             if adoption_ns is not None and adoption_ns <= first_ns:
                 first_ns, act = adoption_ns, partial(self._adopt, adoption_ns)
-            yield board.sleep_until(first_ns)
-            while clock.now_ns() < first_ns:    # the clock was set back meanwhile
-                yield board.until(first_ns)
+            yield from board.sleep_until(first_ns)
             act()
 
     def _speak(self) -> None:
         slot = self._slot
         self._slot = slot + self._schedule.parts
-        node = self._board.node
         self._source.before_own_slot(self._schedule, slot, self._heard)
         self._heard.clear()
         outputs = self._measure()
         self._port.send(self._codec.pack(self._number, slot, outputs))
         self._spoken = outputs
         if self._own_delay_ns:
-            node.call_in(self._own_delay_ns, self._hold_own)
+            self._board.after(self._own_delay_ns, self._hold_own, sends=False)
         else:
             self._hold_own()
         if self._source.out_of_step():
             self._fall_back("somebody's control frame came in a slot that is not its own")
         if self._sync is not None:
             correction = self._sync.close_round(self._schedule.round_ns)
-            self._board.clock.adjust(correction.step_ns)
-            self._board.clock.trim(correction.trim_ppm)
+            self._board.adjust_clock(correction.step_ns, correction.trim_ppm)
 
     def _discover(self, control: int) -> None:
         self._last_control = control
@@ -147,15 +148,15 @@ class SyncRobot:
         if plan is None or plan.slot_ns < self._team.slot_needs_ns:
             why = "A_cl is not Hurwitz (Assumption 6)" if plan is None else (
                 f"its slots of {plan.slot_ns} ns do not hold their frames ({self._team.slot_needs_ns} ns)")
-            board.node.event("kept topology", f"{why} for {_links(laplacian)}")
+            board.event("kept topology", f"{why} for {_links(laplacian)}")
             return
         schedule = SlottedBroadcast(len(plan.parts), plan.slot_ns, at_ns, self._schedule.guard_ns,
                                     self._schedule.agents, self._control_offset_ns(plan))
         self._watch.retire(self._schedule, self._part_of, self._since_ns, at_ns)
         self._since_ns = at_ns
         self._follow(plan, schedule)
-        board.node.count("adoptions")
-        board.node.event("adopted topology", _links(laplacian))
+        board.count("adoptions")
+        board.event("adopted topology", _links(laplacian))
         self._report_own_slots()
         self._apply()
 
@@ -173,16 +174,12 @@ class SyncRobot:
         self._last_control = -1
         self._heard.clear()
         self._source.fell_back()
-        self._board.node.count("fallbacks")
-        self._board.node.event("fell back", f"to the slots of the start: {why}")
+        self._board.count("fallbacks")
+        self._board.event("fell back", f"to the slots of the start: {why}")
 
-    def _disturb(self) -> Generator[Event, Any, None]:
-        env = self._board.node.env
-        for from_ns, value in self._disturbance:
-            if from_ns > env.now:
-                yield env.timeout(from_ns - env.now)
-            self._omega = value
-            self._apply()
+    def _disturb(self, value: float) -> None:
+        self._omega = value
+        self._apply()
 
     # --- what it hears
 
@@ -192,11 +189,11 @@ class SyncRobot:
             layout = self._team.layout
             sent_ns = self._board.now_ns - layout.control_airtime_ns - layout.latency_ns
             if not self._source.heard_control(data, self._schedule, sent_ns):
-                self._board.node.count("unreadable frames")
+                self._board.count("unreadable frames")
             return
         sender = frame.sender
         if sender == self._number:
-            self._board.node.count("unreadable frames")
+            self._board.count("unreadable frames")
             return
         if self._watching:
             self._check_age(frame)
@@ -215,16 +212,16 @@ class SyncRobot:
         age_ns = self._watch.age_ns(sender, frame.slot, now_ns, self._schedule, self._part_of, self._since_ns)
         if age_ns is None or age_ns < slot_ns:
             return
-        self._board.node.count("values too old")
+        self._board.count("values too old")
         if self._watch.is_news(sender, age_ns):
-            self._board.node.event("assumption violated", f"{self._team.names[sender]}'s value is {age_ns} ns old when "
+            self._board.event("assumption violated", f"{self._team.names[sender]}'s value is {age_ns} ns old when "
                                    f"it comes: expected less than {slot_ns} ns, the slot length")
 
     def _report_own_slots(self) -> None:
         """A slot length that the author chose may be longer than what is certified."""
         slot_ns, certified_ns = self._schedule.slot_ns, self._certified_ns
         if 0 < certified_ns < slot_ns:
-            self._board.node.event("assumption violated", f"slots of {slot_ns} ns, as team.slot_us says: expected at "
+            self._board.event("assumption violated", f"slots of {slot_ns} ns, as team.slot_us says: expected at "
                                    f"most {certified_ns} ns, which (6.20) certifies")
 
     def _synchronize(self, frame: SyncFrame) -> None:
@@ -238,7 +235,7 @@ class SyncRobot:
 
     # --- plant and control
 
-    def _hold_own(self, _: object = None) -> None:
+    def _hold_own(self) -> None:
         self._law.held[self._number] = self._spoken
         self._apply()
 
@@ -249,8 +246,8 @@ class SyncRobot:
         self._control = control
         self._write_inputs(control)
 
-    def _sample(self, true_ns: int) -> list[float]:
-        return [*self._record(true_ns), *self._control]
+    def _sample(self) -> list[float]:
+        return [*self._measure(), *self._control]
 
     # --- schedules
 
@@ -262,7 +259,7 @@ class SyncRobot:
             if plan is None:
                 raise ValueError(f"A_cl is not Hurwitz (Assumption 6) for {_links(requests[0][1])}")
             return ToldTopology(requests, round(team.repeat_s * 1e9)), plan
-        source = DiscoveredTopology(self._board.node, self._number, len(team.names), team.max_successive_losses)
+        source = DiscoveredTopology(self._board, self._number, len(team.names), team.max_successive_losses)
         return source, self._plans.boot()
 
     def _first_schedule(self, plan: RoundPlan) -> SlottedBroadcast:

@@ -20,15 +20,15 @@ MEASURABLE: Final = {           # what a measurement tells of what a policy assu
 }
 
 
-class NodeLike(Protocol):
+class BoardLike(Protocol):
     def count(self, counter: str) -> None: ...
 
     def event(self, kind: str, detail: str) -> None: ...
 
 
 class AssumptionWatch:
-    def __init__(self, node: NodeLike, policy: str) -> None:
-        self._node = node
+    def __init__(self, board: BoardLike, policy: str) -> None:
+        self._board = board
         self._measurable = MEASURABLE[policy]
         self._broken: set[Assumption] = set()
 
@@ -37,17 +37,17 @@ class AssumptionWatch:
         for violation in violations:
             if violation.assumption not in self._broken:
                 self._broken.add(violation.assumption)
-                self._node.count("violated assumptions")
-                self._node.event("assumption violated", str(violation))
+                self._board.count("violated assumptions")
+                self._board.event("assumption violated", str(violation))
                 if violation.assumption is Assumption.SMALL_GAIN:
-                    self._node.event("gain product", f"{violation.value:.6g}: {violation.text}")
+                    self._board.event("gain product", f"{violation.value:.6g}: {violation.text}")
 
     def hold(self, assumptions: Collection[Assumption]) -> None:
         """All of these hold now."""
         again = self._broken.intersection(assumptions)
         if again:
             self._broken -= again
-            self._node.event("assumptions hold again", ", ".join(sorted(each.value for each in again)))
+            self._board.event("assumptions hold again", ", ".join(sorted(each.value for each in again)))
 
     def judge(self, violations: Iterable[Violation]) -> None:
         """`violations` is what a measurement shows; those that the policy does not care for are left out."""

@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import isfinite
+from typing import TYPE_CHECKING, Any
 
 from agents.tracking.team_policy import make_policy
-from agents.triggering.policies.table import PolicySettings
-from firmware_sim.scenario_view import AgentView, ScenarioView
+from firmware_sim.scenario_view import Own, OwnAgent, ScenarioView
+
+if TYPE_CHECKING:
+    from agents.tracking.tracking_robot import TrackingSettings
 
 ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
 
 
-def companion_problems(scenario: ScenarioView, program: str) -> Iterator[str]:
+def companion_problems(scenario: ScenarioView, own: Own[TrackingSettings]) -> Iterator[str]:
     """Gains that certify no horizon, a policy that there is not, wheels that nobody knows, ports that it lacks."""
-    for name, agent in _running(scenario, program):
-        given = agent.parameters
-        settings = PolicySettings(max_successive_losses=given.get("max_successive_losses", 0),
-                                  radius=given.get("certified_radius", 10.0))
+    for name, agent in own.items():
         try:
-            make_policy(scenario.team, given.get("policy", "individual_gains"), settings)
+            make_policy(scenario.team, agent.settings.policy, agent.settings.policy_settings())
         except (ValueError, TypeError, KeyError) as error:
             yield f"agents.{name}.parameters: {error}"
         if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
@@ -28,10 +28,10 @@ def companion_problems(scenario: ScenarioView, program: str) -> Iterator[str]:
         yield from _missing_ports(name, agent, ("radio", "can"))
 
 
-def reference_problems(scenario: ScenarioView, program: str) -> Iterator[str]:
+def reference_problems(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
     """No plant, no pieces, pieces whose instants are none, no radio."""
-    for name, agent in _running(scenario, program):
-        if agent.plant is None:
+    for name, agent in own.items():
+        if not agent.has_plant:
             yield f"agents.{name}.plant: is missing; a reference robot drives one: {{ fmu = \"virtual_reference\" }}"
         table = scenario.team.get("reference")
         from_s = table.get("from_s") if isinstance(table, Mapping) else None
@@ -43,11 +43,7 @@ def reference_problems(scenario: ScenarioView, program: str) -> Iterator[str]:
         yield from _missing_ports(name, agent, ("radio",))
 
 
-def _running(scenario: ScenarioView, program: str) -> Iterator[tuple[str, AgentView]]:
-    return ((name, agent) for name, agent in scenario.agents.items() if agent.program == program)
-
-
-def _missing_ports(name: str, agent: AgentView, needed: Sequence[str]) -> Iterator[str]:
+def _missing_ports(name: str, agent: OwnAgent[Any], needed: Sequence[str]) -> Iterator[str]:
     if lacking := [port for port in needed if port not in agent.media]:
         yield (f"agents.{name}.media: lacks {', '.join(lacking)}; it has {', '.join(agent.media) or 'none'}, "
                f"and its program speaks on media of these names")

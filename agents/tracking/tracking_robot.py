@@ -17,7 +17,8 @@ Not modelled: computing time between an answer and the setpoint; a tracking erro
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from math import pi, remainder
 
 from agents.tracking.assumption_watch import IN_TIME, AssumptionWatch
@@ -39,44 +40,48 @@ from agents.triggering.error_gain import horizon_s
 from agents.triggering.policies import Decision
 from agents.triggering.policies.table import PolicySettings
 from firmware_sim.board import Board
-from firmware_sim.scenario_view import ScenarioView
-from netem.wire.instants import NEVER_NS
+from firmware_sim.board_timers import Timer
+from firmware_sim.scenario_view import Own, ScenarioView
 
 COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
             "unreadable frames", "unreadable CAN frames", "violated assumptions")
 RETRY_NS = 20_000_000           # before the first measurement: no interval is certified yet
 
 
-class TrackingRobot:
-    def __init__(self, board: Board, *, policy: str = "individual_gains", max_successive_losses: int = 0,
-                 certified_radius: float = 10.0, measurement_noise: float = 0.15,
-                 start: Sequence[float] = (0.0, 0.0, 0.0), refresh_ns: int = 50_000_000,
-                 odometry_age_ns: int = 0, actuation_ns: int = 5_000_000) -> None:
-        """`certified_radius` [m, m, rad]: the |x| that a periodic policy has to serve. `start`: x, y, heading of R1.
+@dataclass(frozen=True)
+class TrackingSettings:
+    policy: str = "individual_gains"
+    max_successive_losses: int = 0
+    certified_radius: float = 10.0                  # [m, m, rad]: the |x| that a periodic policy has to serve
+    measurement_noise: float = 0.15
+    start: Sequence[float] = (0.0, 0.0, 0.0)        # x [m], y [m], heading [rad] of R1
+    refresh_ns: int = 50_000_000                    # the setpoint is repeated: the drive knows that somebody is there
+    odometry_age_ns: int = 0                        # from the reading of the wheels to the end of the frame with it
+    # What the way to the wheels and back may take. Section 4.6 neglects it; so the trigger does, but an assumption that
+    # fails by no more than this is not reported.
+    actuation_ns: int = 5_000_000
 
-        - the setpoint is repeated after `refresh_ns`, so that the drive knows that somebody is there;
-        - `odometry_age_ns`: from the reading of the wheels to the end of the frame that tells of it;
-        - `actuation_ns`: what the way to the wheels and back may take. Section 4.6 neglects it; so the trigger does,
-          but an assumption that fails by no more than this is not reported.
-        """
+    def policy_settings(self) -> PolicySettings:
+        return PolicySettings(max_successive_losses=self.max_successive_losses, radius=self.certified_radius)
+
+
+class TrackingRobot:
+    Settings = TrackingSettings
+
+    def __init__(self, board: Board, settings: TrackingSettings) -> None:
         robot = board.team["robot"]
-        self._board = board
+        self._board, self._settings = board, settings
         self._controller = TrackingController()
-        settings = PolicySettings(max_successive_losses=max_successive_losses, radius=certified_radius)
-        self._policy = make_policy(board.team, policy, settings)
-        self._gains, self._radius = gains_of(board.team), certified_radius
-        self._watch = AssumptionWatch(board.node, policy)
+        self._policy = make_policy(board.team, settings.policy, settings.policy_settings())
+        self._gains = gains_of(board.team)
+        self._watch = AssumptionWatch(board, settings.policy)
         for counter in COUNTERS:
-            board.node.count(counter, 0)
-        self._noise = Noise(board.rng, board.rng, measurement_noise, 0.0)
-        self._radio = board.node.ports["radio"]
-        self._radio.on_receive = self._hear
-        self._drive = DriveLink(board.node.ports["can"], robot["wheel_radius_m"], robot["track_m"],
-                                robot["counts_per_turn"])
-        board.node.ports["can"].on_receive = self._hear_drive
-        board.node.ports["can"].answers = False
-        self._place = DeadReckoning(robot["wheel_radius_m"], robot["track_m"], Pose(*start))
-        self._refresh_ns, self._odometry_age_ns, self._actuation_ns = refresh_ns, odometry_age_ns, actuation_ns
+            board.count(counter, 0)
+        self._noise = Noise(board.rng, board.rng, settings.measurement_noise, 0.0)
+        self._radio = board.port("radio", self._hear)
+        self._drive = DriveLink(board.port("can", self._hear_drive, listen_only=True), robot["wheel_radius_m"],
+                                robot["track_m"], robot["counts_per_turn"])
+        self._place = DeadReckoning(robot["wheel_radius_m"], robot["track_m"], Pose(*settings.start))
         self._x: State = (0.0, 0.0, 0.0)            # as measured last
         self._inputs: Inputs | None = None          # of the reference, as heard last
         self._latest: Decision | None = None        # of the newest measurement
@@ -86,37 +91,31 @@ class TrackingRobot:
         self._asked_ns: int | None = None           # None: it was answered
         self._failed = 0                            # attempts in a row without an answer
         self._exchange_ns = 0                       # how long the last look took
-        self._due_ns = 0
-        self._repeat_ns = NEVER_NS                  # when the setpoint is repeated
-        board.node.signals([("held1", "m"), ("held2", "m"), ("held3", "rad"), ("tau", "s"), ("gain_product", "1")],
-                           self._sample)
-        self._schedule(board.now_ns)
+        self._repeat: Timer | None = None           # of the setpoint
+        board.record_all([("held1", "m"), ("held2", "m"), ("held3", "rad"), ("tau", "s"), ("gain_product", "1")],
+                         self._sample)
+        self._due = board.at(board.now_ns, self._ask)       # the next look
 
     @staticmethod
-    def check(scenario: ScenarioView) -> Iterator[str]:
-        yield from companion_problems(scenario, f"{TrackingRobot.__module__}:{TrackingRobot.__name__}")
+    def check(scenario: ScenarioView, own: Own[TrackingSettings]) -> Iterator[str]:
+        yield from companion_problems(scenario, own)
 
     # --- looks
 
     def _schedule(self, due_ns: int) -> None:
-        self._due_ns = due_ns
-        self._at(due_ns, lambda: self._ask() if self._due_ns == due_ns else None)
-        self._promise()
-
-    def _promise(self) -> None:
-        """It speaks next when a look or a setpoint is due, unless the reference says something."""
-        self._board.silent_unless_heard_until(min(self._due_ns, self._repeat_ns))
+        self._due.cancel()
+        self._due = self._board.at(due_ns, self._ask)
 
     def _ask(self) -> None:
         board = self._board
         now_ns = board.now_ns
         if self._asked_ns is not None:
             self._failed += 1
-            board.node.count("looks without an answer")
+            board.count("looks without an answer")
         self._look += 1
         self._asked_ns = now_ns
         self._radio.send(pack_request(self._look))
-        board.node.count("looks")
+        board.count("looks")
         self._check()
         latest = self._latest
         retry_ns = now_ns + RETRY_NS if latest is None else latest.attempt_ns(self._failed + 1) - self._exchange_ns
@@ -125,7 +124,7 @@ class TrackingRobot:
     def _hear(self, data: bytes) -> None:
         found = unpack_answer(data)
         if found is None:
-            self._board.node.count("unreadable frames")
+            self._board.count("unreadable frames")
             return
         number, state = found
         now_ns = self._board.now_ns
@@ -134,7 +133,7 @@ class TrackingRobot:
             self._inputs = state.inputs
             self._measured(state, now_ns, now_ns)
         elif self._asked_ns is None or number != self._look % UNASKED:
-            self._board.node.count("late answers")
+            self._board.count("late answers")
         else:
             asked_ns, self._asked_ns = self._asked_ns, None
             self._exchange_ns = now_ns - asked_ns
@@ -142,24 +141,25 @@ class TrackingRobot:
 
     def _measured(self, state: ReferenceState, measured_ns: int, seen_ns: int) -> None:
         """`measured_ns`: from when the measurement counts; `seen_ns`: the best guess of when the reference looked."""
-        node = self._board.node
+        board = self._board
         x1, x2, x3 = tracking_error(self._place.pose_at(seen_ns), state.pose)
         self._x = self._noise.measure((x1, x2, remainder(x3, 2 * pi)))
         self._failed = 0
         try:
             decision = self._policy.decide(measured_ns, self._x, state.inputs)
         except ValueError as error:
-            node.count("refused measurements")
-            node.event("refused measurement", str(error))
+            board.count("refused measurements")
+            board.event("refused measurement", str(error))
             return
         self._latest = decision
         self._watch.judge((*input_violations(measured_ns, state.inputs, LIMITS, self._gains),
                            *announcement_violations(measured_ns, state.inputs, self._inputs or state.inputs),
-                           *radius_violations(measured_ns, self._x, self._radius, self._noise.measured)))
+                           *radius_violations(measured_ns, self._x, self._settings.certified_radius,
+                                              self._noise.measured)))
         self._inputs = state.inputs
         self._command = self._controller.command(self._x, state.inputs)
         self._tell_drive(decision)
-        node.count("measurements")
+        board.count("measurements")
         self._schedule(max(decision.next_ns - self._exchange_ns, self._board.now_ns + 1))
 
     # --- the drive
@@ -167,17 +167,18 @@ class TrackingRobot:
     def _tell_drive(self, decision: Decision) -> None:
         number = self._drive.send(self._command)
         self._underway[number] = decision
-        self._repeat_ns = repeat_ns = self._board.now_ns + self._refresh_ns
-        self._at(repeat_ns, lambda: self._tell_drive(decision) if self._repeat_ns == repeat_ns else None)
-        self._promise()
+        if self._repeat is not None:
+            self._repeat.cancel()
+        self._repeat = self._board.at(self._board.now_ns + self._settings.refresh_ns,
+                                      lambda: self._tell_drive(decision))
 
     def _hear_drive(self, data: bytes) -> None:
         heard = self._drive.read(data)
         if heard is None:
-            self._board.node.count("unreadable CAN frames")
+            self._board.count("unreadable CAN frames")
             return
         if heard.angles_rad is not None:
-            self._place.read(self._board.now_ns - self._odometry_age_ns, *heard.angles_rad)
+            self._place.read(self._board.now_ns - self._settings.odometry_age_ns, *heard.angles_rad)
         if heard.confirmed is not None and heard.confirmed in self._underway:
             self._comes_into_force(heard.confirmed)
 
@@ -189,34 +190,30 @@ class TrackingRobot:
         before = self._in_force
         if decision is before:
             return
-        node, now_ns = self._board.node, self._board.now_ns
+        board, now_ns = self._board, self._board.now_ns
         if before is not None:
             self._check()
-            until_ns = now_ns - self._actuation_ns
-            node.event("gain product", f"{before.gain_product(until_ns):.6g} after "
+            until_ns = now_ns - self._settings.actuation_ns
+            board.event("gain product", f"{before.gain_product(until_ns):.6g} after "
                                        f"{max(until_ns - before.measured_ns, 0) * 1e-9:.6g} s")
         self._in_force = decision
-        if now_ns <= decision.holds_until_ns + self._actuation_ns:
+        if now_ns <= decision.holds_until_ns + self._settings.actuation_ns:
             self._watch.hold(IN_TIME)
         unstable_ns = decision.measured_ns + int(horizon_s(decision.growth_per_s, decision.gain_per_s, 1.0) * 1e9)
         for end_ns in (decision.holds_until_ns, unstable_ns):
-            self._at(end_ns + 1 + self._actuation_ns, lambda: self._check() if self._in_force is decision else None)
+            self._board.at(end_ns + 1 + self._settings.actuation_ns,
+                           lambda: self._check() if self._in_force is decision else None, sends=False)
 
     # --- what has to hold
 
     def _check(self) -> None:
         """An event for each assumption of the trigger that has failed since the last look."""
         if self._in_force is not None:
-            self._watch.fail(violations(self._in_force, self._board.now_ns - self._actuation_ns, self._failed))
+            self._watch.fail(violations(self._in_force, self._board.now_ns - self._settings.actuation_ns, self._failed))
 
-    def _sample(self, true_ns: int) -> list[float]:
+    def _sample(self) -> list[float]:
         decision = self._in_force
         if decision is None:
             return [*self._x, 0.0, 0.0]
-        now_ns = self._board.clock.reading_at(true_ns)
+        now_ns = self._board.now_ns
         return [*self._x, decision.valid_ns * 1e-9, decision.gain_product(now_ns)]
-
-    def _at(self, local_ns: int, action: Callable[[], None]) -> None:
-        timer = self._board.until(local_ns)
-        assert timer.callbacks is not None
-        timer.callbacks.append(lambda _: action())

@@ -19,6 +19,7 @@ from experiments.scenario.own_modules import class_for
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
+from firmware_sim.program_settings import construct_program
 from firmware_sim.recorded_outputs import record_outputs
 from fmus.call_record import CallRecord
 from fmus.description import PlantDescription
@@ -73,16 +74,19 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     if specification.blocking:
         return _blocking_node(specification, at_end, record)
     node = Node(specification.name, list(specification.media), specification.sample_period_ns)
-    board = _board(specification, node, record)
-    program = class_for(specification.program, Path(specification.folder))(board, **specification.parameters)
+    plant = _plant(specification, node, record)
+    board = _board(specification, node, plant)
+    board.keep_promises()
+    program = construct_program(class_for(specification.program, Path(specification.folder)), board,
+                                specification.parameters)
     if hasattr(program, "run"):
         running = program.run()
         if not hasattr(running, "throw"):
             raise TypeError(f"{type(program).__name__}.run() gave {running!r}: expected a generator; write `run` with "
-                            "`yield from self.board.wait_until(local_ns)` in it")
+                            "`yield from self.board.sleep_until(local_ns)` in it")
         node.start(running)
-    if board.plant is not None and specification.plant is not None:
-        record_outputs(node, board.plant, specification.plant.idle_outputs)
+    if plant is not None and specification.plant is not None:
+        record_outputs(node, plant, specification.plant.idle_outputs)
     return node
 
 
@@ -103,12 +107,13 @@ def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None, r
     from firmware_sim.blocking.own_process import own_process
 
     node = BlockingNode(specification.name, list(specification.media), specification.sample_period_ns)
-    board, folder = _board(specification, node, record), Path(specification.folder)
-    at_end.enter_context(own_process(node, board, specification.program, folder,
+    plant, folder = _plant(specification, node, record), Path(specification.folder)
+    board = _board(specification, node, plant)
+    at_end.enter_context(own_process(node, board, specification.clock, specification.program, folder,
                                      partial(_load_blocking, specification, at_end), specification.parameters,
                                      specification.media, specification.own_frames))
-    if board.plant is not None and specification.plant is not None:
-        record_outputs(node, board.plant, specification.plant.idle_outputs)
+    if plant is not None and specification.plant is not None:
+        record_outputs(node, plant, specification.plant.idle_outputs)
     return node
 
 
@@ -122,13 +127,19 @@ def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:
     return class_for(specification.program, Path(specification.folder))
 
 
-def _board(specification: NodeSpecification, node: Node, record: CallRecord | None) -> Board:
-    clock = LocalClock(specification.clock, node.env.time_ns)
-    plant = None
-    if specification.plant is not None:
-        plant = Plant(specification.plant.description, specification.name, specification.plant.start,
-                      specification.plant.step_ns, present=node.present_ns, on_end=node.end_run, record=record)
-        for shown in specification.shown:
-            _show(node, plant, shown)
-    team = Named(specification.team, specification.name, "key of [team]", "the scenario has no [team]")
-    return Board(node, clock, plant, team, stream(specification.seed, f"agents.{specification.name}"))
+def _plant(specification: NodeSpecification, node: Node, record: CallRecord | None) -> Plant | None:
+    if specification.plant is None:
+        return None
+    plant = Plant(specification.plant.description, specification.name, specification.plant.start,
+                  specification.plant.step_ns, present=node.present_ns, on_end=node.end_run, record=record)
+    for shown in specification.shown:
+        _show(node, plant, shown)
+    return plant
+
+
+def _board(specification: NodeSpecification, node: Node, plant: Plant | None) -> Board:
+    name = specification.name
+    team = Named(specification.team, name, "key of [team]", "the scenario has no [team]")
+    parameters = Named(specification.parameters, name, "parameter", f"agents.{name}.parameters is empty")
+    return Board(node, LocalClock(specification.clock, node.present_ns), plant, team,
+                 stream(specification.seed, f"agents.{name}"), parameters)

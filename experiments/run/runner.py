@@ -41,6 +41,8 @@ from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.model import AgentSpec, Scenario, positions
 from experiments.scenario.own_modules import class_for
 from experiments.show.report.build import write_report
+from firmware_sim.program_settings import build_settings
+from firmware_sim.scenario_view import OwnAgent
 from fmus.build import build_model, model_folder, own_models
 from fmus.describe import Model, read_model
 from fmus.describe_fmu import describe
@@ -390,7 +392,8 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
         if is_blocking(program):
             blocking.add(path)
         elif (prepare := getattr(program, "prepare", None)) is not None:
-            team.update(prepare(scenario))
+            team.update(prepare(scenario, {name: OwnAgent(name, build_settings(program, agent.parameters), agent)
+                                           for name, agent in scenario.agents.items() if agent.program == path}))
     folder = str(scenario.folder)
     fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
     described = {fmu: describe(build_model(fmu) if fmu in own_models() else Path(fmu)) for fmu in sorted(fmus)}

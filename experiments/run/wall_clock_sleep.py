@@ -29,7 +29,7 @@ def sleep_refused() -> Iterator[None]:
     def sleep(seconds: float, /) -> None:
         if threading.get_ident() == thread and _program_calls():
             raise SleepRefused(f"time.sleep({seconds!r}) would hold up the emulator by the wall clock and let no robot "
-                               "time pass; write `yield from self.board.wait_until(self.board.now_ns + "
+                               "time pass; write `yield from self.board.sleep_until(self.board.now_ns + "
                                f"{_whole_ns(seconds)})`")
         real(seconds)
 

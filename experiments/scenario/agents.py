@@ -37,12 +37,12 @@ class AgentTable:
 
 
 class Agents:
-    """Reads them; `programs` are the classes found on the way, with the import path of each."""
+    """Reads them; `programs` are the classes found on the way, with the settings of the agents that run each."""
 
     def __init__(self, reading: Reading) -> None:
         self.reading = reading
         self.problems = reading.problems
-        self.programs: dict[type, str] = {}
+        self.programs: dict[type, dict[str, Any]] = {}
 
     def read(self, tables: Mapping[str, Any], defaults: dict[str, Any], media: list[str]) -> dict[str, AgentSpec]:
         if not tables and not self.problems.has(("agents",)):
@@ -56,7 +56,7 @@ class Agents:
         self.reading.check_name(place, name)
         values = fill(shape_of(AgentTable), merged, place, self.problems, self.reading.folder).values
         table = AgentTable(**{"program": "", **values})
-        parameters = self._program(table.program, table.parameters, place) if "program" in values else {}
+        parameters = self._program(name, table.program, table.parameters, place) if "program" in values else {}
         plant = None if table.plant is None else self._plant(table.plant, merged["plant"], (*place, "plant"))
         attached = media if table.media is None else table.media
         for index, medium in enumerate(attached):
@@ -67,11 +67,11 @@ class Agents:
             self.problems.add((*place, "at_m"), "expected [x, y] or [x, y, z]", list(table.at_m))
         return AgentSpec(name, table.program, parameters, table.clock, plant, table.at_m, tuple(attached))
 
-    def _program(self, program: str, parameters: Any, place: Place) -> dict[str, Any]:
-        cls, keywords = check_program(program, parameters, place, self.problems, self.reading.folder)
+    def _program(self, name: str, program: str, parameters: Any, place: Place) -> dict[str, Any]:
+        cls, given, settings = check_program(program, parameters, place, self.problems, self.reading.folder)
         if isinstance(cls, type):
-            self.programs.setdefault(cls, program)
-        return keywords
+            self.programs.setdefault(cls, {})[name] = settings
+        return given
 
     def _plant(self, table: PlantTable, written: Mapping[str, Any], place: Place) -> PlantSpec | None:
         try:

@@ -30,6 +30,7 @@ from experiments.scenario.sections import SECTIONS, Reading, holds
 from experiments.scenario.shape import shape_of
 from experiments.scenario.units import siblings
 from experiments.scenario.vocabulary import Vocabulary
+from firmware_sim.scenario_view import OwnAgent
 
 
 @dataclass(frozen=True)
@@ -116,16 +117,18 @@ def _written_at(reading: Reading, place: Place) -> Place:
     return place
 
 
-def _ask_programs(scenario: Scenario, programs: Mapping[type, str], problems: Problems) -> None:
+def _ask_programs(scenario: Scenario, programs: Mapping[type, Mapping[str, Any]], problems: Problems) -> None:
     """A program's class may refuse a run that its domain knows to be impossible."""
-    for cls, program in programs.items():
+    for cls, settings_of in programs.items():
         check = getattr(cls, "check", None)
         if check is None:
             continue
+        own = {name: OwnAgent(name, settings, scenario.agents[name]) for name, settings in settings_of.items()}
+        program = scenario.agents[next(iter(own))].program
         try:
             with warnings.catch_warnings():         # figures beyond all bounds are told as what they break
                 warnings.simplefilter("ignore", RuntimeWarning)
-                found: Iterable[str] = check(scenario) or ()
+                found: Iterable[str] = check(scenario, own) or ()
                 for problem in found:
                     problems.say(problem)
         except (ValueError, ArithmeticError) as error:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import is_dataclass
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any, Final, get_type_hints
@@ -19,8 +20,10 @@ from experiments.scenario.moved_modules import where_it_is
 from experiments.scenario.own_modules import NameTaken, module_for
 from experiments.scenario.problems import Place, Problems, near
 from experiments.scenario.program_run import complaint_about_run
-from experiments.scenario.shape import Shape
+from experiments.scenario.refusals import refuse
+from experiments.scenario.shape import Shape, shape_of
 from experiments.scenario.units import spellings
+from firmware_sim.program_settings import settings_class
 
 NO_PROGRAM: Final = {
     inspect.iscoroutinefunction: "is a coroutine, and asyncio does not run in virtual time; write blocking code",
@@ -61,60 +64,86 @@ def import_program(program: str, folder: Path) -> Callable[..., Any]:
 
 
 def check_program(program: str, parameters: dict[str, Any], place: Place, problems: Problems,
-                  folder: Path) -> tuple[Callable[..., Any] | None, dict[str, Any]]:
-    """The program and its keyword arguments with times in ns; problems at `place`, that of the agent."""
+                  folder: Path) -> tuple[Callable[..., Any] | None, dict[str, Any], Any]:
+    """The program, its parameters with times in ns, and its `Settings` made of them (None if it has none or they are
+    wrong); problems at `place`, that of the agent."""
     try:
         cls = import_program(program, folder)
     except ValueError as error:
         problems.add((*place, "program"), str(error), program)
-        return None, parameters
+        return None, parameters, None
     except Exception as error:
         problems.add((*place, "program"), f"importing it failed: {type(error).__name__}: {error}", program)
-        return None, parameters
+        return None, parameters, None
     if isinstance(cls, type) and (complaint := complaint_about_run(cls)):
         problems.add((*place, "program"), complaint, program)
-        return None, parameters
-    shape, complaint = _keywords(cls)
+        return None, parameters, None
+    shape, complaint = parameters_of(cls)
     if complaint:
         problems.add((*place, "program"), complaint, program)
-        return None, parameters
+        return None, parameters, None
     if shape is None:
-        return cls, parameters
-    filled = fill(shape, parameters, (*place, "parameters"), problems, folder)
-    _check_periods(cls, filled.values, parameters, (*place, "parameters"), problems)
-    return cls, msgspec.to_builtins(filled.values, enc_hook=str)
+        return cls, parameters, None
+    place = (*place, "parameters")
+    filled = fill(shape, parameters, place, problems, folder)
+    before = problems.found
+    _check_periods(cls, filled.values, parameters, place, problems)
+    settings = None
+    if filled.complete and problems.found == before and (declared := settings_class(cls)) is not None:
+        try:
+            settings = declared(**filled.values)
+        except (ValueError, ArithmeticError, TypeError, LookupError) as error:
+            refuse(error, parameters, place, problems)
+    return cls, msgspec.to_builtins(filled.values, enc_hook=str), settings
 
 
 def _check_periods(cls: Callable[..., Any], values: Mapping[str, Any], written: Mapping[str, Any], place: Place,
                    problems: Problems) -> None:
     """A period is more than 0, or 0 for "never" where the program's own default says so."""
+    takes = inspect.signature(settings_class(cls) or cls).parameters
     for name, value in values.items():
         if not (name == "period_ns" or name.endswith("_period_ns")) or not isinstance(value, int):
             continue
-        may_be_0 = inspect.signature(cls).parameters[name].default == 0
+        may_be_0 = takes[name].default == 0
         if value < 0 or (value == 0 and not may_be_0):
             key = next(key for key in spellings(name) if key in written)
             problems.add((*place, key), f"expected {'>= 0' if may_be_0 else '> 0'}; a program that waits for its next "
                          "period would never get past the first instant", written[key])
 
 
-def _keywords(cls: Callable[..., Any]) -> tuple[Shape | None, str]:
-    """What the class takes after the board, or the function at all (None: any keyword); what is wrong with it."""
+def parameters_of(program: Callable[..., Any]) -> tuple[Shape | None, str]:
+    """What may stand in `parameters`: fields of a class's `Settings`, or a function's arguments (None: any keyword);
+    and what is wrong with the program."""
     try:
-        signature = inspect.signature(cls)
+        given = list(inspect.signature(program).parameters.values())
     except ValueError:
-        return None, f"{cls.__name__} does not say what it takes; write the program in Python"
-    if not isinstance(cls, type):
-        return _parameters(cls, list(signature.parameters.values()))
-    positional = [item for item in signature.parameters.values()
-                  if item.kind in (item.POSITIONAL_ONLY, item.POSITIONAL_OR_KEYWORD)]
-    if not positional and not any(item.kind is item.VAR_POSITIONAL for item in signature.parameters.values()):
-        return None, f"takes no board: {cls.__name__}{signature} has no positional argument"
-    return _parameters(inspect.getattr_static(cls, "__init__"),
-                       [item for item in signature.parameters.values() if item not in positional[:1]])
+        return None, f"{program.__name__} does not say what it takes; write the program in Python"
+    if not isinstance(program, type):
+        return _arguments(program, given)
+    declared = getattr(program, "Settings", None)
+    if declared is not None and not (isinstance(declared, type) and is_dataclass(declared)):
+        return None, f"{program.__name__}.Settings is no dataclass"
+    takes = "(board, settings)" if declared is not None else "(board)"
+    positional = [item for item in given if item.kind in (item.POSITIONAL_ONLY, item.POSITIONAL_OR_KEYWORD)]
+    keywords = [item.name for item in given if item.kind is item.KEYWORD_ONLY]
+    if keywords and declared is None:
+        return None, (f"{program.__name__} takes {', '.join(keywords)} as keyword arguments: declare them as fields of "
+                      f"a dataclass `Settings` of the class, and write __init__(self, board, settings)")
+    try:
+        inspect.signature(program).bind(*["board", "settings"][:1 + (declared is not None)])
+    except TypeError:
+        there = inspect.signature(program)
+        if not positional:
+            return None, f"takes no board: {program.__name__}{there} has no positional argument"
+        return None, f"{program.__name__}{there}: expected {program.__name__}{takes}"
+    try:
+        return (Shape({}, frozenset()) if declared is None else shape_of(declared)), ""
+    except NameError as error:
+        return None, f"{program.__name__}.Settings: {error}"
 
 
-def _parameters(function: Any, given: list[inspect.Parameter]) -> tuple[Shape | None, str]:
+def _arguments(function: Any, given: list[inspect.Parameter]) -> tuple[Shape | None, str]:
+    """Of a blocking function."""
     named = [item for item in given if item.kind in (item.POSITIONAL_OR_KEYWORD, item.KEYWORD_ONLY)]
     if any(item.kind is item.VAR_KEYWORD for item in given):
         return None, ""

@@ -4,8 +4,8 @@
     |  gyro, attitude, accelerometer              everything on the local clock
 
 Gyro, attitude and accelerometer are read from the plant at each release; position comes from motion capture alone, a
-frame at a time, late. This program hands out nothing: who speaks for the vehicle on a link takes `controller`, which is
-the `Vehicle` of the contract, and promises silence on its own schedule. Without one the board is silent for ever.
+frame at a time, late. This program hands out nothing. A task that speaks for the vehicle on a link takes `controller`,
+which is the `Vehicle` of the contract.
 
 Plant: `quadrotor`, inputs u[1..4]; its frames are turned into MAVLink's here.
 Not modelled: noise and bias of the inertial sensors (the attitude is that of a perfect filter), a barometer, a battery.
@@ -13,12 +13,11 @@ Not modelled: noise and bias of the inertial sensors (the attitude is that of a 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator
 from typing import Any, Final
 
 from simpy.events import Event
 
-from firmware_sim.autopilot.airframe import Airframe
 from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
 from firmware_sim.autopilot.exposure_clock import ExposureClock
 from firmware_sim.autopilot.flight_controller import FlightController
@@ -26,7 +25,7 @@ from firmware_sim.autopilot.frames import frd_of, ned_of, ned_quaternion, roll_p
 from firmware_sim.autopilot.mixer import OFF
 from firmware_sim.autopilot.vehicle import Landed, Mode, Severity
 from firmware_sim.board import Board
-from firmware_sim.scenario_view import ScenarioView
+from firmware_sim.scenario_view import Own, ScenarioView
 from firmware_sim.schedules.periodic import Periodic
 from netem.media.sensing.sight import NothingSeen, unpack_sight
 from netem.wire.instants import NEVER_NS
@@ -44,81 +43,70 @@ LANDED: Final = {landed: float(number) for number, landed in enumerate(Landed)}
 EVENTS: Final = {Severity.CRITICAL: "autopilot critical", Severity.ERROR: "autopilot error",
                  Severity.WARNING: "autopilot warning", Severity.NOTICE: "autopilot notice",
                  Severity.INFO: "autopilot info"}
-DEFAULT: Final = AutopilotSettings()
 COUNTERS: Final = ("releases missed", "unreadable frames", "motion capture out of order", "motion capture taken",
                    "motion capture refused")
 NO_PLANT: Final = 'an autopilot needs a plant, as plant = { fmu = "quadrotor", preset = "hummingbird" }'
 
 
 class Autopilot:
-    def __init__(self, board: Board, *, period_ns: int = DEFAULT.period_ns, offset_ns: int = DEFAULT.offset_ns,
-                 execution_ns: int = DEFAULT.execution_ns, navigation_every: int = DEFAULT.navigation_every,
-                 mocap: str = DEFAULT.mocap, body: str = DEFAULT.body, airframe: Airframe = DEFAULT.airframe,
-                 parameters: Mapping[str, float] = DEFAULT.parameters) -> None:
-        """What they mean: `AutopilotSettings`."""
-        self._settings = settings = AutopilotSettings(period_ns, offset_ns, execution_ns, navigation_every, mocap, body,
-                                                      airframe, parameters)
-        if board.plant is None:
-            raise ValueError(f"{board.node.name}: {NO_PLANT}")
-        self._board, self._plant = board, board.plant
-        self._body = body or board.node.name
-        port = board.node.ports[settings.port_of(board.node.ports)]
-        port.on_receive, port.answers = self._captured, False
-        self.controller = FlightController(settings.airframe, period_ns, navigation_every, parameters)
+    Settings = AutopilotSettings
+
+    def __init__(self, board: Board, settings: AutopilotSettings) -> None:
+        self._settings, self._board = settings, board
+        self._body = settings.body or board.name
+        board.port(settings.port_of(board.ports), self._captured, listen_only=True)
+        self.controller = FlightController(settings.airframe, settings.period_ns, settings.navigation_every,
+                                           settings.parameters)
         self.listeners: list[Callable[[Severity, str], None]] = [self._note]     # each gets every notice
         self.controller.on_notice = self._notice
         self._stamps = ExposureClock()
-        self._motors = self._plant.input_group([f"u[{i}]" for i in range(1, 5)], ["rad/s"] * 4)
-        self._sensors = self._plant.output_group(SENSORS, SENSOR_UNITS)
-        self._truth = self._plant.output_group([name for name, _ in TRUTH], [unit for _, unit in TRUTH])
+        self._motors = board.actuators([f"u[{i}]" for i in range(1, 5)], ["rad/s"] * 4)
+        self._sensors = board.sensors(SENSORS, SENSOR_UNITS)
+        self._truth = board.sensors([name for name, _ in TRUTH], [unit for _, unit in TRUTH])
         for counter in COUNTERS:
-            board.node.count(counter, 0)
-        board.node.signals([*TRUTH, *BELIEF], self._sample)
+            board.count(counter, 0)
+        board.record_all([*TRUTH, *BELIEF], self._sample)
 
     # --- the program
 
-    def run(self, silent: bool = True) -> Generator[Event, Any, None]:
-        """The loop; with `silent` it also promises that this board never hands out anything."""
-        board, plant, settings = self._board, self._plant, self._settings
-        schedule = Periodic(settings.period_ns, settings.offset_ns)
-        if silent:
-            board.node.silent_until(NEVER_NS)
-        node, env, execution_ns, tick = board.node, board.node.env, settings.execution_ns, self.controller.tick
+    def run(self) -> Generator[Event, Any, None]:
+        board, settings = self._board, self._settings
+        schedule, execution_ns, tick = Periodic(settings.period_ns, settings.offset_ns), settings.execution_ns, \
+            self.controller.tick
         release_ns = schedule.next_after(board.now_ns - 1)
         written = OFF
         while True:
-            yield board.until(release_ns)       # a hardware timer: a clock set back meanwhile does not stop the loop
+            # a hardware timer: a clock set back meanwhile does not stop the loop
+            yield board.until(release_ns, silent_until_ns=NEVER_NS)
             now_ns = board.now_ns
-            plant.advance_to(env.time_ns())
             w, x, y, z, ox, oy, oz, fx, fy, fz = self._sensors.read()
             motors = tick(now_ns, ned_quaternion(w, x, y, z), frd_of(ox, oy, oz), frd_of(fx, fy, fz))
             if motors != written:
-                yield board.until(now_ns + execution_ns)
-                plant.advance_to(env.time_ns())
+                yield board.until(now_ns + execution_ns, silent_until_ns=NEVER_NS)
                 self._motors.write(motors)
                 written = motors
             before_ns, release_ns = release_ns, schedule.next_after(board.now_ns)
             if (missed := (release_ns - before_ns) // settings.period_ns - 1) > 0:
-                node.count("releases missed", missed)
+                board.count("releases missed", missed)
 
     # --- what it hears
 
     def _captured(self, data: bytes) -> None:
-        node, now_ns = self._board.node, self._board.now_ns
+        board, now_ns = self._board, self._board.now_ns
         sight = unpack_sight(data)
         if sight is None:
-            node.count("unreadable frames")
+            board.count("unreadable frames")
             return
         if isinstance(sight, NothingSeen) or sight.name != self._body:
             return
         delay_ns = round(self.controller.parameters.get("MOCAP_DELAY") * 1e9)
         exposed_ns = self._stamps.exposed_ns(sight.exposed_ns, now_ns, delay_ns)
         if exposed_ns is None:
-            node.count("motion capture out of order")
+            board.count("motion capture out of order")
         elif self.controller.captured(exposed_ns, ned_of(sight.x_m, sight.y_m, sight.z_m), now_ns):
-            node.count("motion capture taken")
+            board.count("motion capture taken")
         else:
-            node.count("motion capture refused")
+            board.count("motion capture refused")
 
     # --- for the record
 
@@ -127,24 +115,21 @@ class Autopilot:
             listener(severity, text)
 
     def _note(self, severity: Severity, text: str) -> None:
-        self._board.node.event(EVENTS[severity], text)
+        self._board.event(EVENTS[severity], text)
 
-    def _sample(self, time_ns: int) -> list[float]:
-        self._plant.advance_to(time_ns)
+    def _sample(self) -> list[float]:
         state, loops = self.controller.state(), self.controller.loops
         north, east = loops.horizontal.position
         return [*self._truth.read(), *state.position_ned_m, north, east, loops.vertical.position[0],
                 *roll_pitch_yaw(loops.target), state.armed, MODES[state.mode], LANDED[state.landed]]
 
     @staticmethod
-    def check(scenario: ScenarioView) -> Iterator[str]:
+    def check(scenario: ScenarioView, own: Own[AutopilotSettings]) -> Iterator[str]:
         """What no autopilot could start with."""
-        for name, agent in scenario.agents.items():
-            if agent.program != f"{Autopilot.__module__}:{Autopilot.__name__}":
-                continue
+        for name, agent in own.items():
             try:
-                AutopilotSettings(**agent.parameters).port_of(agent.media)
+                agent.settings.port_of(agent.media)
             except ValueError as error:
                 yield f"agents.{name}.parameters: {error}"
-            if agent.plant is None:
+            if not agent.has_plant:
                 yield f"agents.{name}: {NO_PLANT}"

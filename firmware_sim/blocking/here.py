@@ -25,7 +25,7 @@ def running() -> BlockingProgram | None:
 
 
 def this_program() -> BlockingProgram:
-    """The same for code that makes sense within a program only: `this_program().board.node.count("laps")`."""
+    """The same for code that makes sense within a program only: `this_program().board.count("laps")`."""
     program = _here.program
     if program is None:
         raise RuntimeError("this thread belongs to no blocking program: there is one only inside `marconet run`, in "

@@ -14,11 +14,12 @@ from firmware_sim.blocking.library_time import library_in_virtual_time
 from firmware_sim.blocking.node import BlockingNode
 from firmware_sim.blocking.program import BlockingProgram
 from firmware_sim.board import Board
+from firmware_sim.clock_settings import ClockSettings
 
 
 @contextmanager
-def own_process(node: BlockingNode, board: Board, name: str, folder: Path, load: Callable[[], Callable[..., object]],
-                parameters: Mapping[str, Any], media: Mapping[str, str],
+def own_process(node: BlockingNode, board: Board, clock: ClockSettings, name: str, folder: Path,
+                load: Callable[[], Callable[..., object]], parameters: Mapping[str, Any], media: Mapping[str, str],
                 own_frames: Collection[str]) -> Iterator[BlockingProgram]:
     """Load the program `name` and let it begin. It ends with the last grant of its node, or else with this context.
 
@@ -29,7 +30,7 @@ def own_process(node: BlockingNode, board: Board, name: str, folder: Path, load:
     sys.stdin = open(os.devnull)                # noqa: SIM115      # the real one is the pipe to the emulator
     random.seed(board.rng.getrandbits(64))
     with library_in_virtual_time():
-        program = node.program = BlockingProgram(board, load, parameters, media, own_frames)
+        program = node.program = BlockingProgram(node, board, clock, load, parameters, media, own_frames)
         try:
             program.begin()
             yield program

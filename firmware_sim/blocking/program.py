@@ -32,6 +32,7 @@ from firmware_sim.blocking.repeating import Repeating
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
+from netem.node.node import Node
 from netem.wire.instants import NEVER_NS
 
 CLEANUP_NS: Final = 10_000_000_000          # of its own time, after the end of the run
@@ -44,13 +45,12 @@ _wall_s = time.monotonic
 class BlockingProgram:
     """`load` gives the function (in the program's own thread, so that what it imports finds virtual time)."""
 
-    def __init__(self, board: Board, load: Callable[[], Callable[..., object]],
+    def __init__(self, node: Node, board: Board, clock: ClockSettings, load: Callable[[], Callable[..., object]],
                  parameters: Mapping[str, Any] | None = None, media: Mapping[str, str] | None = None,
                  own_frames: Collection[str] = ()) -> None:
-        settings = board.clock.settings
         self.board = board
-        self.node = board.node
-        self.oscillator = LocalClock(ClockSettings(0, settings.drift_ppm, settings.tick_ns), self.node.env.time_ns)
+        self.node = node
+        self.oscillator = LocalClock(ClockSettings(0, clock.drift_ppm, clock.tick_ns), node.env.time_ns)
         self.handlers: dict[int, Any] = {}          # signal handlers that the program has set
         self.closing = False                        # the run is over: what it hands out goes nowhere
         self.over = False                           # the program has ended
@@ -248,9 +248,9 @@ class BlockingProgram:
             for repeating in self.repeating:
                 first_ns = min(first_ns, repeating.next_ns)
         if hears:
-            self.node.silent_unless_heard_until(first_ns)
+            self.node.promise_soft(first_ns)
         else:
-            self.node.silent_until(first_ns)
+            self.node.promise_firm(first_ns)
 
     def _interrupt(self) -> None:
         """The end of the run, in the program's first thread: what a Ctrl-C would do."""

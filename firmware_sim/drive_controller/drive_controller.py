@@ -15,15 +15,12 @@ Not modelled: motor current, faults of encoders, a watchdog in hardware, setpoin
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from math import inf
-from pathlib import Path
 from typing import Any, Final
 
 from simpy.events import Event
 
 from firmware_sim.board import Board
 from firmware_sim.drive_controller.drive_messages import (
-    DRIVE_DBC,
     NO_AGE_MS,
     DriveMessage,
     DriveMessages,
@@ -38,57 +35,41 @@ from firmware_sim.drive_controller.drive_messages import (
 from firmware_sim.drive_controller.drive_settings import DriveSettings
 from firmware_sim.drive_controller.setpoint_ramp import SetpointRamp
 from firmware_sim.drive_controller.setpoint_watch import SetpointWatch
-from firmware_sim.drive_controller.speed_loop import SpeedLoop
 from firmware_sim.drive_controller.wheel_encoder import WheelEncoder
-from firmware_sim.scenario_view import ScenarioView
+from firmware_sim.scenario_view import Own, ScenarioView
 from firmware_sim.schedules.periodic import Periodic
 from netem.media.can.frame import MalformedFrame, unpack
 
 TRUTH: Final = (("x", "m"), ("y", "m"), ("theta", "rad"), ("v", "m/s"), ("omega", "rad/s"), ("wheel_left", "rad/s"),
                 ("wheel_right", "rad/s"))
-DEFAULT: Final = DriveSettings()
 COUNTERS: Final = ("releases missed", "unreadable frames", "setpoints refused", "setpoints taken")
 NO_PLANT: Final = 'a drive controller needs a plant, as plant = { fmu = "unicycle" }'
 
 
 class DriveController:
-    def __init__(self, board: Board, *, period_ns: int = DEFAULT.period_ns, offset_ns: int = DEFAULT.offset_ns,
-                 execution_ns: int = DEFAULT.execution_ns, odometry_every: int = DEFAULT.odometry_every,
-                 status_every: int = DEFAULT.status_every, stale_after_ns: int = DEFAULT.stale_after_ns,
-                 stop_ramp_radps2: float = DEFAULT.stop_ramp_radps2, ramp_radps2: float = DEFAULT.ramp_radps2,
-                 kp: float = DEFAULT.kp, ki: float = DEFAULT.ki, feedforward: float = DEFAULT.feedforward,
-                 lag_ns: int = DEFAULT.lag_ns, command_max_radps: float = DEFAULT.command_max_radps,
-                 counts_per_turn: int = DEFAULT.counts_per_turn, unit: int = DEFAULT.unit, port: str = DEFAULT.port,
-                 dbc: Path = DRIVE_DBC) -> None:
-        """What they mean: `DriveSettings`."""
-        self._settings = settings = DriveSettings(
-            period_ns, offset_ns, execution_ns, odometry_every, status_every, stale_after_ns, stop_ramp_radps2,
-            ramp_radps2, kp, ki, feedforward, lag_ns, command_max_radps, counts_per_turn, unit, port, Path(dbc))
-        if board.plant is None:
-            raise ValueError(f"{board.node.name}: {NO_PLANT}")
-        self._board = board
-        self._plant = board.plant
-        self._messages = DriveMessages(settings.dbc, unit)
-        self._port = board.node.ports[settings.port_of(board.node.ports)]
-        self._port.on_receive = self._hear
-        self._schedule = Periodic(period_ns, offset_ns)
-        self._watch = SetpointWatch(stale_after_ns)
-        self._ramp = SetpointRamp(stop_ramp_radps2, ramp_radps2)
-        limit = command_max_radps or inf
-        self._loops = (SpeedLoop(kp, ki, feedforward, limit, lag_ns), SpeedLoop(kp, ki, feedforward, limit, lag_ns))
-        self._encoders = WheelEncoder(counts_per_turn), WheelEncoder(counts_per_turn)
+    Settings = DriveSettings
+
+    def __init__(self, board: Board, settings: DriveSettings) -> None:
+        self._settings, self._board = settings, board
+        self._messages = DriveMessages(settings.dbc, settings.unit)
+        self._port = board.port(settings.port_of(board.ports), self._hear, listen_only=True)
+        self._schedule = Periodic(settings.period_ns, settings.offset_ns)
+        self._watch = SetpointWatch(settings.stale_after_ns)
+        self._ramp = SetpointRamp(settings.stop_ramp_radps2, settings.ramp_radps2)
+        self._loops = settings.speed_loop(), settings.speed_loop()
+        self._encoders = WheelEncoder(settings.counts_per_turn), WheelEncoder(settings.counts_per_turn)
         self._sampled_ns: int | None = None         # local
         self._commands = 0.0, 0.0
         self._counter = 0                           # of the setpoint that the loop took last
         self._refused = 0
         self._publications = 0
         self._speed_range = self._messages.range_of(WheelSpeeds, "left_radps")
-        self._inputs = self._plant.input_group(["u_left", "u_right"], ["rad/s", "rad/s"])
-        self._angles = self._plant.output_group(["angle_left", "angle_right"], ["rad", "rad"])
-        self._truth = self._plant.output_group([name for name, _ in TRUTH], [unit for _, unit in TRUTH])
+        self._inputs = board.actuators(["u_left", "u_right"], ["rad/s", "rad/s"])
+        self._angles = board.sensors(["angle_left", "angle_right"], ["rad", "rad"])
+        self._truth = board.sensors([name for name, _ in TRUTH], [unit for _, unit in TRUTH])
         for counter in COUNTERS:
-            board.node.count(counter, 0)
-        board.node.signals([*TRUTH, ("setpoint_left", "rad/s"), ("setpoint_right", "rad/s"), ("drive_state", "1")],
+            board.count(counter, 0)
+        board.record_all([*TRUTH, ("setpoint_left", "rad/s"), ("setpoint_right", "rad/s"), ("drive_state", "1")],
                            self._sample)
 
     # --- the program
@@ -98,17 +79,16 @@ class DriveController:
         release_ns = self._schedule.next_after(board.now_ns - 1)
         while True:
             publication_ns = settings.publication_after(release_ns)
-            board.silent_until(publication_ns + settings.execution_ns)
-            yield from board.wait_until(release_ns)
+            speaks_ns = publication_ns + settings.execution_ns
+            yield from board.sleep_until(release_ns, silent_until_ns=speaks_ns)
             self._control()
-            yield from board.wait_until(release_ns + settings.execution_ns)
-            self._plant.advance_to(board.node.now_ns)
+            yield from board.sleep_until(release_ns + settings.execution_ns, silent_until_ns=speaks_ns)
             self._inputs.write(self._commands)
             if publication_ns == release_ns:
                 self._publish()
             before_ns, release_ns = release_ns, self._schedule.next_after(board.now_ns)
             if missed := (release_ns - before_ns) // settings.period_ns - 1:
-                board.node.count("releases missed", missed)
+                board.count("releases missed", missed)
 
     def _control(self) -> None:
         """A release: read the encoders, look at the setpoint, work out the commands."""
@@ -116,7 +96,7 @@ class DriveController:
         now_ns = board.now_ns
         elapsed_ns = self._read_encoders(now_ns)
         if (event := watch.look(now_ns)) is not None:
-            board.node.event(*event)
+            board.event(*event)
         if watch.setpoint is not None:
             self._counter = watch.setpoint.counter
         ramp.follow(watch.state, watch.setpoint, elapsed_ns)
@@ -131,7 +111,6 @@ class DriveController:
 
     def _read_encoders(self, now_ns: int) -> int:
         """How long after the last reading: 0 for the first one, and where the clock was set back meanwhile."""
-        self._plant.advance_to(self._board.node.now_ns)
         angles = self._angles.read()
         elapsed_ns = 0 if self._sampled_ns is None else max(0, now_ns - self._sampled_ns)
         for encoder, angle in zip(self._encoders, angles, strict=True):
@@ -161,11 +140,11 @@ class DriveController:
     # --- what it hears
 
     def _hear(self, data: bytes) -> None:
-        node = self._board.node
+        board = self._board
         try:
             frame = unpack(data)
         except MalformedFrame:
-            node.count("unreadable frames")
+            board.count("unreadable frames")
             return
         if self._messages.kind_of(frame) is not Setpoint:
             return
@@ -173,34 +152,31 @@ class DriveController:
             setpoint = self._messages.unpack(frame)
         except FrameRefused as refusal:
             self._refused += 1
-            node.count("setpoints refused")
-            node.event("setpoint refused", str(refusal))
+            board.count("setpoints refused")
+            board.event("setpoint refused", str(refusal))
             return
         assert isinstance(setpoint, Setpoint)
-        node.count("setpoints taken")
+        board.count("setpoints taken")
         self._watch.heard(setpoint, self._board.now_ns)
 
     # --- for the record
 
-    def _sample(self, time_ns: int) -> list[float]:
-        self._plant.advance_to(time_ns)
+    def _sample(self) -> list[float]:
         return [*self._truth.read(), self._ramp.left_radps, self._ramp.right_radps, self._watch.state]
 
     @staticmethod
-    def check(scenario: ScenarioView) -> Iterator[str]:
+    def check(scenario: ScenarioView, own: Own[DriveSettings]) -> Iterator[str]:
         """What no drive controller could start with, and two on one bus with the same identifiers."""
         taken: dict[tuple[str, tuple[int, bool]], str] = {}
-        for name, agent in scenario.agents.items():
-            if agent.program != f"{DriveController.__module__}:{DriveController.__name__}":
-                continue
+        for name, agent in own.items():
+            settings = agent.settings
             try:
-                settings = DriveSettings(**{**agent.parameters, "dbc": Path(agent.parameters.get("dbc", DRIVE_DBC))})
                 medium = settings.port_of(agent.media)
                 identifiers = identifiers_in(settings.dbc, settings.unit)
             except ValueError as error:
                 yield f"agents.{name}.parameters: {error}"
                 continue
-            if agent.plant is None:
+            if not agent.has_plant:
                 yield f"agents.{name}: {NO_PLANT}"
             for key in identifiers:
                 other = taken.setdefault((medium, key), name)

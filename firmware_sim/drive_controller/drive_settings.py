@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 
 from firmware_sim.drive_controller.drive_messages import DRIVE_DBC, UNITS
+from firmware_sim.drive_controller.speed_loop import SpeedLoop
 from firmware_sim.schedules.periodic import Periodic
 
 
@@ -56,6 +57,10 @@ class DriveSettings:
             raise ValueError(f"port={name!r}: no such port; there are {', '.join(ports) or 'none'}; name the CAN bus "
                              "that the drive is on")
         return name
+
+    def speed_loop(self) -> SpeedLoop:
+        """Of one wheel."""
+        return SpeedLoop(self.kp, self.ki, self.feedforward, self.command_max_radps or inf, self.lag_ns)
 
     def publication_after(self, release_ns: int) -> int:
         """The first release at or after `release_ns`, a release itself, whose odometry is published."""

@@ -7,9 +7,9 @@ Both run on the same local clock; only the front hands anything out, at its own 
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping
-from dataclasses import fields
-from typing import Any, Final
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 from simpy.events import Event
 
@@ -19,46 +19,42 @@ from firmware_sim.autopilot.vehicle import Severity
 from firmware_sim.board import Board
 from firmware_sim.mavlink.settings import MavlinkSettings
 from firmware_sim.mavlink.task import MavlinkTask
-from firmware_sim.scenario_view import ScenarioView
+from firmware_sim.scenario_view import Own, ScenarioView
+from netem.topology import REFUSE_UNKNOWN_KEYS
 
-AUTOPILOT: Final = AutopilotSettings()
-MAVLINK: Final = MavlinkSettings()
+
+@dataclass(frozen=True)
+class MavlinkAutopilotSettings:
+    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
+    autopilot: AutopilotSettings = field(default_factory=AutopilotSettings)
+    mavlink: MavlinkSettings = field(default_factory=MavlinkSettings)
 
 
 class MavlinkAutopilot:
-    def __init__(self, board: Board, *, autopilot: AutopilotSettings = AUTOPILOT,
-                 mavlink: MavlinkSettings = MAVLINK) -> None:
-        """Both may also be mappings with the fields of their classes, as they come out of a scenario."""
-        flight, link = _built(autopilot, mavlink)
+    Settings = MavlinkAutopilotSettings
+
+    def __init__(self, board: Board, settings: MavlinkAutopilotSettings) -> None:
         self._board = board
-        self.autopilot = Autopilot(board, **{item.name: getattr(flight, item.name) for item in fields(flight)})
-        self.task = MavlinkTask(board, link.port_of(board.node.ports, flight.mocap), self.autopilot.controller, link)
+        self.autopilot = Autopilot(board, settings.autopilot)
+        self.task = MavlinkTask(board, settings.mavlink.port_of(board.ports, settings.autopilot.mocap),
+                                self.autopilot.controller, settings.mavlink)
         self.autopilot.listeners.append(self._tell_the_ground)      # the event of it is the autopilot's own
 
     def run(self) -> Generator[Event, Any, None]:
-        self._board.node.start(self.task.run())
-        yield from self.autopilot.run(silent=False)
+        self._board.start(self.task.run())
+        yield from self.autopilot.run()
 
     def _tell_the_ground(self, severity: Severity, text: str) -> None:
         self.task.front.texts.say(severity, text, self._board.now_ns)
 
     @staticmethod
-    def check(scenario: ScenarioView) -> Iterator[str]:
+    def check(scenario: ScenarioView, own: Own[MavlinkAutopilotSettings]) -> Iterator[str]:
         """What no such board could start with."""
-        for name, agent in scenario.agents.items():
-            if agent.program != f"{MavlinkAutopilot.__module__}:{MavlinkAutopilot.__name__}":
-                continue
+        for name, agent in own.items():
+            flight, link = agent.settings.autopilot, agent.settings.mavlink
             try:
-                flight, link = _built(agent.parameters.get("autopilot", AUTOPILOT),
-                                      agent.parameters.get("mavlink", MAVLINK))
                 link.port_of(agent.media, flight.port_of(agent.media))
             except ValueError as error:
                 yield f"agents.{name}.parameters: {error}"
-            if agent.plant is None:
+            if not agent.has_plant:
                 yield f"agents.{name}: {NO_PLANT}"
-
-
-def _built(autopilot: AutopilotSettings | Mapping[str, Any],
-           mavlink: MavlinkSettings | Mapping[str, Any]) -> tuple[AutopilotSettings, MavlinkSettings]:
-    return (AutopilotSettings(**autopilot) if isinstance(autopilot, Mapping) else autopilot,
-            MavlinkSettings(**mavlink) if isinstance(mavlink, Mapping) else mavlink)

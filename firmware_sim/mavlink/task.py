@@ -2,8 +2,7 @@
 
     release: what came in since the last one is read, up to the receive buffer   --execution-->   frames are handed out
 
-It speaks at these instants only, whatever it hears, and promises so for its node: it is the only task of the board that
-hands anything out, and its port does not answer by itself.
+It hands out frames at these instants only, whatever it hears: its port is `listen_only`.
 A write is one frame, which is one datagram behind a UDP gateway.
 """
 
@@ -25,28 +24,25 @@ from firmware_sim.schedules.periodic import Periodic
 class MavlinkTask:
     def __init__(self, board: Board, port: str, vehicle: Vehicle, settings: MavlinkSettings) -> None:
         self._board = board
-        self._port = board.node.ports[port]
-        self._port.on_receive = self._hear
-        self._port.answers = False
+        self._port = board.port(port, self._hear, listen_only=True)
         self._schedule = Periodic(settings.period_ns, settings.offset_ns)
         self._execution_ns = settings.execution_ns
         self._room = settings.receive_buffer_bytes
         self._heard = bytearray()
         self._told: dict[str, int] = {}
         for counter in FRONT_COUNTERS:
-            board.node.count(f"mavlink {counter}", 0)
-        self.front = MavlinkFront(vehicle, settings, board.node.event)
+            board.count(f"mavlink {counter}", 0)
+        self.front = MavlinkFront(vehicle, settings, board.event)
 
     def run(self) -> Generator[Event, Any, None]:
         board = self._board
         release_ns = self._schedule.next_after(board.now_ns - 1)
         while True:
-            board.silent_until(release_ns + self._execution_ns)
-            yield from board.wait_until(release_ns)
+            yield from board.sleep_until(release_ns, silent_until_ns=release_ns + self._execution_ns)
             frames = self.front.step(bytes(self._heard), board.now_ns)
             self._heard.clear()
             self._count()
-            yield from board.wait_until(release_ns + self._execution_ns)
+            yield from board.sleep_until(release_ns + self._execution_ns)
             self._hand_out(frames)
             release_ns = self._schedule.next_after(board.now_ns)
 
@@ -64,5 +60,5 @@ class MavlinkTask:
         """Hand over to the node's counters what has been counted since."""
         for name, count in self.front.counts.items():
             if more := count - self._told.get(name, 0):
-                self._board.node.count(f"mavlink {name}", more)
+                self._board.count(f"mavlink {name}", more)
                 self._told[name] = count

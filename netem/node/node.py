@@ -28,6 +28,13 @@ from netem.wire.messages import Grant, Hello, Offer, Report, Sample
 
 FrameBytes = bytes | bytearray | memoryview | Any       # Any: what else comes is refused by name, compiled or not
 MAX_EVENTS_AT_ONE_INSTANT: Final = 100_000
+WAS_ANSWERS: Final = ("a port has no `answers` any more: write `board.port(name, on_receive, listen_only=True)` for what "
+                      "was `answers = False`")
+
+
+def _no_plan() -> int:
+    """`Node.next_frame_ns` where nobody plans for the node: its next event may hand out a frame."""
+    return 0
 
 
 class PromiseBroken(Exception):
@@ -37,8 +44,8 @@ class PromiseBroken(Exception):
 class Port:
     """Where a node hands bytes out and gets bytes in. Set `on_receive`, or wait with `yield port.receive()`.
 
-    `answers = False`, said before the start, promises that what arrives here makes the program hand out nothing by
-    itself: it then waits for the node's next grant, each frame still acting at its own time, and costs none.
+    `listen_only`, set before the start, promises that what arrives here makes the program hand out nothing earlier
+    than planned: a frame then waits for the node's next grant, still acting at its own time, and costs none.
     """
 
     def __init__(self, node: Node, index: int, name: str) -> None:
@@ -46,8 +53,17 @@ class Port:
         self.index = index
         self.name = name
         self.on_receive: Callable[[bytes], None] | None = None
-        self.answers = True
+        self.listen_only = False
         self._waiting: simpy.Store = simpy.Store(node.env)
+
+    @property
+    def answers(self) -> bool:
+        """The name that `listen_only` had, the other way round."""
+        raise AttributeError(WAS_ANSWERS)
+
+    @answers.setter
+    def answers(self, value: bool) -> None:
+        raise AttributeError(WAS_ANSWERS)
 
     def send(self, data: FrameBytes) -> None:
         """Hand `data` out now: bytes, or a bytearray or memoryview as it is now."""
@@ -74,17 +90,19 @@ class Node:
         self._port_list = list(self.ports.values())
         self._firm_ns = 0
         self._unless_heard_ns = 0
+        self._hears = True              # some port is not `listen_only`
         self._offers: list[Offer] = []
         self._samples: list[Sample] = []
         self._events: list[tuple[int, str, str]] = []
         self._counters: Counter[str] = Counter()
         self._signals: list[tuple[str, str]] = []
-        self._reads: list[tuple[tuple[str, ...], Callable[[int], Sequence[Any]]]] = []
+        self._reads: list[tuple[tuple[str, ...], Callable[[], Sequence[Any]]]] = []
         self._sample_period_ns = sample_period_ns
         self._next_sample_ns = 0 if sample_period_ns else NEVER_NS
         self._shows: list[tuple[int, int, Callable[[int], bytes]]] = []     # (port, period_ns, read)
         self._next_show_ns = NEVER_NS
         self._reading_ns = -1           # the instant of the sample or show that is being read, -1 for none
+        self.next_frame_ns: Callable[[], int] = _no_plan      # before when the program has planned no frame
         self._ends_ns = NEVER_NS        # when this node ends the run,
         self._ends_because = ""         # and why
 
@@ -122,17 +140,18 @@ class Node:
             raise ValueError(f"{self.name}: delay_ns={delay_ns}: expected 0 or more")
         call_in(self.env, delay_ns, action)
 
-    def silent_until(self, time_ns: int) -> None:
+    def promise_firm(self, time_ns: int) -> None:
         """Firm promise: hand out nothing before `time_ns`, whatever is heard. A promise given is never taken back."""
         if time_ns > self._firm_ns:
             self._firm_ns = time_ns
 
-    def silent_unless_heard_until(self, time_ns: int) -> None:
+    def promise_soft(self, time_ns: int) -> None:
         """Promise for a program whose own events before `time_ns` hand out nothing: until it hears something.
 
-        A frame at a port that answers ends the promise, and a new one replaces it.
+        A frame at a port that is not `listen_only` ends the promise. Until then a promise given is not taken back.
         """
-        self._unless_heard_ns = time_ns
+        if time_ns > self._unless_heard_ns:
+            self._unless_heard_ns = time_ns
 
     def hand_out(self, port: int, data: FrameBytes) -> None:
         now_ns: Any = self.env._now
@@ -147,17 +166,14 @@ class Node:
                                 f"{max(self._firm_ns, self._unless_heard_ns)} ns")
         self._offers.append((now_ns, port, data))
 
-    def signals(self, names_and_units: Sequence[tuple[str, str]], read: Callable[[int], Sequence[Any]]) -> None:
-        """Sample these signals: `read(time_ns)` gives one value for each, at every sample instant."""
+    def signals(self, names_and_units: Sequence[tuple[str, str]], read: Callable[[], Sequence[Any]]) -> None:
+        """Sample these signals: `read()` gives one value for each at `present_ns`, at every sample instant."""
         known = {name for name, _ in self._signals}
         twice = [name for name, _ in names_and_units if name in known]
         if twice:
             raise ValueError(f"{self.name}: signal {twice[0]!r} is there already: each name once")
         self._signals.extend(names_and_units)
         self._reads.append((tuple(name for name, _ in names_and_units), read))
-
-    def signal(self, name: str, unit: str, read: Callable[[int], Any]) -> None:
-        self.signals([(name, unit)], lambda time_ns: (read(time_ns),))
 
     def show(self, port: str, period_ns: int, read: Callable[[int], bytes]) -> None:
         """Hand `read(time_ns)` out at 0, period, 2 period, ... of true time, whatever the program promises: light does
@@ -182,7 +198,8 @@ class Node:
     # --- what the host uses
 
     def hello(self) -> Hello:
-        quiet = [port.index for port in self._port_list if not port.answers]
+        quiet = [port.index for port in self._port_list if port.listen_only]
+        self._hears = len(quiet) < len(self._port_list)
         return Hello(self.name, min(max(self.env.next_ns(), self._unless_heard_ns), self._next_show_ns),
                      min(self._firm_ns, self._next_show_ns), list(self.ports), self._signals, quiet)
 
@@ -225,7 +242,7 @@ class Node:
             assert env._now <= arrival_ns, f"{arrival_ns} ns lies before {env._now} ns"
             env._now = arrival_ns
             to = ports[port]
-            if to.answers:
+            if not to.listen_only:
                 self._unless_heard_ns = 0
             if to.on_receive is not None:
                 to.on_receive(data)
@@ -236,6 +253,11 @@ class Node:
             self._run_before(limit_ns)
         if self._next_sample_ns < horizon_ns:
             self._sample_before(horizon_ns)
+        if (planned_ns := self.next_frame_ns()):
+            if self._hears:
+                self.promise_soft(planned_ns)
+            else:
+                self.promise_firm(planned_ns)
         firm_ns = self._firm_ns
         if self._next_show_ns != NEVER_NS:
             self._show_before(limit_ns)
@@ -282,7 +304,7 @@ class Node:
             values: list[float] = []
             self._reading_ns = self._next_sample_ns
             for names, read in self._reads:
-                given = read(self._next_sample_ns)
+                given = read()
                 found: list[float] = []
                 try:
                     for value in given:
