@@ -19,8 +19,8 @@ from typing import Final
 from agents.synchronization.discovery import Discovery, Incomplete, Phase
 from agents.synchronization.discovery_frame import decode
 from agents.synchronization.graph import Floats, neighbours
-from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 from firmware_sim.board import Board
+from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 
 COUNTERS: Final = ("discoveries started", "incomplete discoveries", "refused control frames")
 

@@ -28,8 +28,8 @@ from netem.wire.messages import Grant, Hello, Offer, Report, Sample
 
 FrameBytes = bytes | bytearray | memoryview | Any       # Any: what else comes is refused by name, compiled or not
 MAX_EVENTS_AT_ONE_INSTANT: Final = 100_000
-WAS_ANSWERS: Final = ("a port has no `answers` any more: write `board.port(name, on_receive, listen_only=True)` for what "
-                      "was `answers = False`")
+WAS_ANSWERS: Final = ("a port has no `answers` any more: write `board.port(name, on_receive, listen_only=True)` for "
+                      "what was `answers = False`")
 
 
 def _no_plan() -> int:
