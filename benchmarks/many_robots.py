@@ -22,7 +22,7 @@ PROGRAM = '''
 class Speaker:
     def __init__(self, board, *, first_ns: int, period_ns: int):
         self.board, self.next_ns, self.period_ns = board, first_ns, period_ns
-        self.port = board.node.ports["radio"]
+        self.port = board.port("radio")
         self.port.on_receive, self.port.answers = self.hear, False
         self.heard = 0
 
@@ -31,8 +31,7 @@ class Speaker:
 
     def run(self):
         while True:
-            self.board.silent_until(self.next_ns)
-            yield from self.board.wait_until(self.next_ns)
+            yield from self.board.sleep_until(self.next_ns)
             self.port.send(b"8 bytes.")
             self.next_ns += self.period_ns
 '''

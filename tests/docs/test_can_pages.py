@@ -42,9 +42,9 @@ class Companion:
 
     def run(self):
         for k in range(1, 50):
-            yield from self.board.wait_until(k * 10_000_000)
-            self.board.node.ports["can"].send(MESSAGES.pack(Setpoint(2.0, 2.0, Mode.RUN, k % 256)))
-            self.board.node.event("gain product", "0.93")
+            yield from self.board.sleep_until(k * 10_000_000)
+            self.board.port("can").send(MESSAGES.pack(Setpoint(2.0, 2.0, Mode.RUN, k % 256)))
+            self.board.event("gain product", "0.93")
 '''
 FRAME = """# A drive, a companion and a reference.
 # Question: do the pages fit together?

@@ -58,7 +58,7 @@ class Namer:
     def run(self):
         yield self.board.until(1_000_000)
         for word in {"one", "two", "three", "four", "five", "six", "seven", "eight"}:
-            self.board.node.ports["radio"].send(word.encode())
+            self.board.port("radio").send(word.encode())
 """
 NAMERS = """# Robots that go through a set.
 # Question: does its order change?

@@ -29,13 +29,13 @@ REFUSED = {                 # by `check`, and so by both hosts: how the line beg
 }
 FAILED = {                  # by the run: the first line, and the author's line that it shows
     "p06_sleep": ("2 agents: r1, r2: its program failed at 0 ns: time.sleep(0.01) would hold up the emulator by the "
-                  "wall clock and let no robot time pass; write `yield from self.board.wait_until(self.board.now_ns + "
+                  "wall clock and let no robot time pass; write `yield from self.board.sleep_until(self.board.now_ns + "
                   "10_000_000)`", "import time; time.sleep(0.01)"),
     "p07_forgotfrom": ("2 agents: r1, r2: its program failed at 0 ns: p07_forgotfrom.py:20: yield of the generator "
-                       "Board.wait_until: it waits only if it is delegated to; write `yield from ...wait_until(...)`",
-                       "yield self.board.wait_until(next_ns)"),
+                       "Board.wait_until: it waits only if it is delegated to; write `yield from ...sleep_until(...)`",
+                       "yield from self.board.sleep_until(next_ns)"),
     "p16_port": ("2 agents: r1, r2: could not start: r1 has no port 'radi'; did you mean 'radio'?",
-                 'self.radio = board.node.ports["radi"]'),
+                 'self.radio = board.port("radi")'),
 }
 MISBEHAVING = {
     "NotGen": "node bad: could not start: TypeError: NotGen.run() gave 5: expected a generator; write `run` with ",
@@ -135,12 +135,12 @@ SIBLINGS = {
                   "Robot.run is async, and asyncio does not run in virtual time"),
     "a generator under another name": ("    def main(self):\n        yield self.board.until(1)",
                                        "nothing starts its method `main`; call it `run`"),
-    "run that returns nothing": ("    def run(self):\n        self.board.node.count('x')",
+    "run that returns nothing": ("    def run(self):\n        self.board.count('x')",
                                  "Robot.run is no generator"),
     "a key that [team] has not": ("        board.team['gain']",
                                   "r1 has no key of [team] 'gain'; the scenario has no [team]"),
     "a plant that is not": ("    def run(self):\n        yield self.board.until(1)\n"
-                            "        self.board.plant.output_group(['x'])",
+                            "        self.board.sensors(['x'])",
                             "this agent has no plant; give it one, plant = {"),
     "a yield of nothing": ("    def run(self):\n        yield", "yield None: expected an event"),
     "a sleep imported by name": ("    def run(self):\n        sleep(1)\n        yield self.board.until(1)",

@@ -36,18 +36,18 @@ class Steps:
 
     def __init__(self, board, *, groups: bool = False, named: bool = False):
         self.board, self.plant = board, board.plant
-        write = board.plant.input_group(["u[1]"]).write
-        read = board.plant.output_group(["y[1]"]).read
-        self.set = (lambda u: write([u])) if groups else (lambda u: board.plant.set("u[1]", u))
-        self.get = (lambda: read()[0]) if groups else (lambda: board.plant.get("y[1]"))
+        write = board.actuators(["u[1]"]).write
+        read = board.sensors(["y[1]"]).read
+        self.set = (lambda u: write([u])) if groups else (lambda u: board.actuate("u[1]", u))
+        self.get = (lambda: read()[0]) if groups else (lambda: board.sense("y[1]"))
         if named:
-            board.node.signal("y[1]", "m", lambda t_ns: -1.0)
+            board.record("y[1]", "m", lambda: -1.0)
 
     def run(self):
         k = 0
         while True:
-            yield self.board.sleep_until(k * 50_000_000)
-            self.board.node.event("y", repr(self.get()))
+            yield from self.board.sleep_until(k * 50_000_000)
+            self.board.event("y", repr(self.get()))
             self.set(sin(0.7 * k))
             k += 1
 
@@ -57,7 +57,7 @@ class Looks(Steps):
 
     def __init__(self, board):
         super().__init__(board, groups=True)
-        board.node.signal("seen", "1", lambda t_ns: self.get())
+        board.record("seen", "1", lambda: self.get())
 
 
 class Ahead:
@@ -67,9 +67,9 @@ class Ahead:
         self.board = board
 
     def run(self):
-        yield self.board.sleep_until(10_000_000)
+        yield from self.board.sleep_until(10_000_000)
         self.board.plant.advance_to(15_000_000)
-        self.board.plant.set("u[1]", 1.0)
+        self.board.actuate("u[1]", 1.0)
 '''
 
 

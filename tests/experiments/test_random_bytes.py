@@ -22,12 +22,12 @@ class Fuzz:
     def __init__(self, board):
         self.board, self.node = board, board.node
         for name, port in self.node.ports.items():
-            port.on_receive = lambda data, name=name: self.node.count("heard on " + name)
+            port.on_receive = lambda data, name=name: self.count("heard on " + name)
 
     def run(self):
         rng, next_ns = self.board.rng, 0
         while True:
-            yield from self.board.wait_until(next_ns)
+            yield from self.board.sleep_until(next_ns)
             for port in self.node.ports.values():
                 size = rng.choice([0, 1, 3, 8, 16, 60, 72, rng.randrange(2_000)])
                 can = rng.randrange(0x800).to_bytes(4, "little") + bytes([8, 0, 0, 0]) + rng.randbytes(8)

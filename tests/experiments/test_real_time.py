@@ -17,15 +17,15 @@ ECHO = """
 class Echo:
     def __init__(self, board):
         self.board = board
-        self.port = board.node.ports["radio"]
+        self.port = board.port("radio")
         self.port.on_receive = self.hear
 
     def hear(self, data):
-        self.board.node.count("heard")
+        self.board.count("heard")
         self.port.send(b"you said " + data)
 
     def run(self):
-        yield from self.board.wait_until(20_000_000)
+        yield from self.board.sleep_until(20_000_000)
         self.port.send(b"hello")
 """
 SCENARIO = """# A robot that answers.

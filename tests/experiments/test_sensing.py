@@ -17,19 +17,19 @@ from netem.media.sensing.sight import LOOK, Detection, unpack_sight
 
 class Watcher:
     def __init__(self, board):
-        self.port, self.board = board.node.ports["view"], board
+        self.port, self.board = board.port("view"), board
         self.port.on_receive = self.hear
 
     def hear(self, data):
         sight = unpack_sight(data)
         if isinstance(sight, Detection):
-            self.board.node.event("seen", f"{sight.exposed_ns} {sight.x_m!r} {sight.y_m!r}")
+            self.board.event("seen", f"{sight.exposed_ns} {sight.x_m!r} {sight.y_m!r}")
         else:
-            self.board.node.event("not seen", str(sight.exposed_ns))
+            self.board.event("not seen", str(sight.exposed_ns))
 
     def run(self):
         for k in range(40):
-            yield self.board.sleep_until(k * 100_000_000)
+            yield from self.board.sleep_until(k * 100_000_000)
             self.port.send(LOOK)
 '''
 SCENARIO = '''# A camera watches a robot that leaves on a straight line.

@@ -200,7 +200,7 @@ class Fuzzer:
     def run(self):
         rng, ports = self.board.rng, self.board.node.ports
         for k in range(1, 400):
-            yield from self.board.wait_until(k * 2_500_000)
+            yield from self.board.sleep_until(k * 2_500_000)
             ports["radio"].send(rng.randbytes(rng.choice([0, 3, 43, 60, rng.randrange(60)])))
             data = rng.randbytes(rng.choice([0, 16, 72, rng.randrange(90)]))
             if len(data) == 16:

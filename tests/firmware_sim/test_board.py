@@ -36,7 +36,7 @@ def test_waiting_for_a_local_time_that_is_past_ends_at_once():
     def program():
         yield board.until(5)
         woke.append(board.node.now_ns)
-        yield from board.wait_until(5)
+        yield from board.sleep_until(5)
         woke.append(board.node.now_ns)
 
     board.node.start(program())
@@ -54,7 +54,7 @@ def test_a_clock_that_is_set_back_under_way_wakes_the_armed_timer_early_and_wait
         woke["until"] = (board.node.now_ns, board.now_ns)
 
     def waits_on():
-        yield from board.wait_until(1000)
+        yield from board.sleep_until(1000)
         woke["wait_until"] = (board.node.now_ns, board.now_ns)
 
     board.node.start(armed_once())
@@ -69,7 +69,7 @@ def test_a_clock_that_is_set_forward_under_way_wakes_late_by_the_step():
     woke = []
 
     def program():
-        yield from board.wait_until(1000)
+        yield from board.sleep_until(1000)
         woke.append((board.node.now_ns, board.now_ns))
 
     board.node.start(program())
@@ -85,9 +85,9 @@ def test_a_promise_is_kept_on_the_local_clock():
         board.silent_until(1_100_000)
         yield board.until(1_099_998)        # true 999_999
         with pytest.raises(PromiseBroken):
-            board.node.ports["radio"].send(b"early")
+            board.port("radio").send(b"early")
         yield board.until(1_100_000)
-        board.node.ports["radio"].send(b"in time")
+        board.port("radio").send(b"in time")
 
     board.node.start(program())
     board.node.env.run()
@@ -103,11 +103,11 @@ def test_no_promise_reaches_beyond_the_next_step_of_the_clock():
     def program():
         board.silent_until(6_000)
         yield board.until(500)                      # armed before the step: true time 500
-        board.node.ports["radio"].send(b"due now: local time is 5500")
+        board.port("radio").send(b"due now: local time is 5500")
         sent.append(board.node.now_ns)
         board.silent_until(6_000)                   # true 1000, cut to 800
         yield board.until(5_850)                    # armed at true 500, for true 850
-        board.node.ports["radio"].send(b"the clock went back meanwhile")
+        board.port("radio").send(b"the clock went back meanwhile")
         sent.append(board.node.now_ns)
 
     board.node.start(program())

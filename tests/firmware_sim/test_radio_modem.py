@@ -64,15 +64,15 @@ def test_nonsense_is_refused(wrong):
 TALKER = """
 class Talker:
     def __init__(self, board, *, line: str, say: int = 0):
-        self.board, self.say, self.port = board, say, board.node.ports[line]
+        self.board, self.say, self.port = board, say, board.port(line)
         self.port.on_receive = self.hear
 
     def hear(self, data):
-        self.board.node.event("heard", data.hex())
+        self.board.event("heard", data.hex())
 
     def run(self):
         for k in range(self.say):
-            yield self.board.sleep_until(k * 100_000_000)
+            yield from self.board.sleep_until(k * 100_000_000)
             self.port.send(bytes([k]) * 21)
         self.board.node.silent_until(1 << 62)
 """

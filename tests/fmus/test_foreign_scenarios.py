@@ -25,9 +25,9 @@ class Probe:
     def run(self):
         k = 0
         while True:
-            yield self.board.sleep_until(k * self.period_ns)
+            yield from self.board.sleep_until(k * self.period_ns)
             if k < len(self.inputs):
-                self.board.plant.set("u", self.inputs[k])
+                self.board.actuate("u", self.inputs[k])
             k += 1
 
 
@@ -154,13 +154,13 @@ def test_a_run_that_ends_early_ends_for_everybody_at_one_instant(write: Write, t
 class Beacon:
     def __init__(self, board):
         self.board = board
-        board.node.signal("k", "1", lambda t_ns: t_ns / 1e6)
+        board.record("k", "1", lambda: t_ns / 1e6)
 
     def run(self):
         k = 0
         while True:
-            yield self.board.sleep_until(k * 3_000_000)
-            self.board.node.ports["radio"].send(b"x")
+            yield from self.board.sleep_until(k * 3_000_000)
+            self.board.port("radio").send(b"x")
             k += 1
 ''')
 

@@ -32,14 +32,14 @@ PROGRAM = """\
 class Beacon:
     def __init__(self, board, *, period_ns: int = 10_000_000, offset_ns: int = 1_000_000):
         self.board, self.period_ns, self.next_ns = board, period_ns, offset_ns
-        board.node.ports["radio"].on_receive = lambda data: board.node.count("heard")
-        board.node.signal("sent", "1", lambda time_ns: self.next_ns // self.period_ns)
+        board.port("radio").on_receive = lambda data: board.count("heard")
+        board.record("sent", "1", lambda: self.next_ns // self.period_ns)
 
     def run(self):
         while True:
-            yield from self.board.wait_until(self.next_ns)
-            self.board.node.ports["radio"].send(b"here")
-            self.board.node.event("said")
+            yield from self.board.sleep_until(self.next_ns)
+            self.board.port("radio").send(b"here")
+            self.board.event("said")
             self.next_ns += self.period_ns
 """
 

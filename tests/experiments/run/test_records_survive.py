@@ -28,17 +28,16 @@ PROGRAM = '''
 class Beacon:
     def __init__(self, board):
         self.board = board
-        self.radio = board.node.ports["radio"]
-        self.radio.on_receive = lambda frame: board.node.count("heard")
-        board.node.signal("sent", "1", lambda time_ns: time_ns / 10_000_000)
+        self.radio = board.port("radio")
+        self.radio.on_receive = lambda frame: board.count("heard")
+        board.record("sent", "1", lambda: time_ns / 10_000_000)
 
     def run(self):
         next_ns = 0
         while True:
-            self.board.silent_until(next_ns)
-            yield from self.board.wait_until(next_ns)
+            yield from self.board.sleep_until(next_ns)
             self.radio.send(bytes(8))
-            self.board.node.event("spoke")
+            self.board.event("spoke")
             next_ns += 10_000_000
 '''
 FOREVER = '''

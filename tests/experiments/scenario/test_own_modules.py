@@ -176,7 +176,7 @@ def test_a_robots_process_takes_its_program_from_the_scenarios_folder(tmp_path: 
     """The folder in which the command was given may hold another file of that name."""
     program = ("class Counter:\n"
                "    def __init__(self, board):\n"
-               "        board.node.count('{who}')\n")
+               "        board.count('{who}')\n")
     here = folder_with(tmp_path / "here", robot_of_two=program.format(who="here"))
     there = folder_with(tmp_path / "there", robot_of_two=program.format(who="there"))
     (there / "s.toml").write_text('# Question: whose robot runs?\nseed = 1\nlength_s = 0.01\n'

@@ -25,14 +25,14 @@ TICK_NS = 50_000_000
 
 class Flyer:
     def __init__(self, board, *, line: str):
-        self.board, self.port = board, board.node.ports[line]
+        self.board, self.port = board, board.port(line)
         self.port.on_receive, self.port.answers = self.hear, False
         self.companion = Companion(MavlinkLink(245, 190))
         self.next_ns = 0
 
     def hear(self, data):
         for message in self.companion.hear(data, self.board.now_ns):
-            self.board.node.count(f"heard {message.name}")
+            self.board.count(f"heard {message.name}")
 
     def tick(self, *frames):
         for frame in (*frames, *self.companion.step(self.board.now_ns)):

@@ -56,9 +56,9 @@ class LaterOn:
         udp()
 
     def run(self):
-        yield from self.board.wait_until(50_000_000)
+        yield from self.board.sleep_until(50_000_000)
         self.act()
-        yield from self.board.wait_until(80_000_000)
+        yield from self.board.sleep_until(80_000_000)
 
 
 class Swallows(LaterOn):

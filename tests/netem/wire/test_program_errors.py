@@ -8,7 +8,7 @@ FROM_SOURCES = '''Traceback (most recent call last):
   File "{root}/netem/node/node.py", line 277, in _run_before
     callback(event)
   File "/home/me/beacon.py", line 20, in run
-    yield self.board.wait_until(next_ns)
+    yield from self.board.sleep_until(next_ns)
 RuntimeError: Invalid yield value "{value}"
 '''
 
@@ -28,7 +28,7 @@ def test_the_frames_of_compiled_modules_are_no_lines_of_the_author():
     trace = FROM_SOURCES.format(root="", value="5").replace('"/netem', '"netem')
 
     assert own_lines(trace) == ('  File "/home/me/beacon.py", line 20, in run\n'
-                                '    yield self.board.wait_until(next_ns)')
+                                '    yield from self.board.sleep_until(next_ns)')
 
 
 @pytest.mark.parametrize("mistake", [

@@ -28,19 +28,19 @@ class Talker:
 
     def __init__(self, board, *, offset_ns: int = 0, extra_ms: tuple[int, ...] = (), dies_ms: int = 0):
         self.board, self.dies_ms = board, dies_ms
-        self.port = board.node.ports["radio"]
+        self.port = board.port("radio")
         self.port.on_receive = lambda frame: None
         self.instants = sorted([offset_ns + k * 10_000_000 for k in range(100)] + [ms * 1_000_000 for ms in extra_ms])
-        board.node.signal("gain", "1", lambda time_ns: 0.5 if time_ns < 30_000_000 else 1.5)
+        board.record("gain", "1", lambda: 0.5 if time_ns < 30_000_000 else 1.5)
 
     def run(self):
         told = False
         for instant in self.instants:
             if instant > 25_000_000 and not told:
-                yield from self.board.wait_until(25_000_000)
-                self.board.node.event("gain product", "1.25 at 25 ms")
+                yield from self.board.sleep_until(25_000_000)
+                self.board.event("gain product", "1.25 at 25 ms")
                 told = True
-            yield from self.board.wait_until(instant)
+            yield from self.board.sleep_until(instant)
             if self.dies_ms and instant >= self.dies_ms * 1_000_000:
                 raise RuntimeError("dies")
             self.port.send(bytes(10))

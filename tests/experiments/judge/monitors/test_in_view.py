@@ -226,7 +226,7 @@ class Driver:
         def read(time_ns):
             plant.advance_to(time_ns)
             return at.read()
-        board.node.signals([("x", "m"), ("y", "m"), ("theta", "rad")], read)
+        board.record_all([("x", "m"), ("y", "m"), ("theta", "rad")], read)
 
     def run(self):
         return
@@ -240,12 +240,12 @@ class Shy(Driver):
 
 class Eye:
     def __init__(self, board):
-        self.board, self.port = board, board.node.ports["view"]
+        self.board, self.port = board, board.port("view")
         self.port.on_receive = lambda data: None
 
     def run(self):
         for k in range(40):
-            yield self.board.sleep_until(k * 100_000_000)
+            yield from self.board.sleep_until(k * 100_000_000)
             self.port.send(LOOK)
 '''
 SCENARIO = '''# A camera watches a robot that leaves on a straight line.

@@ -19,13 +19,13 @@ from netem.media.can.frame import CanFrame, pack
 class Talker:
     def __init__(self, board, *, can_id: int, period_ns: int, size: int = 8):
         self.board, self.frame, self.period_ns = board, pack(CanFrame(can_id, bytes(size))), period_ns
-        board.node.ports["can"].on_receive = lambda frame: board.node.count("heard")
+        board.port("can").on_receive = lambda frame: board.count("heard")
 
     def run(self):
         k = 0
         while True:
-            yield from self.board.wait_until(k * self.period_ns)
-            self.board.node.ports["can"].send(self.frame)
+            yield from self.board.sleep_until(k * self.period_ns)
+            self.board.port("can").send(self.frame)
             k += 1
 """
 SCENARIO = """# Two talkers on one CAN bus.
