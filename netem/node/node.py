@@ -18,7 +18,7 @@ import simpy
 from mypy_extensions import mypyc_attr
 from simpy.events import Event
 
-from netem.node.environment import NodeEnvironment
+from netem.node.environment import NodeEnvironment, run_before
 from netem.node.named import Named
 from netem.wire.errors import WHOLE_NANOSECONDS
 from netem.wire.instants import NEVER_NS
@@ -258,7 +258,12 @@ class Node:
                 self._sample_before(time_ns)
             if self._next_show_ns <= time_ns:
                 self._show_before(time_ns + 1)
-            env.run_before(min(limit_ns, self._next_sample_ns + 1, self._next_show_ns))
+            stop_ns = limit_ns
+            if self._next_sample_ns < stop_ns:
+                stop_ns = self._next_sample_ns + 1
+            if self._next_show_ns < stop_ns:
+                stop_ns = self._next_show_ns
+            run_before(stop_ns, env)
 
     def _sample_before(self, time_ns: int) -> None:
         while self._next_sample_ns < time_ns:

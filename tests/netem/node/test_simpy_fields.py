@@ -9,7 +9,7 @@ from typing import Any
 
 import simpy
 
-from netem.node.environment import NodeEnvironment
+from netem.node.environment import NodeEnvironment, run_before
 
 ROOT = Path(__file__).parents[3]
 KNOWN = "4.1"                                       # the minor version whose `step` and `schedule` the loop repeats
@@ -59,7 +59,7 @@ def test_simpys_own_steps_and_the_loop_see_the_same_time() -> None:
             env.run()
         else:
             for limit_ns in range(1, 100, 7):
-                env.run_before(limit_ns)
+                run_before(limit_ns, env)
         return seen
 
     assert run(by_simpy=True) == run(by_simpy=False)
