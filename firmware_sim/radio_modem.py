@@ -94,22 +94,25 @@ class RadioModem:
         """Ports that are not there or of another kind, packets that the radio does not carry, another baud rate."""
         for name, modem in own.items():
             settings = modem.settings
-            for key, kind in (("serial", "serial_line"), ("radio", "broadcast_radio")):
-                port = getattr(settings, key)
-                if port not in modem.media or scenario.media[port].kind != kind:
-                    there = [medium for medium in modem.media if scenario.media[medium].kind == kind]
-                    yield (f"agents.{name}.parameters.{key}={port}: expected a {kind} that it is on; there are "
+            media = {medium: scenario.media[medium].settings for medium in modem.media}
+            serial = {port: format for port, each in media.items() if (format := each.serial_format()) is not None}
+            radios = {port: radio for port, each in media.items() if (radio := each.radio()) is not None}
+            for key, port, there, expected in (("serial", settings.serial, serial, "serial_line"),
+                                               ("radio", settings.radio, radios, "broadcast_radio")):
+                if port not in there:
+                    yield (f"agents.{name}.parameters.{key}={port}: expected a {expected} that it is on; there are "
                            f"{', '.join(there) or 'none'}")
-                elif key == "serial":
-                    clock, chunk = scenario.media[port].settings.clock, scenario.media[port].settings.chunk_bytes
-                    if settings.idle_bytes and not 1 <= chunk <= settings.idle_bytes:
-                        yield (f"media.{port}.chunk_bytes={chunk}: expected 1 to {settings.idle_bytes}, or {name} "
-                               f"takes a chunk that is under way for {settings.idle_bytes} byte times of silence")
-                    if (settings.baud_bps, settings.bits_per_byte) != (clock.baud_bps, clock.bits_per_byte):
-                        yield (f"agents.{name}.parameters: {settings.baud_bps} bit/s and {settings.bits_per_byte} bits "
-                               f"a byte, but {port} has {clock.baud_bps} and {clock.bits_per_byte}; make them equal")
-                else:
-                    most = scenario.media[port].settings.radio().max_payload_bytes
-                    if most is not None and settings.packet_bytes > most:
-                        yield (f"agents.{name}.parameters: packets of {settings.packet_bytes} bytes, but {port} "
-                               f"carries {most}; set packet_bytes")
+            if settings.serial in serial:
+                clock, chunk = serial[settings.serial]
+                if settings.idle_bytes and not 1 <= chunk <= settings.idle_bytes:
+                    yield (f"media.{settings.serial}.chunk_bytes={chunk}: expected 1 to {settings.idle_bytes}, or "
+                           f"{name} takes a chunk that is under way for {settings.idle_bytes} byte times of silence")
+                if (settings.baud_bps, settings.bits_per_byte) != (clock.baud_bps, clock.bits_per_byte):
+                    yield (f"agents.{name}.parameters: {settings.baud_bps} bit/s and {settings.bits_per_byte} bits a "
+                           f"byte, but {settings.serial} has {clock.baud_bps} and {clock.bits_per_byte}; make them "
+                           f"equal")
+            if settings.radio in radios:
+                most = radios[settings.radio].max_payload_bytes
+                if most is not None and settings.packet_bytes > most:
+                    yield (f"agents.{name}.parameters: packets of {settings.packet_bytes} bytes, but {settings.radio} "
+                           f"carries {most}; set packet_bytes")

@@ -93,7 +93,7 @@ class AerialCompanion:
                            f"{', '.join(agent.media) or 'no medium'}")
             if (view := scenario.media.get(settings.view)) is not None:
                 yield from (f"agents.{name}.parameters.pursuit: {line}"
-                            for line in view_problems(settings.pursuit, settings.view, view))
+                            for line in view_problems(settings.pursuit, name, settings.view, view))
 
     # --- what it hears
 

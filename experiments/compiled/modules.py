@@ -21,6 +21,7 @@ MODULES: Final = (
     "netem.node.environment",
     "netem.core.frame",
     "netem.media.links",
+    "netem.media.medium",
     "netem.emulator.conductor",
     "netem.emulator.seat",
     "netem.transport.hosts",

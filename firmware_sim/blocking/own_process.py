@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import random
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from firmware_sim.clock_settings import ClockSettings
 
 @contextmanager
 def own_process(node: BlockingNode, board: Board, clock: ClockSettings, name: str, folder: Path,
-                load: Callable[[], Callable[..., object]], parameters: Mapping[str, Any], media: Mapping[str, str],
+                load: Callable[[], Callable[..., object]], parameters: Mapping[str, Any], can_buses: Sequence[str],
                 own_frames: Collection[str]) -> Iterator[BlockingProgram]:
     """Load the program `name` and let it begin. It ends with the last grant of its node, or else with this context.
 
@@ -30,7 +30,7 @@ def own_process(node: BlockingNode, board: Board, clock: ClockSettings, name: st
     sys.stdin = open(os.devnull)                # noqa: SIM115      # the real one is the pipe to the emulator
     random.seed(board.rng.getrandbits(64))
     with library_in_virtual_time():
-        program = node.program = BlockingProgram(node, board, clock, load, parameters, media, own_frames)
+        program = node.program = BlockingProgram(node, board, clock, load, parameters, can_buses, own_frames)
         try:
             program.begin()
             yield program
