@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from random import Random
+from collections.abc import Collection
 from typing import Any
 
-from experiments.scenario.vocabulary import Position
-from netem.core.agenda import Agenda
-from netem.media.links import Links
-from netem.records.ledger import Ledger
 
-
-def medium_links(cls: Any, name: str, settings: Any, nodes: Mapping[str, Position | None],
-                 length_ns: int) -> list[tuple[str, str]]:
+def medium_links(medium: Any, settings: Any, nodes: Collection[str], length_ns: int) -> list[tuple[str, str]]:
     """(sender, receiver) for every link of its topology over [0, length_ns); of a medium without one, all pairs, and
     to themselves the nodes that it shows to themselves."""
-    ledger = Ledger()
-    links = Links(ledger, lambda *_: False, {})
-    medium = cls(name, settings, nodes, Agenda(), ledger, links, lambda place: Random(place))
     everyone = [(sender, receiver) for sender in nodes for receiver in nodes if sender != receiver]
     topology = getattr(medium, "topology", None)
     if topology is None:

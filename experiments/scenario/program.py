@@ -14,12 +14,12 @@ from typing import Any, Final, get_type_hints
 
 import msgspec
 
-from experiments.scenario.fill import fill
 from experiments.scenario.moved_modules import where_it_is
 from experiments.scenario.own_modules import NameTaken, module_for
 from experiments.scenario.problems import Place, Problems, near
 from experiments.scenario.program_run import complaint_about_run
 from experiments.scenario.shape import Shape
+from experiments.scenario.table_reader import TableReader
 from experiments.scenario.units import spellings
 
 NO_PROGRAM: Final = {
@@ -60,11 +60,12 @@ def import_program(program: str, folder: Path) -> Callable[..., Any]:
     return program_found
 
 
-def check_program(program: str, parameters: dict[str, Any], place: Place, problems: Problems,
-                  folder: Path) -> tuple[Callable[..., Any] | None, dict[str, Any]]:
+def check_program(program: str, parameters: dict[str, Any], place: Place,
+                  tables: TableReader) -> tuple[Callable[..., Any] | None, dict[str, Any]]:
     """The program and its keyword arguments with times in ns; problems at `place`, that of the agent."""
+    problems = tables.problems
     try:
-        cls = import_program(program, folder)
+        cls = import_program(program, tables.folder)
     except ValueError as error:
         problems.add((*place, "program"), str(error), program)
         return None, parameters
@@ -80,7 +81,7 @@ def check_program(program: str, parameters: dict[str, Any], place: Place, proble
         return None, parameters
     if shape is None:
         return cls, parameters
-    filled = fill(shape, parameters, (*place, "parameters"), problems, folder)
+    filled = tables.read(shape, parameters, (*place, "parameters"))
     _check_periods(cls, filled.values, parameters, (*place, "parameters"), problems)
     return cls, msgspec.to_builtins(filled.values, enc_hook=str)
 

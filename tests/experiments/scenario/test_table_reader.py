@@ -6,6 +6,7 @@ import enum
 import json
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
@@ -15,9 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import Field, TypeAdapter, ValidationError
 
-from experiments.scenario.fill import fill
 from experiments.scenario.problems import Problems
 from experiments.scenario.shape import Shape
+from experiments.scenario.table_reader import TableReader
 from netem.topology.table import TopologySettings
 
 
@@ -49,6 +50,7 @@ JSON = st.recursive(LEAVES, lambda inner: st.one_of(
     st.dictionaries(st.sampled_from(["width", "kind", "links", "x"]), inner, max_size=3)), max_leaves=6)
 
 
+@cache
 def oracle(hint: Any) -> TypeAdapter[Any]:
     member = Annotated[get_args(hint)[0], Field(discriminator="kind")] if hint is TopologySettings else hint
     return TypeAdapter(list[member], config={"extra": "forbid"})
@@ -56,7 +58,8 @@ def oracle(hint: Any) -> TypeAdapter[Any]:
 
 def read(hint: Any, value: Any) -> tuple[dict[str, Any], list[str]]:
     problems = Problems("few.toml")
-    return fill(Shape({"field": hint}, frozenset()), {"field": value}, (), problems, Path()).values, problems.lines
+    shape = Shape({"field": hint}, frozenset())
+    return TableReader(problems, Path()).read(shape, {"field": value}, ()).values, problems.lines
 
 
 @pytest.mark.parametrize("hint", HINTS, ids=str)

@@ -1,10 +1,10 @@
 """One table of the file into the fields of one class, in one pass: names, units of time, types, limits, own rules.
 
-    table --each key--> field, unit --its type hint--> value --all of them--> the class, which may refuse them
+    table --each key--> field, unit --its type hint--> value --all of them--> the class, which may refuse
 
-Every mistake is added to `problems` at its place, with the value as its author wrote it. Times become nanoseconds; a path
-starts from the scenario's folder, and so does text under the key `file`. Types beyond those of `TableReader.value` are
-left to pydantic (`foreign_types`), which a scenario without them does not import.
+Every mistake is added to `problems` at its place, with the value as its author wrote it. Times become nanoseconds; a
+path starts from the scenario's folder, and so does text under the key `file`. Types beyond those of `TableReader.value`
+are left to pydantic (`foreign_types`), which a scenario without them does not import.
 """
 
 from __future__ import annotations
@@ -38,19 +38,7 @@ LIMITS: Final[Mapping[type, tuple[str, str, Callable[[Any, Any], bool]]]] = {
 class Filled(NamedTuple):
     values: dict[str, Any]          # of the fields that are given and in order
     complete: bool                  # nothing was wrong
-
-
-def fill(shape: Shape, table: Any, place: Place, problems: Problems, folder: Path,
-         besides: Iterable[str] = ()) -> Filled:
-    """Values for the fields given in `table`. `besides`: keys of the table that are read elsewhere."""
-    return TableReader(problems, folder).fields(shape, table, place, besides)
-
-
-def construct(cls: type, table: Any, place: Place, problems: Problems, folder: Path,
-              besides: Iterable[str] = ()) -> Any:
-    """An instance of the dataclass `cls` with the fields of `table`, or None with problems."""
-    found = TableReader(problems, folder).instance(cls, table, place, besides)
-    return None if found is WRONG else found
+    made: Any = None                # the instance of the class that took them
 
 
 class TableReader:
@@ -58,7 +46,12 @@ class TableReader:
         self.problems = problems
         self.folder = folder
 
-    def fields(self, shape: Shape, table: Any, place: Place, besides: Iterable[str] = ()) -> Filled:
+    def read(self, shape: Shape, table: Any, place: Place, besides: Iterable[str] = (),
+             cls: Callable[..., Any] | None = None) -> Filled:
+        """Values for the fields given in `table`, and what `cls` makes of them if nothing is wrong.
+
+        `besides`: keys that the table may have too, which are read elsewhere.
+        """
         before = self.problems.found
         if not isinstance(table, dict):
             self.problems.add(place, "expected a table", table)
@@ -80,22 +73,17 @@ class TableReader:
             written[name] = key
             if (found := self.value(shape.hints[name], value, here, unit)) is not WRONG:
                 values[name] = found
-        for name in shape.hints:
-            if name in shape.required and name not in written:
-                keys = list(spellings(name) or [name])
-                remedy = f"; write it in one of {', '.join(keys)}" if len(keys) > 1 else ""
-                self.problems.add((*place, keys[0]), f"is missing{remedy}")
-        return Filled(values, self.problems.found == before)
-
-    def instance(self, cls: type, table: Any, place: Place, besides: Iterable[str] = ()) -> Any:
-        filled = self.fields(shape_of(cls), table, place, besides)
-        if not filled.complete:
-            return WRONG
+        for name in (name for name in shape.hints if name in shape.required and name not in written):
+            keys = list(spellings(name) or [name])
+            remedy = f"; write it in one of {', '.join(keys)}" if len(keys) > 1 else ""
+            self.problems.add((*place, keys[0]), f"is missing{remedy}")
+        if cls is None or self.problems.found > before:
+            return Filled(values, self.problems.found == before)
         try:
-            return cls(**filled.values)
+            return Filled(values, True, cls(**values))
         except (ValueError, AssertionError, OSError) as error:
             refuse(error, table, place, self.problems)
-            return WRONG
+            return Filled(values, False)
 
     def value(self, hint: Any, written: Any, place: Place, unit: str = "") -> Any:
         """What was `written` as a value of the type `hint`; a number is a time in `unit`, if there is one."""
@@ -106,6 +94,9 @@ class TableReader:
             except ValueError as error:
                 return self._wrong(place, str(error), written)
         origin, parts = get_origin(hint), get_args(hint)
+        if NONE in parts and len(parts) == 2 and value is not None:
+            hint = parts[0] if parts[1] is NONE else parts[1]
+            origin, parts = get_origin(hint), get_args(hint)
         if origin is Annotated:
             return self._annotated(parts[0], parts[1:], written, place, unit)
         if origin in (Union, types.UnionType):
@@ -125,7 +116,8 @@ class TableReader:
         if not isinstance(hint, type):
             return self._foreign(hint, written, place)
         if is_dataclass(hint):
-            return self.instance(hint, written, place)
+            filled = self.read(shape_of(hint), written, place, (), hint)
+            return filled.made if filled.complete else WRONG
         if issubclass(hint, Enum):
             return self._choice({member.value: member for member in hint}, value, written, place)
         if hint is int:
@@ -203,18 +195,16 @@ class TableReader:
         tag = table[key]
         if not isinstance(tag, str) or tag not in by_tag:
             return self._wrong((*place, key), f"no such {key}; {near(tag, by_tag)}", tag)
-        return self.instance(by_tag[tag], table, place)
+        return self.value(by_tag[tag], table, place)
 
     def _one_of(self, hints: Sequence[Any], written: Any, place: Place, unit: str) -> Any:
         """As the one type that takes it; of several, as one that leaves it as it is."""
         members = [hint for hint in hints if hint is not NONE]
         if written is None and NONE in hints:
             return None
-        if len(members) == 1:
-            return self.value(members[0], written, place, unit)
         classes = [member for member in members if isinstance(member, type) and is_dataclass(member)]
         if classes and isinstance(written, dict):
-            return self.instance(_meant(classes, written), written, place)
+            return self.value(_meant(classes, written), written, place)
         if Path in members and isinstance(written, str) and written:
             written = str(self.folder / written)
         tried: list[_Tried] = []
