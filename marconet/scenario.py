@@ -23,7 +23,7 @@ class Scenario:
     """
 
     def __init__(self, name: str, *, folder: str | PurePath = ".", question: str = "", **tables: Any) -> None:
-        self.checked: model.Scenario = load_tables(_plain(tables), Path(folder) / f"{name}.toml", question=question)
+        self.checked: model.Scenario = load_tables(_plain(tables), question, Path(folder) / f"{name}.toml")
         self.changes: dict[str, Any] = {}
 
     @classmethod

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from experiments.scenario.fill import fill
 from experiments.scenario.model import AgentSpec, PlantSpec
 from experiments.scenario.overrides import parse_path
+from experiments.scenario.plant_parameters import plant_names
 from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.program import check_program
 from experiments.scenario.sections import Reading, holds
@@ -44,38 +44,31 @@ class Agents:
         self.problems = reading.problems
         self.programs: dict[type, dict[str, Any]] = {}
 
-    def read(self, tables: Mapping[str, Any], defaults: dict[str, Any], media: list[str]) -> dict[str, AgentSpec]:
-        if not tables and not self.problems.has(("agents",)):
-            self.problems.add(("agents",), "a scenario has at least one agent; add [agents.NAME] with its program")
-        return {name: self._agent(name, _merged(defaults, table) if isinstance(table, dict) else table, media)
-                for name, table in tables.items()}
-
-    def _agent(self, name: str, merged: Any, media: list[str]) -> AgentSpec:
+    def agent(self, name: str, table: Any, defaults: dict[str, Any], media: Sequence[str]) -> AgentSpec:
         """With mistakes in it, what is left of the agent: others may refer to it."""
         place = ("agents", name)
         self.reading.check_name(place, name)
-        values = fill(shape_of(AgentTable), merged, place, self.problems, self.reading.folder).values
-        table = AgentTable(**{"program": "", **values})
-        parameters = self._program(name, table.program, table.parameters, place) if "program" in values else {}
-        plant = None if table.plant is None else self._plant(table.plant, merged["plant"], (*place, "plant"))
-        attached = media if table.media is None else table.media
+        merged = _merged(defaults, table) if defaults and isinstance(table, dict) else table
+        values = self.reading.tables.read(shape_of(AgentTable), merged, place).values
+        found = AgentTable(**{"program": "", **values})
+        parameters: dict[str, Any] = {}
+        if "program" in values:
+            cls, parameters, settings = check_program(found.program, found.parameters, place, self.reading.tables)
+            if isinstance(cls, type):
+                self.programs.setdefault(cls, {})[name] = settings
+        plant = None if found.plant is None else self._plant(found.plant, merged["plant"], (*place, "plant"))
+        attached = media if found.media is None else found.media
         for index, medium in enumerate(attached):
             if medium not in media:
                 self.problems.add((*place, "media", index), f"no such medium; {near(medium, media)}", medium)
                 attached = media
-        if table.at_m is not None and len(table.at_m) not in (2, 3):
-            self.problems.add((*place, "at_m"), "expected [x, y] or [x, y, z]", list(table.at_m))
-        return AgentSpec(name, table.program, parameters, table.clock, plant, table.at_m, tuple(attached))
-
-    def _program(self, name: str, program: str, parameters: Any, place: Place) -> dict[str, Any]:
-        cls, given, settings = check_program(program, parameters, place, self.problems, self.reading.folder)
-        if isinstance(cls, type):
-            self.programs.setdefault(cls, {})[name] = settings
-        return given
+        if found.at_m is not None and len(found.at_m) not in (2, 3):
+            self.problems.add((*place, "at_m"), "expected [x, y] or [x, y, z]", list(found.at_m))
+        return AgentSpec(name, found.program, parameters, found.clock, plant, found.at_m, tuple(attached))
 
     def _plant(self, table: PlantTable, written: Mapping[str, Any], place: Place) -> PlantSpec | None:
         try:
-            plant = self.reading.vocabulary.plant_names(table.fmu, self.reading.folder)
+            plant = plant_names(table.fmu, self.reading.folder)
         except ValueError as error:
             self.problems.add((*place, "fmu"), str(error), table.fmu)
             return None

@@ -6,11 +6,11 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from experiments.scenario.fill import construct
 from experiments.scenario.model import DerivedSpec
 from experiments.scenario.own_modules import function_for
 from experiments.scenario.problems import Place, near
 from experiments.scenario.sections import Reading
+from experiments.scenario.shape import shape_of
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ def read_derived(tables: Mapping[str, Any], agents: Collection[str], reading: Re
         reading.check_name(place, name)
         if name in agents:
             reading.problems.add(place, "is the name of an agent already; take another one")
-        table = construct(Table, raw, place, reading.problems, reading.folder)
+        table = reading.tables.read(shape_of(Table), raw, place, (), Table).made
         if table is None:
             continue
         _check(table, place, agents, known, reading)

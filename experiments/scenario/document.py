@@ -16,7 +16,7 @@ _TOML_PLACE: Final = re.compile(r"(?P<rule>.*) \(at (?:line (?P<line>\d+), colum
 
 
 def read(path: Path) -> tuple[dict[str, Any], str]:
-    """The file's tables and its text."""
+    """The file's tables and the question that it asks."""
     try:
         text = path.read_bytes().decode("utf-8")
     except OSError as error:
@@ -24,7 +24,7 @@ def read(path: Path) -> tuple[dict[str, Any], str]:
     except UnicodeDecodeError as error:
         raise ScenarioError([f"{path.name}: byte {error.start} is not UTF-8, the encoding of TOML"]) from error
     try:
-        return tomllib.loads(text), text
+        return tomllib.loads(text), question_of(text)
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError([f"{path.name}: {_toml_problem(str(error), text)}"]) from error
     except RecursionError as error:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from experiments.scenario.fill import fill
-from experiments.scenario.metric_keys import guarantee_figures
+from experiments.scenario.metric_keys import guarantee_figures, over_a_window, unknown_keys
 from experiments.scenario.model import Bound, GuaranteeSpec
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import Shape
@@ -19,10 +18,10 @@ def read_expect(tables: Mapping[str, Any], nodes: Collection[str], media: Collec
     """`nodes` are all names under which signals and counters are recorded: agents, gateways, derived signals,
     media."""
     bounds: dict[str, Bound] = {}
-    problems, vocabulary = reading.problems, reading.vocabulary
+    problems = reading.problems
     for key, table in tables.items():
         place = ("expect", key)
-        filled = fill(SHAPE, table, place, problems, reading.folder)
+        filled = reading.tables.read(SHAPE, table, place)
         bound = bounds[key] = Bound(**filled.values)
         if not filled.complete:
             continue
@@ -33,10 +32,10 @@ def read_expect(tables: Mapping[str, Any], nodes: Collection[str], media: Collec
         if bound.during_ns is not None:
             if not 0 <= bound.during_ns[0] < bound.during_ns[1]:
                 problems.add(place, "during: expected 0 <= start < end", table)
-            elif not vocabulary.over_a_window(key):
+            elif not over_a_window(key):
                 problems.add(place, "during: only signals, numbers of frames and the delivery ratio can be judged over "
                              "a part of the run", table)
     figures = {name: guarantee_figures(guarantee.unit) for name, guarantee in guarantees.items()}
-    for line in vocabulary.unknown_figures(bounds, list(nodes), list(media), figures):
+    for line in unknown_keys(bounds, list(nodes), list(media), figures):
         problems.say(line)
     return bounds

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from ipaddress import ip_address
 from typing import Any
 
-from experiments.scenario.fill import construct
 from experiments.scenario.model import GatewaySpec
 from experiments.scenario.problems import Place, near
 from experiments.scenario.sections import Reading
+from experiments.scenario.shape import shape_of
 
 ADDRESS_RULE = "expected \"127.0.0.1:port\": an address of the loopback and a port from 0 to 65535"
 
@@ -30,7 +30,7 @@ def read_gateways(tables: Mapping[str, Any], agents: Collection[str], media: Col
         reading.check_name(place, name)
         if name in agents:
             reading.problems.add(place, "is the name of an agent already; take another one")
-        table = construct(Table, raw, place, reading.problems, reading.folder)
+        table = reading.tables.read(shape_of(Table), raw, place, (), Table).made
         if table is None:
             continue
         if table.medium not in media:

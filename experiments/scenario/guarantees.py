@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from experiments.scenario.fill import fill
+from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.metric_keys import GUARANTEE
-from experiments.scenario.model import AgentSpec, Bound, DerivedSpec, GuaranteeSpec, Link, MediumSpec, positions
+from experiments.scenario.model import AgentSpec, Bound, DerivedSpec, GuaranteeSpec, Link, MediumSpec
 from experiments.scenario.problems import Place, near
-from experiments.scenario.refusals import refuse
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
-
-Subject = tuple[str, ...]
+from experiments.scenario.subjects import Subject, subjects_of
 
 
 @dataclass(frozen=True)
@@ -27,16 +24,17 @@ class GuaranteeHeader:
 
 
 class Guarantees:
-    """Reads them; `length_ns` and `sample_period_ns` are the run's."""
+    """Reads them; `built` are the media without mistakes, `length_ns` and `sample_period_ns` those of the run."""
 
     def __init__(self, reading: Reading, agents: Mapping[str, AgentSpec], media: Mapping[str, MediumSpec],
-                 derived: Mapping[str, DerivedSpec], length_ns: int, sample_period_ns: int) -> None:
+                 derived: Mapping[str, DerivedSpec], built: Mapping[str, Any], length_ns: int,
+                 sample_period_ns: int) -> None:
         self.reading = reading
         self.problems = reading.problems
-        self.vocabulary = reading.vocabulary
         self.agents = agents
         self.media = media
         self.derived = derived
+        self.built = built
         self.length_ns = length_ns
         self.sample_period_ns = sample_period_ns
 
@@ -54,23 +52,18 @@ class Guarantees:
             return None
         common = shape_of(GuaranteeHeader)
         kind = table.get("kind")
-        cls = self.vocabulary.monitors.get(kind) if isinstance(kind, str) else None
+        cls = MONITORS.get(kind) if isinstance(kind, str) else None
         if cls is None:
             rule = "is missing; " if kind is None else "no such kind; "
-            self.problems.add((*place, "kind"), rule + near(kind or "", self.vocabulary.monitors),
+            self.problems.add((*place, "kind"), rule + near(kind or "", MONITORS),
                               *([] if kind is None else [kind]))
-        header = {key: value for key, value in table.items() if key in common.keys()}       # noqa: SIM118
+        header = {key: value for key, value in table.items() if key in common.field_of}
         own = {key: value for key, value in table.items() if key not in [*header, "kind"]}
         besides = ["kind", *(shape_of(cls).keys() if cls is not None else own)]
-        values = fill(common, header, place, self.problems, self.reading.folder, besides).values
+        values = self.reading.tables.read(common, header, place, besides).values
         if cls is None:
             return None
-        filled = fill(shape_of(cls), own, place, self.problems, self.reading.folder, ["kind", *common.keys()])
-        if filled.complete:
-            try:
-                cls(**filled.values)
-            except ValueError as error:
-                refuse(error, own, place, self.problems)
+        filled = self.reading.tables.read(shape_of(cls), own, place, ["kind", *common.keys()], cls)
         on = values.get("on")
         subjects = () if on is None else self._subjects(cls, on, (*place, "on"), links)
         return GuaranteeSpec(str(kind), on or "", subjects, values.get("expected", "holds"), filled.values,
@@ -81,7 +74,7 @@ class Guarantees:
         if cls.ON.name == "SIGHTS":
             links = [link for link in links if self._shows(*link)]
         try:
-            subjects = tuple(self.vocabulary.subjects_of(cls.ON, on, nodes_on, links, [*self.agents, *self.derived]))
+            subjects = tuple(subjects_of(cls.ON, on, nodes_on, links, [*self.agents, *self.derived]))
         except ValueError as error:
             self.problems.add(place, str(error), on)
             return ()
@@ -103,11 +96,8 @@ class Guarantees:
         found: list[Link] = []
         for name, medium in self.media.items():
             pairs = [(one, other) for one in medium.nodes for other in medium.nodes if one != other]
-            if medium.settings is not None and medium.nodes:
-                at_m = positions(medium.nodes, self.agents)
-                with suppress(ValueError):      # said of the medium itself
-                    pairs = list(self.vocabulary.medium_links(self.vocabulary.media[medium.kind], name, medium.settings,
-                                                              at_m, self.length_ns))
+            if name in self.built:
+                pairs = self.built[name].links(self.length_ns)
             found += [(name, *pair) for pair in pairs]
         return found
 

@@ -19,12 +19,14 @@ from annotated_types import Ge, Gt, Le, Lt
 from experiments.scenario import derived, gateways
 from experiments.scenario.agents import AgentTable
 from experiments.scenario.expect import SHAPE as EXPECTED
+from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.guarantees import GuaranteeHeader
-from experiments.scenario.house import house_vocabulary
 from experiments.scenario.loader import Header
 from experiments.scenario.network import ImpairmentHeader
 from experiments.scenario.shape import Shape, shape_of
 from experiments.scenario.units import spellings
+from netem.impairments.table import IMPAIRMENTS
+from netem.media.table import MEDIA
 
 Schema = dict[str, Any]
 _PLAIN: Final[Mapping[Any, Schema]] = {
@@ -47,20 +49,19 @@ ABOUT: Final = {
 
 
 def scenario_schema() -> Schema:
-    vocabulary = house_vocabulary()
     header = _table(shape_of(Header))
-    media: Mapping[str, Any] = vocabulary.media
+    impairments: Mapping[str, Any] = IMPAIRMENTS
     sections: Schema = {
         "team": {"type": "object"},
         "agents": _named(_table(shape_of(AgentTable), complete=False)),
         "agents_defaults": _table(shape_of(AgentTable), complete=False),
-        "media": _named(_kinds({kind: shape_of(cls.Settings) for kind, cls in media.items()})),
+        "media": _named(_kinds({kind: shape_of(cls.Settings) for kind, cls in MEDIA.items()})),
         "gateways": _named(_table(shape_of(gateways.Table))),
         "impairments": {"type": "array", "items": _kinds(
-            {kind: shape_of(cls) for kind, cls in vocabulary.impairments.items()}, shape_of(ImpairmentHeader),
+            {kind: shape_of(cls) for kind, cls in impairments.items()}, shape_of(ImpairmentHeader),
             own_classes=True)},
         "derived": _named(_table(shape_of(derived.Table))),
-        "guarantees": _named(_kinds({kind: shape_of(cls) for kind, cls in vocabulary.monitors.items()},
+        "guarantees": _named(_kinds({kind: shape_of(cls) for kind, cls in MONITORS.items()},
                                     shape_of(GuaranteeHeader))),
         "expect": {"type": "object", "additionalProperties": _table(EXPECTED)},
     }

@@ -17,9 +17,8 @@ from annotated_types import Ge, Gt
 from experiments.scenario import overrides as overriding
 from experiments.scenario.agents import Agents
 from experiments.scenario.derived import read_derived
-from experiments.scenario.document import check_values, question_of, read
+from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
-from experiments.scenario.fill import construct
 from experiments.scenario.gateways import read_gateways
 from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
@@ -28,8 +27,6 @@ from experiments.scenario.problems import Place, Problems
 from experiments.scenario.question_signal import check_question_signal
 from experiments.scenario.sections import SECTIONS, Reading, holds
 from experiments.scenario.shape import shape_of
-from experiments.scenario.units import siblings
-from experiments.scenario.vocabulary import Vocabulary
 from firmware_sim.scenario_view import OwnAgent
 
 
@@ -44,61 +41,57 @@ class Header:
     question_signal: str = ""                                 # "node.signal", shown first in the report
 
 
-def load(source: Path, *, seed: int | None = None, duration_s: float | None = None, overrides: Sequence[str] = (),
-         values: Mapping[str, Any] | None = None, vocabulary: Vocabulary | None = None) -> Scenario:
-    """The scenario in the file `source`; `seed`, `duration_s`, `overrides` and `values` replace what it says.
-
-    ScenarioError holds every problem found.
-    """
-    document, text = read(source)
-    return load_tables(document, source, question=question_of(text), seed=seed, duration_s=duration_s,
-                       overrides=overrides, values=values, vocabulary=vocabulary)
+def load(source: Path, **changes: Any) -> Scenario:
+    """The scenario in the file `source`; `changes` as in `load_tables`. ScenarioError holds every problem found."""
+    return load_tables(*read(source), source, **changes)
 
 
-def load_tables(document: dict[str, Any], source: Path, *, question: str = "", seed: int | None = None,
-                duration_s: float | None = None, overrides: Sequence[str] = (), values: Mapping[str, Any] | None = None,
-                vocabulary: Vocabulary | None = None) -> Scenario:
+def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: int | None = None,
+                duration_s: float | None = None, overrides: Sequence[str] = (),
+                values: Mapping[str, Any] | None = None) -> Scenario:
     """The scenario of these tables, as if they had been read from the file `source`, whose folder its paths start from.
 
-    `document` is changed. `values` are overrides in Python's types, by their paths.
+    `document` is changed: `overrides` ("path=value"), `values` (of Python, by path), `seed` and `duration_s` replace
+    what it says. ScenarioError holds every problem found.
     """
     problems = Problems(source.name)
-    top_level = [*shape_of(Header).keys(), *SECTIONS]
-    overriding.apply(document, overrides, top_level, problems)
-    overriding.apply_values(document, values or {}, top_level, problems)
-    if seed is not None:
-        document["seed"] = seed
-    if duration_s is not None:
-        for other in siblings("length_s"):
-            document.pop(other, None)
-        document["length_s"] = duration_s
+    reading = Reading(document, source.absolute().parent, problems)
+    given = {"seed": seed, "length_s": duration_s}
+    changes = {**(values or {}), **{key: value for key, value in given.items() if value is not None}}
+    if overrides or changes:
+        overriding.apply(document, overrides, changes, [*shape_of(Header).keys(), *SECTIONS], problems)
     check_values(document, problems)
     problems.stop_if_any()
-    if vocabulary is None:
-        from experiments.scenario.house import house_vocabulary
-        vocabulary = house_vocabulary()
-    return _resolve(Reading(document, source.absolute().parent, problems, vocabulary), source, question)
 
-
-def _resolve(reading: Reading, source: Path, question: str) -> Scenario:
-    problems = reading.problems
-    tables = {key: reading.section(key) for key in SECTIONS if key != "impairments"}
-    own = {key: value for key, value in reading.document.items() if key not in SECTIONS}
-    header = construct(Header, own, (), problems, reading.folder, besides=SECTIONS)
+    tables: dict[str, Any] = {}
+    for key, (kind, rule) in SECTIONS.items():
+        tables[key] = document.get(key, kind())
+        if not isinstance(tables[key], kind):
+            problems.add((key,), rule, tables[key])
+            tables[key] = kind()
+    header: Header | None = reading.tables.read(
+        shape_of(Header), {key: value for key, value in document.items() if key not in SECTIONS}, (), SECTIONS,
+        Header).made
     problems.written_at = lambda place: _written_at(reading, place)
-    agent_reader, network = Agents(reading), Network(reading)
-    agents = agent_reader.read(tables["agents"], tables["agents_defaults"], list(tables["media"]))
-    gateways = read_gateways(tables["gateways"], agents, list(tables["media"]), reading)
-    media = network.media(tables["media"], agents, gateways)
-    impairments = network.impairments(media)
+    agent_reader, network, on_media = Agents(reading), Network(reading), list(tables["media"])
+    if not tables["agents"] and not problems.has(("agents",)):
+        problems.add(("agents",), "a scenario has at least one agent; add [agents.NAME] with its program")
+    agents = {name: agent_reader.agent(name, table, tables["agents_defaults"], on_media)
+              for name, table in tables["agents"].items()}
+    gateways = read_gateways(tables["gateways"], agents, on_media, reading)
+    media = {name: network.medium(name, table, agents, gateways) for name, table in tables["media"].items()}
+    network.check_names(tables["impairments"])
+    impairments = tuple(network.impairment(table, ("impairments", index), media)
+                        for index, table in enumerate(tables["impairments"]))
     derived = read_derived(tables["derived"], agents, reading)
-    guarantees = Guarantees(reading, agents, media, derived, *(
+    guarantees = Guarantees(reading, agents, media, derived, network.built, *(
         (0, 1) if header is None else (header.length_ns, header.sample_period_ns))).read(tables["guarantees"])
     recorded = [*agents, *gateways, *derived, *media]
     expect = read_expect(tables["expect"], recorded, media, guarantees, reading)
     if header is not None:
         check_question_signal(header.question_signal, recorded, derived, problems)
     problems.stop_if_any()
+    assert header is not None
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
                         gateways, derived, implied(guarantees) | expect, guarantees, header.question_signal)

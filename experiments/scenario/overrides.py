@@ -18,16 +18,12 @@ _PART: Final = re.compile(r"""(?P<bare>[A-Za-z0-9_-]+)|"(?P<double>[^"]*)"|'(?P<
 _INDEX: Final = re.compile(r"\[(\d{1,9})\]")
 
 
-def apply(document: dict[str, Any], overrides: Iterable[str], top_level: Sequence[str], problems: Problems) -> None:
+def apply(document: dict[str, Any], overrides: Iterable[str], values: Mapping[str, Any], top_level: Sequence[str],
+          problems: Problems) -> None:
+    """Change `document` by overrides as on the command line, then by `values` of Python by their paths."""
     for override in overrides:
-        complaint = _apply(document, override, top_level)
-        if complaint:
+        if complaint := _apply(document, override, top_level):
             problems.say(f"--set {override}: {complaint}")
-
-
-def apply_values(document: dict[str, Any], values: Mapping[str, Any], top_level: Sequence[str],
-                 problems: Problems) -> None:
-    """The same with values of Python by their path."""
     for path, value in values.items():
         place, rest = parse_path(path)
         complaint = _put(document, place, value, top_level) if place and not rest else \

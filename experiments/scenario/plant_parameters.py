@@ -8,11 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Final
 
+from experiments.scenario.files_there import near_file, plants_in
 from experiments.scenario.problems import near
+from fmus.build import build_model, model_folder, own_models
+from fmus.describe import read_model, variables_of
+from fmus.describe_fmu import describe
 from fmus.description import Variable
+from fmus.errors import PlantError
 from fmus.parameters import expand_parameters
+from fmus.presets import read_presets
 from fmus.start_values import start_values
 
 PARAMETERS: Final = ("parameter", "structuralParameter")
@@ -78,3 +85,35 @@ class PlantNames:
 
 def base(name: str) -> str:
     return name.partition("[")[0]
+
+
+def plant_names(fmu: str, folder: Path) -> PlantNames:
+    """An own model is known without a compiler; a model folder is built; of an FMU its own description is read."""
+    try:
+        return _names_of(fmu, folder)
+    except OSError as error:                # a name that is too long for the file system, a folder that is not ours
+        raise ValueError(f"cannot be read: {error.strerror or error}") from error
+
+
+def _names_of(fmu: str, folder: Path) -> PlantNames:
+    if "/" not in fmu and not fmu.endswith(".fmu") and not (folder / fmu / "variables.toml").is_file():
+        if fmu not in own_models():
+            raise ValueError(f"no such model; {near(fmu, own_models())} (or give the path of a .fmu)")
+        return PlantNames(fmu, variables_of(read_model(model_folder(fmu) / "variables.toml")),
+                          _presets(model_folder(fmu)))
+    path = (folder / fmu).absolute()
+    if not path.exists():
+        raise ValueError(f"no such file; {near_file(fmu, plants_in(folder))}")
+    try:
+        archive = build_model(path) if path.is_dir() else path
+        presets = _presets(path) if path.is_dir() else {}
+        description = describe(archive)
+    except PlantError as error:
+        raise ValueError(str(error)) from error
+    return PlantNames(str(archive), description.variables, presets, description.variable_step,
+                      description.fixed_step_s)
+
+
+def _presets(folder: Path) -> dict[str, dict[str, Any]]:
+    model = read_model(folder / "variables.toml")
+    return {name: dict(preset.parameters) for name, preset in read_presets(folder, model).items()}

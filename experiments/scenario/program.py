@@ -15,13 +15,13 @@ from typing import Any, Final, get_type_hints
 
 import msgspec
 
-from experiments.scenario.fill import fill
 from experiments.scenario.moved_modules import where_it_is
 from experiments.scenario.own_modules import NameTaken, module_for
 from experiments.scenario.problems import Place, Problems, near
 from experiments.scenario.program_run import complaint_about_run
 from experiments.scenario.refusals import refuse
 from experiments.scenario.shape import Shape, shape_of
+from experiments.scenario.table_reader import TableReader
 from experiments.scenario.units import spellings
 from firmware_sim.program_settings import settings_class
 
@@ -63,12 +63,13 @@ def import_program(program: str, folder: Path) -> Callable[..., Any]:
     return program_found
 
 
-def check_program(program: str, parameters: dict[str, Any], place: Place, problems: Problems,
-                  folder: Path) -> tuple[Callable[..., Any] | None, dict[str, Any], Any]:
+def check_program(program: str, parameters: dict[str, Any], place: Place,
+                  tables: TableReader) -> tuple[Callable[..., Any] | None, dict[str, Any], Any]:
     """The program, its parameters with times in ns, and its `Settings` made of them (None if it has none or they are
     wrong); problems at `place`, that of the agent."""
+    problems = tables.problems
     try:
-        cls = import_program(program, folder)
+        cls = import_program(program, tables.folder)
     except ValueError as error:
         problems.add((*place, "program"), str(error), program)
         return None, parameters, None
@@ -85,16 +86,16 @@ def check_program(program: str, parameters: dict[str, Any], place: Place, proble
     if shape is None:
         return cls, parameters, None
     place = (*place, "parameters")
-    filled = fill(shape, parameters, place, problems, folder)
     before = problems.found
-    _check_periods(cls, filled.values, parameters, place, problems)
+    values = tables.read(shape, parameters, place).values
+    _check_periods(cls, values, parameters, place, problems)
     settings = None
-    if filled.complete and problems.found == before and (declared := settings_class(cls)) is not None:
+    if problems.found == before and (declared := settings_class(cls)) is not None:
         try:
-            settings = declared(**filled.values)
+            settings = declared(**values)
         except (ValueError, ArithmeticError, TypeError, LookupError) as error:
             refuse(error, parameters, place, problems)
-    return cls, msgspec.to_builtins(filled.values, enc_hook=str), settings
+    return cls, msgspec.to_builtins(values, enc_hook=str), settings
 
 
 def _check_periods(cls: Callable[..., Any], values: Mapping[str, Any], written: Mapping[str, Any], place: Place,

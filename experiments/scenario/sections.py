@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from experiments.scenario.problems import Place, Problems
-from experiments.scenario.vocabulary import Vocabulary
+from experiments.scenario.table_reader import TableReader
 
-SECTIONS: Final = ("team", "agents", "agents_defaults", "media", "gateways", "impairments", "derived", "guarantees",
-                   "expect")
+_TABLE: Final = dict, "expected a table"
+SECTIONS: Final[Mapping[str, tuple[type, str]]] = {     # what each is, and what to say if it is not
+    "team": _TABLE, "agents": _TABLE, "agents_defaults": _TABLE, "media": _TABLE, "gateways": _TABLE,
+    "impairments": (list, "expected a list: write [[impairments]]"), "derived": _TABLE, "guarantees": _TABLE,
+    "expect": _TABLE}
 NAME_RULE: Final = "a name has letters, digits, - and _, and starts with a letter"
 
 
@@ -21,14 +25,10 @@ class Reading:
     document: dict[str, Any]
     folder: Path
     problems: Problems
-    vocabulary: Vocabulary
 
-    def section(self, key: str) -> dict[str, Any]:
-        table = self.document.get(key, {})
-        if isinstance(table, dict):
-            return table
-        self.problems.add((key,), "expected a table", table)
-        return {}
+    @property
+    def tables(self) -> TableReader:
+        return TableReader(self.problems, self.folder)
 
     def check_name(self, place: Place, name: str) -> None:
         plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum() and name[:1].isalpha()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
+from functools import cache, cached_property
 from random import Random
 from typing import Any, Final, get_type_hints
 
@@ -20,10 +21,16 @@ class Shape:
     hints: Mapping[str, Any]
     required: frozenset[str]
 
+    @cached_property
+    def field_of(self) -> dict[str, tuple[str, str]]:
+        """Key as the author may write it -> (field, unit of time or "")."""
+        return {key: (name, unit) for name in self.hints for key, unit in (spellings(name) or {name: ""}).items()}
+
     def keys(self) -> list[str]:
-        return [key for name in self.hints for key in (spellings(name) or [name])]
+        return list(self.field_of)
 
 
+@cache
 def shape_of(cls: type) -> Shape:
     """Keys of a dataclass, without its random stream and recordings, which marconet passes in."""
     hints = get_type_hints(cls, include_extras=True)

@@ -5,7 +5,6 @@ The conversion is decimal: 0.0011 s is exactly 1100000 ns. A fraction of a nanos
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from decimal import Decimal
 from math import isfinite
 from typing import Any, Final
@@ -28,28 +27,16 @@ def siblings(key: str) -> list[str]:
     return [f"{stem}_{other}" for other in NS_PER if other != unit] if stem and unit in NS_PER else []
 
 
-def to_ns(value: Any, unit: str, complain: Callable[[tuple[str | int, ...], str, Any], None]) -> Any:
-    """`value`, a number or lists and tables of them, in nanoseconds; `complain(path within value, rule, part)`."""
-    if isinstance(value, list):
-        return [to_ns(part, unit, _within(complain, index)) for index, part in enumerate(value)]
-    if isinstance(value, dict):
-        return {key: to_ns(part, unit, _within(complain, key)) for key, part in value.items()}
+def to_ns(value: Any, unit: str) -> int:
+    """`value`, a number of that unit, in nanoseconds; ValueError says why it is none."""
     if isinstance(value, bool) or not isinstance(value, int | float):
-        complain((), f"expected a number of {_UNIT_NAME[unit]}", value)
-        return 0
+        raise ValueError(f"expected a number of {_UNIT_NAME[unit]}")
     if not isfinite(value):
-        complain((), "expected a finite number", value)
-        return 0
+        raise ValueError("expected a finite number")
     exact = Decimal(repr(value)) * NS_PER[unit]
     if abs(exact) >= NEVER_NS:
-        complain((), f"expected less than {NEVER_NS // NS_PER[unit]} {_UNIT_NAME[unit]}, the end of time", value)
-        return 0
+        raise ValueError(f"expected less than {NEVER_NS // NS_PER[unit]} {_UNIT_NAME[unit]}, the end of time")
     rounded = round(exact)
     if rounded == 0 and exact != 0:
-        complain((), "less than half a nanosecond, the resolution of simulated time; write 0 or at least 1 ns", value)
+        raise ValueError("less than half a nanosecond, the resolution of simulated time; write 0 or at least 1 ns")
     return rounded
-
-
-def _within(complain: Callable[[tuple[str | int, ...], str, Any], None],
-            part: str | int) -> Callable[[tuple[str | int, ...], str, Any], None]:
-    return lambda path, rule, value: complain((part, *path), rule, value)
