@@ -97,10 +97,10 @@ class RadioModem:
             media = {medium: scenario.media[medium].settings for medium in modem.media}
             serial = {port: format for port, each in media.items() if (format := each.serial_format()) is not None}
             radios = {port: radio for port, each in media.items() if (radio := each.radio()) is not None}
-            for key, port, there, expected in (("serial", settings.serial, serial, "serial_line"),
-                                               ("radio", settings.radio, radios, "broadcast_radio")):
+            for key, port, there, expected in (("serial", settings.serial, serial, "serial_line that it is on"),
+                                               ("radio", settings.radio, radios, "broadcast_radio that it is on")):
                 if port not in there:
-                    yield (f"agents.{name}.parameters.{key}={port}: expected a {expected} that it is on; there are "
+                    yield (f"agents.{name}.parameters.{key}={port}: expected a {expected}; there are "
                            f"{', '.join(there) or 'none'}")
             if settings.serial in serial:
                 clock, chunk = serial[settings.serial]

@@ -21,7 +21,7 @@ ROOMS = {"experiments/scenario/guarantee_kinds.py": "experiments/judge/monitors"
 CHOSEN_BY = {"netem/media/mac/table.py": "mac", "netem/media/decoding/table.py": "decode",
              "agents/triggering/policies/table.py": "policy"}                          # else `kind`
 # Names that the attributes of too many other things have, so that reading them by name tells nothing of a kind.
-COMMON = {"name", "names", "run", "start", "check", "prepare"}
+COMMON = {"name", "names", "run", "start", "check", "prepare", "Settings"}
 ASKING = (ast.Call, ast.MatchClass, ast.Compare, ast.Match, ast.Tuple, ast.List, ast.Set, ast.Dict, ast.Assign)
 
 

@@ -121,7 +121,7 @@ def parameters_of(program: Callable[..., Any]) -> tuple[Shape | None, str]:
         return None, f"{program.__name__} does not say what it takes; write the program in Python"
     if not isinstance(program, type):
         return _arguments(program, given)
-    declared = getattr(program, "Settings", None)
+    declared: Any = getattr(program, "Settings", None)
     if declared is not None and not (isinstance(declared, type) and is_dataclass(declared)):
         return None, f"{program.__name__}.Settings is no dataclass"
     keywords = [item.name for item in given if item.kind is item.KEYWORD_ONLY]
