@@ -176,14 +176,16 @@ class _Run:
         self.metadata = names
         self.agenda = Agenda()
         self.specifications = node_specifications(scenario)
-        self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names)
+        self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names,
+                             passed_ns=lambda: self.conductor.passed_ns)
         self.signals = SignalRecorder(self.folder / "signals.mcap")
         self.guarantees = GuaranteeWatch(scenario, self.signals)
         self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
                           under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
-                                   Recorders(self.guarantees.sample, self._event), self._progress)
-        links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario), scenario.length_ns)
+                                   Recorders(self.guarantees.sample, self._event, self.ledger.receiver_gone),
+                                   self._progress)
+        links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario))
         self.media = {name: _medium(scenario, name, self.agenda, self.ledger, links) for name in scenario.media}
         self.can_logs = [_can_log(scenario, medium, self.folder) for medium in self.media.values()
                          if isinstance(medium, CanBus) and medium.settings.log]
@@ -243,7 +245,7 @@ class _Run:
         reached_ns = self.conductor.end_ns if self.failure is None else self.conductor.reached_ns
         for log in self.can_logs:
             self._step(log.finish)
-        self._step(self._finish_ledger)
+        self._step(lambda: self._finish_ledger(reached_ns))
         self._step(lambda: self.guarantees.judge(self.folder, reached_ns))
         self._step(lambda: write_events(self.folder / "ledger_events.parquet", self.signals.events))
         self._step(lambda: self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved())))
@@ -273,9 +275,10 @@ class _Run:
         if self.failure is None:
             self.failure = error
 
-    def _finish_ledger(self) -> None:
+    def _finish_ledger(self, reached_ns: int) -> None:
         complete = self.failure is None
-        self.result = self.ledger.finish(complete=False)        # its counts, also where the file cannot be written
+        ended_ns = reached_ns if complete else self.conductor.passed_ns
+        self.result = self.ledger.finish(end_ns=ended_ns, complete=False)   # its counts, also if the disk is full
         if complete:
             self.ledger.finish()
 

@@ -64,13 +64,10 @@ class Pace:
     def now_ns(self) -> int:
         return time.monotonic_ns() - self._began_ns
 
-    def take(self, gateway: str, arrival_ns: int, data: bytes) -> bool:
-        """A frame arrives at a gateway at `arrival_ns`; False if there is no such gateway."""
-        if gateway not in self._by_name:
-            return False
+    def take(self, gateway: str, arrival_ns: int, data: bytes) -> None:
+        """A frame arrives at a gateway at `arrival_ns`."""
         heapq.heappush(self._leaving, (arrival_ns, self._taken, gateway, data))
         self._taken += 1
-        return True
 
     def wait(self, next_ns: int) -> Waited:
         """Wait until virtual time `next_ns`, or until something comes in."""

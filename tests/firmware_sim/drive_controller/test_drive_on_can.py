@@ -58,14 +58,14 @@ class CanRun:
         recorders = Recorders(lambda *_: None, lambda *event: self.events.append(event))
         conductor = Conductor(Agenda(), InlineHost({name: builders[name] for name in NODES}), END_NS, recorders)
         self.ledger = Ledger()
-        links = Links(self.ledger, conductor.deliver, {}, END_NS)
+        links = Links(self.ledger, conductor.deliver, {})
         self.bus = CanBus("can", CanSettings(bit_rate_bps=500_000, queue="mailbox"), NODES, conductor.agenda,
                           self.ledger, links, lambda place: Random(f"7/{place}"))
         conductor.admit(conductor.host.start(), {"can": self.bus})
         conductor.run()
         self.bus.finish(END_NS)
         self.counters = conductor.counters
-        self.result = self.ledger.finish()
+        self.result = self.ledger.finish(end_ns=END_NS)
         self.plant.close()
 
     def _drive(self) -> Node:
