@@ -56,7 +56,8 @@ class AerialCompanion:
         node = board.node
         self._vehicle = Companion(MavlinkLink(SYSTEM, COMPONENT), again_ns=settings.retry_ns)
         self._plan = FlightPlan(self._vehicle, settings.height_m, (
-            ("LOCAL_POSITION_NED", settings.position_every_ns), ("ATTITUDE", settings.attitude_every_ns)), node.event)
+            ("LOCAL_POSITION_NED", settings.position_every_ns), ("ATTITUDE", settings.attitude_every_ns)), node.event,
+            node.warn)
         self._view, self._link = node.ports[view], node.ports[link]
         self._view.on_receive, self._link.on_receive = self._see, self._hear
         self._view.answers = self._link.answers = False
@@ -102,7 +103,7 @@ class AerialCompanion:
         elif isinstance(sight, NothingSeen):
             self._board.node.count("looks that saw nothing")
             if self._in_view:
-                self._board.node.event("nothing in view", f"in the exposure of {sight.exposed_ns * 1e-9:.3f} s")
+                self._board.node.warn("nothing in view", f"in the exposure of {sight.exposed_ns * 1e-9:.3f} s")
             self._in_view = False
         elif sight.name == self._target:
             self._in_view = True
@@ -162,7 +163,7 @@ class AerialCompanion:
                 counted = pursuer.detected(now_ns, seen_ns, place, own)
             except ValueError as error:
                 node.count("detections refused")
-                node.event("detection refused", str(error))
+                node.warn("detection refused", str(error))
                 continue
             node.count("detections" if counted else "detections too late")
             if pursuer.seen_ns != before_ns:

@@ -126,7 +126,7 @@ class PursuerRobot:
             counted = self._pursuer.detected(self._board.now_ns, seen_ns, place, (pose.x_m, pose.y_m))
         except ValueError as error:
             node.count("detections refused")
-            node.event("detection refused", str(error))
+            node.warn("detection refused", str(error))
             return
         if not counted:
             node.count("detections too late")

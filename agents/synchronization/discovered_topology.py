@@ -101,7 +101,7 @@ class DiscoveredTopology:
         outcome = self._discovery.finish(self._discovery.end_cycle)
         if isinstance(outcome, Incomplete):
             self._node.count("incomplete discoveries")
-            self._node.event("incomplete discovery", str(outcome))
+            self._node.warn("incomplete discovery", str(outcome))
             return None
         self._neighbours = frozenset(neighbours(outcome.laplacian)[self._number])
         return outcome.laplacian

@@ -174,7 +174,7 @@ class SyncRobot:
         self._heard.clear()
         self._source.fell_back()
         self._board.node.count("fallbacks")
-        self._board.node.event("fell back", f"to the slots of the start: {why}")
+        self._board.node.warn("fell back", f"to the slots of the start: {why}")
 
     def _disturb(self) -> Generator[Event, Any, None]:
         env = self._board.node.env
@@ -217,14 +217,14 @@ class SyncRobot:
             return
         self._board.node.count("values too old")
         if self._watch.is_news(sender, age_ns):
-            self._board.node.event("assumption violated", f"{self._team.names[sender]}'s value is {age_ns} ns old when "
+            self._board.node.warn("assumption violated", f"{self._team.names[sender]}'s value is {age_ns} ns old when "
                                    f"it comes: expected less than {slot_ns} ns, the slot length")
 
     def _report_own_slots(self) -> None:
         """A slot length that the author chose may be longer than what is certified."""
         slot_ns, certified_ns = self._schedule.slot_ns, self._certified_ns
         if 0 < certified_ns < slot_ns:
-            self._board.node.event("assumption violated", f"slots of {slot_ns} ns, as team.slot_us says: expected at "
+            self._board.node.warn("assumption violated", f"slots of {slot_ns} ns, as team.slot_us says: expected at "
                                    f"most {certified_ns} ns, which (6.20) certifies")
 
     def _synchronize(self, frame: SyncFrame) -> None:

@@ -25,6 +25,8 @@ class NodeLike(Protocol):
 
     def event(self, kind: str, detail: str) -> None: ...
 
+    def warn(self, kind: str, detail: str) -> None: ...
+
 
 class AssumptionWatch:
     def __init__(self, node: NodeLike, policy: str) -> None:
@@ -38,7 +40,7 @@ class AssumptionWatch:
             if violation.assumption not in self._broken:
                 self._broken.add(violation.assumption)
                 self._node.count("violated assumptions")
-                self._node.event("assumption violated", str(violation))
+                self._node.warn("assumption violated", str(violation))
                 if violation.assumption is Assumption.SMALL_GAIN:
                     self._node.event("gain product", f"{violation.value:.6g}: {violation.text}")
 

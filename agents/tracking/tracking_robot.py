@@ -150,7 +150,7 @@ class TrackingRobot:
             decision = self._policy.decide(measured_ns, self._x, state.inputs)
         except ValueError as error:
             node.count("refused measurements")
-            node.event("refused measurement", str(error))
+            node.warn("refused measurement", str(error))
             return
         self._latest = decision
         self._watch.judge((*input_violations(measured_ns, state.inputs, LIMITS, self._gains),

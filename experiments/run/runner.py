@@ -29,7 +29,6 @@ from experiments import CODE
 from experiments.judge.metrics import evaluate
 from experiments.judge.run_data import load_run
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
-from experiments.run.event_levels import level_of
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
 from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown, build_node
@@ -63,6 +62,7 @@ from netem.media.observation import MediumObserver, ObservedMedium
 from netem.media.sensing.settings import SensingSettings
 from netem.media.table import MEDIA
 from netem.node.outside_guard import OutsideGuard
+from netem.records.events import Event
 from netem.records.events_file import write_events
 from netem.records.ledger import Ledger, LedgerResult
 from netem.records.part_file import reopen_standard_files, write_whole
@@ -73,6 +73,7 @@ from netem.transport.hosts import Host, InlineHost
 from netem.transport.process_host import ProcessHost
 from netem.transport.zenoh_session import ENTRANCES
 from netem.wire.errors import Interrupted, NodeFailure
+from netem.wire.level import Level
 from netem.wire.messages import Hello
 
 if TYPE_CHECKING:
@@ -183,7 +184,7 @@ class _Run:
         self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
                           under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
-                                   Recorders(self.guarantees.sample, self._event, self.ledger.receiver_gone),
+                                   Recorders(self.guarantees.sample, self.signals.event, self.ledger.receiver_gone),
                                    self._progress)
         links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario))
         self.media = {name: _medium(scenario, name, self.agenda, self.ledger, links) for name in scenario.media}
@@ -217,7 +218,8 @@ class _Run:
             for medium in self.media.values():
                 medium.finish(self.conductor.end_ns)
             if self.conductor.ended_by:
-                self._event(self.conductor.ended_by, self.conductor.end_ns, "run ended", self.conductor.ended_because)
+                self.signals.event(Event(self.conductor.end_ns, self.conductor.ended_by, "run ended",
+                                         self.conductor.ended_because))
         except BaseException as error:
             self._fails(error)
         self._leave_if_forked()
@@ -337,21 +339,18 @@ class _Run:
 
         return malformed_frames(self.folder / "ledger.parquet")
 
-    def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
-        self.signals.event(time_ns, node, kind, detail, level_of(kind))
-
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
         """The names of the signals of each agent and medium."""
         found = {name: getattr(medium, "signals", ()) for name, medium in self.media.items()}
         found |= {name: hellos[name].signals for name in self.scenario.agents}
         return {name: [signal for signal, _ in signals] for name, signals in found.items()}
 
-    def _wall_clock_event(self, time_ns: int, kind: str, detail: str) -> None:
-        self.signals.event(time_ns, "", kind, detail, level_of(kind), wall_clock=True)
+    def _wall_clock_event(self, time_ns: int, kind: str, detail: str, level: Level) -> None:
+        self.signals.event(Event(time_ns, "", kind, detail, level, wall_clock=True))
 
-    def _gateway_event(self, kind: str, detail: str) -> None:
+    def _gateway_event(self, kind: str, detail: str, level: Level) -> None:
         assert self.conductor.pace is not None
-        self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail)
+        self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail, level)
 
     def _real_time(self) -> dict[str, int] | None:
         """Lateness of a run in real time; None in virtual time."""
@@ -364,9 +363,9 @@ class _Run:
                     self.signals.declare(name, medium.signals)
                 medium.observe(MediumObserver(self._event_on_medium, self.signals.append))
 
-    def _event_on_medium(self, time_ns: int, node: str, kind: str, detail: str) -> None:
-        if time_ns < self.conductor.end_ns:         # a medium may know ahead how a frame will end
-            self.signals.event(time_ns, node, kind, detail, level_of(kind))
+    def _event_on_medium(self, event: Event) -> None:
+        if event.time_ns < self.conductor.end_ns:   # a medium may know ahead how a frame will end
+            self.signals.event(event)
 
     def _progress(self, now_ns: int) -> None:
         self._leave_if_forked()

@@ -174,7 +174,7 @@ class DriveController:
         except FrameRefused as refusal:
             self._refused += 1
             node.count("setpoints refused")
-            node.event("setpoint refused", str(refusal))
+            node.warn("setpoint refused", str(refusal))
             return
         assert isinstance(setpoint, Setpoint)
         node.count("setpoints taken")

@@ -26,6 +26,7 @@ from netem.core.agenda import OFFER, Agenda
 from netem.emulator.seat import Seat
 from netem.gateways.pace import Pace
 from netem.media import Medium
+from netem.records.events import Event
 from netem.transport.hosts import Host
 from netem.wire.errors import InstantLoop, NodeFailure
 from netem.wire.instants import NEVER_NS
@@ -40,7 +41,7 @@ class Recorders:
     """Where what the nodes report goes."""
 
     sample: Callable[[str, int, list[float]], None] = lambda node, time_ns, values: None
-    event: Callable[[str, int, str, str], None] = lambda node, time_ns, kind, detail: None
+    event: Callable[[Event], None] = lambda event: None
     gone: Callable[[str, int], None] = lambda node, from_ns: None
 
 
@@ -254,12 +255,12 @@ class Conductor:
             seat.sampled_ns = time_ns
             if time_ns <= self.end_ns:
                 self.recorders.sample(seat.name, time_ns, values)
-        for time_ns, kind, detail in report.events:
+        for time_ns, kind, detail, level in report.events:
             if not 0 <= time_ns <= horizon_ns:
                 raise NodeFailure(seat.name, f"reports nonsense in window {report.window}: its event {kind[:40]!r} at "
                                   f"{time_ns} ns, expected 0 <= time <= {horizon_ns} ns", last_report=seat.standing())
             if time_ns <= self.end_ns:
-                self.recorders.event(seat.name, time_ns, kind, detail)
+                self.recorders.event(Event(time_ns, seat.name, kind, detail, level))
 
     def _broken_promise(self, seat: Seat, sequence: int, report: Report, limit_ns: int) -> NodeFailure:
         time_ns, port, data = report.offers[sequence]

@@ -23,6 +23,7 @@ from typing import Final, NamedTuple
 
 from netem.gateways import Gateway
 from netem.gateways.lateness import OVERRUN_NS, Lateness
+from netem.wire.level import Level
 
 MOST_AT_ONCE: Final = 100           # messages of one gateway that one wait takes in
 MOST_WHEN_OVERDUE: Final = 1        # ... if its instant is overdue; the others wait in the system's buffer
@@ -44,7 +45,7 @@ class Waited(NamedTuple):
 @dataclass
 class Pace:
     gateways: Iterable[Gateway] = ()
-    event: Callable[[int, str, str], None] = lambda time_ns, kind, detail: None
+    event: Callable[[int, str, str, Level], None] = lambda time_ns, kind, detail, level: None
     lateness: Lateness = field(default_factory=Lateness)
 
     def __post_init__(self) -> None:
@@ -107,5 +108,5 @@ class Pace:
         behind = late_ns > OVERRUN_NS
         if behind and not self._behind:
             self.lateness.overruns += 1
-            self.event(at_ns, "overrun", f"{late_ns * 1e-6:.3g} ms behind the wall clock")
+            self.event(at_ns, "overrun", f"{late_ns * 1e-6:.3g} ms behind the wall clock", Level.WARNING)
         self._behind = behind

@@ -34,8 +34,9 @@ from experiments.show.report.question_first import no_such_signal, question_firs
 from experiments.show.report.records_list import RecordFile, record_files
 from experiments.show.report.series import Json
 from netem.core.fate import Fate
-from netem.records.events import Event, Level
+from netem.records.events import Event
 from netem.records.part_file import write_whole
+from netem.wire.level import Level
 
 PAGE = files("experiments.show.report") / "page"
 MOST_EVENTS = 300

@@ -35,7 +35,7 @@ class CanBench:
         links = Links(self.ledger, self._deliver, {})
         self.bus = CanBus("can", CanSettings(**{"bit_rate_bps": 500_000, **settings}), nodes, self.agenda, self.ledger,
                           links, rng_for or (lambda place: Random(f"7/{place}")))
-        self.bus.observe(MediumObserver(lambda *event: self.events.append(event),
+        self.bus.observe(MediumObserver(lambda event: self.events.append(event[:4]),
                                         lambda medium, time_ns, values: self.loads.append((time_ns, values[0]))))
 
     def _deliver(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> None:
