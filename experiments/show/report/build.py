@@ -101,7 +101,7 @@ def _drawn(data: RunData, broke: Moments) -> Json:
             "spoken": series.spoken(data, broke.instants_ns), "fates": series.fates(data), "ages": series.ages(data),
             "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, broke.instants_ns),
             "length_s": data.length_ns * 1e-9, "palette": for_page(),
-            "meanings": {fate.value: fate.meaning for fate in Fate},
+            "meanings": {fate.value: fate.meaning for fate in Fate}, "delivered": Fate.DELIVERED.value,
             "moments": [{"t_s": moment.from_ns / 1e9, "words": f"{moment.what}, {moment.on}"}
                         for moment in broke.shown if moment.from_ns is not None]}
 
