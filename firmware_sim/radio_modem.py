@@ -85,14 +85,17 @@ class RadioModem:
         for name, agent in scenario.agents.items():
             if agent.program != f"{RadioModem.__module__}:{RadioModem.__name__}":
                 continue
-            for key, kind in (("serial", "serial_line"), ("radio", "broadcast_radio")):
+            settings = {medium: scenario.media[medium].settings for medium in agent.media}
+            serial = {port: format for port, each in settings.items() if (format := each.serial_format()) is not None}
+            radios = {port: radio for port, each in settings.items() if (radio := each.radio()) is not None}
+            for key, there, expected in (("serial", serial, "serial_line that it is on"),
+                                         ("radio", radios, "broadcast_radio that it is on")):
                 port = agent.parameters[key]
-                if port not in agent.media or scenario.media[port].kind != kind:
-                    there = [medium for medium in agent.media if scenario.media[medium].kind == kind]
-                    yield (f"agents.{name}.parameters.{key}={port}: expected a {kind} that it is on; there are "
+                if port not in there:
+                    yield (f"agents.{name}.parameters.{key}={port}: expected a {expected}; there are "
                            f"{', '.join(there) or 'none'}")
                 elif key == "serial":
-                    clock, chunk = scenario.media[port].settings.clock, scenario.media[port].settings.chunk_bytes
+                    clock, chunk = serial[port]
                     idle_bytes = agent.parameters.get("idle_bytes", IDLE_BYTES)
                     if idle_bytes and not 1 <= chunk <= idle_bytes:
                         yield (f"media.{port}.chunk_bytes={chunk}: expected 1 to {idle_bytes}, or {name} takes a chunk "
@@ -102,7 +105,7 @@ class RadioModem:
                         yield (f"agents.{name}.parameters: {own[0]} bit/s and {own[1]} bits a byte, but {port} has "
                                f"{clock.baud_bps} and {clock.bits_per_byte}; make them equal")
                 else:
-                    most = scenario.media[port].settings.radio().max_payload_bytes
+                    most = radios[port].max_payload_bytes
                     size = agent.parameters.get("packet_bytes", PACKET_BYTES)
                     if most is not None and size > most:
                         yield (f"agents.{name}.parameters: packets of {size} bytes, but {port} carries {most}; set "

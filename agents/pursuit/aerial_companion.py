@@ -89,7 +89,7 @@ class AerialCompanion:
                            f"{', '.join(agent.media) or 'no medium'}")
             if (view := scenario.media.get(ports["view"])) is not None:
                 yield from (f"agents.{name}.parameters.pursuit: {line}"
-                            for line in view_problems(settings, ports["view"], view))
+                            for line in view_problems(settings, name, ports["view"], view))
 
     # --- what it hears
 

@@ -8,6 +8,7 @@ from typing import Protocol
 
 from agents.pursuit.pursuer_settings import PursuerSettings
 from firmware_sim.scenario_view import MediumView, ScenarioView
+from netem.media.answers import Camera
 
 ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
 KEYS = tuple(field.name for field in fields(PursuerSettings))
@@ -46,20 +47,20 @@ def pursuer_problems(scenario: ScenarioView, program: str, ports: Sequence[str])
             yield (f"agents.{name}.media: lacks {', '.join(absent)}; it has {', '.join(agent.media) or 'none'}; name "
                    f"them in its media, or those that it has as parameters {', '.join(named)}")
         elif (view := scenario.media.get(named["view"])) is not None:
-            yield from (f"agents.{name}.parameters: {line}" for line in view_problems(settings, named["view"], view))
+            yield from (f"agents.{name}.parameters: {line}"
+                        for line in view_problems(settings, name, named["view"], view))
 
 
-def view_problems(settings: LooksLike, name: str, view: MediumView) -> Iterator[str]:
-    """What it takes for granted of its sensor, and is not so."""
-    if view.kind != "sensing" or view.settings is None:
+def view_problems(settings: LooksLike, observer: str, name: str, view: MediumView) -> Iterator[str]:
+    """What `observer` takes for granted of its sensor, the medium `name`, and is not so."""
+    known: Camera | None = view.settings and view.settings.camera(observer)
+    if known is None:
         yield f"view={name!r}: expected a medium of kind sensing"
         return
-    known = view.settings
-    if known.exposure_period_ns != settings.step_ns:
-        yield (f"step_ns={settings.step_ns}: media.{name} has exposures every {known.exposure_period_ns} ns; take the "
-               f"same")
-    if known.range_m != settings.radius_m:
-        yield f"radius_m={settings.radius_m}: media.{name} has range_m={known.range_m}; take the same"
+    if known.period_ns != settings.step_ns:
+        yield f"step_ns={settings.step_ns}: media.{name} has exposures every {known.period_ns} ns; take the same"
+    if known.view.range_m != settings.radius_m:
+        yield f"radius_m={settings.radius_m}: media.{name} has range_m={known.view.range_m}; take the same"
     if known.noise_m > settings.sigma_m:
         yield f"sigma_m={settings.sigma_m}: media.{name} has noise_m={known.noise_m}; take that much or more"
     if known.latency_ns > settings.latency_ns:

@@ -56,10 +56,10 @@ def added_delays(impairments: Sequence[ImpairmentView], flow: Flow, length_ns: i
             if impairment is None:
                 delays[link] = replace(before, known=False)
                 continue
-            most_ns = impairment.most_delay_ns(flows[link]) if hasattr(impairment, "most_delay_ns") else 0
+            most_ns = impairment.most_delay_ns(flows[link])
             delays[link] = replace(before, most_ns=before.most_ns + most_ns,
                                    places=(*before.places, spec.place) if most_ns else before.places)
-            flows[link] = replace(flows[link], copies=flows[link].copies * getattr(impairment, "most_copies", 1))
+            flows[link] = replace(flows[link], copies=flows[link].copies * impairment.most_copies)
     return delays
 
 

@@ -45,7 +45,7 @@ def check(scenario: ScenarioView) -> Iterator[str]:
         yield f"media: {sorted(media)}: expected all robots on one and the same medium"
         return
     medium = scenario.media[media.pop()]
-    if not hasattr(medium.settings, "radio"):
+    if medium.settings.radio() is None:
         yield "media: synchronization by broadcasts needs a broadcast_radio"
         return
     if team.topology == "discovered" and len(team.names) > MAX_NODES:
@@ -152,7 +152,7 @@ def _late_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans
 def _medium_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans: RoundPlans,
                      graphs: Mapping[str, Floats]) -> Iterator[str]:
     settings, radio = medium.settings, medium.settings.radio()
-    if settings.mac != "none":
+    if settings.mac_defers:
         yield f'media: mac="{settings.mac}": expected "none", a slot decides who may speak'
     sizes = {"sync": SyncFrameCodec(len(team.names), team.outputs).size_bytes}
     if team.topology == "discovered":
@@ -177,7 +177,7 @@ def _told_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans
         if missing:
             yield f"{name}: {missing[0][0]} is to use what {missing[0][1]} broadcasts, but the radio has no such link"
         plan = plans.plan(graph)
-        if plan is not None and medium.settings.decode == "radio_network" and team.layout.data_airtime_ns:
+        if plan is not None and medium.settings.decoding().overlap_loses_both and team.layout.data_airtime_ns:
             for i, j in colliding_pairs(heard, plan.parts)[:1]:
                 yield (f"{name}: {team.names[i]} and {team.names[j]} share a slot, but on this radio their frames "
                        "collide: more robots are in range than the topology asked for has links")

@@ -21,6 +21,7 @@ MODULES: Final = (
     "netem.node.alarm",
     "netem.core.frame",
     "netem.media.links",
+    "netem.media.medium",
     "netem.emulator.conductor",
     "netem.emulator.seat",
     "netem.transport.hosts",

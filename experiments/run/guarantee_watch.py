@@ -23,7 +23,6 @@ from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError, near
 from experiments.scenario.subjects import Named
-from netem.media.sensing.settings import SensingSettings
 from netem.records.part_file import write_whole
 from netem.records.signal_table import SignalTable
 from netem.records.signals import SignalRecorder
@@ -66,9 +65,11 @@ class GuaranteeWatch:
             missing: dict[tuple[str, str], str] = {}
             for medium, target, observer in guarantee.subjects:
                 settings = self._scenario.media[medium].settings
-                for body in (target, settings.cameras.get(observer, observer)):
+                poses = settings.poses()
+                for body in (target, settings.camera(observer).carrier or observer):
                     known = [signal for signal, _ in self._declared.get(body, ())]
-                    unknown = [output for output in settings.bodies.get(body, ()) if output not in known]
+                    seen = poses[body].outputs if body in poses else ()
+                    unknown = [output for output in seen if output not in known]
                     missing |= {(medium, body): unknown[0]} if unknown else {}
             for (medium, body), output in missing.items():
                 yield (f"{Path(self._scenario.path).name}: guarantees.{name}: media.{medium}.bodies.{body}: its "
@@ -79,10 +80,9 @@ class GuaranteeWatch:
         """Over [0, reached_ns): write what became of them, and tell each violation as an event."""
         if not self._scenario.guarantees:
             return
-        sensing = {name: medium.settings for name, medium in self._scenario.media.items()
-                   if isinstance(medium.settings, SensingSettings)}
+        sights = {name: medium.settings for name, medium in self._scenario.media.items() if medium.settings.poses()}
         ledger = FrameCopies.of_file(folder / "ledger.parquet")
-        records = Records(reached_ns, ledger, self._signals(), self._recorder.events, sensing)
+        records = Records(reached_ns, ledger, self._signals(), self._recorder.events, sights)
         outcomes = judge(self._scenario.guarantees, records)
         for event in events(outcomes):
             self._recorder.event(event)

@@ -51,7 +51,7 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     name: str
     program: str                    # "package.module:Class", or ":function" if it is blocking
     parameters: dict[str, Any]
-    media: dict[str, str]           # its ports and the kind of the medium at each
+    media: tuple[str, ...]          # its ports are named like these
     clock: ClockSettings
     plant: PlantSpecification | None
     team: Mapping[str, Any]
@@ -60,6 +60,7 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     folder: str                     # where the scenario's own programs may lie
     blocking: bool = False
     own_frames: tuple[str, ...] = ()    # the media that tell it when its own frames got through
+    can_buses: tuple[str, ...] = ()     # the media that python-can opens
     shown: tuple[Shown, ...] = ()       # where it is seen
 
 
@@ -72,7 +73,7 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     """
     if specification.blocking:
         return _blocking_node(specification, at_end, record)
-    node = Node(specification.name, list(specification.media), specification.sample_period_ns)
+    node = Node(specification.name, specification.media, specification.sample_period_ns)
     board = _board(specification, node, record)
     program = class_for(specification.program, Path(specification.folder))(board, **specification.parameters)
     if hasattr(program, "run"):
@@ -102,11 +103,11 @@ def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None, r
     from firmware_sim.blocking.node import BlockingNode
     from firmware_sim.blocking.own_process import own_process
 
-    node = BlockingNode(specification.name, list(specification.media), specification.sample_period_ns)
+    node = BlockingNode(specification.name, specification.media, specification.sample_period_ns)
     board, folder = _board(specification, node, record), Path(specification.folder)
     at_end.enter_context(own_process(node, board, specification.program, folder,
                                      partial(_load_blocking, specification, at_end), specification.parameters,
-                                     specification.media, specification.own_frames))
+                                     specification.can_buses, specification.own_frames))
     if board.plant is not None and specification.plant is not None:
         record_outputs(node, board.plant, specification.plant.idle_outputs)
     return node
@@ -114,11 +115,10 @@ def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None, r
 
 def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:
     """The function. Its own thread calls this: python-can, imported here, has to find the node's time and locks."""
-    buses = [medium for medium, kind in specification.media.items() if kind == "can"]
-    if buses and guarded():
+    if specification.can_buses and guarded():
         from firmware_sim.can_interface.other_interfaces import only_our_interface
 
-        at_end.enter_context(only_our_interface(specification.name, buses))
+        at_end.enter_context(only_our_interface(specification.name, specification.can_buses))
     return class_for(specification.program, Path(specification.folder))
 
 

@@ -21,7 +21,7 @@ from datetime import datetime
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import msgspec
 
@@ -31,13 +31,13 @@ from experiments.judge.run_data import load_run
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
+from experiments.run.network import Network
 from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.run.recorded_signals import refuse_unrecorded
 from experiments.run.run_folder import RunFolder
 from experiments.run.wall_clock_sleep import sleep_refused
 from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
-from experiments.scenario.impairment_kind import impairment_class
-from experiments.scenario.model import AgentSpec, Scenario, positions
+from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.own_modules import class_for
 from experiments.show.report.build import write_report
 from fmus.build import build_model, model_folder, own_models
@@ -46,21 +46,9 @@ from fmus.describe_fmu import describe
 from fmus.description import PlantDescription
 from netem.core.agenda import Agenda
 from netem.core.fate import Fate
-from netem.core.link_name import LinkName
-from netem.core.random_streams import stream
 from netem.emulator.conductor import Conductor, Recorders
 from netem.gateways.pace import Pace
 from netem.gateways.udp import UdpGateway
-from netem.impairments import Impairment
-from netem.impairments.construct import construct_impairment
-from netem.impairments.recordings import Recordings
-from netem.impairments.window import Window
-from netem.media import Medium
-from netem.media.can.bus import CanBus
-from netem.media.links import Links
-from netem.media.observation import MediumObserver, ObservedMedium
-from netem.media.sensing.settings import SensingSettings
-from netem.media.table import MEDIA
 from netem.node.outside_guard import OutsideGuard
 from netem.records.events import Event
 from netem.records.events_file import write_events
@@ -75,9 +63,6 @@ from netem.transport.zenoh_session import ENTRANCES
 from netem.wire.errors import Interrupted, NodeFailure
 from netem.wire.level import Level
 from netem.wire.messages import Hello
-
-if TYPE_CHECKING:
-    from netem.media.can.can_log import CanLog
 
 HostName = Literal["process", "inline"]
 OWN_PROGRAMS = ("agents.", "firmware_sim.")         # whose import does nothing but define
@@ -186,10 +171,7 @@ class _Run:
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
                                    Recorders(self.guarantees.sample, self.signals.event, self.ledger.receiver_gone),
                                    self._progress)
-        links = Links(self.ledger, self.conductor.deliver, _pipelines(scenario))
-        self.media = {name: _medium(scenario, name, self.agenda, self.ledger, links) for name in scenario.media}
-        self.can_logs = [_can_log(scenario, medium, self.folder) for medium in self.media.values()
-                         if isinstance(medium, CanBus) and medium.settings.log]
+        self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.folder)
         if real_time:
             gateways = [UdpGateway(spec.name, spec.medium, spec.listen, spec.peer, event=self._gateway_event)
                         for spec in scenario.gateways.values()]
@@ -210,13 +192,12 @@ class _Run:
                 self.signals.declare(name, hellos[name].signals)
             self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
             refuse_unrecorded(self.scenario, self._recorded(hellos))
-            self._observe_media()
-            self.conductor.admit(hellos, self.media)
+            self.network.observe(self.signals, self._event_on_medium)
+            self.conductor.admit(hellos, self.network.media)
             self.started_s = time.monotonic()
             self.conductor.run()
             self.ended_s = time.monotonic()
-            for medium in self.media.values():
-                medium.finish(self.conductor.end_ns)
+            self.network.finish(self.conductor.end_ns)
             if self.conductor.ended_by:
                 self.signals.event(Event(self.conductor.end_ns, self.conductor.ended_by, "run ended",
                                          self.conductor.ended_because))
@@ -245,7 +226,7 @@ class _Run:
             with suppress(Exception):           # the counters of some nodes stay unknown
                 self.conductor.ask_counters(LAST_WORDS_S)
         reached_ns = self.conductor.end_ns if self.failure is None else self.conductor.reached_ns
-        for log in self.can_logs:
+        for log in self.network.logs:
             self._step(log.finish)
         self._step(lambda: self._finish_ledger(reached_ns))
         self._step(lambda: self.guarantees.judge(self.folder, reached_ns))
@@ -290,15 +271,20 @@ class _Run:
             "reached_ns": reached_ns,
             "ended": _end_in_words(self.conductor),
             "failure": None if self.failure is None else in_words(self.failure),
-            "switch_instants_ns": {name: _changes(medium, reached_ns) for name, medium in self.media.items()},
-            "counters": _counters(self._counted(), self.media, self.conductor.pace),
+            "switch_instants_ns": self.network.changes_ns(reached_ns),
+            "counters": self._counters(),
             "real_time": self._real_time(),
             "versions": _versions() if versions else {},
         })
 
-    def _counted(self) -> dict[str, dict[str, int]]:
-        on_the_way = self.host.counters() if isinstance(self.host, InlineHost) else self.conductor.counted
-        return on_the_way | self.conductor.counters
+    def _counters(self) -> dict[str, dict[str, int]]:
+        """Counters of programs, gateways and media, by node; those of a medium itself under its name."""
+        of_nodes = {**(self.host.counters() or self.conductor.counted), **self.conductor.counters}
+        counters = {node: dict(found) for node, found in of_nodes.items()}
+        if self.conductor.pace is not None:
+            counters |= {name: dict(found) for name, found in self.conductor.pace.counters().items()}
+        self.network.add_counters(counters)
+        return counters
 
     def _judged(self) -> list[Verdict]:
         try:
@@ -341,7 +327,8 @@ class _Run:
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
         """The names of the signals of each agent and medium."""
-        found = {name: getattr(medium, "signals", ()) for name, medium in self.media.items()}
+        found: dict[str, Sequence[tuple[str, str]]] = {
+            name: medium.signals for name, medium in self.network.media.items()}
         found |= {name: hellos[name].signals for name in self.scenario.agents}
         return {name: [signal for signal, _ in signals] for name, signals in found.items()}
 
@@ -355,13 +342,6 @@ class _Run:
     def _real_time(self) -> dict[str, int] | None:
         """Lateness of a run in real time; None in virtual time."""
         return None if self.conductor.pace is None else self.conductor.pace.lateness.figures()
-
-    def _observe_media(self) -> None:
-        for name, medium in self.media.items():
-            if isinstance(medium, ObservedMedium):
-                if medium.signals:
-                    self.signals.declare(name, medium.signals)
-                medium.observe(MediumObserver(self._event_on_medium, self.signals.append))
 
     def _event_on_medium(self, event: Event) -> None:
         if event.time_ns < self.conductor.end_ns:   # a medium may know ahead how a frame will end
@@ -397,26 +377,25 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
     described = {fmu: describe(build_model(fmu) if fmu in own_models() else Path(fmu)) for fmu in sorted(fmus)}
     models = {fmu: read_model(model_folder(fmu) / "variables.toml") for fmu in sorted(fmus & set(own_models()))}
-    return {name: NodeSpecification(name, agent.program, agent.parameters, _kinds(scenario, agent), agent.clock,
+    return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock,
                                     _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
                                     folder, agent.program in blocking, _own_frames(scenario, agent),
-                                    _shown(scenario, agent))
+                                    _can_buses(scenario, agent), _shown(scenario, agent))
             for name, agent in scenario.agents.items()}
-
-
-def _kinds(scenario: Scenario, agent: AgentSpec) -> dict[str, str]:
-    return {medium: scenario.media[medium].kind for medium in agent.media}
 
 
 def _own_frames(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
     return tuple(medium for medium in agent.media
-                 if agent.name in getattr(scenario.media[medium].settings, "own_frames_to", ()))
+                 if scenario.media[medium].settings.reports_own_frames_to(agent.name))
+
+
+def _can_buses(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
+    return tuple(medium for medium in agent.media if scenario.media[medium].settings.carries_can_frames)
 
 
 def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
-    return tuple(Shown(medium, settings.exposure_period_ns, settings.bodies[agent.name])
-                 for medium in agent.media if isinstance(settings := scenario.media[medium].settings, SensingSettings)
-                 and agent.name in settings.bodies)
+    return tuple(Shown(medium, *pose) for medium in agent.media
+                 if (pose := scenario.media[medium].settings.poses().get(agent.name)) is not None)
 
 
 def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription],
@@ -448,58 +427,8 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
                        logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, waiting=waits)
 
 
-def _medium(scenario: Scenario, name: str, agenda: Agenda, ledger: Ledger, links: Links) -> Medium:
-    spec = scenario.media[name]
-    at_m = positions(spec.nodes, scenario.agents)
-    medium: Medium = MEDIA[spec.kind](name, spec.settings, at_m, agenda, ledger, links, partial(stream, scenario.seed))
-    return medium
-
-
-def _can_log(scenario: Scenario, bus: CanBus, folder: Path) -> CanLog:
-    from netem.media.can.can_log import CanLog  # late: a run without such logs needs no python-can
-
-    log = CanLog(folder, bus.name, bus.settings.log, scenario.length_ns)
-    bus.logs.append(log)
-    return log
-
-
 def _end_in_words(conductor: Conductor) -> str:
     """Why the run ended before its length, "" if it did not."""
     if not conductor.ended_by:
         return ""
     return f"at {conductor.end_ns / 1e9:.9g} s, by node {conductor.ended_by}: {conductor.ended_because}"
-
-
-def _counters(of_nodes: Mapping[str, Mapping[str, int]], media: Mapping[str, Medium],
-              pace: Pace | None) -> dict[str, dict[str, int]]:
-    """Counters of programs, gateways and media, by node; those of a medium itself under its name."""
-    counters = {node: dict(found) for node, found in of_nodes.items()}
-    if pace is not None:
-        counters |= {name: dict(found) for name, found in pace.counters().items()}
-    for medium in media.values():
-        if isinstance(medium, ObservedMedium):
-            for node, found in medium.counters().items():
-                own = counters.setdefault(node, {})
-                for name, count in found.items():
-                    own[name] = own.get(name, 0) + count
-    return counters
-
-
-def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
-    """Each directed link's own impairments in the order of the scenario, each with its own random stream."""
-    pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
-    recordings = Recordings()
-    for spec in scenario.impairments:
-        kind = impairment_class(spec.kind, scenario.folder)
-        for link in spec.links:
-            place = f"{spec.called}/{link[0]}: {link[1]} -> {link[2]}"
-            impairment: Any = construct_impairment(kind, spec.fields, stream(scenario.seed, place), recordings)
-            if spec.windows_ns:
-                impairment = Window(impairment, spec.windows_ns)
-            pipelines.setdefault(link, []).append((f"{spec.called} {spec.kind}", impairment))
-    return pipelines
-
-
-def _changes(medium: Medium, until_ns: int) -> Sequence[int]:
-    topology = getattr(medium, "topology", None)
-    return topology.changes_ns(until_ns) if topology is not None else []

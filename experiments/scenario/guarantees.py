@@ -95,8 +95,8 @@ class Guarantees:
 
     def _shows(self, medium: str, sender: str, receiver: str) -> bool:
         """Whether cameras of this medium can see the sender."""
-        spec = self.media[medium]
-        return spec.kind == "sensing" and sender in getattr(spec.settings, "bodies", ())
+        settings = self.media[medium].settings
+        return settings is not None and sender in settings.poses()
 
     def _links(self) -> list[Link]:
         """Those that the media have at some time; all pairs of a medium that has mistakes of its own."""

@@ -9,7 +9,6 @@ from typing import Any
 
 from experiments.scenario.files_there import near_file, plants_in
 from experiments.scenario.guarantee_kinds import MONITORS
-from experiments.scenario.medium_links import medium_links
 from experiments.scenario.metric_keys import over_a_window, unknown_keys
 from experiments.scenario.plant_parameters import PlantNames
 from experiments.scenario.problems import near
@@ -26,6 +25,7 @@ from netem.core.link_name import LinkName
 from netem.impairments.table import IMPAIRMENTS
 from netem.impairments.window import Window
 from netem.media.links import Links
+from netem.media.medium import Medium
 from netem.media.table import MEDIA
 from netem.records.ledger import Ledger
 
@@ -40,9 +40,15 @@ def select_links(on: str, nodes_on: Mapping[str, Sequence[str]], to_themselves: 
     return link_selector.parse(on).resolve(nodes_on, to_themselves)
 
 
-def try_medium(cls: Any, name: str, settings: Any, nodes: Mapping[str, Position | None]) -> None:
+def try_medium(cls: Any, name: str, settings: Any, nodes: Mapping[str, Position | None]) -> Medium:
     ledger = Ledger()
-    cls(name, settings, nodes, Agenda(), ledger, Links(ledger, lambda *_: False, {}), lambda place: Random(place))
+    medium: Medium = cls(name, settings, nodes, Agenda(), ledger, Links(ledger, lambda *_: False, {}), Random)
+    return medium
+
+
+def medium_links(cls: Any, name: str, settings: Any, nodes: Mapping[str, Position | None],
+                 length_ns: int) -> Sequence[tuple[str, str]]:
+    return try_medium(cls, name, settings, nodes).links(length_ns)
 
 
 def try_windows(impairment: Any, windows_ns: Sequence[tuple[int, int]]) -> None:

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from experiments.scenario.program import import_program
 from experiments.scenario.shape import shape_of
-from netem.core.fate import Fate
+from netem.impairments.contract import complaint_about
 from netem.impairments.table import IMPAIRMENTS
 
 KEYS_OF_EVERY_KIND: Final = ("on", "during_ns", "kind", "name")
@@ -28,11 +28,8 @@ def import_impairment(path: str, folder: Path) -> type:
     cls = import_program(path, folder)
     if not is_dataclass(cls):
         raise ValueError(f"{cls.__name__} is no dataclass; write @dataclass above it, its fields are the keys here")
-    if not callable(getattr(cls, "carry", None)):
-        raise ValueError(f"{cls.__name__} has no method carry(transit) that yields what comes out of the link")
-    if not isinstance(getattr(cls, "loses_as", None), Fate):
-        raise ValueError(f"{cls.__name__} does not say how a copy ends that it drops; "
-                         "write `loses_as: ClassVar = Fate.LOST` in it")
+    if complaint := complaint_about(cls):
+        raise ValueError(complaint)
     try:
         shape = shape_of(cls)
     except (NameError, TypeError) as error:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import msgspec
 
 from firmware_sim.clock_settings import ClockSettings
+from netem.media.answers import FloorPlan
 
 Link = tuple[str, str, str]             # (medium, sender, receiver)
 Window = tuple[int, int]                # [start_ns, end_ns)
@@ -50,6 +51,7 @@ class MediumSpec(msgspec.Struct, frozen=True):
     kind: str
     settings: Any                       # an instance of MEDIA[kind].Settings
     nodes: tuple[str, ...]              # the agents with a port on it, in the order of the scenario
+    floor_plan: FloorPlan | None = None     # what a view from above shows of it
 
 
 class GatewaySpec(msgspec.Struct, frozen=True):

@@ -17,7 +17,7 @@ from experiments.scenario.shape import shape_of
 from experiments.scenario.units import spellings
 from netem.impairments.construct import construct_impairment
 from netem.impairments.recordings import Recordings
-from netem.media.sensing.settings import SensingSettings
+from netem.media import MediumSettings
 
 
 @dataclass(frozen=True)
@@ -55,19 +55,21 @@ class Network:
                     self.vocabulary.try_medium(cls, name, settings, at_m)
                 except ValueError as error:
                     refuse(error, rest, place, self.problems)
-            media[name] = MediumSpec(name, table["kind"], settings, nodes)
-            if isinstance(settings, SensingSettings):
-                self._check_bodies(settings, agents, (*place, "bodies"))
+            if settings is None:
+                media[name] = MediumSpec(name, table["kind"], None, nodes)
+                continue
+            media[name] = MediumSpec(name, table["kind"], settings, nodes, settings.floor_plan())
+            self._check_poses(settings, agents, (*place, "bodies"))
         return media
 
-    def _check_bodies(self, settings: SensingSettings, agents: Mapping[str, AgentSpec], place: Place) -> None:
-        for name, outputs in settings.bodies.items():
+    def _check_poses(self, settings: MediumSettings, agents: Mapping[str, AgentSpec], place: Place) -> None:
+        for name, pose in settings.poses().items():
             plant = agents[name].plant if name in agents else None
             if name in agents and plant is None:
                 self.problems.add((*place, name), "a body needs a plant, whose outputs say where it is")
             if plant is not None:
                 known = self.vocabulary.plant_names(plant.fmu, self.folder).outputs
-                for output in outputs:
+                for output in pose.outputs:
                     if output not in known:
                         self.problems.add((*place, name), f"no such output; {near(output, dict.fromkeys(known))}",
                                           output)
@@ -134,8 +136,8 @@ class Network:
         try:
             return tuple(self.vocabulary.select_links(
                 on, {name: medium.nodes for name, medium in media.items()},
-                {name: medium.settings.fixed_cameras for name, medium in media.items()
-                 if isinstance(medium.settings, SensingSettings)}))
+                {name: medium.settings.links_to_themselves() for name, medium in media.items()
+                 if medium.settings is not None}))
         except ValueError as error:
             self.problems.add((*place, "on"), str(error), on)
             return ()

@@ -35,7 +35,7 @@ class Vocabulary:
     media: Mapping[str, type]
     impairments: Mapping[str, type]
     select_links: Callable[[str, Mapping[str, Sequence[str]], Mapping[str, Sequence[str]]], Sequence[Link]]
-    try_medium: Callable[[Any, str, Any, Mapping[str, Position | None]], None]
+    try_medium: Callable[[Any, str, Any, Mapping[str, Position | None]], object]
     try_windows: Callable[[Any, Sequence[Window]], None]
     plant_names: Callable[[str, Path], PlantNames]
     unknown_figures: Callable[[Iterable[str], Collection[str], Collection[str], Mapping[str, Collection[str]]],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import random
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from firmware_sim.board import Board
 
 @contextmanager
 def own_process(node: BlockingNode, board: Board, name: str, folder: Path, load: Callable[[], Callable[..., object]],
-                parameters: Mapping[str, Any], media: Mapping[str, str],
+                parameters: Mapping[str, Any], can_buses: Sequence[str],
                 own_frames: Collection[str]) -> Iterator[BlockingProgram]:
     """Load the program `name` and let it begin. It ends with the last grant of its node, or else with this context.
 
@@ -29,7 +29,7 @@ def own_process(node: BlockingNode, board: Board, name: str, folder: Path, load:
     sys.stdin = open(os.devnull)                # noqa: SIM115      # the real one is the pipe to the emulator
     random.seed(board.rng.getrandbits(64))
     with library_in_virtual_time():
-        program = node.program = BlockingProgram(board, load, parameters, media, own_frames)
+        program = node.program = BlockingProgram(board, load, parameters, can_buses, own_frames)
         try:
             program.begin()
             yield program

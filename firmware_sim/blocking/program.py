@@ -17,7 +17,7 @@ from __future__ import annotations
 import sys
 import time
 import traceback
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from signal import SIG_DFL, SIG_IGN, SIGINT, SIGTERM, default_int_handler
 from threading import Thread
@@ -45,7 +45,7 @@ class BlockingProgram:
     """`load` gives the function (in the program's own thread, so that what it imports finds virtual time)."""
 
     def __init__(self, board: Board, load: Callable[[], Callable[..., object]],
-                 parameters: Mapping[str, Any] | None = None, media: Mapping[str, str] | None = None,
+                 parameters: Mapping[str, Any] | None = None, can_buses: Sequence[str] = (),
                  own_frames: Collection[str] = ()) -> None:
         settings = board.clock.settings
         self.board = board
@@ -55,7 +55,7 @@ class BlockingProgram:
         self.closing = False                        # the run is over: what it hands out goes nowhere
         self.over = False                           # the program has ended
         self.repeating: list[Repeating] = []
-        self.media = dict(media or {})              # kind of the medium at each port
+        self.can_buses = tuple(can_buses)           # the ports that python-can opens
         self.own_frames = frozenset(own_frames)     # media that tell the node when its own frames got through
         self.shared: dict[tuple[str, str], Any] = {}    # what an adapter keeps for the whole program
         self._load = load

@@ -32,7 +32,6 @@ from firmware_sim.blocking.seconds import duration_ns
 from firmware_sim.can_interface.controller_state import ControllerState, state_after
 from netem.media.can.frame import CanFrame, MalformedFrame, pack, unpack
 
-CAN_KIND: Final = "can"         # of a medium in the scenario
 STATES: Final = {ControllerState.ERROR_ACTIVE: BusState.ACTIVE, ControllerState.ERROR_PASSIVE: BusState.PASSIVE,
                  ControllerState.BUS_OFF: BusState.ERROR}
 NO_RUN: Final = (
@@ -145,7 +144,7 @@ class MarconetBus(BusABC):
     def _detect_available_configs() -> list[AutoDetectedConfig]:
         """The CAN buses of the node, none outside of a run."""
         program = running()
-        return [] if program is None else [{"interface": "marconet", "channel": name} for name in _names(program)]
+        return [] if program is None else [{"interface": "marconet", "channel": name} for name in program.can_buses]
 
     # --- of the channel and of periodic tasks, in whichever thread
 
@@ -215,12 +214,8 @@ def packed(message: Message, *, fd: bool) -> bytes:
         raise CanOperationError(f"{message.arbitration_id:#x}: {error}") from error
 
 
-def _names(program: BlockingProgram) -> list[str]:
-    return [name for name, kind in program.media.items() if kind == CAN_KIND]
-
-
 def _channel(program: BlockingProgram, name: str | None) -> Channel:
-    known = _names(program)
+    known = program.can_buses
     if name is None and len(known) == 1:
         (name,) = known
     if name not in known:

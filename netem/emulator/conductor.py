@@ -25,7 +25,7 @@ from functools import partial
 from netem.core.agenda import OFFER, Agenda
 from netem.emulator.seat import Seat
 from netem.gateways.pace import Pace
-from netem.media import Medium
+from netem.media.medium import Medium
 from netem.records.events import Event
 from netem.transport.hosts import Host
 from netem.wire.errors import InstantLoop, NodeFailure

@@ -13,11 +13,12 @@ from typing import ClassVar
 
 from netem.core.fate import Fate
 from netem.core.transit import Transit
+from netem.impairments import Impairment
 from netem.impairments.checks import expect_ratio
 
 
 @dataclass
-class BernoulliLoss:
+class BernoulliLoss(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
 
     loss_ratio: float                       # 0 <= loss_ratio <= 1

@@ -23,11 +23,12 @@ from msgspec.structs import replace
 
 from netem.core.fate import Fate
 from netem.core.transit import Transit
+from netem.impairments import Impairment
 from netem.impairments.checks import expect_ratio, expect_ratio_below_one
 
 
 @dataclass
-class Corrupt:
+class Corrupt(Impairment):
     loses_as: ClassVar[Fate] = Fate.CORRUPTED
 
     bit_error_ratio: float | None = None    # 0 <= bit_error_ratio < 1

@@ -25,6 +25,7 @@ from msgspec.structs import replace
 
 from netem.core.fate import Fate
 from netem.core.transit import Transit
+from netem.impairments import Impairment
 from netem.impairments.checks import expect_at_least, expect_correlation
 from netem.impairments.correlated_uniforms import LARGEST, correlated_uniforms
 from netem.impairments.csv_text import RecordingError
@@ -35,7 +36,7 @@ from netem.impairments.recordings import Recordings
 
 
 @dataclass
-class Delay:
+class Delay(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
 
     delay_ns: int = 0                                   # >= 0

@@ -17,13 +17,14 @@ from msgspec.structs import replace
 
 from netem.core.fate import Fate
 from netem.core.transit import Transit
+from netem.impairments import Impairment
 from netem.impairments.checks import expect_at_least, expect_ratio
 from netem.impairments.correlated_uniforms import correlated_uniforms
 from netem.impairments.flow import Flow
 
 
 @dataclass
-class Duplicate:
+class Duplicate(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
     most_copies: ClassVar[int] = 2
 

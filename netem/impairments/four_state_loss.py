@@ -20,6 +20,7 @@ from typing import ClassVar
 
 from netem.core.fate import Fate
 from netem.core.transit import Transit
+from netem.impairments import Impairment
 from netem.impairments.checks import expect_ratio
 
 
@@ -31,7 +32,7 @@ class State(Enum):
 
 
 @dataclass
-class FourStateLoss:
+class FourStateLoss(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
 
     p13: float

@@ -15,11 +15,12 @@ from typing import ClassVar
 
 from netem.core.fate import Fate
 from netem.core.transit import Transit
+from netem.impairments import Impairment
 from netem.impairments.checks import expect_ratio_below_one
 
 
 @dataclass
-class GilbertElliott:
+class GilbertElliott(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
 
     loss_ratio: float                       # 0 <= loss_ratio < 1

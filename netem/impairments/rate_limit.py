@@ -23,13 +23,14 @@ from msgspec.structs import replace
 
 from netem.core.fate import Fate
 from netem.core.transit import Transit
+from netem.impairments import Impairment
 from netem.impairments.checks import expect_at_least
 from netem.impairments.flow import Flow
 from netem.impairments.order import not_before
 
 
 @dataclass
-class RateLimit:
+class RateLimit(Impairment):
     loses_as: ClassVar[Fate] = Fate.QUEUE_FULL
 
     rate_bps: int                           # >= 1

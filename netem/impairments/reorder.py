@@ -19,6 +19,7 @@ from msgspec.structs import replace
 
 from netem.core.fate import Fate
 from netem.core.transit import Transit
+from netem.impairments import Impairment
 from netem.impairments.checks import expect_at_least, expect_ratio
 from netem.impairments.correlated_uniforms import correlated_uniforms
 from netem.impairments.flow import Flow
@@ -26,7 +27,7 @@ from netem.impairments.order import not_before
 
 
 @dataclass
-class Reorder:
+class Reorder(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
 
     hold_ns: int                            # > 0

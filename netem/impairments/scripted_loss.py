@@ -14,11 +14,12 @@ from typing import ClassVar
 
 from netem.core.fate import Fate
 from netem.core.transit import Transit
+from netem.impairments import Impairment
 from netem.impairments.checks import expect_at_least
 
 
 @dataclass
-class ScriptedLoss:
+class ScriptedLoss(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
 
     lose_frames: list[int]                  # each >= 0, and < every

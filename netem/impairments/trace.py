@@ -24,6 +24,7 @@ from msgspec.structs import replace
 
 from netem.core.fate import Fate
 from netem.core.transit import Transit
+from netem.impairments import Impairment
 from netem.impairments.flow import Flow
 from netem.impairments.recordings import Recordings
 from netem.impairments.trace_rows import LOST, read_rows
@@ -36,7 +37,7 @@ class TraceEnded(Exception):
 
 
 @dataclass
-class Trace:
+class Trace(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
 
     file: str                                               # CSV; the scenario loader resolves it beside the scenario

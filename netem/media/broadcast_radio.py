@@ -18,7 +18,7 @@ Not modelled: propagation time, several channels, a transmission that is cut sho
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from random import Random
 from typing import ClassVar
@@ -29,9 +29,9 @@ from netem.core.agenda import END_OF_FRAME, Agenda
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.media.decoding.on_air import OnAir
-from netem.media.decoding.table import DECODINGS
 from netem.media.links import Links
 from netem.media.mac.table import MACS
+from netem.media.medium import Medium
 from netem.media.radio_settings import RadioSettings
 from netem.records.ledger import Ledger
 from netem.topology import Position, Site
@@ -39,7 +39,7 @@ from netem.topology.reach import Reach
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
-class BroadcastRadio:
+class BroadcastRadio(Medium):
     Settings: ClassVar = RadioSettings
 
     def __init__(self, name: str, settings: RadioSettings, nodes: Iterable[str] | Mapping[str, Position | None],
@@ -47,10 +47,10 @@ class BroadcastRadio:
         """`nodes` are names, or names with where they stand [m]; raises `TopologyError` for links that do not fit."""
         radio = settings.radio()
         at_m = {node: at for node, at in nodes.items() if at is not None} if isinstance(nodes, Mapping) else {}
-        self.name = name
+        super().__init__(name, nodes)
         self.radio = radio
         self.agenda = agenda
-        self.topology = settings.topology.over(Site(tuple(nodes), at_m, radio.tx_power_dbm, radio.sensitivity_dbm))
+        self.topology = settings.topology.over(Site(self.nodes, at_m, radio.tx_power_dbm, radio.sensitivity_dbm))
         self._reach_at = self.topology.reach_at
         self._ledger = ledger
         self._links = links
@@ -62,10 +62,10 @@ class BroadcastRadio:
         self._numbers: dict[str, int] = {}
         self._on_air: dict[str, OnAir] = {}         # by sender
         self._carriers: dict[str, int] = {}
-        self._decoding = DECODINGS[settings.decode](radio)
+        self._decoding = settings.decoding()
         self._overlaps_matter = self._decoding.overlaps_matter
-        self._mac = MACS[settings.mac](self, settings.queue_frames, radio.csma,
-                                       lambda node: rng_for(f"media.{name}.csma.{node}"))
+        self._mac = MACS[settings.mac].build(self, settings.queue_frames, radio.csma,
+                                             lambda node: rng_for(f"media.{name}.csma.{node}"))
         self._submit = self._mac.submit
         self._senses = self._mac.senses
         self._min_wait_ns = self._mac.min_wait_ns
@@ -97,6 +97,18 @@ class BroadcastRadio:
         for frame in self._mac.waiting():
             self.drop(frame, Fate.UNFINISHED, "waiting")
         self._on_air.clear()
+
+    def links(self, until_ns: int) -> Sequence[tuple[str, str]]:
+        everyone = super().links(until_ns)
+        found: set[tuple[str, str]] = set()
+        for at_ns in [0, *self.topology.changes_ns(until_ns)]:
+            found.update(self.topology.graph_at(at_ns))
+            if len(found) == len(everyone):
+                break
+        return [link for link in everyone if link in found]
+
+    def changes_ns(self, until_ns: int) -> Sequence[int]:
+        return self.topology.changes_ns(until_ns)
 
     # What a MAC asks for.
 

@@ -1,10 +1,10 @@
-"""What a medium can tell besides the fates of frame copies: events, signals, counters."""
+"""What a medium tells besides the fates of frame copies: events and samples to an observer, files of its own."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 from netem.records.events import Event
 
@@ -15,13 +15,6 @@ class MediumObserver:
     sample: Callable[[str, int, list[float]], None] = lambda medium, time_ns, values: None
 
 
-@runtime_checkable
-class ObservedMedium(Protocol):
-    name: str
-    signals: Sequence[tuple[str, str]]          # (name, unit), recorded under the name of the medium
-
-    def observe(self, observer: MediumObserver) -> None:
-        """Tell `observer` from now on. An instant may lie ahead of the call, even beyond the end of the run."""
-
-    def counters(self) -> Mapping[str, Mapping[str, int]]:
-        """By node, or by the name of the medium for what is no node's."""
+class MediumLog(Protocol):
+    def finish(self) -> None:
+        """Close its files, which have their names only now."""

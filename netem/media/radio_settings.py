@@ -7,6 +7,9 @@ from difflib import get_close_matches
 from typing import Any, ClassVar, Literal
 
 from netem.media import MediumSettings
+from netem.media.decoding import Decoding
+from netem.media.decoding.table import DECODINGS
+from netem.media.mac.table import MACS
 from netem.media.radio_presets import PRESETS, RadioPreset
 from netem.topology import REFUSE_UNKNOWN_KEYS
 from netem.topology.fixed_graph import FixedGraph
@@ -65,6 +68,14 @@ class RadioSettings(MediumSettings):
         preset = PRESETS[self.preset]
         return replace(preset, **_said(self, RadioPreset, besides="csma"),
                        csma=replace(preset.csma, **_said(self.csma, type(preset.csma))))
+
+    def decoding(self) -> Decoding:
+        return DECODINGS[self.decode](self.radio())
+
+    @property
+    def mac_defers(self) -> bool:
+        """Whether a frame may start later than its program sent it."""
+        return MACS[self.mac].defers
 
 
 def _said(settings: object, of: type[Any], besides: str = "") -> dict[str, Any]:

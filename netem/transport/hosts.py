@@ -31,6 +31,9 @@ class Host(Protocol):
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
         """After a failure: the reports of the nodes that still answer a last grant; raises for none that does not."""
 
+    def counters(self) -> Mapping[str, Mapping[str, int]]:
+        """Counters of the nodes up to now, as far as they can be read without an exchange."""
+
     def stop(self) -> None:
         """End every node, whatever happened; leaves no process and no socket."""
 
@@ -121,8 +124,7 @@ class InlineHost:
         return [(name, Report(grant.window, NEVER_NS, NEVER_NS, [], [], [], self._nodes[name].counters(), ""))
                 for name, grant in grants if name in self._nodes]
 
-    def counters(self) -> dict[str, dict[str, int]]:
-        """Counters of every node up to now."""
+    def counters(self) -> Mapping[str, Mapping[str, int]]:
         return {name: node.counters() for name, node in self._nodes.items()}
 
     def stop(self) -> None:

@@ -34,11 +34,11 @@ def cause(observers: Sequence[Subject], records: Records, since_ns: int, at_ns: 
     told = "; ".join(_knowledge(subject, known, at_ns) for subject in observers)
     target = observers[0][1]
     nodes = {node for medium, _, observer in observers
-             for node in (observer, records.sensing[medium].cameras.get(observer, observer))} - {target}
-    nodes = _with_their_modems(nodes, [link for link in records.ledger.link.names if link[0] not in records.sensing])
+             for node in (observer, records.camera(medium, observer).carrier or observer)} - {target}
+    nodes = _with_their_modems(nodes, [link for link in records.ledger.link.names if link[0] not in records.sights])
     recent = known.taken((known.ints("offered_ns") >= since_ns) & ~known.fate.among(*NOT_SEEN))
     links = [(medium, sender, receiver) for medium, sender, receiver in recent.link.used()
-             if not nodes.isdisjoint((sender, receiver)) and (medium not in records.sensing or sender == target)]
+             if not nodes.isdisjoint((sender, receiver)) and (medium not in records.sights or sender == target)]
     ways = ", ".join(_ways(link_frames(recent, links), links, at_ns))
     return f"{told}; since {seconds(since_ns)} {ways or 'nothing was lost or on its way'}"
 

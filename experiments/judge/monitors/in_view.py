@@ -102,13 +102,12 @@ def _distances(observers: Sequence[Subject], records: Records) -> tuple[Ints, Fl
     """Sample instants that everybody has, and the distance for the observer with the largest one."""
     found = []
     for medium, target, observer in observers:
-        settings = records.sensing[medium]
-        there = _place(target, settings.bodies[target], records)
-        carrier = settings.cameras.get(observer, observer)
-        moves = carrier in settings.bodies and observer not in settings.fixed_cameras
+        poses, eye = records.sights[medium].poses(), records.camera(medium, observer)
+        there = _place(target, poses[target].outputs, records)
         still = np.zeros(there[0].size)
-        camera = _place(carrier, settings.bodies[carrier], records) if moves else (there[0], still, still, still)
-        found.append((settings.view, camera, there))
+        camera = ((there[0], still, still, still) if eye.carrier is None else
+                  _place(eye.carrier, poses[eye.carrier].outputs, records))
+        found.append((eye.view, camera, there))
     time_ns: Ints = reduce(np.intersect1d, [place[0] for _, camera, there in found for place in (camera, there)])
     time_ns = time_ns[time_ns < records.length_ns]
     if not time_ns.size:
@@ -136,7 +135,7 @@ def _place(node: str, outputs: Sequence[str], records: Records) -> tuple[Ints, F
 
 def _last_central(observers: Sequence[Subject], time_ns: Ints, distances: Floats, records: Records) -> int:
     """When it was farther inside than half of the largest range last; the start, if never."""
-    half_m = max(records.sensing[medium].view.range_m for medium, _, _ in observers) / 2
+    half_m = max(records.camera(medium, observer).view.range_m for medium, _, observer in observers) / 2
     central = np.flatnonzero(distances >= half_m)
     return int(time_ns[central[-1]]) if central.size else 0
 

@@ -6,17 +6,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from experiments.judge.frame_copies import FrameCopies
-from netem.media.sensing.settings import SensingSettings
+from netem.media import MediumSettings
+from netem.media.answers import Camera
 from netem.records.events import Event
 from netem.records.signal_table import SignalTable
 
 
 @dataclass(frozen=True)
 class Records:
-    """`signals` by node, those worked out after the run included; `sensing`: the settings of the media of that kind."""
+    """`signals` by node, those worked out after the run included; `sights`: settings of the media that see bodies."""
 
     length_ns: int
     ledger: FrameCopies
     signals: Mapping[str, SignalTable] = field(default_factory=dict)
     events: Sequence[Event] = ()
-    sensing: Mapping[str, SensingSettings] = field(default_factory=dict)
+    sights: Mapping[str, MediumSettings] = field(default_factory=dict)
+
+    def camera(self, medium: str, observer: str) -> Camera:
+        """Of an observer on one of the `sights`."""
+        camera = self.sights[medium].camera(observer)
+        assert camera is not None, f"{medium} shows bodies, and {observer} sees none"
+        return camera

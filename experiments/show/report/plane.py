@@ -3,8 +3,8 @@
 A body is a node, or a [derived.NAME], with signals `x` and `y` in metres; `theta`, `psi`, `yaw` or `heading` in rad
 says where it points. `detection_x` and `detection_y` are where its node saw something last: each new pair is a point.
 Any other pair, `estimate_x` and `estimate_y` or `x_hat` and `y_hat`, is what its node believes.
-Looks are the copies of sensing media, each at its exposure and where its body then was; motion capture, which sees
-without being asked, is none. Where there are too many, those that had the body out of their view are left out.
+Looks are the copies of media with a floor plan, each at its exposure and where its body then was; motion capture, which
+sees without being asked, is none. Where there are too many, those that had the body out of their view are left out.
 """
 
 from __future__ import annotations
@@ -41,20 +41,19 @@ def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
     last_ns = max(data.length_ns, *(int(table.time_ns[-1]) for _, _, table, _ in tracks))
     instants_ns = np.linspace(0, last_ns, MOST_INSTANTS).astype(np.int64)
     instants_ns = np.unique(np.append(instants_ns, np.array(also_ns, dtype=np.int64)).clip(0, last_ns))
-    sensing = {name: medium["settings"] for name, medium in (data.scenario.get("media") or {}).items()
-               if medium.get("kind") == "sensing"}
-    carriers = {observer: carrier for settings in sensing.values()
-                for observer, carrier in (settings.get("cameras") or {}).items()}
+    plans = {name: plan for name, medium in (data.scenario.get("media") or {}).items()
+             if (plan := medium.get("floor_plan")) is not None}
+    carriers = {observer: carrier for plan in plans.values() for observer, carrier in plan["carriers"].items()}
     return {"instants_s": (instants_ns / 1e9).tolist(),
             "bodies": [_track(node, table, columns, instants_ns) for node, _, table, columns in bodies],
             "believed": [_track(f"{node}: {name}", table, columns, instants_ns) | {"body": carriers.get(node, node)}
                          for node, name, table, columns in tracks if name and name != DETECTION],
             "detections": [_points(node, table, columns) | {"body": carriers.get(node, node)}
                            for node, name, table, columns in tracks if name == DETECTION],
-            "views": [view for settings in sensing.values() for view in _views(settings)],
+            "views": [view for plan in plans.values() for view in _views(plan)],
             "obstacles": [{"x": obstacle["at_m"][0], "y": obstacle["at_m"][1], "radius_m": obstacle["radius_m"]}
-                          for settings in sensing.values() for obstacle in settings.get("obstacles") or []],
-            **_looks(data, sensing)}
+                          for plan in plans.values() for obstacle in plan["obstacles"]],
+            **_looks(data, plans)}
 
 
 def _places(table: SignalTable) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -94,19 +93,16 @@ def _plain(values: npt.NDArray[np.float64]) -> list[float | None]:
     return [round(value, DIGITS) if np.isfinite(value) else None for value in values.tolist()]
 
 
-def _views(settings: Mapping[str, Any]) -> Iterator[Json]:
-    if settings.get("range_m") is None:
-        return
-    carriers = settings.get("cameras") or {}
-    for observer, carrier in carriers.items():
-        yield {"observer": observer, "carrier": carrier, "range_m": settings["range_m"],
-               "half_angle_deg": settings.get("half_angle_deg", 180.0)}
+def _views(plan: Json) -> Iterator[Json]:
+    if plan["range_m"] is not None:
+        for observer, carrier in plan["carriers"].items():
+            yield {"observer": observer, "carrier": carrier, "range_m": plan["range_m"],
+                   "half_angle_deg": plan["half_angle_deg"]}
 
 
-def _looks(data: RunData, sensing: Mapping[str, Any]) -> Json:
-    unasked = {(name, receiver) for name, settings in sensing.items()
-               for receiver in settings.get("every_exposure_to") or ()}
-    asked = np.array([medium in sensing and (medium, receiver) not in unasked
+def _looks(data: RunData, plans: Mapping[str, Json]) -> Json:
+    unasked = {(name, receiver) for name, plan in plans.items() for receiver in plan["unasked"]}
+    asked = np.array([medium in plans and (medium, receiver) not in unasked
                       for medium, _, receiver in data.ledger.link.names], dtype=np.bool_)
     if not asked.any():
         return {"looks": [], "looks_total": 0}

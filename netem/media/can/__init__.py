@@ -9,5 +9,6 @@
     error_frame.py, same_identifier.py, fault_confinement.py, bus_off_recovery.py    what goes wrong and what follows
     bit_errors.py          which bits are hit
     messages.py, response_time.py    what a scenario declares, and whether the bus can carry it (Davis et al. 2007)
-    settings.py, bus.py    the keys of a scenario, and the medium
+    settings.py, bus.py    the keys of a scenario, and the medium: queues, arbitration, frames without errors
+    bus_state.py, error_handling.py    what every transmission changes; transmissions in which something can go wrong
 """

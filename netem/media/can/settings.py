@@ -28,6 +28,7 @@ SHORTEST_ERROR_BITS: Final = 1 + 6 + 8 + 3  # SOF, error flag, error delimiter, 
 @dataclass(frozen=True)
 class CanSettings(MediumSettings):
     __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
+    carries_can_frames: ClassVar = True
     bit_rate_bps: int
     data_bit_rate_bps: int | None = None                    # of CAN FD; None: classical CAN only
 
@@ -99,6 +100,9 @@ class CanSettings(MediumSettings):
                 tables.append(Shown(f"{medium}: passed over in {self.dbc.name}", ("message", "why"),
                                     list(passed_over.items())))
         return tables
+
+    def reports_own_frames_to(self, node: str) -> bool:
+        return node in self.own_frames_to
 
     @property
     def clock(self) -> BitClock:

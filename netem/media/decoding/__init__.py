@@ -14,6 +14,7 @@ from netem.media.decoding.on_air import OnAir
 
 class Decoding(Protocol):
     overlaps_matter: bool
+    overlap_loses_both: bool        # whatever their power, wherever both are in range
 
     def fate(self, wanted: OnAir, receiver: str) -> Fate | None:
         """Why `receiver`, who is in range, does not get `wanted`; None if it does."""

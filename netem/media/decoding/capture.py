@@ -23,6 +23,7 @@ from netem.media.decoding.on_air import OnAir
 class Capture:
     capture_db: float
     overlaps_matter = True
+    overlap_loses_both = False
 
     def fate(self, wanted: OnAir, receiver: str) -> Fate | None:
         felt: list[OnAir] = []

@@ -12,6 +12,7 @@ from netem.media.decoding.on_air import OnAir
 
 class Local:
     overlaps_matter = False
+    overlap_loses_both = False
 
     def fate(self, wanted: OnAir, receiver: str) -> Fate | None:
         return None

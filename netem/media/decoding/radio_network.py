@@ -13,6 +13,7 @@ from netem.media.decoding.on_air import OnAir
 
 class RadioNetwork:
     overlaps_matter = True
+    overlap_loses_both = True
 
     def fate(self, wanted: OnAir, receiver: str) -> Fate | None:
         collided = False

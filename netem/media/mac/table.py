@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
+from typing import Final, NamedTuple
 
 from netem.media.mac import CarrierSense, Channel, Mac, StreamFor
 from netem.media.mac.aloha import Aloha
@@ -18,8 +18,13 @@ def _csma(channel: Channel, queue_frames: int, sense: CarrierSense, rng_for: Str
     return Unslotted(channel, queue_frames, sense, rng_for)
 
 
-MACS: Final[dict[str, Callable[[Channel, int, CarrierSense, StreamFor], Mac]]] = {
-    "none": lambda channel, queue_frames, sense, rng_for: NoMac(channel),
-    "aloha": lambda channel, queue_frames, sense, rng_for: Aloha(channel, queue_frames),
-    "csma": _csma,
+class MacKind(NamedTuple):
+    build: Callable[[Channel, int, CarrierSense, StreamFor], Mac]
+    defers: bool = True         # a frame may start later than its program sent it
+
+
+MACS: Final = {
+    "none": MacKind(lambda channel, queue_frames, sense, rng_for: NoMac(channel), defers=False),
+    "aloha": MacKind(lambda channel, queue_frames, sense, rng_for: Aloha(channel, queue_frames)),
+    "csma": MacKind(_csma),
 }

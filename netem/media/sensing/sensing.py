@@ -29,7 +29,7 @@ from netem.core.agenda import TIMER, Agenda
 from netem.core.frame import Frame
 from netem.impairments.correlated_uniforms import SMALLEST, normal_quantile
 from netem.media.links import Links
-from netem.media.observation import MediumObserver
+from netem.media.medium import Medium
 from netem.media.sensing.settings import SensingSettings
 from netem.media.sensing.sight import LOOK, Body, Detection, pack_detection, pack_nothing, unpack_body
 from netem.records.ledger import Ledger
@@ -38,15 +38,13 @@ ORIGIN = Body(0.0, 0.0, 0.0, 0.0)
 COUNTERS = ("unreadable frames", "poses between exposures", "exposures without the camera's pose")
 
 
-class Sensing:
+class Sensing(Medium):
     Settings = SensingSettings
 
     def __init__(self, name: str, settings: SensingSettings, nodes: Iterable[str], agenda: Agenda, ledger: Ledger,
                  links: Links, rng_for: Callable[[str], Random]) -> None:
-        nodes = tuple(nodes)
-        settings.check_nodes(nodes)
-        self.name = name
-        self.signals: Sequence[tuple[str, str]] = ()
+        super().__init__(name, nodes)
+        settings.check_nodes(self.nodes)
         self._settings = settings
         self._view = settings.view
         self._agenda, self._ledger, self._links, self._rng_for = agenda, ledger, links, rng_for
@@ -55,10 +53,10 @@ class Sensing:
         self._looking: dict[int, set[str]] = {}                 # by exposure, who asked
         self._waiting: list[int] = []                           # exposures that are still to be evaluated, in order
         self._numbers: Counter[str] = Counter()
-        self._counters = {node: Counter(dict.fromkeys(COUNTERS, 0)) for node in nodes}
+        self._counters = {node: Counter(dict.fromkeys(COUNTERS, 0)) for node in self.nodes}
 
-    def observe(self, observer: MediumObserver) -> None:
-        """There are no events: a body out of view is a fate in the ledger."""
+    def links(self, until_ns: int) -> Sequence[tuple[str, str]]:
+        return [*super().links(until_ns), *((node, node) for node in self._settings.links_to_themselves())]
 
     def counters(self) -> Mapping[str, Mapping[str, int]]:
         return self._counters

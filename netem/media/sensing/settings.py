@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite
 from typing import ClassVar
 
 from netem.media import MediumSettings
+from netem.media.answers import Camera, FloorPlan, ShownPose
 from netem.media.sensing.field_of_view import FieldOfView, Obstacle
 from netem.topology import REFUSE_UNKNOWN_KEYS
 
@@ -42,6 +43,20 @@ class SensingSettings(MediumSettings):
     @property
     def view(self) -> FieldOfView:
         return FieldOfView(inf if self.range_m is None else self.range_m, self.half_angle_deg, self.obstacles)
+
+    def links_to_themselves(self) -> Sequence[str]:
+        return self.fixed_cameras
+
+    def poses(self) -> Mapping[str, ShownPose]:
+        return {name: ShownPose(self.exposure_period_ns, outputs) for name, outputs in self.bodies.items()}
+
+    def camera(self, observer: str) -> Camera:
+        carrier = self.cameras.get(observer, observer)
+        carried = carrier in self.bodies and observer not in self.fixed_cameras
+        return Camera(carrier if carried else None, self.view, self.exposure_period_ns, self.latency_ns, self.noise_m)
+
+    def floor_plan(self) -> FloorPlan:
+        return FloorPlan(self.cameras, self.every_exposure_to, self.range_m, self.half_angle_deg, self.obstacles)
 
     def check_nodes(self, nodes: Sequence[str]) -> None:
         """Raise ValueError, one line a mistake, for names that are not those of `nodes` and for missing cameras."""

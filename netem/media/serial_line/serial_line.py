@@ -18,7 +18,7 @@ corrupt. Not modelled: flow control, framing and parity errors (noise is an impa
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from random import Random
 from typing import Final
 
@@ -26,7 +26,7 @@ from netem.core.agenda import Agenda
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.media.links import Links
-from netem.media.observation import MediumObserver
+from netem.media.medium import Medium
 from netem.media.serial_line.settings import SerialLineSettings
 from netem.media.serial_line.transmitter import Transmitter
 from netem.records.ledger import Ledger
@@ -34,15 +34,14 @@ from netem.records.ledger import Ledger
 COUNTERS: Final = ("bytes sent", "bytes refused")
 
 
-class SerialLine:
+class SerialLine(Medium):
     Settings = SerialLineSettings
 
     def __init__(self, name: str, settings: SerialLineSettings, nodes: Iterable[str], agenda: Agenda, ledger: Ledger,
                  links: Links, rng_for: Callable[[str], Random]) -> None:
-        ends = tuple(nodes)
+        super().__init__(name, nodes)
+        ends = self.nodes
         settings.check_nodes(ends)
-        self.name = name
-        self.signals: Sequence[tuple[str, str]] = ()
         self._ledger, self._links = ledger, links
         self._other = {ends[0]: ends[1], ends[1]: ends[0]}
         self._transmitters = {end: Transmitter(settings.clock, settings.buffer_bytes) for end in ends}
@@ -52,9 +51,6 @@ class SerialLine:
         self._mask = (1 << settings.data_bits) - 1
         self._numbers: Counter[str] = Counter()
         self._counters: dict[str, Counter[str]] = {end: Counter(dict.fromkeys(COUNTERS, 0)) for end in ends}
-
-    def observe(self, observer: MediumObserver) -> None:
-        """There are no events: a full buffer is a fate in the ledger."""
 
     def counters(self) -> Mapping[str, Mapping[str, int]]:
         """Bytes by end of the line, under names that carry the line's."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
 
 from netem.media import MediumSettings
+from netem.media.answers import SerialFormat
 from netem.media.serial_line.byte_clock import ByteClock
 from netem.topology import REFUSE_UNKNOWN_KEYS
 
@@ -41,6 +42,9 @@ class SerialLineSettings(MediumSettings):
     @property
     def clock(self) -> ByteClock:
         return ByteClock(self.baud_bps, 1 + self.data_bits + (self.parity != "none") + self.stop_bits)
+
+    def serial_format(self) -> SerialFormat:
+        return SerialFormat(self.clock, self.chunk_bytes)
 
     @staticmethod
     def check_nodes(nodes: Sequence[str]) -> None:

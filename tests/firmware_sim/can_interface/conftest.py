@@ -25,7 +25,7 @@ from netem.transport.hosts import InlineHost
 from netem.wire.messages import Grant
 
 SECOND_NS = 1_000_000_000
-KINDS = {"can0": "can", "can1": "can", "radio": "broadcast_radio"}
+CAN_BUSES = ("can0", "can1")
 
 
 @dataclass
@@ -38,7 +38,8 @@ class Robots:
               own_frames: Sequence[str] = (), **clock: Any) -> BlockingNode:
         node = BlockingNode(name, ports)
         board = Board(node, LocalClock(ClockSettings(**clock), node.env.time_ns), None, {}, Random(f"7/{name}"))
-        node.program = BlockingProgram(board, lambda: function, {}, {port: KINDS[port] for port in ports}, own_frames)
+        buses = [port for port in ports if port in CAN_BUSES]
+        node.program = BlockingProgram(board, lambda: function, {}, buses, own_frames)
         self.programs.append(node.program)
         node.program.begin()
         return node

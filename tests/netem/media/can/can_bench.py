@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from random import Random
 from typing import Any
@@ -54,6 +54,11 @@ class CanBench:
         self.bus.finish(self.end_ns)
         self.ledger.finish(end_ns=self.end_ns)
         return self
+
+    @property
+    def counted(self) -> Mapping[str, int]:
+        """Counters of the bus itself."""
+        return self.bus.counters()["can"]
 
     def rows(self, sender: str | None = None, receiver: str | None = None) -> list[dict[str, Any]]:
         named = [dict(zip(COLUMNS, row, strict=True)) for row in self.ledger.rows]

@@ -59,7 +59,7 @@ def test_one_inverted_bit_anywhere(data: st.DataObject, frame: CanFrame, tec: in
                               {0: hit}, bits=900, errors_before={"a": (tec, 0), "b": (0, rec)})
 
     assert len(stations["a"].sent) == 2
-    assert bench.bus.error_frames == 1
+    assert bench.counted["error_frames"] == 1
 
 
 @pytest.mark.parametrize("extended", [False, True])
@@ -100,10 +100,10 @@ def test_one_identifier_from_two_nodes_at_once(one: CanFrame, other: bytes) -> N
     bench, stations = compare({"a": [(0, one)], "b": [(0, twin)], "c": []}, {}, bits=450)
 
     if one.data == other:
-        assert len(stations["c"].taken) == bench.bus.transmissions == 1
+        assert len(stations["c"].taken) == bench.counted["transmissions"] == 1
         assert bench.kinds() == ["same frame"]
     else:
-        assert bench.bus.collisions == bench.bus.error_frames == bench.bus.transmissions > 1
+        assert bench.counted["collisions"] == bench.counted["error_frames"] == bench.counted["transmissions"] > 1
         assert bench.kinds("a")[0] == bench.kinds("b")[0] == "same identifier"
 
 

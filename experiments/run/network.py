@@ -1,0 +1,74 @@
+"""The network of a run: the media of a scenario, the impairments on their links, and the logs that media write.
+
+    scenario.media --MEDIA--> media --received copies--> links --scenario.impairments--> nodes
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from experiments.scenario.impairment_kind import impairment_class
+from experiments.scenario.model import Scenario, positions
+from netem.core.agenda import Agenda
+from netem.core.link_name import LinkName
+from netem.core.random_streams import stream
+from netem.impairments import Impairment
+from netem.impairments.construct import construct_impairment
+from netem.impairments.recordings import Recordings
+from netem.impairments.window import Window
+from netem.media.links import Deliver, Links
+from netem.media.medium import Medium
+from netem.media.observation import MediumObserver
+from netem.media.table import MEDIA
+from netem.records.events import Event
+from netem.records.ledger import Ledger
+from netem.records.signals import SignalRecorder
+
+
+class Network:
+    def __init__(self, scenario: Scenario, agenda: Agenda, ledger: Ledger, deliver: Deliver, folder: Path) -> None:
+        links = Links(ledger, deliver, _pipelines(scenario))
+        self.media: dict[str, Medium] = {
+            name: MEDIA[spec.kind](name, spec.settings, positions(spec.nodes, scenario.agents), agenda, ledger, links,
+                                   partial(stream, scenario.seed)) for name, spec in scenario.media.items()}
+        self.logs = [log for medium in self.media.values() for log in medium.open_logs(folder, scenario.length_ns)]
+
+    def observe(self, signals: SignalRecorder, event: Callable[[Event], None]) -> None:
+        """Record what the media sample in `signals`, and hand each of their events to `event`."""
+        for name, medium in self.media.items():
+            if medium.signals:
+                signals.declare(name, medium.signals)
+            medium.observe(MediumObserver(event, signals.append))
+
+    def changes_ns(self, until_ns: int) -> dict[str, Sequence[int]]:
+        return {name: medium.changes_ns(until_ns) for name, medium in self.media.items()}
+
+    def add_counters(self, counters: dict[str, dict[str, int]]) -> None:
+        """Add those of the media to `counters` by node; what a medium counts of itself stands under its name."""
+        for medium in self.media.values():
+            for node, found in medium.counters().items():
+                own = counters.setdefault(node, {})
+                for name, count in found.items():
+                    own[name] = own.get(name, 0) + count
+
+    def finish(self, end_ns: int) -> None:
+        for medium in self.media.values():
+            medium.finish(end_ns)
+
+
+def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
+    """Each directed link's own impairments in the order of the scenario, each with its own random stream."""
+    pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
+    recordings = Recordings()
+    for spec in scenario.impairments:
+        kind = impairment_class(spec.kind, scenario.folder)
+        for link in spec.links:
+            place = f"{spec.called}/{link[0]}: {link[1]} -> {link[2]}"
+            impairment: Any = construct_impairment(kind, spec.fields, stream(scenario.seed, place), recordings)
+            if spec.windows_ns:
+                impairment = Window(impairment, spec.windows_ns)
+            pipelines.setdefault(link, []).append((f"{spec.called} {spec.kind}", impairment))
+    return pipelines

@@ -1,0 +1,246 @@
+"""Transmissions in which something can go wrong: bit errors, no acknowledgement, one identifier at two nodes, bus-off.
+
+    arbitration won --outcome--> got through, or destroyed by an error frame --error counters--> states, recovery
+
+Everything about a transmission is settled at its start. Of several senders the ones that are `left` send to its end,
+those `silenced` stop at a bit that they see inverted. A destroyed frame stays in its queue.
+
+`quiet` says that no controller has errors pending and that none can occur: then the bus does not come here.
+Source: ISO 11898-1:2015, 10.11 to 12.1; the files that this one puts together name the clauses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Final
+
+from netem.core.agenda import TIMER, Agenda
+from netem.core.fate import Fate
+from netem.core.frame import Frame
+from netem.media.can.attempt import Outcome, bits_to, outcome
+from netem.media.can.bit_errors import BitErrors
+from netem.media.can.bit_sequence import bit_sequence
+from netem.media.can.bus_off_recovery import BusOffRecovery
+from netem.media.can.bus_state import BusState
+from netem.media.can.controller import Controller
+from netem.media.can.controller_message import state_message
+from netem.media.can.encoded_frame import EncodedFrame, encode_frame
+from netem.media.can.error_frame import ERROR_DELIMITER_BITS
+from netem.media.can.fault_confinement import State
+from netem.media.can.frame import ERROR_STATE
+from netem.wire.instants import NEVER_NS
+
+RECESSIVE_END_BITS: Final = 8               # ACK delimiter and EOF, or error delimiter
+
+
+class ErrorHandling:
+    """`arm` sets the next arbitration, unless an earlier one is set."""
+
+    def __init__(self, state: BusState, errors: BitErrors, agenda: Agenda, arm: Callable[[int], None]) -> None:
+        self.error_frames = 0
+        self.collisions = 0
+        self.quiet = self._safe = len(state.controllers) > 1 and not errors.possible
+        self.next_recovery_ns = NEVER_NS    # of one that tells its node
+        self._state, self._errors, self._agenda, self._arm = state, errors, agenda, arm
+        self._settings, self._links, self._ledger = state.settings, state.links, state.ledger
+        self._controllers, self._waiting = state.controllers, state.waiting
+        self._timeline, self._load, self._events = state.timeline, state.load, state.events
+
+    def attempt(self, senders: Sequence[Controller], now_ns: int) -> None:
+        """`senders` won the same arbitration, mostly one."""
+        lengths = [_as_sent(sender) for sender in senders]
+        others = [controller for controller in self._controllers.values()
+                  if controller not in senders and not controller.bus_off]
+        first = lengths[0]
+        hit_bit = self._errors.first_hit(self._state.transmissions, now_ns, first.nominal_bits + first.data_bits)
+        self._state.transmissions += 1
+        rivals = [] if hit_bit is None else self._rivals(senders, first, hit_bit, now_ns)
+        found = outcome(lengths, [sender.faults.passive for sender in senders], hit_bit, acknowledged=bool(others),
+                        rivals_passive=all(rival.faults.passive for rival in rivals))
+        others = [other for other in others if other not in rivals]
+        left = [senders[number] for number in found.left] + rivals
+        silenced = [senders[number] for number in found.silenced]
+        if found.clashed:
+            self.collisions += 1
+            self._events.same_identifier(senders, first.data, now_ns)
+            for sender in senders:
+                sender.counters["collisions"] += 1
+        encoded = lengths[found.left[0]]
+        if found.error is None:
+            run_ns = self._got_through(left, silenced, others, encoded, now_ns)
+        else:
+            run_ns = self._destroyed(left, silenced, others, encoded, found, now_ns)
+        lost = found.error is not None and found.error.sender_receives
+        for sender in (*senders, *rivals):
+            if sender.faults.passive and not lost:
+                sender.ready_ns = self._timeline.resume_ns
+            elif sender.bus_off:
+                self._went_bus_off(sender, run_ns)
+        for controller in self._controllers.values():
+            if controller.recovery is not None:
+                controller.recovery.interrupted(now_ns, run_ns)
+                self._await_recovery(controller)
+        self._settle()
+
+    def _rivals(self, senders: Sequence[Controller], first: EncodedFrame, hit_bit: int,
+                now_ns: int) -> list[Controller]:
+        """Who contends with the senders and has sent the same bits so far, up to and including one that is hit."""
+        bits = bit_sequence(first.data).bits[:hit_bit + 1]
+        return [rival for rival in self._waiting.values() if rival not in senders and rival.ready_ns <= now_ns
+                and bit_sequence(_as_sent(rival).data).bits[:hit_bit + 1] == bits]
+
+    def _got_through(self, left: Sequence[Controller], silenced: Sequence[Controller], others: Sequence[Controller],
+                     encoded: EncodedFrame, now_ns: int) -> int:
+        """Returns the start of the recessive run at the end."""
+        lead, *twins = left
+        frame = self._state.take(lead)
+        frame.data = encoded.data
+        taken_ns = self._state.carry(frame, encoded, now_ns)
+        self._hand_over(lead, frame, others, taken_ns)
+        lead.retransmissions.pop(frame.number, None)
+        if lead.hears_itself:
+            self._links.receive(frame, lead.name, frame.end_ns, checksum=True)
+        for twin in twins:
+            self._twin_got_through(twin, lead, frame)
+        for sender in left:
+            sender.unacknowledged = False
+            self._count(sender, sender.faults.sent, frame.end_ns)
+        for sender in silenced:
+            sender.counters["transmit_errors"] += 1
+            self._count(sender, sender.faults.transmit_error, frame.end_ns)
+        for other in others:
+            self._count(other, other.faults.received, taken_ns)
+        for log in self._state.logs:
+            log.frame(taken_ns, frame.data)
+        return frame.end_ns - self._timeline.clock.whole_ns(RECESSIVE_END_BITS)
+
+    def _hand_over(self, lead: Controller, frame: Frame, others: Sequence[Controller], taken_ns: int) -> None:
+        """Every other node's copy of a frame that those who took part have taken."""
+        taking = {other.name for other in others}
+        again = lead.retransmissions.get(frame.number, 0)
+        if again:
+            self._ledger.expect(len(lead.receivers), self._state.name)
+        for receiver in lead.receivers:
+            if receiver in taking:
+                self._links.receive(frame, receiver, taken_ns, checksum=True, copy=again)
+            elif self._controllers[receiver].bus_off:
+                self._ledger.close(frame, receiver, Fate.BUS_OFF, copy=again, cause="receiver")
+            else:
+                self._ledger.close(frame, receiver, Fate.DEAF, copy=again, cause="sent the same identifier")
+
+    def _twin_got_through(self, twin: Controller, lead: Controller, carried: Frame) -> None:
+        """A frame with the same bits to the last one: on the bus there was only one."""
+        frame = self._state.take(twin)
+        frame.on_air_ns, frame.end_ns = carried.on_air_ns, carried.end_ns
+        for receiver in twin.receivers:
+            if frame.number not in twin.retransmissions:
+                self._ledger.close(frame, receiver, Fate.COLLIDED, cause=f"same bits as a frame of {lead.name}")
+        twin.retransmissions.pop(frame.number, None)
+        if twin.hears_itself:
+            self._links.receive(frame, twin.name, frame.end_ns, checksum=True)
+        self._events.same_frame(twin, lead, frame.data, frame.on_air_ns)
+
+    def _destroyed(self, left: Sequence[Controller], silenced: Sequence[Controller], others: Sequence[Controller],
+                   encoded: EncodedFrame, found: Outcome, now_ns: int) -> int:
+        """An error frame ends the transmission; its frames stay in their queues. Returns where the error delimiter
+        begins."""
+        error, timeline, clock = found.error, self._timeline, self._timeline.clock
+        assert error is not None
+        nominal_bits, data_bits = bits_to(bit_sequence(encoded.data), error)
+        flag_ticks = timeline.start(now_ns) + nominal_bits * clock.nominal + data_bits * clock.data
+        delimiter_ticks = flag_ticks + error.flag_bits * clock.nominal
+        end_ticks = delimiter_ticks + ERROR_DELIMITER_BITS * clock.nominal
+        timeline.busy_until(end_ticks)
+        self._load.busy(now_ns, timeline.free_ns)
+        error_ns = timeline.instant(flag_ticks)
+        for sender in left:
+            frame = sender.queue.waiting[0][2]
+            frame.on_air_ns, frame.end_ns = now_ns, timeline.instant(end_ticks)
+        if error.received:
+            frame = left[0].queue.waiting[0][2]
+            frame.data = encoded.data
+            self._hand_over(left[0], frame, others, timeline.instant(flag_ticks - clock.nominal))
+            left[0].retransmissions[frame.number] = left[0].retransmissions.get(frame.number, 0) + 1
+        self._count_errors(left, silenced, others, found, error_ns)
+        for sender in left:
+            if not found.unacknowledged:
+                self._events.error_frame(sender, encoded.data, error, error_ns)
+            else:
+                sender.counters["no_acknowledgement"] += 1
+                if not sender.unacknowledged:
+                    self._events.unacknowledged(sender, encoded.data, error_ns)
+                sender.unacknowledged = True
+        for log in self._state.logs:
+            log.error_frame(error_ns)
+        return timeline.instant(delimiter_ticks)
+
+    def _count_errors(self, left: Sequence[Controller], silenced: Sequence[Controller], others: Sequence[Controller],
+                      found: Outcome, error_ns: int) -> None:
+        error = found.error
+        assert error is not None
+        self.error_frames += 1
+        for sender in left:
+            sender.counters["transmit_errors"] += 1
+            if error.sender_counts:
+                self._count(sender, sender.faults.transmit_error, error_ns)
+            elif error.sender_receives:
+                self._count(sender, sender.faults.receive_error, error_ns)
+        for sender in silenced:
+            sender.counters["transmit_errors"] += 1
+            self._count(sender, sender.faults.transmit_error, error_ns)
+        for other in others:
+            if error.acknowledged:
+                self._count(other, other.faults.received, error_ns)
+            if error.receivers_count:
+                self._count(other, other.faults.receive_error, error_ns)
+
+    def _count(self, controller: Controller, event: Callable[[], None], time_ns: int) -> None:
+        """Change the controller's error counters, and tell a change of state."""
+        before = controller.faults.state
+        event()
+        state = controller.faults.state
+        if state is not before:
+            controller.counters[state.name.lower()] += 1
+            self._events.state(controller, time_ns)
+            if controller.name in self._settings.error_messages_to:
+                told_ns = time_ns if before is State.BUS_OFF else self._timeline.free_ns
+                self._links.tell(controller.name, self._state.name, told_ns, state_message(controller.faults, before))
+
+    def _went_bus_off(self, controller: Controller, run_ns: int) -> None:
+        self._waiting.pop(controller.name, None)
+        if self._settings.at_bus_off == "drop":
+            for frame in controller.queue.drain():
+                self._state.drop(controller, frame, Fate.BUS_OFF, "sender")
+        controller.recovery = BusOffRecovery(self._timeline.clock, run_ns + self._settings.restart_delay_ns, run_ns)
+
+    def _await_recovery(self, controller: Controller) -> None:
+        if self._settings.recovery == "automatic" and controller.recovery is not None:
+            due_ns = controller.recovery.due_ns()
+            self._agenda.at(due_ns, TIMER, controller.name, partial(self._recover, controller, due_ns))
+
+    def _settle(self) -> None:
+        """Recompute whether the error-free path applies, and the next recovery."""
+        self.quiet = self._safe and all(controller.faults.calm for controller in self._controllers.values())
+        if self._settings.error_messages_to and self._settings.recovery == "automatic":
+            self.next_recovery_ns = min((controller.recovery.due_ns() for controller in self._controllers.values()
+                                         if controller.recovery is not None), default=NEVER_NS)
+
+    def _recover(self, controller: Controller, due_ns: int) -> None:
+        if controller.recovery is None or controller.recovery.due_ns() != due_ns:
+            return                          # frames have come in between
+        controller.recovery = None
+        controller.unacknowledged = False
+        self._count(controller, controller.faults.recovered, due_ns)
+        self._settle()
+        if controller.queue:
+            self._waiting[controller.name] = controller
+            self._arm(max(due_ns, self._timeline.free_ns))
+
+
+def _as_sent(sender: Controller) -> EncodedFrame:
+    """The frame at the head of the queue; a CAN FD frame says that its sender is error-passive."""
+    encoded = sender.queue.waiting[0][3]
+    if not (encoded.fd and sender.faults.passive) or encoded.data[5] & ERROR_STATE:
+        return encoded
+    return encode_frame(encoded.data[:5] + bytes((encoded.data[5] | ERROR_STATE,)) + encoded.data[6:])
