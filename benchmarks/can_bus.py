@@ -103,7 +103,7 @@ def inline_s(frames: int, *, firm: bool) -> float:
     conductor = Conductor(Agenda(), host, end_ns)
     ledger = Ledger()
     bus = CanBus("can", CanSettings(1_000_000), NODES, conductor.agenda, ledger,
-                 Links(ledger, conductor.deliver, {}, end_ns), Random)
+                 Links(ledger, conductor.deliver, {}), Random)
     conductor.admit(host.start(), {"can": bus})
     start_s = thread_time()
     conductor.run()

@@ -33,6 +33,7 @@ from firmware_sim.old_names import renamed
 from fmus.plant import InputGroup, OutputGroup, Plant
 from netem.node.node import Node, Port
 from netem.wire.instants import NEVER_NS
+from netem.wire.level import Level
 
 MAX_WAITS_AT_ONE_INSTANT: Final = 100_000
 
@@ -201,13 +202,13 @@ class Board:
         """Record several signals whose values `read()` gives together."""
         self._node.signals(signals_and_units, read)
 
-    def event(self, kind: str, detail: str = "") -> None:
+    def event(self, kind: str, detail: str = "", level: Level = Level.INFO) -> None:
         """A line in the records of the run, with the time of now."""
-        self._node.event(kind, detail)
+        self._node.event(kind, detail, level)
 
     def warn(self, kind: str, detail: str = "") -> None:
         """An event that the summary and the report show as a warning."""
-        self._node.event(kind, detail)
+        self._node.warn(kind, detail)
 
     def parameter(self, name: str) -> Any:
         """What the scenario gives in this robot's `parameters`, times in ns; UnknownName if it is not there."""

@@ -66,7 +66,8 @@ class AerialCompanion:
         self._pursuer = settings.pursuer()
         self._vehicle = Companion(MavlinkLink(SYSTEM, COMPONENT), again_ns=settings.retry_ns)
         self._plan = FlightPlan(self._vehicle, settings.height_m, (
-            ("LOCAL_POSITION_NED", settings.position_every_ns), ("ATTITUDE", settings.attitude_every_ns)), board.event)
+            ("LOCAL_POSITION_NED", settings.position_every_ns), ("ATTITUDE", settings.attitude_every_ns)), board.event,
+            board.warn)
         self._view = board.port(own.view, self._see, listen_only=True)
         self._link = board.port(own.link, self._hear, listen_only=True)
         self._schedule = Periodic(settings.step_ns, settings.offset_ns)
@@ -107,7 +108,7 @@ class AerialCompanion:
         elif isinstance(sight, NothingSeen):
             self._board.count("looks that saw nothing")
             if self._in_view:
-                self._board.event("nothing in view", f"in the exposure of {sight.exposed_ns * 1e-9:.3f} s")
+                self._board.warn("nothing in view", f"in the exposure of {sight.exposed_ns * 1e-9:.3f} s")
             self._in_view = False
         elif sight.name == self._target:
             self._in_view = True
@@ -167,7 +168,7 @@ class AerialCompanion:
                 counted = pursuer.detected(now_ns, seen_ns, place, own)
             except ValueError as error:
                 board.count("detections refused")
-                board.event("detection refused", str(error))
+                board.warn("detection refused", str(error))
                 continue
             board.count("detections" if counted else "detections too late")
             if pursuer.seen_ns != before_ns:

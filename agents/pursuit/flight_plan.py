@@ -46,6 +46,7 @@ class FlightPlan:
     height_m: float
     streams_ns: Sequence[tuple[str, int]]           # message and its interval; 0: none
     event: Callable[[str, str], None] = lambda kind, detail: None
+    warn: Callable[[str, str], None] = lambda kind, detail: None
     phase: Phase = field(default=Phase.CONNECT, init=False)
     _since_ns: int = field(default=0, init=False)   # of the phase
     _waits_ns: int = field(default=0, init=False)   # until then
@@ -105,7 +106,7 @@ class FlightPlan:
         phase = self.phase
         if result is not CommandResult.ACCEPTED:
             said = "unanswered" if result is None else result.name.lower().replace("_", " ")
-            self.event("order failed", f"{phase.value}: {said}")
+            self.warn("order failed", f"{phase.value}: {said}")
             self._waits_ns = now_ns + AGAIN_NS
         elif phase is Phase.SET_UP:
             self._set_up += 1

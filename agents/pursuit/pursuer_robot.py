@@ -110,7 +110,7 @@ class PursuerRobot:
             counted = self._pursuer.detected(self._board.now_ns, seen_ns, place, (pose.x_m, pose.y_m))
         except ValueError as error:
             board.count("detections refused")
-            board.event("detection refused", str(error))
+            board.warn("detection refused", str(error))
             return
         if not counted:
             board.count("detections too late")

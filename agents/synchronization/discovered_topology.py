@@ -101,7 +101,7 @@ class DiscoveredTopology:
         outcome = self._discovery.finish(self._discovery.end_cycle)
         if isinstance(outcome, Incomplete):
             self._board.count("incomplete discoveries")
-            self._board.event("incomplete discovery", str(outcome))
+            self._board.warn("incomplete discovery", str(outcome))
             return None
         self._neighbours = frozenset(neighbours(outcome.laplacian)[self._number])
         return outcome.laplacian

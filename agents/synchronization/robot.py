@@ -175,7 +175,7 @@ class SyncRobot:
         self._heard.clear()
         self._source.fell_back()
         self._board.count("fallbacks")
-        self._board.event("fell back", f"to the slots of the start: {why}")
+        self._board.warn("fell back", f"to the slots of the start: {why}")
 
     def _disturb(self, value: float) -> None:
         self._omega = value
@@ -214,14 +214,14 @@ class SyncRobot:
             return
         self._board.count("values too old")
         if self._watch.is_news(sender, age_ns):
-            self._board.event("assumption violated", f"{self._team.names[sender]}'s value is {age_ns} ns old when "
+            self._board.warn("assumption violated", f"{self._team.names[sender]}'s value is {age_ns} ns old when "
                                    f"it comes: expected less than {slot_ns} ns, the slot length")
 
     def _report_own_slots(self) -> None:
         """A slot length that the author chose may be longer than what is certified."""
         slot_ns, certified_ns = self._schedule.slot_ns, self._certified_ns
         if 0 < certified_ns < slot_ns:
-            self._board.event("assumption violated", f"slots of {slot_ns} ns, as team.slot_us says: expected at "
+            self._board.warn("assumption violated", f"slots of {slot_ns} ns, as team.slot_us says: expected at "
                                    f"most {certified_ns} ns, which (6.20) certifies")
 
     def _synchronize(self, frame: SyncFrame) -> None:

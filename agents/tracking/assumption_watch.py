@@ -21,6 +21,8 @@ class BoardLike(Protocol):
 
     def event(self, kind: str, detail: str) -> None: ...
 
+    def warn(self, kind: str, detail: str) -> None: ...
+
 
 class AssumptionWatch:
     def __init__(self, board: BoardLike, policy: str) -> None:
@@ -34,7 +36,7 @@ class AssumptionWatch:
             if violation.assumption not in self._broken:
                 self._broken.add(violation.assumption)
                 self._board.count("violated assumptions")
-                self._board.event("assumption violated", str(violation))
+                self._board.warn("assumption violated", str(violation))
                 if violation.assumption is Assumption.SMALL_GAIN:
                     self._board.event("gain product", f"{violation.value:.6g}: {violation.text}")
 

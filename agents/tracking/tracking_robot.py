@@ -149,7 +149,7 @@ class TrackingRobot:
             decision = self._policy.decide(measured_ns, self._x, state.inputs)
         except ValueError as error:
             board.count("refused measurements")
-            board.event("refused measurement", str(error))
+            board.warn("refused measurement", str(error))
             return
         self._latest = decision
         self._watch.judge((*input_violations(measured_ns, state.inputs, LIMITS, self._gains),

@@ -67,7 +67,7 @@ def run(task: Task, variant: str = "zenoh", limit_s: float = 120.0) -> Figure:
             for index in range(task.nodes)}, logs=Path(folder) / "logs", timeout_s=limit_s)
         conductor = Conductor(Agenda(), host, end_ns)
         ledger = Ledger()
-        links = Links(ledger, conductor.deliver, {}, end_ns)
+        links = Links(ledger, conductor.deliver, {})
         try:
             conductor.admit(host.start(), {MEDIUM: RingLink(task.nodes, WINDOW_NS, links, ledger)})
             conductor.run()

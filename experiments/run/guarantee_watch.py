@@ -85,7 +85,7 @@ class GuaranteeWatch:
         records = Records(reached_ns, ledger, self._signals(), self._recorder.events, sights)
         outcomes = judge(self._scenario.guarantees, records)
         for event in events(outcomes):
-            self._recorder.event(event.time_ns, event.node, event.kind, event.detail, event.level)
+            self._recorder.event(event)
         write_whole(folder / "guarantees.json", msgspec.json.encode(outcomes))
         self.standings = [outcome.standing for outcome in outcomes]
 

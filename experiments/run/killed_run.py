@@ -100,8 +100,7 @@ def _signals(folder: Path, names: dict[str, str], recording: Recording) -> None:
             for time_ns, values in zip(table.time_ns.tolist(), table.values.tolist(), strict=True):
                 recorder.append(node, time_ns, values)
         for event in recording.events:
-            recorder.event(event.time_ns, event.node, event.kind, event.detail, event.level,
-                           wall_clock=event.wall_clock)
+            recorder.event(event)
         recorder.finish(names, (folder / "scenario.json").read_bytes())
         draft.replace(path)
     finally:

@@ -23,19 +23,20 @@ from netem.media.links import Deliver, Links
 from netem.media.medium import Medium
 from netem.media.observation import MediumObserver
 from netem.media.table import MEDIA
+from netem.records.events import Event
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder
 
 
 class Network:
     def __init__(self, scenario: Scenario, agenda: Agenda, ledger: Ledger, deliver: Deliver, folder: Path) -> None:
-        links = Links(ledger, deliver, _pipelines(scenario), scenario.length_ns)
+        links = Links(ledger, deliver, _pipelines(scenario))
         self.media: dict[str, Medium] = {
             name: MEDIA[spec.kind](name, spec.settings, positions(spec.nodes, scenario.agents), agenda, ledger, links,
                                    partial(stream, scenario.seed)) for name, spec in scenario.media.items()}
         self.logs = [log for medium in self.media.values() for log in medium.open_logs(folder, scenario.length_ns)]
 
-    def observe(self, signals: SignalRecorder, event: Callable[[int, str, str, str], None]) -> None:
+    def observe(self, signals: SignalRecorder, event: Callable[[Event], None]) -> None:
         """Record what the media sample in `signals`, and hand each of their events to `event`."""
         for name, medium in self.media.items():
             if medium.signals:

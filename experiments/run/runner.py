@@ -29,7 +29,6 @@ from experiments import CODE
 from experiments.judge.metrics import evaluate
 from experiments.judge.run_data import load_run
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
-from experiments.run.event_levels import level_of
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
 from experiments.run.network import Network
@@ -53,6 +52,7 @@ from netem.emulator.conductor import Conductor, Recorders
 from netem.gateways.pace import Pace
 from netem.gateways.udp import UdpGateway
 from netem.node.outside_guard import OutsideGuard
+from netem.records.events import Event
 from netem.records.events_file import write_events
 from netem.records.ledger import Ledger, LedgerResult
 from netem.records.part_file import reopen_standard_files, write_whole
@@ -63,6 +63,7 @@ from netem.transport.hosts import Host, InlineHost
 from netem.transport.process_host import ProcessHost
 from netem.transport.zenoh_session import ENTRANCES
 from netem.wire.errors import Interrupted, NodeFailure
+from netem.wire.level import Level
 from netem.wire.messages import Hello
 
 HostName = Literal["process", "inline"]
@@ -163,13 +164,15 @@ class _Run:
         self.metadata = names
         self.agenda = Agenda()
         self.specifications = node_specifications(scenario)
-        self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names)
+        self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names,
+                             passed_ns=lambda: self.conductor.passed_ns)
         self.signals = SignalRecorder(self.folder / "signals.mcap")
         self.guarantees = GuaranteeWatch(scenario, self.signals)
         self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
                           under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
-                                   Recorders(self.guarantees.sample, self._event), self._progress)
+                                   Recorders(self.guarantees.sample, self.signals.event, self.ledger.receiver_gone),
+                                   self._progress)
         self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.folder)
         if real_time:
             gateways = [UdpGateway(spec.name, spec.medium, spec.listen, spec.peer, event=self._gateway_event)
@@ -198,7 +201,8 @@ class _Run:
             self.ended_s = time.monotonic()
             self.network.finish(self.conductor.end_ns)
             if self.conductor.ended_by:
-                self._event(self.conductor.ended_by, self.conductor.end_ns, "run ended", self.conductor.ended_because)
+                self.signals.event(Event(self.conductor.end_ns, self.conductor.ended_by, "run ended",
+                                         self.conductor.ended_because))
         except BaseException as error:
             self._fails(error)
         self._leave_if_forked()
@@ -226,7 +230,7 @@ class _Run:
         reached_ns = self.conductor.end_ns if self.failure is None else self.conductor.reached_ns
         for log in self.network.logs:
             self._step(log.finish)
-        self._step(self._finish_ledger)
+        self._step(lambda: self._finish_ledger(reached_ns))
         self._step(lambda: self.guarantees.judge(self.folder, reached_ns))
         self._step(lambda: write_events(self.folder / "ledger_events.parquet", self.signals.events))
         self._step(lambda: self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved())))
@@ -256,9 +260,10 @@ class _Run:
         if self.failure is None:
             self.failure = error
 
-    def _finish_ledger(self) -> None:
+    def _finish_ledger(self, reached_ns: int) -> None:
         complete = self.failure is None
-        self.result = self.ledger.finish(complete=False)        # its counts, also where the file cannot be written
+        ended_ns = reached_ns if complete else self.conductor.passed_ns
+        self.result = self.ledger.finish(end_ns=ended_ns, complete=False)   # its counts, also if the disk is full
         if complete:
             self.ledger.finish()
 
@@ -322,9 +327,6 @@ class _Run:
 
         return malformed_frames(self.folder / "ledger.parquet")
 
-    def _event(self, node: str, time_ns: int, kind: str, detail: str) -> None:
-        self.signals.event(time_ns, node, kind, detail, level_of(kind))
-
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
         """The names of the signals of each agent and medium."""
         found: dict[str, Sequence[tuple[str, str]]] = {
@@ -332,20 +334,20 @@ class _Run:
         found |= {name: hellos[name].signals for name in self.scenario.agents}
         return {name: [signal for signal, _ in signals] for name, signals in found.items()}
 
-    def _wall_clock_event(self, time_ns: int, kind: str, detail: str) -> None:
-        self.signals.event(time_ns, "", kind, detail, level_of(kind), wall_clock=True)
+    def _wall_clock_event(self, time_ns: int, kind: str, detail: str, level: Level) -> None:
+        self.signals.event(Event(time_ns, "", kind, detail, level, wall_clock=True))
 
-    def _gateway_event(self, kind: str, detail: str) -> None:
+    def _gateway_event(self, kind: str, detail: str, level: Level) -> None:
         assert self.conductor.pace is not None
-        self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail)
+        self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail, level)
 
     def _real_time(self) -> dict[str, int] | None:
         """Lateness of a run in real time; None in virtual time."""
         return None if self.conductor.pace is None else self.conductor.pace.lateness.figures()
 
-    def _event_on_medium(self, time_ns: int, node: str, kind: str, detail: str) -> None:
-        if time_ns < self.conductor.end_ns:         # a medium may know ahead how a frame will end
-            self.signals.event(time_ns, node, kind, detail, level_of(kind))
+    def _event_on_medium(self, event: Event) -> None:
+        if event.time_ns < self.conductor.end_ns:   # a medium may know ahead how a frame will end
+            self.signals.event(event)
 
     def _progress(self, now_ns: int) -> None:
         self._leave_if_forked()

@@ -29,6 +29,7 @@ from firmware_sim.scenario_view import Own, ScenarioView
 from firmware_sim.schedules.periodic import Periodic
 from netem.media.sensing.sight import NothingSeen, unpack_sight
 from netem.wire.instants import NEVER_NS
+from netem.wire.level import Level
 
 SENSORS: Final = (*(f"q[{i}]" for i in range(1, 5)), *(f"omega[{i}]" for i in range(1, 4)),
                   *(f"force[{i}]" for i in range(1, 4)))
@@ -40,9 +41,8 @@ BELIEF: Final = (("est_north", "m"), ("est_east", "m"), ("est_down", "m"), ("ref
                  ("mode", "1"), ("landed", "1"))
 MODES: Final = {mode: float(number) for number, mode in enumerate(Mode)}
 LANDED: Final = {landed: float(number) for number, landed in enumerate(Landed)}
-EVENTS: Final = {Severity.CRITICAL: "autopilot critical", Severity.ERROR: "autopilot error",
-                 Severity.WARNING: "autopilot warning", Severity.NOTICE: "autopilot notice",
-                 Severity.INFO: "autopilot info"}
+LEVELS: Final = {Severity.CRITICAL: Level.WARNING, Severity.ERROR: Level.WARNING, Severity.WARNING: Level.WARNING,
+                 Severity.NOTICE: Level.INFO, Severity.INFO: Level.INFO}     # no fault of the run itself: no more
 COUNTERS: Final = ("releases missed", "unreadable frames", "motion capture out of order", "motion capture taken",
                    "motion capture refused")
 NO_PLANT: Final = 'an autopilot needs a plant, as plant = { fmu = "quadrotor", preset = "hummingbird" }'
@@ -115,7 +115,7 @@ class Autopilot:
             listener(severity, text)
 
     def _note(self, severity: Severity, text: str) -> None:
-        self._board.event(EVENTS[severity], text)
+        self._board.event(f"autopilot {severity.name.lower()}", text, LEVELS[severity])
 
     def _sample(self) -> list[float]:
         state, loops = self.controller.state(), self.controller.loops

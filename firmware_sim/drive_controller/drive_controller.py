@@ -153,7 +153,7 @@ class DriveController:
         except FrameRefused as refusal:
             self._refused += 1
             board.count("setpoints refused")
-            board.event("setpoint refused", str(refusal))
+            board.warn("setpoint refused", str(refusal))
             return
         assert isinstance(setpoint, Setpoint)
         board.count("setpoints taken")

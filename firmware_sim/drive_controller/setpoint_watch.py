@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from firmware_sim.drive_controller.drive_messages import DriveState, Mode, Setpoint
+from netem.wire.level import Level
 
 
 @dataclass
@@ -31,16 +32,17 @@ class SetpointWatch:
         self.setpoint = setpoint
         self.heard_ns = now_ns
 
-    def look(self, now_ns: int) -> tuple[str, str] | None:
-        """Bring the state up to date; the kind and detail of the event that its change is, if it changed."""
+    def look(self, now_ns: int) -> tuple[str, str, Level] | None:
+        """Bring the state up to date; kind, detail and level of the event that its change is, if it changed."""
         before, self.state = self.state, self._state_at(now_ns)
         if self.state is before:
             return None
         if self.state is DriveState.STALE:
-            return "setpoint stale", f"none for {(now_ns - self.heard_ns) / 1e6:g} ms: the wheels stop"
+            return "setpoint stale", f"none for {(now_ns - self.heard_ns) / 1e6:g} ms: the wheels stop", Level.WARNING
         if before is DriveState.STALE:
-            return "setpoint recovered", f"after {self._silent_ns / 1e6:g} ms; the drive is {self.state.name}"
-        return f"drive {self.state.name.lower()}", ""
+            after = f"after {self._silent_ns / 1e6:g} ms; the drive is {self.state.name}"
+            return "setpoint recovered", after, Level.INFO
+        return f"drive {self.state.name.lower()}", "", Level.INFO
 
     def age_ns(self, now_ns: int) -> int | None:
         """Of the last setpoint; never negative, also where the clock was set back."""

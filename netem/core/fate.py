@@ -2,6 +2,8 @@
 
     fate.value      its name in records and `[expect]`
     fate.meaning    one sentence for a reader of the report and of docs/records.md
+    fate.arrived    whether the receiver's program got the bytes, flipped ones included
+    fate.unseen     whether it is the answer to a look: nothing was there to be seen
 """
 
 from __future__ import annotations
@@ -19,6 +21,14 @@ class Fate(Enum):
         fate._value_ = name
         fate.meaning = meaning
         return fate
+
+    @property
+    def arrived(self) -> bool:
+        return self in (Fate.DELIVERED, Fate.DELIVERED_CORRUPT)
+
+    @property
+    def unseen(self) -> bool:
+        return self in (Fate.OUT_OF_VIEW, Fate.OCCLUDED)
 
     DELIVERED = (
         "delivered", "The copy reached the receiver's program as it was sent.")

@@ -11,6 +11,7 @@ A medium without latency gives H = t0: then a round at the instant t0, bounded i
 
 Invariants:
 - no frame is delivered below the horizon that its receiver was granted before;
+- no window goes beyond an instant at which a node is gone: all happens before it, or knows of it;
 - the order of what happens depends on times, names and sequence numbers only, never on which report came first.
 """
 
@@ -25,8 +26,10 @@ from netem.core.agenda import OFFER, Agenda
 from netem.emulator.seat import Seat
 from netem.gateways.pace import Pace
 from netem.media.medium import Medium
+from netem.records.events import Event
 from netem.transport.hosts import Host
 from netem.wire.errors import InstantLoop, NodeFailure
+from netem.wire.instants import NEVER_NS
 from netem.wire.messages import Grant, Hello, Report
 
 MAX_ROUNDS_AT_ONE_INSTANT = 100
@@ -38,7 +41,8 @@ class Recorders:
     """Where what the nodes report goes."""
 
     sample: Callable[[str, int, list[float]], None] = lambda node, time_ns, values: None
-    event: Callable[[str, int, str, str], None] = lambda node, time_ns, kind, detail: None
+    event: Callable[[Event], None] = lambda event: None
+    gone: Callable[[str, int], None] = lambda node, from_ns: None
 
 
 @dataclass
@@ -53,6 +57,7 @@ class Conductor:
     grants: int = 0
     instant_rounds: int = 0
     reached_ns: int = 0
+    passed_ns: int = 0                  # every arrival before it is handed over, or waits for a node that was there
     ended_by: str = ""                  # the node that ended the run before its length, "" if none did,
     ended_because: str = ""             # and why
     counters: dict[str, dict[str, int]] = field(default_factory=dict)       # at the end
@@ -60,6 +65,8 @@ class Conductor:
     seats: dict[str, Seat] = field(default_factory=dict)
     media: Mapping[str, Medium] = field(default_factory=dict)
     _next_out_ns: int = 0
+    _next_gone_ns: int = NEVER_NS       # the first of the instants `Seat.gone_from_ns` that lie ahead
+    _gone: list[Seat] = field(default_factory=list)
     _talkers: set[str] = field(default_factory=set)     # who handed something out in the last instant rounds
 
     def admit(self, hellos: Mapping[str, Hello], media: Mapping[str, Medium]) -> None:
@@ -74,11 +81,25 @@ class Conductor:
             seat.renew()
             self.seats[name] = seat
 
-    def deliver(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> bool:
-        """A frame will reach `receiver` at `arrival_ns`. False if there is no such node (any more)."""
+    def node_is_gone(self, name: str, time_ns: int) -> None:
+        """The node acts before `time_ns` and not at or after it; a copy that arrives then is `Fate.RECEIVER_GONE`.
+
+        To be said after `admit`, from then on also by events of the agenda. ValueError for an instant that windows
+        have passed.
+        """
+        if time_ns < self.passed_ns:
+            raise ValueError(f"{name} cannot be gone from {time_ns} ns on: the run is at {self.passed_ns} ns")
+        self.seats[name].gone_from_ns = time_ns
+        self._next_gone_ns = min(self._next_gone_ns, time_ns)
+        self.recorders.gone(name, time_ns)
+
+    def deliver(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> None:
+        """A frame will reach `receiver`, a node or gateway, at `arrival_ns`, unless it is gone by then."""
         seat = self.seats.get(receiver)
         if seat is None:
-            return self.pace is not None and self.pace.take(receiver, arrival_ns, data)
+            assert self.pace is not None, f"{medium}: {receiver} is no node of this run"
+            self.pace.take(receiver, arrival_ns, data)
+            return
         assert arrival_ns >= seat.granted_ns, (
             f"{medium}: a frame reaches {receiver} at {arrival_ns} ns, below its horizon of {seat.granted_ns} ns")
         port = seat.ports[medium]
@@ -90,7 +111,6 @@ class Conductor:
             if arrival_ns < seat.soft_ns:
                 seat.renew()
                 self._next_out_ns = min(self._next_out_ns, seat.earliest_ns)
-        return True
 
     def run(self) -> None:
         """From time 0 up to `end_ns` (exclusive), then the last grant that brings every node to the end."""
@@ -114,7 +134,11 @@ class Conductor:
             t0_ns = self._next_out_ns
             if t0_ns >= end_ns:
                 break
-            horizon_ns = end_ns
+            if t0_ns >= self._next_gone_ns:
+                self._let_go(seats, t0_ns)
+                end_ns = self.end_ns            # one of them may have ended the run
+                continue
+            horizon_ns = min(end_ns, self._next_gone_ns)
             for medium in media:
                 reach_ns = medium.lookahead_ns(t0_ns)
                 if reach_ns < horizon_ns:
@@ -138,9 +162,21 @@ class Conductor:
             agenda.run_before(horizon_ns + 1 if instant else horizon_ns)
             if (wall_s := time.monotonic()) >= next_progress_s:
                 next_progress_s = wall_s + PROGRESS_EVERY_S
+                for seat in self._gone:
+                    seat.take(horizon_ns)       # what nobody hears
                 self.progress(horizon_ns)
-        self._finish(seats)
+        self._finish(seats, self.end_ns)
         self.progress(self.end_ns)
+
+    def _let_go(self, seats: list[Seat], time_ns: int) -> None:
+        """Bring the nodes that are gone at `time_ns` to their ends, and remove them from `seats`."""
+        for seat in [seat for seat in seats if seat.gone_from_ns <= time_ns]:
+            self._finish([seat], seat.gone_from_ns)
+            seat.soft_ns = seat.firm_ns = NEVER_NS
+            seat.renew()
+            seats.remove(seat)
+            self._gone.append(seat)
+        self._next_gone_ns = min([seat.gone_from_ns for seat in seats], default=NEVER_NS)
 
     def _wait(self, pace: Pace, next_ns: int) -> bool:
         """Wait for the wall clock to reach `next_ns`; True if the next instant has to be looked for anew after it.
@@ -160,6 +196,7 @@ class Conductor:
 
     def _window(self, seats: list[Seat], horizon_ns: int, instant: bool) -> None:
         limit_ns = horizon_ns + 1 if instant else horizon_ns
+        self.passed_ns = limit_ns
         self.windows += 1
         grants = [(seat.name, Grant(self.windows, horizon_ns, instant, False,
                                     seat.take(limit_ns) if seat.first_ns < limit_ns else []))
@@ -218,12 +255,12 @@ class Conductor:
             seat.sampled_ns = time_ns
             if time_ns <= self.end_ns:
                 self.recorders.sample(seat.name, time_ns, values)
-        for time_ns, kind, detail in report.events:
+        for time_ns, kind, detail, level in report.events:
             if not 0 <= time_ns <= horizon_ns:
                 raise NodeFailure(seat.name, f"reports nonsense in window {report.window}: its event {kind[:40]!r} at "
                                   f"{time_ns} ns, expected 0 <= time <= {horizon_ns} ns", last_report=seat.standing())
             if time_ns <= self.end_ns:
-                self.recorders.event(seat.name, time_ns, kind, detail)
+                self.recorders.event(Event(time_ns, seat.name, kind, detail, level))
 
     def _broken_promise(self, seat: Seat, sequence: int, report: Report, limit_ns: int) -> NodeFailure:
         time_ns, port, data = report.offers[sequence]
@@ -241,18 +278,18 @@ class Conductor:
         for name, report in self.host.last_words(grants, within_s):
             self.counters[name] = report.counters
 
-    def _finish(self, seats: list[Seat]) -> None:
-        """Bring every node to the end: pending frames, samples and counters come in, nothing may go out any more."""
+    def _finish(self, seats: list[Seat], end_ns: int) -> None:
+        """Bring nodes to their ends: pending frames, samples and counters come in, nothing may go out any more."""
         self.windows += 1
-        grants = [(seat.name, Grant(self.windows, self.end_ns, False, True, seat.take(self.end_ns))) for seat in seats]
+        grants = [(seat.name, Grant(self.windows, end_ns, False, True, seat.take(end_ns))) for seat in seats]
         self.grants += len(grants)
-        granted_ns, reports = self.end_ns, self._exchange(grants)
+        reports = self._exchange(grants)
         for name, report in reports:
             if report.ends is not None and not self.ended_by:
                 self._end_early(name, *report.ends)
         for name, report in reports:
             seat = self.seats[name]
             if report.offers:
-                raise self._broken_promise(seat, 0, report, granted_ns)
-            self._keep(seat, report, granted_ns)
+                raise self._broken_promise(seat, 0, report, end_ns)
+            self._keep(seat, report, end_ns)
             self.counters[name] = report.counters

@@ -23,6 +23,7 @@ class Seat:
     earliest_ns: int = 0                # max(firm, min(soft, pending))
     granted_ns: int = 0
     sampled_ns: int = 0                 # its last sample
+    gone_from_ns: int = NEVER_NS        # it does not act or hear at or after this instant
     inbox: list[Delivery] = field(default_factory=list)
     ports: dict[str, int] = field(init=False)           # index of the port to each medium
 

@@ -23,6 +23,7 @@ from typing import Final, NamedTuple
 
 from netem.gateways import Gateway
 from netem.gateways.lateness import OVERRUN_NS, Lateness
+from netem.wire.level import Level
 
 MOST_AT_ONCE: Final = 100           # messages of one gateway that one wait takes in
 MOST_WHEN_OVERDUE: Final = 1        # ... if its instant is overdue; the others wait in the system's buffer
@@ -44,7 +45,7 @@ class Waited(NamedTuple):
 @dataclass
 class Pace:
     gateways: Iterable[Gateway] = ()
-    event: Callable[[int, str, str], None] = lambda time_ns, kind, detail: None
+    event: Callable[[int, str, str, Level], None] = lambda time_ns, kind, detail, level: None
     lateness: Lateness = field(default_factory=Lateness)
 
     def __post_init__(self) -> None:
@@ -64,13 +65,10 @@ class Pace:
     def now_ns(self) -> int:
         return time.monotonic_ns() - self._began_ns
 
-    def take(self, gateway: str, arrival_ns: int, data: bytes) -> bool:
-        """A frame arrives at a gateway at `arrival_ns`; False if there is no such gateway."""
-        if gateway not in self._by_name:
-            return False
+    def take(self, gateway: str, arrival_ns: int, data: bytes) -> None:
+        """A frame arrives at a gateway at `arrival_ns`."""
         heapq.heappush(self._leaving, (arrival_ns, self._taken, gateway, data))
         self._taken += 1
-        return True
 
     def wait(self, next_ns: int) -> Waited:
         """Wait until virtual time `next_ns`, or until something comes in."""
@@ -110,5 +108,5 @@ class Pace:
         behind = late_ns > OVERRUN_NS
         if behind and not self._behind:
             self.lateness.overruns += 1
-            self.event(at_ns, "overrun", f"{late_ns * 1e-6:.3g} ms behind the wall clock")
+            self.event(at_ns, "overrun", f"{late_ns * 1e-6:.3g} ms behind the wall clock", Level.WARNING)
         self._behind = behind

@@ -16,6 +16,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
 
+from netem.wire.level import Level
+
 Address = tuple[str, int]
 
 LARGEST_DATAGRAM: Final = 65_535
@@ -32,11 +34,11 @@ class UdpGateway:
     """
 
     def __init__(self, name: str, medium: str, listen: Address, peer: Address | None = None, *,
-                 event: Callable[[str, str], None] = lambda kind, detail: None,
+                 event: Callable[[str, str, Level], None] = lambda kind, detail, level: None,
                  clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
         """Listen on `listen`, port 0 for one that the system chooses. OSError says what cannot be listened on.
 
-        `event` takes a kind and a detail; `clock_ns` is the wall clock by which a peer is silent.
+        `event` takes a kind, a detail and a level; `clock_ns` is the wall clock by which a peer is silent.
         """
         self.name = name
         self.medium = medium
@@ -96,7 +98,7 @@ class UdpGateway:
                 self._refuse(sender)
                 return False
             before = "" if self._spoke_ns is None else f" instead of {_text(self.peer)}, which has been silent"
-            self._event("gateway peer", f"gateways.{self.name} speaks with {_text(sender)}{before}")
+            self._event("gateway peer", f"gateways.{self.name} speaks with {_text(sender)}{before}", Level.INFO)
             self.peer = sender
             self._told.discard(sender)
         self._spoke_ns = now_ns
@@ -107,7 +109,7 @@ class UdpGateway:
             return
         self._told.add(sender)
         self._event("gateway peer refused", f"gateways.{self.name} speaks with {_text(self.peer)}: datagrams of "
-                    f"{_text(sender)} are dropped; give it a gateway of its own")
+                    f"{_text(sender)} are dropped; give it a gateway of its own", Level.WARNING)
 
 
 def _text(address: Address | None) -> str:

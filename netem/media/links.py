@@ -3,7 +3,8 @@
 Invariants:
 - every copy that enters `receive` was announced to the ledger and is closed there, duplicates included;
 - the impairments of one link see copies in the order in which the medium received them;
-- a copy's arrival is known, and handed over, as soon as its link has dealt with it: never less than its arrival ahead.
+- a copy's arrival is known, and handed over, as soon as its link has dealt with it: never less than its arrival ahead;
+  the ledger settles what becomes of one that the end of the run, or of its receiver, comes before.
 """
 
 from __future__ import annotations
@@ -16,20 +17,18 @@ from netem.core.link_name import LinkName
 from netem.core.transit import Transit
 from netem.impairments import Impairment
 from netem.records.ledger import Ledger
-from netem.wire.instants import NEVER_NS
 
-Deliver = Callable[[str, str, int, bytes], bool]     # (receiver, medium, arrival_ns, data) -> False if the node is gone
+Deliver = Callable[[str, str, int, bytes], object]      # (receiver, medium, arrival_ns, data)
 
 
 class Links:
     """`pipelines` maps (medium, sender, receiver) to (name, impairment) pairs in their order in the scenario."""
 
     def __init__(self, ledger: Ledger, deliver: Deliver,
-                 pipelines: Mapping[LinkName, Sequence[tuple[str, Impairment]]], end_ns: int = NEVER_NS) -> None:
+                 pipelines: Mapping[LinkName, Sequence[tuple[str, Impairment]]]) -> None:
         self._ledger = ledger
         self._deliver = deliver
         self._pipelines = pipelines
-        self._end_ns = end_ns
         self._entered: dict[LinkName, int] = {}
 
     def receive(self, frame: Frame, receiver: str, arrival_ns: int, *, checksum: bool, copy: int = 0) -> None:
@@ -40,15 +39,13 @@ class Links:
         pipeline = self._pipelines.get((medium, frame.sender, receiver))
         if pipeline is not None:
             self._impair(pipeline, frame, receiver, arrival_ns, checksum, copy)
-        elif arrival_ns < self._end_ns and self._deliver(receiver, medium, arrival_ns, frame.data):
-            self._ledger.close(frame, receiver, Fate.DELIVERED, copy=copy, delivered_ns=arrival_ns)
         else:
-            self._hand_over(frame, receiver, arrival_ns, frame.data, copy, Fate.DELIVERED)
+            self._deliver(receiver, medium, arrival_ns, frame.data)
+            self._ledger.close(frame, receiver, Fate.DELIVERED, copy=copy, delivered_ns=arrival_ns)
 
     def tell(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> None:
         """What a node's own interface to the medium says of itself: nobody's frame, so not in the ledger."""
-        if arrival_ns < self._end_ns:
-            self._deliver(receiver, medium, arrival_ns, data)
+        self._deliver(receiver, medium, arrival_ns, data)
 
     def _impair(self, pipeline: Sequence[tuple[str, Impairment]], frame: Frame, receiver: str, arrival_ns: int,
                 checksum: bool, copy_number: int) -> None:
@@ -70,17 +67,9 @@ class Links:
                 survivors.extend(out)
             copies = survivors
         for copy in copies:
-            if not copy.corrupt:
-                self._hand_over(frame, receiver, copy.arrival_ns, copy.data, copy.copy, Fate.DELIVERED)
-            elif checksum:
+            if copy.corrupt and checksum:
                 self._ledger.close(frame, receiver, Fate.CORRUPTED, copy=copy.copy, cause="checksum")
             else:
-                self._hand_over(frame, receiver, copy.arrival_ns, copy.data, copy.copy, Fate.DELIVERED_CORRUPT)
-
-    def _hand_over(self, frame: Frame, receiver: str, arrival_ns: int, data: bytes, copy: int, fate: Fate) -> None:
-        if arrival_ns >= self._end_ns:
-            self._ledger.close(frame, receiver, Fate.UNFINISHED, copy=copy, cause="under way")
-        elif self._deliver(receiver, frame.medium, arrival_ns, data):
-            self._ledger.close(frame, receiver, fate, copy=copy, delivered_ns=arrival_ns)
-        else:
-            self._ledger.close(frame, receiver, Fate.RECEIVER_GONE, copy=copy)
+                self._deliver(receiver, frame.medium, copy.arrival_ns, copy.data)
+                self._ledger.close(frame, receiver, Fate.DELIVERED_CORRUPT if copy.corrupt else Fate.DELIVERED,
+                                   copy=copy.copy, delivered_ns=copy.arrival_ns)

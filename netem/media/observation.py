@@ -6,10 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from netem.records.events import Event
+
 
 @dataclass(frozen=True)
 class MediumObserver:
-    event: Callable[[int, str, str, str], None] = lambda time_ns, node, kind, detail: None
+    event: Callable[[Event], None] = lambda event: None
     sample: Callable[[str, int, list[float]], None] = lambda medium, time_ns, values: None
 
 

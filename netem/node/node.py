@@ -22,6 +22,8 @@ from netem.node.environment import NodeEnvironment, run_before
 from netem.node.named import Named
 from netem.wire.errors import WHOLE_NANOSECONDS
 from netem.wire.instants import NEVER_NS
+from netem.wire.level import Level
+from netem.wire.messages import Event as ToldEvent
 from netem.wire.messages import Grant, Hello, Offer, Report, Sample
 
 FrameBytes = bytes | bytearray | memoryview | Any       # Any: what else comes is refused by name, compiled or not
@@ -90,7 +92,7 @@ class Node:
         self._hears = True              # some port is not `listen_only`
         self._offers: list[Offer] = []
         self._samples: list[Sample] = []
-        self._events: list[tuple[int, str, str]] = []
+        self._events: list[ToldEvent] = []
         self._counters: Counter[str] = Counter()
         self._signals: list[tuple[str, str]] = []
         self._reads: list[tuple[tuple[str, ...], Callable[[], Sequence[Any]]]] = []
@@ -183,14 +185,18 @@ class Node:
     def count(self, name: str, by: int = 1) -> None:
         self._counters[name] += by
 
-    def event(self, kind: str, detail: str = "") -> None:
+    def event(self, kind: str, detail: str = "", level: Level = Level.INFO) -> None:
         """Something worth a line in the record of the run, with the time of now."""
         try:
             f"{kind}{detail}".encode()
         except UnicodeEncodeError:
             raise ValueError(f"event {kind!r}: {detail!r}: expected text that UTF-8 can carry; decode bytes with "
                              "errors=\"replace\"") from None
-        self._events.append((self.now_ns, kind, detail))
+        self._events.append((self.now_ns, kind, detail, level))
+
+    def warn(self, kind: str, detail: str = "") -> None:
+        """An event that is a warning: something that the program takes for granted, or that nobody wants, broke."""
+        self.event(kind, detail, Level.WARNING)
 
     # --- what the host uses
 

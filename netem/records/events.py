@@ -10,21 +10,12 @@ An event about the wall clock (a late node, an overrun) is kept and shown but ma
 from __future__ import annotations
 
 from collections.abc import Iterable
-from enum import IntEnum
 from hashlib import blake2b
 from typing import NamedTuple
 
 import msgspec
 
-
-class Level(IntEnum):
-    """Severity, with the numbers of Foxglove's Log message."""
-
-    DEBUG = 1
-    INFO = 2
-    WARNING = 3
-    ERROR = 4
-    FATAL = 5
+from netem.wire.level import Level
 
 
 class Event(NamedTuple):

@@ -3,9 +3,14 @@
 Conservation is counted at two places that do not know each other: `expect` where copies come into being (a medium for
 the intended receivers of a frame, a link for duplicates) and `close` where they end.
 
+A copy is closed when its medium or link decides about it, which may be long before it arrives. Until the emulator has
+passed its arrival its fate is open: it becomes UNFINISHED where the run ends first, and RECEIVER_GONE where its
+receiver's node does. `keep`, a full chunk and `finish` settle fates, and what they settle is final.
+
 Invariants:
 - rows stand in the order in which copies were closed, the emulator's event order, which does not depend on the host;
-- the hash covers every column of every row in that order, and neither the scenario's name nor the size of a chunk.
+- the hash covers every column of every row in that order, and neither the scenario's name nor the size of a chunk;
+- hash, journal, file and listeners get settled rows only, in order: an open row holds back those behind it.
 
 Given a path the rows go to Parquet chunk by chunk and memory stays bounded; without one they stay in `rows`. `keep`
 puts the rows of the chunk in a journal meanwhile, which costs little more than the hash, as it takes the same bytes.
@@ -14,11 +19,11 @@ puts the rows of the chunk in a journal meanwhile, which costs little more than 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mypy_extensions import mypyc_attr
 
@@ -26,6 +31,7 @@ from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.records.ledger_hash import LedgerHash
 from netem.records.uninterrupted import uninterrupted
+from netem.wire.instants import NEVER_NS
 
 if TYPE_CHECKING:
     from netem.records.ledger_file import LedgerFile
@@ -34,6 +40,7 @@ Row = tuple[str, str, int, str, int, int, int, int, int, int, bytes, str, str]
 COLUMNS = ("medium", "sender", "number", "receiver", "copy", "offered_ns", "on_air_ns", "end_ns", "delivered_ns",
            "size_bytes", "digest", "fate", "cause")
 CHUNK_ROWS = 131_072        # some 40 MB
+RECEIVER, DELIVERED_NS, FATE = COLUMNS.index("receiver"), COLUMNS.index("delivered_ns"), COLUMNS.index("fate")
 
 
 class ConservationError(Exception):
@@ -53,19 +60,25 @@ class LedgerResult:
 
 @mypyc_attr(allow_interpreted_subclasses=True)
 class Ledger:
-    """`path` is the Parquet file to write, `metadata` goes into it beside the hash (scenario, seed)."""
+    """`path` is the Parquet file to write, `metadata` goes into it beside the hash (scenario, seed).
+
+    `passed_ns` tells how far the emulator has come: every arrival before it has happened.
+    """
 
     def __init__(self, path: Path | None = None, *, metadata: Mapping[str, str] | None = None,
-                 chunk_rows: int = CHUNK_ROWS) -> None:
+                 chunk_rows: int = CHUNK_ROWS, passed_ns: Callable[[], int] = lambda: NEVER_NS) -> None:
         if chunk_rows < 1:
             raise ValueError(f"chunk_rows={chunk_rows}: a chunk holds at least 1 row")
         self._expected_of: Counter[str] = Counter()
         self._rows: list[Row] = []
         self._ended: Counter[tuple[str, str]] = Counter()       # (medium, fate) of the rows counted so far,
         self._counted = 0                                       # which are those written and so many of `_rows`
-        self._kept = 0                                          # so many of `_rows` are hashed and in the journal
+        self._kept = 0                                          # so many of `_rows` are settled, hashed, in the journal
+        self._passed_ns = passed_ns
+        self._gone_from_ns: dict[str, int] = {}                 # by receiver
         self._hash = LedgerHash(COLUMNS)
         self._file = _open(path, metadata or {}) if path else None
+        self._chunk_rows = chunk_rows
         self._flush_at = chunk_rows if path else 1 << 62
         self._result: LedgerResult | None = None
 
@@ -75,12 +88,16 @@ class Ledger:
 
     def close(self, frame: Frame, receiver: str, fate: Fate, *, copy: int = 0, delivered_ns: int = -1,
               cause: str = "") -> None:
-        """End one copy. `delivered_ns` is when it reached the node (-1: it did not); `cause` names what ended it."""
+        """End one copy. `delivered_ns` is when it reaches the node (-1: it does not); `cause` names what ended it."""
         rows = self._rows
         rows.append((frame.medium, frame.sender, frame.number, receiver, copy, frame.offered_ns, frame.on_air_ns,
                      frame.end_ns, delivered_ns, len(frame.data), frame.digest, fate._value_, cause))
         if len(rows) >= self._flush_at:
             self._flush()
+
+    def receiver_gone(self, receiver: str, from_ns: int) -> None:
+        """No copy reaches `receiver` at or after `from_ns`, an instant that the emulator has not passed."""
+        self._gone_from_ns[receiver] = from_ns
 
     @property
     def expected(self) -> int:
@@ -89,7 +106,7 @@ class Ledger:
 
     @property
     def closed(self) -> Counter[Fate]:
-        """Copies closed so far, by fate."""
+        """Copies closed so far, by fate; those under way count as they were decided."""
         total: Counter[Fate] = Counter()
         for fate, copies in self._by_fate().items():
             total[Fate(fate)] = copies
@@ -101,43 +118,38 @@ class Ledger:
         return self._rows
 
     def keep(self) -> None:
-        """Put the rows closed so far in the journal, so that they outlive this process. OSError, as for a full disk,
+        """Put the rows settled so far in the journal, so that they outlive this process. OSError, as for a full disk,
         keeps them in memory for the next call."""
         if self._file is None or self._kept == len(self._rows):
             return
         with uninterrupted():
-            encoded = self._hash.add(self._rows[self._kept:])
-            self._kept = len(self._rows)
-            self._file.note(encoded)
+            encoded = self._take_settled(self._passed_ns())
+            if encoded:
+                self._file.note(encoded)
 
-    def finish(self, *, complete: bool = True) -> LedgerResult:
-        """Write what is left, close the file and check conservation.
+    def finish(self, *, end_ns: int = NEVER_NS, complete: bool = True) -> LedgerResult:
+        """Settle and write what is left, close the file and check conservation. The run has ended at `end_ns`.
 
-        A run that was broken off passes `complete=False`: copies under way have no fate then, and nothing is checked.
+        A run that was broken off passes `complete=False`: copies on the air have no fate then, and nothing is checked.
         The file is whole in every case. Raises ConservationError; OSError, as for a full disk, leaves the journal with
         the rows kept so far.
         """
         if self._result is None:
-            self._result = self._end()
+            self._result = self._end(end_ns)
         if complete:
             self._check(self._result)
         return self._result
 
-    def _end(self) -> LedgerResult:
+    def _end(self, end_ns: int) -> LedgerResult:
+        with uninterrupted():               # else a second end would hash the same rows again
+            unkept = self._take_settled(end_ns, ended=True)
         by_medium: dict[str, dict[str, int]] = {}
         for (medium, fate), copies in sorted(self._counts().items(), key=lambda item: (item[0][0], _rank(item[0][1]))):
             by_medium.setdefault(medium, {})[fate] = copies
         by_fate = dict(sorted(self._by_fate().items(), key=lambda item: _rank(item[0])))
-        with uninterrupted():               # else a second end would hash the same rows again
-            unkept = self._rows[self._kept:]
-            encoded = self._hash.add(unkept)
-            self._kept = len(self._rows)
-            if self._file is not None and self._rows:
-                rows, self._rows, self._counted, self._kept = self._rows, [], 0, 0
-                self._file.write(rows)
         if self._file is not None:
-            self._file.finish(encoded if unkept else b"", hash=self._hash.hex(), rows=sum(by_fate.values()),
-                              expected=self.expected)
+            self._write_settled()
+            self._file.finish(unkept, hash=self._hash.hex(), rows=sum(by_fate.values()), expected=self.expected)
         return LedgerResult(self._hash.hex(), sum(by_fate.values()), self.expected, by_fate, by_medium)
 
     def _check(self, result: LedgerResult) -> None:
@@ -155,19 +167,55 @@ class Ledger:
                                 f"{dict(result.by_fate)}; look where the medium or its links announce or close copies")
 
     def _flush(self) -> None:
-        if self._file is None or not self._rows:
-            return
         self.keep()
+        self._write_settled()
+        self._flush_at = len(self._rows) + self._chunk_rows
+
+    def _write_settled(self) -> None:
+        """Move the settled rows from memory to the file."""
+        assert self._file is not None
         with uninterrupted():
             self._counts()
-            rows, self._rows, self._counted, self._kept = self._rows, [], 0, 0
-            self._file.write(rows)
+            rows, self._rows = self._rows[:self._kept], self._rows[self._kept:]
+            self._counted, self._kept = len(self._rows), 0
+            if rows:
+                self._file.write(rows)
+
+    def _take_settled(self, passed_ns: int, *, ended: bool = False) -> bytes:
+        """Settle fates and hash the rows that have become final; those rows as MessagePack, empty for none.
+
+        Rows arrive before `passed_ns`, up to the first that does not; with `ended`, no later one will any more.
+        """
+        rows: list[Any] = self._rows            # not Row: compiled code would unpack each
+        gone, kept, settled = self._gone_from_ns, self._kept, len(rows)
+        for index in range(kept, settled):
+            arrival_ns = rows[index][DELIVERED_NS]
+            if arrival_ns >= passed_ns:
+                if not ended:
+                    settled = index
+                    break
+                self._correct(index, Fate.UNFINISHED, "under way")
+            elif gone and arrival_ns >= gone.get(rows[index][RECEIVER], NEVER_NS):
+                self._correct(index, Fate.RECEIVER_GONE, "")
+        if settled == kept:
+            return b""
+        self._kept = settled
+        return self._hash.add(rows[kept:settled])
+
+    def _correct(self, index: int, fate: Fate, cause: str) -> None:
+        """Give a copy that was on its way the fate with which it ended instead of arriving."""
+        rows: list[Any] = self._rows
+        row = rows[index]
+        if index < self._counted:
+            self._ended.subtract([(row[0], row[FATE])])
+            self._ended.update([(row[0], fate.value)])
+        rows[index] = (*row[:DELIVERED_NS], -1, *row[DELIVERED_NS + 1:FATE], fate.value, cause)
 
     def _counts(self) -> Counter[tuple[str, str]]:
         """How the copies closed so far ended; what was counted before is not looked at again."""
         self._ended.update((row[0], row[11]) for row in islice(self._rows, self._counted, None))
         self._counted = len(self._rows)
-        return self._ended
+        return +self._ended
 
     def _by_fate(self) -> Counter[str]:
         total: Counter[str] = Counter()

@@ -15,7 +15,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from netem.records.events import Event, Level, in_order
+from netem.records.events import Event, in_order
+from netem.wire.level import Level
 
 if TYPE_CHECKING:
     from mcap.records import Channel, Message, Schema

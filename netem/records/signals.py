@@ -25,7 +25,7 @@ from typing import Any
 import msgspec
 from mcap.writer import CompressionType, IndexType, Writer
 
-from netem.records.events import Event, Level, hash_of_events, in_order
+from netem.records.events import Event, hash_of_events, in_order
 from netem.records.journal import GrowingFile, Journal
 from netem.records.part_file import part_of, publish
 from netem.records.uninterrupted import uninterrupted
@@ -109,9 +109,8 @@ class SignalRecorder:
             self.keep()
             self._write_samples()
 
-    def event(self, time_ns: int, node: str, kind: str, detail: str, level: Level = Level.INFO,
-              *, wall_clock: bool = False) -> None:
-        self._events.append(Event(time_ns, node, kind, detail, level, wall_clock))
+    def event(self, event: Event) -> None:
+        self._events.append(event)
 
     def keep(self) -> None:
         """Put samples and events given so far in the journal, so that they outlive this process. OSError, as for a full

@@ -11,12 +11,14 @@ from typing import Final
 
 import msgspec
 
+from netem.wire.level import Level
+
 UNREADABLE: Final = (msgspec.MsgspecError, UnicodeDecodeError)      # what decoding bytes of any kind can raise
 
 Delivery = tuple[int, int, bytes]       # (arrival_ns, port index, data)
 Offer = tuple[int, int, bytes]          # (time_ns, port index, data), in the order in which they were handed out
 Sample = tuple[int, list[float]]        # (time_ns, one value for each declared signal)
-Event = tuple[int, str, str]            # (time_ns, kind, detail)
+Event = tuple[int, str, str, Level]     # (time_ns, kind, detail, level)
 
 
 class Grant(msgspec.Struct, array_like=True, gc=False):

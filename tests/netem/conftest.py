@@ -53,11 +53,11 @@ def conduct() -> Callable[..., Conductor]:
         kept = [] if samples is None else samples
         recorders = Recorders(sample=lambda node, time_ns, values: kept.append((node, time_ns, values)))
         conductor = Conductor(Agenda(), host or InlineHost(build), end_ns, recorders)
-        links = Links(ledger, conductor.deliver, {}, end_ns)
+        links = Links(ledger, conductor.deliver, {})
         hellos = conductor.host.start()
         conductor.admit(hellos, {"wire": FixedLatency(sorted(hellos), links, ledger, latency_ns)})
         conductor.run()
-        ledger.finish()
+        ledger.finish(end_ns=end_ns)
         return conductor
 
     return run

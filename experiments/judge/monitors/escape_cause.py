@@ -24,7 +24,7 @@ from experiments.scenario.subjects import Subject
 from netem.core.fate import Fate
 from netem.core.link_name import LinkName
 
-NOT_SEEN = (Fate.OUT_OF_VIEW.value, Fate.OCCLUDED.value)     # these looks got through: nothing was there
+NOT_SEEN = tuple(fate.value for fate in Fate if fate.unseen)
 MOST_LINKS = 3                  # that are named, those that lost most
 
 

@@ -11,7 +11,8 @@ from experiments.judge.monitors.records import Records
 from experiments.judge.monitors.stretches import covered_ns
 from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.subjects import Subject
-from netem.records.events import Event, Level
+from netem.records.events import Event
+from netem.wire.level import Level
 
 VIOLATED = "guarantee violated"
 

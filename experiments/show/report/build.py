@@ -34,8 +34,9 @@ from experiments.show.report.question_first import no_such_signal, question_firs
 from experiments.show.report.records_list import RecordFile, record_files
 from experiments.show.report.series import Json
 from netem.core.fate import Fate
-from netem.records.events import Event, Level
+from netem.records.events import Event
 from netem.records.part_file import write_whole
+from netem.wire.level import Level
 
 PAGE = files("experiments.show.report") / "page"
 MOST_EVENTS = 300
@@ -100,7 +101,7 @@ def _drawn(data: RunData, broke: Moments) -> Json:
             "spoken": series.spoken(data, broke.instants_ns), "fates": series.fates(data), "ages": series.ages(data),
             "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, broke.instants_ns),
             "length_s": data.length_ns * 1e-9, "palette": for_page(),
-            "meanings": {fate.value: fate.meaning for fate in Fate},
+            "meanings": {fate.value: fate.meaning for fate in Fate}, "delivered": Fate.DELIVERED.value,
             "moments": [{"t_s": moment.from_ns / 1e9, "words": f"{moment.what}, {moment.on}"}
                         for moment in broke.shown if moment.from_ns is not None]}
 

@@ -14,7 +14,7 @@ from experiments.judge.run_data import RunData
 from experiments.judge.run_result import Verdict
 from experiments.show.report.cause_text import CauseLine, cause_lines
 from experiments.show.report.instants import instant_of
-from netem.records.events import Level
+from netem.wire.level import Level
 
 MOST_OF_EACH = 60
 ASSUMPTION = "assumption violated"

@@ -120,6 +120,6 @@ def _looks(data: RunData, plans: Mapping[str, Json]) -> Json:
         if sender not in places:
             places[sender] = _track(sender, table, ("x", "y"), times)
         looks.append({"t_s": int(times[row]) / 1e9, "observer": receiver, "body": sender, "fate": fate,
-                      "seen": fate in (Fate.DELIVERED.value, Fate.DELIVERED_CORRUPT.value),
+                      "seen": Fate(fate).arrived, "unseen": Fate(fate).unseen,
                       "x": places[sender]["x"][row], "y": places[sender]["y"][row]})
     return {"looks": looks, "looks_total": len(copies)}

@@ -10,8 +10,11 @@ from typing import Final
 
 from netem.media.can.controller import Controller
 from netem.media.can.error_frame import ErrorFrame
+from netem.media.can.fault_confinement import State
 from netem.media.can.frame import unpack
 from netem.media.observation import MediumObserver
+from netem.records.events import Event
+from netem.wire.level import Level
 
 TOLD_ERROR_FRAMES: Final = 1_000
 
@@ -24,14 +27,16 @@ class BusEvents:
         self._error_frames = 0
 
     def state(self, controller: Controller, time_ns: int) -> None:
-        self._tell(time_ns, controller.name, controller.faults.state.value, _error_counters(controller))
+        state = controller.faults.state
+        self._tell(time_ns, controller.name, state.value, _error_counters(controller),
+                   Level.INFO if state is State.ERROR_ACTIVE else Level.WARNING)
 
     def error_frame(self, sender: Controller, data: bytes, error: ErrorFrame, time_ns: int) -> None:
         self._error_frames += 1
         if self._error_frames <= TOLD_ERROR_FRAMES:
             self._tell(time_ns, sender.name, "CAN error frame",
                        f"{identifier_text(data)}: {error.cause.value}, {error.field.value}, bit {error.last_bit}; "
-                       + _error_counters(sender))
+                       + _error_counters(sender), Level.INFO)
 
     def unacknowledged(self, sender: Controller, data: bytes, time_ns: int) -> None:
         self._tell(time_ns, sender.name, "no acknowledgement", f"{identifier_text(data)}; {_error_counters(sender)}")
@@ -49,18 +54,19 @@ class BusEvents:
                             f"{identifier_text(data)} with different bits at once from {names}")
 
     def same_frame(self, twin: Controller, lead: Controller, data: bytes, time_ns: int) -> None:
-        self._tell_once(time_ns, twin.name, "same frame", f"{identifier_text(data)} at once with {lead.name}")
+        self._tell_once(time_ns, twin.name, "same frame", f"{identifier_text(data)} at once with {lead.name}",
+                        Level.INFO)
 
     def may_be_late(self, line: str) -> None:
         self._tell(0, self._bus, "message may be late", line)
 
-    def _tell(self, time_ns: int, node: str, kind: str, words: str) -> None:
-        self.observer.event(time_ns, node, kind, f"{self._bus}: {words}")
+    def _tell(self, time_ns: int, node: str, kind: str, words: str, level: Level = Level.WARNING) -> None:
+        self.observer.event(Event(time_ns, node, kind, f"{self._bus}: {words}", level))
 
-    def _tell_once(self, time_ns: int, node: str, kind: str, words: str) -> None:
+    def _tell_once(self, time_ns: int, node: str, kind: str, words: str, level: Level = Level.WARNING) -> None:
         if (node, kind, words) not in self._told:
             self._told.add((node, kind, words))
-            self._tell(time_ns, node, kind, words)
+            self._tell(time_ns, node, kind, words, level)
 
 
 def identifier_text(data: bytes) -> str:

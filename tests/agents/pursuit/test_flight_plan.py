@@ -26,7 +26,7 @@ class Flight:
         self.client = Companion(MavlinkLink(245, 190))
         self.events = []
         self.plan = FlightPlan(self.client, HEIGHT_M, (("LOCAL_POSITION_NED", 100 * MS), ("ATTITUDE", 0)),
-                               lambda kind, detail: self.events.append((kind, detail)))
+                               *[lambda kind, detail: self.events.append((kind, detail))] * 2)
         self.orders = []
 
     def step(self):

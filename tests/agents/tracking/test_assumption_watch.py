@@ -19,6 +19,11 @@ class Node:
         self.counted += 1
 
     def event(self, kind: str, detail: str) -> None:
+        assert kind != "assumption violated"
+        self.said.append((kind, detail))
+
+    def warn(self, kind: str, detail: str) -> None:
+        assert kind == "assumption violated"
         self.said.append((kind, detail))
 
 

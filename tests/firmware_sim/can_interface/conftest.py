@@ -58,13 +58,13 @@ class Robots:
             name, function, own_frames=["can0"] if name in own else [])) for name, function in functions.items()}
         agenda, ledger = Agenda(), Ledger()
         conductor = Conductor(agenda, InlineHost(build), until_ns, Recorders())
-        links = Links(ledger, conductor.deliver, {}, until_ns)
+        links = Links(ledger, conductor.deliver, {})
         bus = CanBus("can0", CanSettings(**{"bit_rate_bps": 500_000, **settings}), list(functions), agenda, ledger,
                      links, Random)
         conductor.admit(conductor.host.start(), {"can0": bus})
         conductor.run()
         bus.finish(until_ns)
-        ledger.finish()
+        ledger.finish(end_ns=until_ns)
         return conductor
 
 

@@ -54,7 +54,7 @@ class DriveBench:
         self._deliveries = [each for each in self._deliveries if each[0] >= end_ns]
         report: Report = self.node.advance(Grant(0, end_ns, False, True, due))
         self.offers += [(time_ns, data) for time_ns, _, data in report.offers]
-        self.events += report.events
+        self.events += [event[:3] for event in report.events]
         self.counters, self.firm_ns = report.counters, report.firm_ns
         return self
 

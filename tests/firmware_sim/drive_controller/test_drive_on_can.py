@@ -36,6 +36,7 @@ from netem.media.can.frame import CanFrame, pack, unpack
 from netem.media.can.settings import CanSettings
 from netem.media.links import Links
 from netem.node.node import Node
+from netem.records.events import Event
 from netem.records.ledger import COLUMNS, Ledger
 from netem.transport.hosts import InlineHost
 
@@ -51,21 +52,21 @@ class CanRun:
     """The three of them for `END_NS`; `babble` is when the babbler sends its frames of highest priority."""
 
     def __init__(self, babble: Callable[[Node], Iterator[Any]] | None = None) -> None:
-        self.events: list[tuple[int, str, str, str]] = []
+        self.events: list[Event] = []
         self.heard: list[tuple[int, DriveMessage]] = []         # by the companion
         self._babble = babble
         builders = {"companion": self._companion, "drive": self._drive, "babbler": self._babbler}
-        recorders = Recorders(lambda *_: None, lambda *event: self.events.append(event))
+        recorders = Recorders(event=self.events.append)
         conductor = Conductor(Agenda(), InlineHost({name: builders[name] for name in NODES}), END_NS, recorders)
         self.ledger = Ledger()
-        links = Links(self.ledger, conductor.deliver, {}, END_NS)
+        links = Links(self.ledger, conductor.deliver, {})
         self.bus = CanBus("can", CanSettings(bit_rate_bps=500_000, queue="mailbox"), NODES, conductor.agenda,
                           self.ledger, links, lambda place: Random(f"7/{place}"))
         conductor.admit(conductor.host.start(), {"can": self.bus})
         conductor.run()
         self.bus.finish(END_NS)
         self.counters = conductor.counters
-        self.result = self.ledger.finish()
+        self.result = self.ledger.finish(end_ns=END_NS)
         self.plant.close()
 
     def _drive(self) -> Node:
@@ -107,7 +108,7 @@ class CanRun:
         return [dict(zip(COLUMNS, row, strict=True)) for row in self.ledger.rows]
 
     def kinds(self) -> list[tuple[int, str]]:
-        return [(time_ns, kind) for node, time_ns, kind, _ in self.events if node == "drive"]
+        return [(event.time_ns, event.kind) for event in self.events if event.node == "drive"]
 
 
 def babble_from_to(start_ns: int, end_ns: int, node: Node) -> Iterator[Any]:

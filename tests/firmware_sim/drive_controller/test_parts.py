@@ -11,6 +11,7 @@ from firmware_sim.drive_controller.setpoint_ramp import SetpointRamp
 from firmware_sim.drive_controller.setpoint_watch import SetpointWatch
 from firmware_sim.drive_controller.speed_loop import SpeedLoop
 from firmware_sim.drive_controller.wheel_encoder import WheelEncoder
+from netem.wire.level import Level
 
 MS = 1_000_000
 RUN, STOP = Setpoint(4.0, -2.0, Mode.RUN, 1), Setpoint(4.0, -2.0, Mode.STOP, 2)
@@ -24,7 +25,8 @@ def test_the_watch_goes_through_its_states() -> None:
         if setpoint is not None:
             watch.heard(setpoint, now_ms * MS)
         event = watch.look(now_ms * MS)
-        seen.append((now_ms, watch.state.name, event))
+        assert event is None or (event[2] is Level.WARNING) == (event[0] == "setpoint stale")
+        seen.append((now_ms, watch.state.name, event and event[:2]))
 
     assert seen == [
         (0, "STOPPED", None), (10, "RUNNING", ("drive running", "")), (209, "RUNNING", None),

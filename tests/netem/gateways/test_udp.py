@@ -65,7 +65,7 @@ def test_a_flood_is_taken_in_parts_and_empty_datagrams_count(client: socket.sock
 
 def test_a_second_peer_is_refused_with_one_event_and_the_first_keeps_the_stream(client: socket.socket) -> None:
     told: list[tuple[str, str]] = []
-    gateway = UdpGateway("ground", "line", HERE, event=lambda kind, detail: told.append((kind, detail)))
+    gateway = UdpGateway("ground", "line", HERE, event=lambda kind, detail, level: told.append((kind, detail)))
     first, second = "{}:{}".format(*client.getsockname()), ""
     client.sendto(b"first", gateway.listening)
     assert gateway.receive(10) == [b"first"]
@@ -89,7 +89,7 @@ def test_a_second_peer_is_refused_with_one_event_and_the_first_keeps_the_stream(
 def test_a_peer_may_be_followed_by_another_once_it_has_been_silent(client: socket.socket) -> None:
     told: list[tuple[str, str]] = []
     now_ns = [0]
-    gateway = UdpGateway("ground", "line", HERE, event=lambda kind, detail: told.append((kind, detail)),
+    gateway = UdpGateway("ground", "line", HERE, event=lambda kind, detail, level: told.append((kind, detail)),
                          clock_ns=lambda: now_ns[0])
     client.sendto(b"first", gateway.listening)
     gateway.receive(10)
@@ -111,7 +111,7 @@ def test_a_peer_may_be_followed_by_another_once_it_has_been_silent(client: socke
 
 def test_a_flood_of_addresses_leaves_a_bounded_number_of_events(client: socket.socket) -> None:
     told: list[str] = []
-    gateway = UdpGateway("ground", "line", HERE, event=lambda kind, detail: told.append(kind))
+    gateway = UdpGateway("ground", "line", HERE, event=lambda kind, detail, level: told.append(kind))
     client.sendto(b"first", gateway.listening)
     gateway.receive(10)
 

@@ -56,7 +56,7 @@ class RecordingRadio(BroadcastRadio):
 
 def radio_and_ledger(agenda, deliver, settings):
     ledger = Ledger()
-    radio = RecordingRadio("radio", settings, NODES, agenda, ledger, Links(ledger, deliver, {}, END_NS), random.Random)
+    radio = RecordingRadio("radio", settings, NODES, agenda, ledger, Links(ledger, deliver, {}), random.Random)
     return radio, ledger
 
 
@@ -70,7 +70,7 @@ def test_windows_decide_the_same_as_one_pass_over_all_offers(preset, mac):
     conductor.admit(conductor.host.start(), {"radio": radio})
     conductor.run()
     radio.finish(END_NS)
-    in_windows = ledger.finish()
+    in_windows = ledger.finish(end_ns=END_NS)
 
     agenda = Agenda()
     again, ledger = radio_and_ledger(agenda, lambda *delivery: True, settings)
@@ -78,7 +78,7 @@ def test_windows_decide_the_same_as_one_pass_over_all_offers(preset, mac):
         agenda.at(at_ns, OFFER, sender, partial(again.offer, sender, data, at_ns))
     agenda.run_before(END_NS)
     again.finish(END_NS)
-    in_one_pass = ledger.finish()
+    in_one_pass = ledger.finish(end_ns=END_NS)
     assert in_windows == in_one_pass
     assert in_windows.by_fate["delivered"] > 20
     assert conductor.instant_rounds == 0

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 
-from netem.records.events import Event, Level
+from netem.records.events import Event
 from netem.records.events_file import write_events
+from netem.wire.level import Level
 
 
 def test_events_read_back_in_the_order_that_is_hashed(tmp_path: Path) -> None:

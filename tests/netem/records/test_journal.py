@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from netem.core.fate import Fate
 from netem.core.frame import Frame
-from netem.records.events import Event, Level
+from netem.records.events import Event
 from netem.records.events_file import write_events
 from netem.records.journal import GrowingFile, Journal, pieces_of
 from netem.records.ledger import Ledger
@@ -24,6 +24,7 @@ from netem.records.ledger_table import hash_of, read_ledger, read_metadata
 from netem.records.signal_table import read_recording
 from netem.records.signals import SignalRecorder
 from netem.records.signals import journal_of as journal_of_signals
+from netem.wire.level import Level
 
 EACH_CUT = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 CUT = st.floats(0, 1)
@@ -95,7 +96,7 @@ def test_signals_cut_anywhere_are_read_up_to_the_last_whole_piece(tmp_path: Path
     for size in batches:
         for _ in range(size):
             recorder.append("r1", taken * 1000, (math.sin(taken),))
-            recorder.event(taken * 1000, "r1", "step", str(taken), Level.WARNING, wall_clock=bool(taken % 2))
+            recorder.event(Event(taken * 1000, "r1", "step", str(taken), Level.WARNING, wall_clock=bool(taken % 2)))
             taken += 1
         recorder.keep()
         ends.append((journal_of_signals(path).stat().st_size, taken))
@@ -173,9 +174,9 @@ def test_signals_without_room_for_their_file_are_in_their_journal(tmp_path: Path
     for time_ns in range(100):
         recorder.append("r1", time_ns, (1.0,))
         if time_ns + 1 == kept:
-            recorder.event(time_ns, "r1", "step", "before", Level.WARNING)
+            recorder.event(Event(time_ns, "r1", "step", "before", Level.WARNING))
             recorder.keep()
-    recorder.event(100, "r1", "step", "after", Level.WARNING)
+    recorder.event(Event(100, "r1", "step", "after", Level.WARNING))
 
     with files_of_at_most(1_200), pytest.raises(OSError, match="File too large"):
         recorder.finish({})     # MCAP's schemas alone are larger

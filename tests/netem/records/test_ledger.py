@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections import Counter
 from collections.abc import Sequence
 from hashlib import blake2b
 from pathlib import Path
@@ -17,7 +18,7 @@ from hypothesis import strategies as st
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.records.ledger import COLUMNS, ConservationError, Ledger
-from netem.records.ledger_file import SCHEMA
+from netem.records.ledger_file import SCHEMA, noted_batches
 from netem.records.ledger_hash import LedgerHash, array_header_bytes
 from netem.records.ledger_table import hash_of, read_ledger, read_metadata
 
@@ -193,6 +194,45 @@ def test_copies_are_conserved_and_counted_by_medium_and_fate(ends: list[tuple[st
         assert result.by_fate.get(fate.value, 0) == ledger.closed[fate] == count
         for medium in ("radio", "can"):
             assert result.by_medium.get(medium, {}).get(fate.value, 0) == ends.count((medium, fate))
+
+
+STEP = st.tuples(st.integers(0, 30), st.sampled_from(["r1", "r2", "r3"]), st.booleans(), st.booleans())
+
+
+@given(st.lists(STEP, max_size=60), st.dictionaries(st.sampled_from(["r1", "r2"]), st.integers(0, 80)),
+       st.integers(1, 20), st.integers(0, 100))
+@settings(max_examples=50, deadline=None)
+def test_a_fate_is_settled_once_its_arrival_has_passed_and_is_final_then(
+        tmp_path_factory: pytest.TempPathFactory, steps: list[tuple[int, str, bool, bool]], gone_ns: dict[str, int],
+        chunk_rows: int, end_ns: int) -> None:
+    """One copy is closed at each nanosecond and arrives up to 30 ns later; that a node is gone is said when it is."""
+    path = tmp_path_factory.mktemp("ledger") / "ledger.parquet"
+    now_ns, wanted, arrivals = 0, list[tuple[int, str, int]](), list[int]()
+    ledger = Ledger(path, chunk_rows=chunk_rows, passed_ns=lambda: now_ns)
+    for now_ns, (delay_ns, receiver, lost, keep) in enumerate(steps[:end_ns]):
+        for name in (name for name, from_ns in gone_ns.items() if from_ns == now_ns):
+            ledger.receiver_gone(name, now_ns)
+        arrival_ns = -1 if lost else now_ns + delay_ns
+        said_gone = gone_ns.get(receiver, end_ns) < len(steps)
+        fate = (Fate.LOST if lost else Fate.UNFINISHED if arrival_ns >= end_ns else
+                Fate.RECEIVER_GONE if said_gone and arrival_ns >= gone_ns.get(receiver, end_ns) else Fate.DELIVERED)
+        wanted.append((now_ns, fate.value, arrival_ns if fate is Fate.DELIVERED else -1))
+        arrivals.append(arrival_ns)
+        ledger.expect(1, "radio")
+        ledger.close(frame(now_ns), receiver, Fate.LOST if lost else Fate.DELIVERED, delivered_ns=arrival_ns)
+        assert ledger.closed.total() == now_ns + 1
+        if keep:
+            ledger.keep()
+            noted = [row for batch in noted_batches(path) for row in batch.to_pylist()]
+            assert len(noted) == next((n for n, row in enumerate(arrivals) if row >= now_ns), len(arrivals))
+            assert [(row["number"], row["fate"], row["delivered_ns"]) for row in noted] == wanted[:len(noted)]
+
+    result = ledger.finish(end_ns=end_ns)
+
+    assert [(row["number"], row["fate"], row["delivered_ns"]) for row in read_ledger(path).to_pylist()] == wanted
+    assert result.hash == hash_of(path)
+    assert {fate.value: copies for fate, copies in ledger.closed.items()} == result.by_fate == dict(
+        Counter(fate for _, fate, _ in wanted))
 
 
 def test_a_copy_that_never_ends_is_an_error_with_both_numbers(tmp_path: Path) -> None:

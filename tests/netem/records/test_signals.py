@@ -12,9 +12,10 @@ import pytest
 from mcap.reader import make_reader
 
 from netem.records import signals as signals_module
-from netem.records.events import Event, Level, hash_of_events, in_order
+from netem.records.events import Event, hash_of_events, in_order
 from netem.records.signal_table import read_recording, read_signals
 from netem.records.signals import SignalRecorder
+from netem.wire.level import Level
 
 SCENARIO = b'{"name": "two_robots", "seed": 7}'
 
@@ -26,8 +27,8 @@ def recorded(path: Path, samples: int = 20) -> SignalRecorder:
     for k in range(samples):
         recorder.append("r2", k * 10_000_000, [k / 3])
         recorder.append("r1", k * 10_000_000, (math.sin(k), -k))
-    recorder.event(50, "r2", "adopted topology", "L2")
-    recorder.event(10, "", "violation", "r1 handed out a frame before its promise", Level.ERROR)
+    recorder.event(Event(50, "r2", "adopted topology", "L2"))
+    recorder.event(Event(10, "", "violation", "r1 handed out a frame before its promise", Level.ERROR))
     recorder.finish({"scenario": "two_robots", "seed": "7"}, SCENARIO)
     return recorder
 

@@ -15,7 +15,8 @@ from experiments.judge.monitors.judge import VIOLATED, events, judge
 from experiments.judge.monitors.outcome import Outcome, seconds
 from experiments.judge.monitors.records import Records
 from experiments.judge.monitors.stretches import covered_ns, joined
-from netem.records.events import Event, Level
+from netem.records.events import Event
+from netem.wire.level import Level
 
 STRETCHES = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 40), st.integers(1, 15)), max_size=15)
 

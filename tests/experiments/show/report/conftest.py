@@ -15,9 +15,10 @@ import pytest
 
 from netem.core.fate import Fate
 from netem.core.frame import Frame
-from netem.records.events import Level
+from netem.records.events import Event
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder
+from netem.wire.level import Level
 
 HEARD_BY = [  # by topology: sender -> receivers
     {"r1": ["r2", "r4"], "r2": ["r1", "r3", "r4"], "r3": ["r2", "r5"], "r4": ["r1", "r2"], "r5": ["r3", "r4"]},
@@ -40,8 +41,9 @@ def write_synthetic_run(folder: Path, length_s: float = 13.0) -> Path:
     toggles = list(range(TOGGLE_NS, length_ns, TOGGLE_NS))
     for k, instant in enumerate(toggles):
         for node in HEARD_BY[0]:
-            recorder.event(instant + 3 * SLOT_NS, node, "adopted topology", f"L{(k + 1) % 2 + 1}")
-    recorder.event(5_000_000_000, "r4", "promise broken", "a frame at 5 s, promised none before 5.001 s", Level.ERROR)
+            recorder.event(Event(instant + 3 * SLOT_NS, node, "adopted topology", f"L{(k + 1) % 2 + 1}"))
+    recorder.event(Event(5_000_000_000, "r4", "promise broken", "a frame at 5 s, promised none before 5.001 s",
+                         Level.ERROR))
     result = ledger.finish()
     scenario = {
         "name": "synthetic", "seed": 7, "length_ns": length_ns,

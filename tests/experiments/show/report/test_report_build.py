@@ -18,6 +18,7 @@ from experiments.show.report import series
 from experiments.show.report.build import size, write_report
 from netem.core.fate import Fate
 from netem.core.frame import Frame
+from netem.records.events import Event
 from netem.records.ledger import Ledger
 from netem.records.ledger_table import read_ledger, read_metadata
 from netem.records.signals import SignalRecorder
@@ -296,7 +297,7 @@ def test_names_cannot_break_out_of_the_page(tmp_path: Path) -> None:
     recorder = SignalRecorder(tmp_path / "signals.mcap")
     recorder.declare(bad, [(bad, bad)])
     recorder.append(bad, 0, (1.0,))
-    recorder.event(0, bad, bad, bad)
+    recorder.event(Event(0, bad, bad, bad))
     recorder.finish({})
 
     page = Page(write_report(tmp_path))

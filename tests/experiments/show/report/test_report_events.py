@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from experiments.show.report.build import FEW_OF_A_KIND, MOST_EVENTS, MOST_OF_A_KIND, listed_events
-from netem.records.events import Event, Level
+from netem.records.events import Event
+from netem.wire.level import Level
 
 
 def told(kind: str, count: int, level: Level = Level.INFO, start_ns: int = 0) -> list[Event]:

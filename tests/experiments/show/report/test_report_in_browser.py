@@ -11,9 +11,10 @@ import pytest
 from experiments.show.report.build import write_report
 from netem.core.fate import Fate
 from netem.core.frame import Frame
-from netem.records.events import Level
+from netem.records.events import Event
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder
+from netem.wire.level import Level
 from tests.browser import Browser, browser, needs_browser
 
 pytestmark = [pytest.mark.slow, needs_browser]
@@ -49,8 +50,8 @@ def small_run(folder: Path) -> Path:
         for k in range(LENGTH_MS // 10):
             x = 1.5 if node == "b" and k == 123 else 0.4 * k / 100
             recorder.append(node, k * 10 * MS, (x, side, 0.0))
-    recorder.event(1_230 * MS, "b", "assumption violated", "age of information", Level.WARNING)
-    recorder.event(1_230 * MS, "b", "guarantee violated", "losses: " + str(VIOLATION["cause"]), Level.WARNING)
+    recorder.event(Event(1_230 * MS, "b", "assumption violated", "age of information", Level.WARNING))
+    recorder.event(Event(1_230 * MS, "b", "guarantee violated", "losses: " + str(VIOLATION["cause"]), Level.WARNING))
     (folder / "scenario.json").write_text(json.dumps(SCENARIO))
     (folder / "run.json").write_text(json.dumps({"reached_ns": LENGTH_MS * MS, "counters": {"b": {"heard": 197}}}))
     (folder / "summary.json").write_text(json.dumps({"host": "inline"}))

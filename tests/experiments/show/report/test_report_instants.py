@@ -13,6 +13,7 @@ from experiments.judge.run_result import Verdict
 from experiments.show.report.instants import instant_of
 from netem.core.fate import Fate
 from netem.core.frame import Frame
+from netem.records.events import Event
 from netem.records.ledger import Ledger
 from netem.records.signals import SignalRecorder
 
@@ -48,7 +49,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> RunData:
         recorder.declare(node, [("y", "1")])
         for k in range(100):
             recorder.append(node, k * 10 * MS, (signal(k * 0.01),))
-    recorder.event(300 * MS, "b", "slot missed", "")
+    recorder.event(Event(300 * MS, "b", "slot missed", ""))
     recorder.finish({}, b'{"length_ns": 1000000000}')
     return load_run(folder)
 

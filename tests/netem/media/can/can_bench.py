@@ -32,16 +32,16 @@ class CanBench:
         self.loads: list[tuple[int, float]] = []
         self.bounds_ns: list[int] = []
         self.end_ns = end_ns
-        links = Links(self.ledger, self._deliver, {}, end_ns)
+        links = Links(self.ledger, self._deliver, {})
         self.bus = CanBus("can", CanSettings(**{"bit_rate_bps": 500_000, **settings}), nodes, self.agenda, self.ledger,
                           links, rng_for or (lambda place: Random(f"7/{place}")))
-        self.bus.observe(MediumObserver(lambda *event: self.events.append(event),
+        self.bus.observe(MediumObserver(lambda event: self.events.append(event[:4]),
                                         lambda medium, time_ns, values: self.loads.append((time_ns, values[0]))))
 
-    def _deliver(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> bool:
+    def _deliver(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> None:
         assert all(arrival_ns >= bound_ns for bound_ns in self.bounds_ns)
-        self.arrivals.append((arrival_ns, receiver, data))
-        return True
+        if arrival_ns < self.end_ns:
+            self.arrivals.append((arrival_ns, receiver, data))
 
     def offer(self, at_ns: int, sender: str, frame: CanFrame | bytes) -> None:
         data = frame if isinstance(frame, bytes) else pack(frame)
@@ -52,7 +52,7 @@ class CanBench:
             self.offer(at_ns, sender, frame)
         self.agenda.run_before(self.end_ns)
         self.bus.finish(self.end_ns)
-        self.ledger.finish()
+        self.ledger.finish(end_ns=self.end_ns)
         return self
 
     @property

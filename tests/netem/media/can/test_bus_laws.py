@@ -156,7 +156,7 @@ def talkative(name: str) -> Node:
 
 def bus_and_ledger(agenda: Agenda, deliver: Any, settings: CanSettings) -> tuple[CanBus, Ledger]:
     ledger = Ledger()
-    return CanBus("can", settings, NODES, agenda, ledger, Links(ledger, deliver, {}, END_NS), Random), ledger
+    return CanBus("can", settings, NODES, agenda, ledger, Links(ledger, deliver, {}), Random), ledger
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "dying"])
@@ -172,7 +172,7 @@ def test_windows_decide_the_same_as_one_pass_over_all_offers(kind: str) -> None:
     conductor.admit(conductor.host.start(), {"can": bus})
     conductor.run()
     bus.finish(END_NS)
-    in_windows = ledger.finish()
+    in_windows = ledger.finish(end_ns=END_NS)
 
     agenda = Agenda()
     again, ledger = bus_and_ledger(agenda, lambda *delivery: True, settings)
@@ -180,7 +180,7 @@ def test_windows_decide_the_same_as_one_pass_over_all_offers(kind: str) -> None:
         agenda.at(at_ns, OFFER, sender, partial(again.offer, sender, data, at_ns))
     agenda.run_before(END_NS)
     again.finish(END_NS)
-    in_one_pass = ledger.finish()
+    in_one_pass = ledger.finish(end_ns=END_NS)
     assert in_windows == in_one_pass
     assert in_windows.rows > 500
     assert in_windows.by_fate["delivered"] > 20

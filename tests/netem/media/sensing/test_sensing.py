@@ -23,7 +23,7 @@ class Bench:
         settings.setdefault("bodies", dict.fromkeys(nodes, ("x", "y", "theta")))
         self.medium = Sensing("view", SensingSettings(**{"exposure_period_ns": PERIOD_NS, "latency_ns": LATENCY_NS,
                                                          **settings}), nodes, self.agenda, self.ledger,
-                              Links(self.ledger, self._deliver, {}, END_NS), lambda place: Random(f"7/{place}"))
+                              Links(self.ledger, self._deliver, {}), lambda place: Random(f"7/{place}"))
 
     def _deliver(self, receiver, medium, arrival_ns, data):
         self.news.append((arrival_ns, receiver, unpack_sight(data)))
@@ -35,7 +35,7 @@ class Bench:
     def run(self):
         self.agenda.run_before(END_NS)
         self.medium.finish(END_NS)
-        self.ledger.finish()
+        self.ledger.finish(end_ns=END_NS)
         return self
 
     def fates(self):

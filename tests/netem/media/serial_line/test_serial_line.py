@@ -26,13 +26,13 @@ class Bench:
         self.agenda, self.ledger, self.heard, self.bounds_ns = Agenda(), Ledger(), [], []
         self.end_ns = end_ns
         self.line = SerialLine("uart", SerialLineSettings(**{"baud_bps": 10_000_000, **settings}), ("fc", "modem"),
-                               self.agenda, self.ledger, Links(self.ledger, self._deliver, pipelines or {}, end_ns),
+                               self.agenda, self.ledger, Links(self.ledger, self._deliver, pipelines or {}),
                                lambda place: Random(place))
 
     def _deliver(self, receiver, medium, arrival_ns, data):
         assert all(arrival_ns >= bound_ns for bound_ns in self.bounds_ns)
-        self.heard.append((arrival_ns, receiver, data))
-        return True
+        if arrival_ns < self.end_ns:
+            self.heard.append((arrival_ns, receiver, data))
 
     def offer(self, at_ns, sender, data):
         def act():
@@ -43,7 +43,7 @@ class Bench:
     def run(self):
         self.agenda.run_before(self.end_ns)
         self.line.finish(self.end_ns)
-        self.ledger.finish()
+        self.ledger.finish(end_ns=self.end_ns)
         return self
 
     def rows(self):

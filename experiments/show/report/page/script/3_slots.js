@@ -15,7 +15,7 @@ function drawSlots() {
     const label = several ? `${sender} · ${medium}` : sender;
     const what = `${sender} on ${medium}, frame ${s.number[k]}, ${s.bytes[k]} bytes<br>from ${s.start_ms[k].toFixed(6)} ms`
       + (airtime === null ? ", not on the air" : ` for ${airtime.toFixed(6)} ms`)
-      + `<br>delivered ${s.heard[k]} of ${s.copies[k]}` + (name === "delivered" ? "" : `, ${name}`) + meaning(name);
+      + `<br>${DATA.delivered} ${s.heard[k]} of ${s.copies[k]}` + (name === DATA.delivered ? "" : `, ${name}`) + meaning(name);
     const kind = airtime === null ? name + " (not on the air)" : name;
     const row = rows[kind] = rows[kind] || {fate: name, onAir: airtime !== null, base: [], x: [], y: [], text: []};
     const drawn = airtime === null ? null : Math.max(airtime, width / 500);     // a frame without airtime is seen too

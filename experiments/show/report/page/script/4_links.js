@@ -27,13 +27,13 @@ function drawFates() {
   const z = grid(), text = grid();
   for (const link of links) {
     const r = rows.indexOf(several ? `${link.sender} · ${link.medium}` : link.sender), c = columns.indexOf(link.receiver);
-    z[r][c] = 100 * (1 - (link.fates.delivered || 0) / total(link));
+    z[r][c] = 100 * (1 - (link.fates[DATA.delivered] || 0) / total(link));
     text[r][c] = `${label(link)}<br>` + known.filter((f) => f in link.fates).map((f) => `${f}: ${link.fates[f]}`).join("<br>");
   }
   const most = Math.max(1, ...z.flat().filter((share) => share !== null));
   Plotly.react("plot-fates", [{type: "heatmap", x: columns, y: rows, z, hovertext: text, hovertemplate: "%{hovertext}<extra></extra>",
     texttemplate: columns.length <= 20 ? "%{z:.1f}" : "", textfont: {size: 11},
-    colorscale: sequential(), zmin: 0, zmax: most, xgap: 1, ygap: 1, colorbar: {title: {text: "not delivered [%]", side: "right"}}}],
+    colorscale: sequential(), zmin: 0, zmax: most, xgap: 1, ygap: 1, colorbar: {title: {text: `not ${DATA.delivered} [%]`, side: "right"}}}],
     layout("receiver", "sender", {height: Math.max(340, 110 + 22 * rows.length),
       yaxis: {autorange: "reversed", type: "category"}, xaxis: {type: "category"},
       margin: {l: narrow.matches ? 40 : 60, r: 16, t: 30, b: 46}, modebar: {...layout("", "").modebar, orientation: "h"}}), config());

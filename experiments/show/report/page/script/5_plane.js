@@ -40,9 +40,9 @@ function drawPlane() {
                  marker: {color: line(points.body).color, size: 6, symbol: "diamond", opacity: 0.75, line: {width: 0.5, color: css("--ink")}}});
   });
   marks("looks just now", fresh.filter((look) => look.seen), {size: 15, color: css("--ink"), symbol: "circle-open", line: {width: 2}});
-  marks("looks lost on the way", looks.filter((look) => !look.seen && look.fate !== "out of view" && look.fate !== "occluded"),
+  marks("looks lost on the way", looks.filter((look) => !look.seen && !look.unseen),
     {size: 5, color: violatedColour(), symbol: "x-thin", line: {width: 1, color: violatedColour()}});
-  marks("not in view just now", fresh.filter((look) => look.fate === "out of view" || look.fate === "occluded"), {size: 11, color: violatedColour(), symbol: "x-open"});
+  marks("not in view just now", fresh.filter((look) => look.unseen), {size: 11, color: violatedColour(), symbol: "x-open"});
   p.bodies.forEach((body) => traces.push({
     type: "scatter", mode: "markers", legendgroup: body.label, showlegend: false, x: [body.x[k]], y: [body.y[k]],
     marker: {color: line(body.label).color, size: 14, symbol: body.heading ? "arrow" : "circle",
