@@ -37,10 +37,10 @@ from netem.media.can.bus_load import BusLoad
 from netem.media.can.bus_off_recovery import BusOffRecovery
 from netem.media.can.bus_timeline import BusTimeline
 from netem.media.can.controller import Controller
-from netem.media.can.controller_message import state_message
 from netem.media.can.declared import DeclarationWatch
 from netem.media.can.encoded_frame import EncodedFrame, encode_frame
 from netem.media.can.error_frame import ERROR_DELIMITER_BITS
+from netem.media.can.error_message import state_message
 from netem.media.can.fault_confinement import State
 from netem.media.can.frame import ERROR_STATE, MalformedFrame
 from netem.media.can.messages import late_messages
