@@ -34,7 +34,8 @@ from netem.media.can.fault_confinement import State
 from netem.media.can.frame import CanFrame, MalformedFrame, pack, unpack
 
 CAN_KIND: Final = "can"         # of a medium in the scenario
-STATES: Final = {State.ERROR_ACTIVE: BusState.ACTIVE, State.ERROR_PASSIVE: BusState.PASSIVE, State.BUS_OFF: BusState.ERROR}
+STATES: Final = {State.ERROR_ACTIVE: BusState.ACTIVE, State.ERROR_PASSIVE: BusState.PASSIVE,
+                 State.BUS_OFF: BusState.ERROR}
 NO_RUN: Final = (
     "the CAN interface 'marconet' exists only inside a run of marconet, in the threads of a node's program. Write the "
     "code as a function, name it in a scenario (program = \"my_module:main\") and start it with `marconet run "
