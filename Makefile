@@ -49,7 +49,7 @@ $(VENV)/.installed-compiled: pyproject.toml | $(VENV)/.installed
 	@touch $@
 
 # A variable, since `call` would split its arguments at the commas.
-EXTRAS = dev,clients,peers,compiler,pandas
+EXTRAS = dev,clients,oracles,peers,compiler,pandas
 
 $(VENV)/.installed-all: pyproject.toml | $(VENV)/.installed-dev
 	@$(call install,-e '.[$(EXTRAS)]')

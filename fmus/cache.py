@@ -20,6 +20,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
+from platformdirs import user_cache_path
+
 from fmus.errors import PlantError
 
 FILES: Final = ".files"             # a line for each file: size, time of change [ns], digest, name
@@ -29,11 +31,7 @@ def cache_folder() -> Path:
     """$MARCONET_CACHE, or the user's cache folder of this platform."""
     if named := os.environ.get("MARCONET_CACHE"):
         return Path(named)
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "marconet"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "marconet"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "marconet"
+    return user_cache_path("marconet", appauthor=False, opinion=False)
 
 
 def kept(folder: Path, make: Callable[[Path], None]) -> Path:

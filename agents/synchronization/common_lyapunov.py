@@ -32,17 +32,14 @@ def rates_per_s(P: Floats, maps: Sequence[Floats], periods_s: Sequence[float]) -
 
 
 def discrete_lyapunov(M: Floats, Q: Floats) -> Floats:
-    """X = M' X M + Q for a contracting M, by doubling: X = sum over k of M'^k Q M^k (Smith 1968)."""
+    """X = M' X M + Q for a contracting M."""
+    from scipy.linalg import solve_discrete_lyapunov  # here, so that importing this file does not load it
+
     radius = float(np.abs(np.linalg.eigvals(M)).max())
     if radius >= 1:
         raise ValueError(f"spectral radius {radius:.9g}: only a contracting map has a Lyapunov function")
-    X, power = Q, M
-    while True:
-        more = power.T @ X @ power
-        X = X + more
-        if np.linalg.norm(more) <= np.finfo(float).eps * np.linalg.norm(X):
-            return (X + X.T) / 2
-        power = power @ power
+    X = np.asarray(solve_discrete_lyapunov(M.T, Q), dtype=np.float64)
+    return (X + X.T) / 2
 
 
 def search(maps: Sequence[Floats], periods_s: Sequence[float]) -> Floats:

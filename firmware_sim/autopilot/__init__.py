@@ -3,7 +3,9 @@
     vehicle.py               what the MAVLink front calls: the contract between the two halves
     autopilot.py             the board's program: sensors and motion capture in, motor commands out
     autopilot_settings.py    the keys of a scenario
-    flight_controller.py     modes, arming, commands; implements the contract
+    flight_controller.py     arming, commands, changes of mode; implements the contract
+    modes.py                 the table of modes, and which follows which
+    flight.py                what a mode flies, and the phases of flight
     refusals.py              why something cannot be done now
     failsafe.py              what to do when something falls silent
     mission_run.py           how far a mission is

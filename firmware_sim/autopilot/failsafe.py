@@ -2,7 +2,7 @@
 
     motion capture silent, its position needed   ->  LAND, blind until it is back
     link silent                                  ->  as LINK_LOSS_ACT says: hold and then land, land, return
-    targets silent in OFFBOARD or STABILIZE      ->  HOLD, without motion capture LAND
+    targets silent in a mode that follows them   ->  HOLD, without motion capture LAND
 
 They are looked at in this order. Who lands or returns already goes on. A link that is heard again ends the hold, and
 the vehicle stays where it is: going on is the ground's decision. A landing is finished.
@@ -12,12 +12,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from firmware_sim.autopilot.modes import MODES
 from firmware_sim.autopilot.vehicle import Mode, Parameters
 
 MOCAP_LOST = "motion capture lost: descend"
 LINK_HOLD, LINK_LAND, LINK_RETURN = "link lost: hold", "link lost: land", "link lost: return"
 TARGETS_HOLD, TARGETS_LAND = "targets lost: hold", "targets lost: land"
-GOING_HOME = (Mode.LAND, Mode.RETURN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,13 +50,13 @@ class Failsafe:
             return self._link_lost(now_ns, mode, action, silences.position_valid)
         if self.acting == LINK_HOLD:
             self.acting = ""
-        if mode in (Mode.OFFBOARD, Mode.STABILIZE) and silences.targets_ns > get("OFFB_LOSS") * 1e9:
+        if MODES[mode].targets and silences.targets_ns > get("OFFB_LOSS") * 1e9:
             self.acting = TARGETS_HOLD if silences.position_valid else TARGETS_LAND
             return Mode.HOLD if silences.position_valid else Mode.LAND
         return None
 
     def _link_lost(self, now_ns: int, mode: Mode, action: int, position_valid: bool) -> Mode | None:
-        if mode in GOING_HOME:
+        if MODES[mode].homeward:
             return None
         if self.acting == LINK_HOLD:
             if now_ns - self._held_ns < self.parameters.get("LINK_HOLD") * 1e9:

@@ -39,15 +39,10 @@ def yaw_of(q: Quaternion) -> float:
 
 
 def roll_pitch_yaw(q: Quaternion) -> Vector:
+    """Turned by yaw first, then pitch, then roll."""
     w, x, y, z = q
     return (atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), asin(max(-1.0, min(1.0, 2 * (w * y - z * x)))),
             yaw_of(q))
-
-
-def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
-    cr, sr, cp, sp, cy, sy = (f(angle / 2) for angle in (roll, pitch, yaw) for f in (cos, sin))
-    return (cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy)
 
 
 def down_axis(q: Quaternion) -> Vector:

@@ -1,22 +1,14 @@
 """Why something cannot be done now, in words for people; "" where it can.
 
-| | armed | in the air | motion capture | fresh targets |
-|---|---|---|---|---|
-| arm | | | unless STABILIZE or attitudes in OFFBOARD | in OFFBOARD |
-| HOLD, MISSION | | | needed | |
-| OFFBOARD | | | for positions | needed |
-| STABILIZE | | | | attitudes, in the air |
-| TAKEOFF | needed | must not be | needed | |
-| LAND | needed | needed | | |
-| RETURN | needed | needed | needed | |
-
-Arming also needs a level stand and, while LINK_LOSS_ACT asks for one, a link: what `force` passes over.
+The rules of each mode stand in `modes.MODES`. Arming also needs a level stand and, while LINK_LOSS_ACT asks for one, a
+link: what `force` passes over.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from firmware_sim.autopilot.modes import MODES, Targets, Where, needs_position
 from firmware_sim.autopilot.vehicle import Mode
 
 ARMING_TILT = 0.3           # [rad]
@@ -33,18 +25,13 @@ class Facts:
     tilt_rad: float
 
 
-def needs_position(mode: Mode, attitude_told: bool) -> bool:
-    if mode is Mode.OFFBOARD:
-        return not attitude_told
-    return mode is not Mode.STABILIZE
-
-
 def arming(mode: Mode, facts: Facts, force: bool) -> str:
+    rules = MODES[mode]
     if needs_position(mode, facts.attitude_told) and not facts.position_valid:
         return "no motion capture"
-    if mode in (Mode.LAND, Mode.RETURN, Mode.TAKEOFF):
+    if not rules.arms:
         return f"mode {mode.value}"
-    if mode is Mode.OFFBOARD and not facts.targets_fresh:
+    if rules.targets is Targets.ANY and not facts.targets_fresh:
         return "no stream of targets"
     if not force and facts.tilt_rad > ARMING_TILT:
         return "not level"
@@ -52,16 +39,18 @@ def arming(mode: Mode, facts: Facts, force: bool) -> str:
 
 
 def entering(mode: Mode, facts: Facts) -> str:
-    if mode in (Mode.TAKEOFF, Mode.LAND, Mode.RETURN) and not facts.armed:
+    rules = MODES[mode]
+    if rules.begins and not facts.armed:
         return "not armed"
-    if mode is Mode.TAKEOFF and not facts.on_ground:
+    if rules.begins is Where.ON_GROUND and not facts.on_ground:
         return "in the air already"
-    if mode in (Mode.LAND, Mode.RETURN) and facts.on_ground:
+    if rules.begins is Where.IN_AIR and facts.on_ground:
         return "not in the air"
-    if mode is Mode.OFFBOARD and not facts.targets_fresh:
+    if rules.targets is Targets.ANY and not facts.targets_fresh:
         return "no stream of targets"
-    if mode is Mode.STABILIZE and not facts.on_ground and not (facts.targets_fresh and facts.attitude_told):
+    attitudes = facts.targets_fresh and facts.attitude_told
+    if rules.targets is Targets.ATTITUDES_IN_AIR and not facts.on_ground and not attitudes:
         return "no stream of attitudes"
-    if mode is not Mode.LAND and needs_position(mode, facts.attitude_told) and not facts.position_valid:
+    if not rules.blind and needs_position(mode, facts.attitude_told) and not facts.position_valid:
         return "no motion capture"
     return ""

@@ -29,11 +29,12 @@ from firmware_sim.blocking.here import running
 from firmware_sim.blocking.inbox import Inbox
 from firmware_sim.blocking.program import BlockingProgram
 from firmware_sim.blocking.seconds import duration_ns
-from firmware_sim.can_interface.controller_state import ControllerState, state_after
+from netem.media.can.error_message import state_after
+from netem.media.can.fault_confinement import State
 from netem.media.can.frame import CanFrame, MalformedFrame, pack, unpack
 
-STATES: Final = {ControllerState.ERROR_ACTIVE: BusState.ACTIVE, ControllerState.ERROR_PASSIVE: BusState.PASSIVE,
-                 ControllerState.BUS_OFF: BusState.ERROR}
+STATES: Final = {State.ERROR_ACTIVE: BusState.ACTIVE, State.ERROR_PASSIVE: BusState.PASSIVE,
+                 State.BUS_OFF: BusState.ERROR}
 NO_RUN: Final = (
     "the CAN interface 'marconet' exists only inside a run of marconet, in the threads of a node's program. Write the "
     "code as a function, name it in a scenario (program = \"my_module:main\") and start it with `marconet run "
@@ -48,7 +49,7 @@ class Channel:
         self.name = name
         self.hears_itself = name in program.own_frames
         self.buses: list[MarconetBus] = []
-        self.state = ControllerState.ERROR_ACTIVE
+        self.state = State.ERROR_ACTIVE
         self._senders: dict[bytes, MarconetBus] = {}        # who last sent this identifier; no other node may
         program.node.ports[name].on_receive = self._receive
         for what in ("malformed", "rx_dropped"):

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from math import cos, hypot, isfinite, sin
 
+from firmware_sim.autopilot.frames import yaw_of
 from firmware_sim.autopilot.vehicle import AttitudeTarget, PerAxis, PositionTarget, VehicleState
 from firmware_sim.mavlink.dialect import Message
 from firmware_sim.mavlink.enums import AttitudeIgnore, Frame, PositionIgnore
-from firmware_sim.mavlink.telemetry import euler_rad
 
 AXES = (PositionIgnore.X_IGNORE, PositionIgnore.Y_IGNORE, PositionIgnore.Z_IGNORE)
 SPEEDS = (PositionIgnore.VX_IGNORE, PositionIgnore.VY_IGNORE, PositionIgnore.VZ_IGNORE)
@@ -36,7 +36,7 @@ def position_target(message: Message, state: VehicleState) -> PositionTarget | s
     if frame == Frame.BODY_NED:
         if any(_half(axes) for axes in (position, velocity)):
             return "target refused: BODY_NED needs x and y"
-        heading_rad = euler_rad(state.quaternion_wxyz)[2]
+        heading_rad = yaw_of(state.quaternion_wxyz)
         position, velocity = _turned(position, heading_rad), _turned(velocity, heading_rad)
         yaw = None if yaw is None else yaw + heading_rad
     elif frame not in (Frame.LOCAL_NED, Frame.LOCAL_OFFSET_NED):

@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from math import asin, atan2, degrees, hypot, pi
+from math import degrees, hypot, pi
 from typing import Final
 
+from firmware_sim.autopilot.frames import roll_pitch_yaw, yaw_of
 from firmware_sim.autopilot.vehicle import Landed, Mode, Quaternion, Vector, Vehicle, VehicleState
 from firmware_sim.mavlink.dialect import Message, layout_of, message
 from firmware_sim.mavlink.enums import (
@@ -85,7 +86,7 @@ def system_time(of: Telemetry, state: VehicleState, now_ns: int) -> Message:
 
 
 def attitude(of: Telemetry, state: VehicleState, now_ns: int) -> Message:
-    roll, pitch, yaw = euler_rad(state.quaternion_wxyz)
+    roll, pitch, yaw = roll_pitch_yaw(state.quaternion_wxyz)
     p, q, r = state.rates_radps
     return message("ATTITUDE", time_boot_ms=boot_ms(state.time_ns), roll=roll, pitch=pitch, yaw=yaw, rollspeed=p,
                    pitchspeed=q, yawspeed=r)
@@ -197,12 +198,5 @@ def centi(value: float) -> int:
     return max(-32_768, min(32_767, round(value * 100)))
 
 
-def euler_rad(q: Quaternion) -> Vector:
-    """Roll, pitch, yaw: turned by yaw first, then pitch, then roll."""
-    w, x, y, z = q
-    return (atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), asin(max(-1.0, min(1.0, 2 * (w * y - z * x)))),
-            atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
-
-
 def heading_deg(q: Quaternion) -> float:
-    return degrees(euler_rad(q)[2] % (2 * pi))
+    return degrees(yaw_of(q) % (2 * pi))

@@ -24,9 +24,9 @@ from netem.media.can.bit_sequence import bit_sequence
 from netem.media.can.bus_off_recovery import BusOffRecovery
 from netem.media.can.bus_state import BusState
 from netem.media.can.controller import Controller
-from netem.media.can.controller_message import state_message
 from netem.media.can.encoded_frame import EncodedFrame, encode_frame
 from netem.media.can.error_frame import ERROR_DELIMITER_BITS
+from netem.media.can.error_message import state_message
 from netem.media.can.fault_confinement import State
 from netem.media.can.frame import ERROR_STATE
 from netem.wire.instants import NEVER_NS

@@ -7,7 +7,7 @@ import pytest
 
 FOR_ROBOTS = ("agents.tracking.controller", "agents.tracking.error_system", "agents.tracking.closed_loop",
               "agents.tracking.section_4_6", "agents.triggering.assumptions", "agents.triggering.policies.table",
-              "agents.triggering.l2_gain", "agents.triggering.convex_program")
+              "agents.triggering.l2_gain")
 
 
 @pytest.mark.parametrize("heavy", ["scipy", "networkx", "pydantic"])

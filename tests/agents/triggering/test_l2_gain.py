@@ -3,6 +3,7 @@ import pytest
 import scipy.linalg
 
 from agents.triggering.l2_gain import GainEstimate, estimate_gain, input_norm
+from tests.oracles import cvxpy
 
 
 class Linear:
@@ -35,6 +36,8 @@ class Cubic(Linear):
 
 OSCILLATOR = Linear([[0, 1], [-4, -0.4]], [[0], [1]], [[1, 0], [0, 0.2]], [[0], [0.1]])
 
+DAMPED = Linear([[0, 1], [-4, -2]], [[0], [1]], [[1, 0], [0, 0.2]], [[0], [0.1]])
+
 
 def lifted_gain(system, horizon_s, steps, inner=4):
     """Largest singular value from held inputs to outputs: exact in the state, midpoint rule in the output."""
@@ -62,6 +65,20 @@ def test_the_gain_of_a_linear_system_is_the_largest_singular_value():
     assert found.settled
     assert found.lower_estimate == pytest.approx(expected, rel=2e-3)    # RK4, 0.2 rad a step: 1e-5; the rest: settling
     assert found.lower_estimate <= expected * (1 + 5e-4)
+
+
+def test_over_a_long_horizon_the_gain_is_that_of_the_bounded_real_lemma():
+    """The smallest gamma with P >= 0 and [A'P + PA + C'C, PB + C'D; B'P + D'C, D'D - gamma^2 I] <= 0, by an SDP."""
+    cp = cvxpy()
+    A, B, C, D = DAMPED.A, DAMPED.B, DAMPED.C, DAMPED.D
+    P, square = cp.Variable((2, 2), PSD=True), cp.Variable()
+    bounded = cp.bmat([[A.T @ P + P @ A + C.T @ C, P @ B + C.T @ D],
+                       [B.T @ P + D.T @ C, D.T @ D - square * np.eye(1)]])
+    gamma = np.sqrt(cp.Problem(cp.Minimize(square), [bounded << 0]).solve("CLARABEL"))
+
+    found = estimate_gain(DAMPED, 1.0, 30.0, steps=300, starts=4, iterations=100).lower_estimate
+
+    assert 0.99 * gamma < found <= gamma * (1 + 1e-4)       # peak 1 rad/s wide: (pi / 30)^2 / 2 of the gain is missing
 
 
 def test_of_a_linear_system_it_does_not_depend_on_the_amplitude():

@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from firmware_sim.autopilot.airframe import GRAVITY, Airframe
 from firmware_sim.autopilot.attitude_control import YAW_MOST, AttitudeControl
-from firmware_sim.autopilot.frames import down_axis, from_roll_pitch_yaw, to_world, yaw_of
+from firmware_sim.autopilot.frames import down_axis, to_world, yaw_of
 from firmware_sim.autopilot.position_control import INTEGRAL_MOST, LEAST_LIFT, PositionControl
 from firmware_sim.autopilot.vehicle import Quaternion
+from tests.firmware_sim.autopilot.attitude import from_roll_pitch_yaw
 
 J = np.array(Airframe().inertia_kgm2)
 LEVEL: Quaternion = (1.0, 0.0, 0.0, 0.0)

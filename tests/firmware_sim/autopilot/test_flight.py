@@ -7,7 +7,7 @@ from math import dist, hypot, pi, radians
 
 import pytest
 
-from firmware_sim.autopilot.frames import from_roll_pitch_yaw, wrapped
+from firmware_sim.autopilot.frames import wrapped
 from firmware_sim.autopilot.vehicle import (
     AttitudeTarget,
     ItemKind,
@@ -17,6 +17,7 @@ from firmware_sim.autopilot.vehicle import (
     PositionTarget,
     Result,
 )
+from tests.firmware_sim.autopilot.attitude import from_roll_pitch_yaw
 
 Bench = Callable[..., "FlightBench"]             # noqa: F821  (of conftest.py)
 NOISE_M = 0.001

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from firmware_sim.autopilot.modes import AFTER, MODES
 from firmware_sim.autopilot.refusals import Facts, arming, entering
 from firmware_sim.autopilot.vehicle import Mode
 
@@ -63,3 +64,8 @@ def test_arming_is_refused_for_its_reason_and_force_passes_over_link_and_tilt(
 ])
 def test_a_mode_is_entered_or_refused_for_its_reason(mode: Mode, where: Facts, facts: dict, why: str) -> None:
     assert entering(mode, replace(where, **facts)) == why
+
+
+def test_every_mode_has_its_rules_and_each_transition_leads_on() -> None:
+    assert MODES.keys() == set(Mode)
+    assert all(MODES[mode].disarmed if to is None else to is not mode for (mode, _), (to, _) in AFTER.items())

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_sim.autopilot.frames import down_axis, from_roll_pitch_yaw, yaw_of
+from firmware_sim.autopilot.frames import down_axis, yaw_of
 from firmware_sim.autopilot.parameters import TABLE, ParameterTable
 from firmware_sim.autopilot.target_limits import limited
 from firmware_sim.autopilot.vehicle import NO_AXIS, AttitudeTarget, PositionTarget, Target
+from tests.firmware_sim.autopilot.attitude import from_roll_pitch_yaw
 
 PARAMETERS = ParameterTable({"FENCE_XY": 4.0, "FENCE_ALT": 3.0, "VEL_MAX": 1.0, "ATT_TILT_MAX": 0.5}, lambda: None)
 LEVEL = (1.0, 0.0, 0.0, 0.0)

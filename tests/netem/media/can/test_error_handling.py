@@ -8,7 +8,7 @@ import pytest
 
 from netem.core.fate import Fate
 from netem.media.can.bit_errors import BitErrorSettings, ScriptedBit
-from netem.media.can.controller_message import state_message
+from netem.media.can.error_message import state_after, state_message
 from netem.media.can.fault_confinement import FaultConfinement, State
 from netem.media.can.frame import CanFrame, pack, unpack
 from tests.netem.media.can.bit_by_bit import encode
@@ -216,6 +216,18 @@ def test_a_state_message_says_by_which_counter() -> None:
     assert unpack(state_message(FaultConfinement(0, 130, State.ERROR_PASSIVE), State.ERROR_ACTIVE)).data[1] == 0x10
     assert unpack(state_message(FaultConfinement(9, 119, State.ERROR_ACTIVE), State.ERROR_PASSIVE)).data == bytes(
         (0, 0x40, 0, 0, 0, 0, 9, 119))
+
+
+@pytest.mark.parametrize("before", list(State))
+@pytest.mark.parametrize("faults", [FaultConfinement(), FaultConfinement(128, 0, State.ERROR_PASSIVE),
+                                    FaultConfinement(3, 130, State.ERROR_PASSIVE),
+                                    FaultConfinement(256, 0, State.BUS_OFF)])
+def test_a_state_message_is_read_as_it_was_written(faults: FaultConfinement, before: State) -> None:
+    heals = before is State.BUS_OFF and faults.state is not State.BUS_OFF       # RESTARTED: always error-active
+
+    after = state_after(unpack(state_message(faults, before)), before)
+
+    assert after is (State.ERROR_ACTIVE if heals else faults.state)
 
 
 # --- by chance

@@ -1,4 +1,4 @@
-"""What a controller tells its node of itself: SocketCAN's error messages about its state.
+"""What a controller tells its node of itself: SocketCAN's error messages about its state, written and read.
 
     can_id   ERR flag and class: CRTL 0x004, BUSOFF 0x040, RESTARTED 0x100, and CNT 0x200 since data has the counters
     data[1]  of CRTL: 0x10 error-passive by REC, 0x20 by TEC, 0x40 error-active again        data[6], data[7]  TEC, REC
@@ -10,14 +10,18 @@ Not modelled: messages about single errors, and the warning level of 96.
 
 from __future__ import annotations
 
+from typing import Final
+
 from netem.media.can.fault_confinement import PASSIVE_ABOVE, FaultConfinement, State
 from netem.media.can.frame import CanFrame, pack
 
-CONTROLLER = 0x004
-BUS_OFF = 0x040
-RESTARTED = 0x100
-WITH_COUNTERS = 0x200
-PASSIVE_AS_RECEIVER, PASSIVE_AS_SENDER, ACTIVE = 0x10, 0x20, 0x40
+CONTROLLER: Final = 0x004
+BUS_OFF: Final = 0x040
+RESTARTED: Final = 0x100
+WITH_COUNTERS: Final = 0x200
+PASSIVE_AS_RECEIVER: Final = 0x10
+PASSIVE_AS_SENDER: Final = 0x20
+ACTIVE: Final = 0x40
 
 
 def state_message(faults: FaultConfinement, before: State) -> bytes:
@@ -36,3 +40,17 @@ def state_message(faults: FaultConfinement, before: State) -> bytes:
             data[1] = (PASSIVE_AS_SENDER * (faults.transmit_errors > PASSIVE_ABOVE)
                        | PASSIVE_AS_RECEIVER * (faults.receive_errors > PASSIVE_ABOVE))
     return pack(CanFrame(kind | WITH_COUNTERS, bytes(data), error=True))
+
+
+def state_after(message: CanFrame, before: State) -> State:
+    """The controller's state after its error message; a message about something else leaves it as it was."""
+    if message.can_id & BUS_OFF:
+        return State.BUS_OFF
+    if message.can_id & RESTARTED:
+        return State.ERROR_ACTIVE
+    if message.can_id & CONTROLLER and len(message.data) > 1:
+        if message.data[1] & (PASSIVE_AS_RECEIVER | PASSIVE_AS_SENDER):
+            return State.ERROR_PASSIVE
+        if message.data[1] & ACTIVE:
+            return State.ERROR_ACTIVE
+    return before

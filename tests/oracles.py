@@ -1,0 +1,12 @@
+"""Libraries that only confirm our numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+
+def cvxpy() -> Any:
+    """Convex programs, semidefinite ones too, by a solver that shares nothing with ours."""
+    return pytest.importorskip("cvxpy", reason="needs cvxpy: pip install -e '.[oracles]'")
