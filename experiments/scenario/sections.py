@@ -10,7 +10,7 @@ from experiments.scenario.problems import Place, Problems
 from experiments.scenario.vocabulary import Vocabulary
 
 SECTIONS: Final = ("team", "agents", "agents_defaults", "media", "gateways", "impairments", "derived", "guarantees",
-                   "expect")
+                   "records", "expect")
 NAME_RULE: Final = "a name has letters, digits, - and _, and starts with a letter"
 
 
