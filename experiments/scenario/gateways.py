@@ -37,9 +37,9 @@ def read_gateways(tables: Mapping[str, Any], agents: Collection[str], media: Col
         own = {key: value for key, value in raw.items() if key not in common} if isinstance(raw, dict) else {}
         header = {key: value for key, value in raw.items() if key in common} if isinstance(raw, dict) else raw
         table = construct(GatewayHeader, header, place, reading.problems, reading.folder, shape_of(cls).keys())
-        settings = construct(cls, own, place, reading.problems, reading.folder, common)
         if table is not None and table.medium not in media:
             reading.problems.add((*place, "medium"), f"no such medium; {near(table.medium, media)}", table.medium)
+        settings = construct(cls, own, place, reading.problems, reading.folder, common)
         if table is not None and settings is not None:
             found[name] = GatewaySpec(name, table.medium, kind, settings)
     return found

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Mapping
+from typing import Any, Final
 
-from netem.core.kinds import Kinds
+from netem.gateways.udp import UdpGateway
 
-GATEWAYS: Final = Kinds({
-    "udp": "netem.gateways.udp:UdpGateway",
-})
+GATEWAYS: Final[Mapping[str, Any]] = {
+    "udp": UdpGateway,
+}
 USUAL: Final = "udp"                # of a gateway that does not say its kind

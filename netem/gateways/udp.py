@@ -52,7 +52,7 @@ class UdpGateway:
 
     Settings: ClassVar = UdpSettings
 
-    def __init__(self, name: str, medium: str, settings: UdpSettings = UdpSettings(), *,
+    def __init__(self, name: str, medium: str, settings: UdpSettings, *,
                  event: Callable[[str, str, Level], None] = lambda kind, detail, level: None,
                  clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
         """OSError says what cannot be listened on.
