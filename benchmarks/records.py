@@ -19,7 +19,7 @@ from netem.core.frame import Frame
 from netem.records.ledger import Ledger
 from netem.records.ledger_table import hash_of, read_ledger
 from netem.records.signal_table import read_recording
-from netem.records.signals import SignalRecorder
+from netem.records.signals import SignalFile
 
 
 def fastest(repeats: int, action: Callable[[], object]) -> float:
@@ -42,7 +42,7 @@ def close_all(frames: list[Frame], path: Path | None) -> Ledger:
 
 
 def record(path: Path, samples: int) -> None:
-    recorder = SignalRecorder(path)
+    recorder = SignalFile(path)
     nodes = [f"r{k}" for k in range(5)]
     for node in nodes:
         recorder.declare(node, [("y", "1"), ("u", "V"), ("x1", "m"), ("x2", "m/s")])

@@ -1,14 +1,14 @@
 """The guarantees of a running scenario: keeps what they need, and judges them when the run has ended or was broken off.
 
-    samples -> recorder, and kept here if a guarantee is about signals or sights
+    samples, events -> kept here, samples if a guarantee is about signals or sights
     ledger closed -> monitors -> guarantees.json, one event for each violation -> signals closed
 
-A run without guarantees costs nothing: samples go straight to the recorder.
+A run without guarantees costs nothing: nothing is kept.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import msgspec
@@ -16,28 +16,33 @@ import msgspec
 from experiments.judge.derived_signals import derive
 from experiments.judge.frame_copies import FrameCopies
 from experiments.judge.monitors.judge import events, judge
+from experiments.judge.monitors.kept_samples import KeptSamples
 from experiments.judge.monitors.outcome import Standing
 from experiments.judge.monitors.records import Records
-from experiments.judge.monitors.sample_tee import SampleTee
 from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError, near
 from experiments.scenario.subjects import Named
+from netem.records import Feed
+from netem.records.events import Event, in_order
 from netem.records.part_file import write_whole
 from netem.records.signal_table import SignalTable
-from netem.records.signals import SignalRecorder
 
 Declared = Mapping[str, Sequence[tuple[str, str]]]
 
 
 class GuaranteeWatch:
-    def __init__(self, scenario: Scenario, recorder: SignalRecorder) -> None:
+    def __init__(self, scenario: Scenario, feed: Feed) -> None:
         self._scenario = scenario
-        self._recorder = recorder
+        self._feed = feed
+        self._events: list[Event] = []
         self._declared: Declared = {}
         needs = {MONITORS[guarantee.kind].ON for guarantee in scenario.guarantees.values()}
-        self._tee = SampleTee(recorder.append) if needs & {Named.SIGNALS, Named.SIGHTS} else None
-        self.sample: Callable[[str, int, Sequence[float]], None] = self._tee.append if self._tee else recorder.append
+        self._samples = KeptSamples() if needs & {Named.SIGNALS, Named.SIGHTS} else None
+        if self._samples is not None:
+            feed.samples.append(self._samples.append)
+        if scenario.guarantees:
+            feed.events.append(self._events.append)
         self.standings: list[Standing] = []
 
     def admit(self, declared: Declared) -> None:
@@ -82,15 +87,15 @@ class GuaranteeWatch:
             return
         sights = {name: medium.settings for name, medium in self._scenario.media.items() if medium.settings.poses()}
         ledger = FrameCopies.of_file(folder / "ledger.parquet")
-        records = Records(reached_ns, ledger, self._signals(), self._recorder.events, sights)
+        records = Records(reached_ns, ledger, self._signals(), in_order(self._events), sights)
         outcomes = judge(self._scenario.guarantees, records)
         for event in events(outcomes):
-            self._recorder.event(event)
+            self._feed.event(event)
         write_whole(folder / "guarantees.json", msgspec.json.encode(outcomes))
         self.standings = [outcome.standing for outcome in outcomes]
 
     def _signals(self) -> dict[str, SignalTable]:
-        if self._tee is None:
+        if self._samples is None:
             return {}
         derived = {name: msgspec.to_builtins(spec) for name, spec in self._scenario.derived.items()}
-        return derive(derived, self._tee.tables(self._declared), self._scenario.folder, [])
+        return derive(derived, self._samples.tables(self._declared), self._scenario.folder, [])

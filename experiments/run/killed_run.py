@@ -23,7 +23,7 @@ from netem.records.ledger_file import write_from_journal
 from netem.records.ledger_table import hash_of, read_ledger
 from netem.records.part_file import part_of
 from netem.records.signal_table import Recording, read_recording
-from netem.records.signals import SignalRecorder, journal_of
+from netem.records.signals import SignalFile, journal_of
 
 KILLED = "the emulator's process was killed"
 
@@ -93,7 +93,7 @@ def _signals(folder: Path, names: dict[str, str], recording: Recording) -> None:
     path, draft = folder / "signals.mcap", folder / "signals.again.mcap"
     if path.exists():
         return
-    recorder = SignalRecorder(draft)
+    recorder = SignalFile(draft)
     try:
         for node, table in recording.signals.items():
             recorder.declare(node, list(zip(table.names, table.units, strict=True)))

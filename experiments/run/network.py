@@ -1,4 +1,4 @@
-"""The network of a run: the media of a scenario, the impairments on their links, and the logs that media write.
+"""The network of a run: the media of a scenario, and the impairments on their links.
 
     scenario.media --MEDIA--> media --received copies--> links --scenario.impairments--> nodes
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from experiments.scenario.impairment_kind import impairment_class
@@ -23,25 +22,24 @@ from netem.media.links import Deliver, Links
 from netem.media.medium import Medium
 from netem.media.observation import MediumObserver
 from netem.media.table import MEDIA
+from netem.records import Feed
 from netem.records.events import Event
 from netem.records.ledger import Ledger
-from netem.records.signals import SignalRecorder
 
 
 class Network:
-    def __init__(self, scenario: Scenario, agenda: Agenda, ledger: Ledger, deliver: Deliver, folder: Path) -> None:
+    def __init__(self, scenario: Scenario, agenda: Agenda, ledger: Ledger, deliver: Deliver) -> None:
         links = Links(ledger, deliver, _pipelines(scenario))
         self.media: dict[str, Medium] = {
             name: MEDIA[spec.kind](name, spec.settings, positions(spec.nodes, scenario.agents), agenda, ledger, links,
                                    partial(stream, scenario.seed)) for name, spec in scenario.media.items()}
-        self.logs = [log for medium in self.media.values() for log in medium.open_logs(folder, scenario.length_ns)]
 
-    def observe(self, signals: SignalRecorder, event: Callable[[Event], None]) -> None:
-        """Record what the media sample in `signals`, and hand each of their events to `event`."""
+    def observe(self, feed: Feed, event: Callable[[Event], None]) -> None:
+        """Feed what the media sample, and hand each of their events to `event`."""
         for name, medium in self.media.items():
             if medium.signals:
-                signals.declare(name, medium.signals)
-            medium.observe(MediumObserver(event, signals.append))
+                feed.declare(name, medium.signals)
+            medium.observe(MediumObserver(event, feed.sampler()))
 
     def changes_ns(self, until_ns: int) -> dict[str, Sequence[int]]:
         return {name: medium.changes_ns(until_ns) for name, medium in self.media.items()}

@@ -22,6 +22,7 @@ import msgspec
 
 from experiments.judge.record_names import JOURNALS, LOCK, RECORDS
 from netem.records.part_file import SUFFIX, ReservedFile
+from netem.records.table import RECORDERS
 
 try:
     import fcntl
@@ -115,7 +116,7 @@ def owner(path: Path) -> str:
 def clear(path: Path) -> None:
     """Remove the records of a run, whole or in parts; what else is in the folder stays."""
     there = set(os.listdir(path))
-    records = {*_can_logs(path), *RECORDS, *JOURNALS} if there - {LOCK} else set()
+    records = {*_recorded(path), *RECORDS, *JOURNALS} if there - {LOCK} else set()
     for name in sorted(there & (records | {record + SUFFIX for record in records})):
         (path / name).unlink(missing_ok=True)
     if "logs" in there:
@@ -157,10 +158,11 @@ def _refuse_run(path: Path) -> None:
                           "readable, --overwrite (overwrite=True) replaces them")
 
 
-def _can_logs(path: Path) -> list[str]:
-    """Names of the logs that the run in `path` wrote for its CAN buses."""
+def _recorded(path: Path) -> list[str]:
+    """Names of the files that recorders may have left of the run in `path`."""
     try:
         media: dict[str, Any] = msgspec.json.decode((path / "scenario.json").read_bytes())["media"]
-        return [f"{medium}.{kind}" for medium in media for kind in ("log", "blf")]
+        return [file.format(medium=medium) for recorder in RECORDERS.values() for file in recorder.FILES
+                for medium in (*media, "")]
     except (OSError, msgspec.MsgspecError, KeyError, TypeError):
         return []

@@ -34,6 +34,7 @@ from experiments.run.guarantee_watch import GuaranteeWatch
 from experiments.run.network import Network
 from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.run.recorded_signals import refuse_unrecorded
+from experiments.run.recording import Recording
 from experiments.run.run_folder import RunFolder
 from experiments.run.wall_clock_sleep import sleep_refused
 from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
@@ -50,13 +51,12 @@ from netem.core.agenda import Agenda
 from netem.core.fate import Fate
 from netem.emulator.conductor import Conductor, Recorders
 from netem.gateways.pace import Pace
-from netem.gateways.udp import UdpGateway
+from netem.gateways.table import GATEWAYS
 from netem.node.outside_guard import OutsideGuard
+from netem.records import Place
 from netem.records.events import Event
-from netem.records.events_file import write_events
 from netem.records.ledger import Ledger, LedgerResult
 from netem.records.part_file import reopen_standard_files, write_whole
-from netem.records.signals import SignalRecorder
 from netem.records.uninterrupted import uninterrupted
 from netem.transport.diagnosis.under_way import UnderWay
 from netem.transport.hosts import Host, InlineHost
@@ -161,21 +161,22 @@ class _Run:
         self.wants_report = report
         self.command_s = command_s
         names = {"scenario": scenario.name, "seed": str(scenario.seed)}
-        self.metadata = names
         self.agenda = Agenda()
         self.specifications = node_specifications(scenario)
-        self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names,
+        self.recording = Recording(scenario, Place(
+            self.folder, names, (self.folder / "scenario.json").read_bytes(), scenario.length_ns))
+        self.feed = self.recording.feed
+        self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names, listeners=self.feed.copies,
                              passed_ns=lambda: self.conductor.passed_ns)
-        self.signals = SignalRecorder(self.folder / "signals.mcap")
-        self.guarantees = GuaranteeWatch(scenario, self.signals)
+        self.guarantees = GuaranteeWatch(scenario, self.feed)
         self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
                           under_way, self._waits)
-        self.conductor = Conductor(self.agenda, self.host, scenario.length_ns,
-                                   Recorders(self.guarantees.sample, self.signals.event, self.ledger.receiver_gone),
-                                   self._progress)
-        self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.folder)
+        self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
+        self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver)
+        self.recording.begin(self.network.media)
+        self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_gone)
         if real_time:
-            gateways = [UdpGateway(spec.name, spec.medium, spec.listen, spec.peer, event=self._gateway_event)
+            gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event)
                         for spec in scenario.gateways.values()]
             self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s
@@ -191,18 +192,18 @@ class _Run:
                 self.at_end.enter_context(sleep_refused())
             hellos = self.host.start()
             for name in self.scenario.agents:
-                self.signals.declare(name, hellos[name].signals)
+                self.feed.declare(name, hellos[name].signals)
             self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
             refuse_unrecorded(self.scenario, self._recorded(hellos))
-            self.network.observe(self.signals, self._event_on_medium)
+            self.network.observe(self.feed, self._event_on_medium)
             self.conductor.admit(hellos, self.network.media)
             self.started_s = time.monotonic()
             self.conductor.run()
             self.ended_s = time.monotonic()
             self.network.finish(self.conductor.end_ns)
             if self.conductor.ended_by:
-                self.signals.event(Event(self.conductor.end_ns, self.conductor.ended_by, "run ended",
-                                         self.conductor.ended_because))
+                self.feed.event(Event(self.conductor.end_ns, self.conductor.ended_by, "run ended",
+                                      self.conductor.ended_because))
         except BaseException as error:
             self._fails(error)
         self._leave_if_forked()
@@ -228,12 +229,10 @@ class _Run:
             with suppress(Exception):           # the counters of some nodes stay unknown
                 self.conductor.ask_counters(LAST_WORDS_S)
         reached_ns = self.conductor.end_ns if self.failure is None else self.conductor.reached_ns
-        for log in self.network.logs:
-            self._step(log.finish)
         self._step(lambda: self._finish_ledger(reached_ns))
         self._step(lambda: self.guarantees.judge(self.folder, reached_ns))
-        self._step(lambda: write_events(self.folder / "ledger_events.parquet", self.signals.events))
-        self._step(lambda: self.signals.finish(self.metadata, msgspec.json.encode(self.scenario.resolved())))
+        for recorder in self.recording.recorders:
+            self._step(recorder.finish)
         self._step(lambda: self.owned.run.write(self._standing(reached_ns, versions=True)))
         self._step(self.host.stop)
         self._step(self.at_end.close)
@@ -311,7 +310,7 @@ class _Run:
     def _keep(self, reached_ns: int) -> None:
         """Put on the disk what there is so far, for the case that this process is killed."""
         self.ledger.keep()
-        self.signals.keep()
+        self.recording.keep()
         self.owned.run.update(self._standing(reached_ns))
 
     def _leave_if_forked(self) -> None:
@@ -335,7 +334,7 @@ class _Run:
         return {name: [signal for signal, _ in signals] for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str, level: Level) -> None:
-        self.signals.event(Event(time_ns, "", kind, detail, level, wall_clock=True))
+        self.feed.event(Event(time_ns, "", kind, detail, level, wall_clock=True))
 
     def _gateway_event(self, kind: str, detail: str, level: Level) -> None:
         assert self.conductor.pace is not None
@@ -347,7 +346,7 @@ class _Run:
 
     def _event_on_medium(self, event: Event) -> None:
         if event.time_ns < self.conductor.end_ns:   # a medium may know ahead how a frame will end
-            self.signals.event(event)
+            self.feed.event(event)
 
     def _progress(self, now_ns: int) -> None:
         self._leave_if_forked()

@@ -4,50 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from ipaddress import ip_address
 from typing import Any
 
 from experiments.scenario.model import GatewaySpec
-from experiments.scenario.problems import Place, near
+from experiments.scenario.problems import near
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
-
-ADDRESS_RULE = "expected \"127.0.0.1:port\": an address of the loopback and a port from 0 to 65535"
+from netem.gateways.table import GATEWAYS, USUAL
 
 
 @dataclass(frozen=True)
-class Table:
+class GatewayHeader:
     medium: str
-    listen: str = "127.0.0.1:0"
-    peer: str | None = None
+    kind: str = USUAL
 
 
 def read_gateways(tables: Mapping[str, Any], agents: Collection[str], media: Collection[str],
                   reading: Reading) -> dict[str, GatewaySpec]:
     found: dict[str, GatewaySpec] = {}
+    common = shape_of(GatewayHeader).keys()
     for name, raw in tables.items():
         place = ("gateways", name)
         reading.check_name(place, name)
         if name in agents:
             reading.problems.add(place, "is the name of an agent already; take another one")
-        table = reading.tables.read(shape_of(Table), raw, place, (), Table).made
-        if table is None:
+        kind = raw.get("kind", USUAL) if isinstance(raw, dict) else USUAL
+        cls = GATEWAYS[kind].Settings if isinstance(kind, str) and kind in GATEWAYS else None
+        if cls is None:
+            reading.problems.add((*place, "kind"), f"no such kind; {near(kind, GATEWAYS)}", kind)
             continue
-        if table.medium not in media:
+        own = {key: value for key, value in raw.items() if key not in common} if isinstance(raw, dict) else {}
+        header = {key: value for key, value in raw.items() if key in common} if isinstance(raw, dict) else raw
+        table = reading.tables.read(shape_of(GatewayHeader), header, place, shape_of(cls).keys(), GatewayHeader).made
+        if table is not None and table.medium not in media:
             reading.problems.add((*place, "medium"), f"no such medium; {near(table.medium, media)}", table.medium)
-        listen = _address(table.listen, (*place, "listen"), reading)
-        peer = None if table.peer is None else _address(table.peer, (*place, "peer"), reading)
-        if listen is not None:
-            found[name] = GatewaySpec(name, table.medium, listen, peer)
+        settings = reading.tables.read(shape_of(cls), own, place, common, cls).made
+        if table is not None and settings is not None:
+            found[name] = GatewaySpec(name, table.medium, kind, settings)
     return found
-
-
-def _address(text: str, place: Place, reading: Reading) -> tuple[str, int] | None:
-    host, _, port = text.rpartition(":")
-    try:
-        if ip_address(host).is_loopback and 0 <= int(port) < 65536:
-            return host, int(port)
-    except ValueError:
-        pass
-    reading.problems.add(place, ADDRESS_RULE, text)
-    return None

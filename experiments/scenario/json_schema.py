@@ -16,17 +16,21 @@ from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
 
-from experiments.scenario import derived, gateways
+from experiments.scenario import derived
 from experiments.scenario.agents import AgentTable
 from experiments.scenario.expect import SHAPE as EXPECTED
+from experiments.scenario.gateways import GatewayHeader
 from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.guarantees import GuaranteeHeader
 from experiments.scenario.loader import Header
 from experiments.scenario.network import ImpairmentHeader
+from experiments.scenario.records import on_request
 from experiments.scenario.shape import Shape, shape_of
 from experiments.scenario.units import spellings
+from netem.gateways.table import GATEWAYS, USUAL
 from netem.impairments.table import IMPAIRMENTS
 from netem.media.table import MEDIA
+from netem.records.table import RECORDERS
 
 Schema = dict[str, Any]
 _PLAIN: Final[Mapping[Any, Schema]] = {
@@ -44,6 +48,7 @@ ABOUT: Final = {
     "impairments": "what goes wrong on links, in this order",
     "derived": "signals worked out from recorded ones after the run",
     "guarantees": "what has to hold at every instant",
+    "records": "what the run records besides what every run does",
     "expect": "what has to hold at the end",
 }
 
@@ -56,13 +61,16 @@ def scenario_schema() -> Schema:
         "agents": _named(_table(shape_of(AgentTable), complete=False)),
         "agents_defaults": _table(shape_of(AgentTable), complete=False),
         "media": _named(_kinds({kind: shape_of(cls.Settings) for kind, cls in MEDIA.items()})),
-        "gateways": _named(_table(shape_of(gateways.Table))),
+        "gateways": _named(_kinds({kind: shape_of(cls.Settings) for kind, cls in GATEWAYS.items()},
+                                  shape_of(GatewayHeader), usual=USUAL)),
         "impairments": {"type": "array", "items": _kinds(
             {kind: shape_of(cls) for kind, cls in impairments.items()}, shape_of(ImpairmentHeader),
             own_classes=True)},
         "derived": _named(_table(shape_of(derived.Table))),
         "guarantees": _named(_kinds({kind: shape_of(cls) for kind, cls in MONITORS.items()},
                                     shape_of(GuaranteeHeader))),
+        "records": {"type": "object", "additionalProperties": False,
+                    "properties": {kind: _table(shape_of(RECORDERS[kind].Settings)) for kind in on_request()}},
         "expect": {"type": "object", "additionalProperties": _table(EXPECTED)},
     }
     return {
@@ -103,11 +111,15 @@ def _table(shape: Shape, *, complete: bool = True, kind: Schema | None = None) -
     return schema
 
 
-def _kinds(shapes: Mapping[str, Shape], common: Shape | None = None, *, own_classes: bool = False) -> Schema:
-    """A table whose key `kind` says which of the shapes it has, each with the fields of `common`."""
+def _kinds(shapes: Mapping[str, Shape], common: Shape | None = None, *, own_classes: bool = False,
+           usual: str = "") -> Schema:
+    """A table whose key `kind` says which of the shapes it has, each with the fields of `common`; one that says none
+    has the shape `usual`."""
     more = Shape({}, frozenset()) if common is None else common
     tables = [_table(Shape({**more.hints, **shape.hints}, more.required | shape.required), kind={"const": kind})
               for kind, shape in shapes.items()]
+    if usual:
+        tables[list(shapes).index(usual)]["required"].remove("kind")
     if own_classes:
         table = _table(more, kind={"type": "string", "pattern": ":"})
         tables.append({**table, "additionalProperties": True})

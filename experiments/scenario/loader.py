@@ -25,6 +25,7 @@ from experiments.scenario.model import Scenario
 from experiments.scenario.network import Network
 from experiments.scenario.problems import Place, Problems
 from experiments.scenario.question_signal import check_question_signal
+from experiments.scenario.records import read_records
 from experiments.scenario.sections import SECTIONS, Reading, holds
 from experiments.scenario.shape import shape_of
 from firmware_sim.scenario_view import OwnAgent
@@ -87,6 +88,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     guarantees = Guarantees(reading, agents, media, derived, network.built, *(
         (0, 1) if header is None else (header.length_ns, header.sample_period_ns))).read(tables["guarantees"])
     recorded = [*agents, *gateways, *derived, *media]
+    records = read_records(tables["records"], reading)
     expect = read_expect(tables["expect"], recorded, media, guarantees, reading)
     if header is not None:
         check_question_signal(header.question_signal, recorded, derived, problems)
@@ -94,7 +96,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     assert header is not None
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
-                        gateways, derived, implied(guarantees) | expect, guarantees, header.question_signal)
+                        gateways, derived, implied(guarantees) | expect, guarantees, records, header.question_signal)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
     return scenario

@@ -55,12 +55,12 @@ class MediumSpec(msgspec.Struct, frozen=True):
 
 
 class GatewaySpec(msgspec.Struct, frozen=True):
-    """Somebody outside who stands on `medium` like a node, over UDP."""
+    """Somebody outside who stands on `medium` like a node."""
 
     name: str
     medium: str
-    listen: tuple[str, int]             # port 0: the system chooses
-    peer: tuple[str, int] | None        # spoken to until somebody speaks
+    kind: str
+    settings: Any                       # an instance of GATEWAYS[kind].Settings
 
 
 class ImpairmentSpec(msgspec.Struct, frozen=True):
@@ -116,6 +116,7 @@ class Scenario(msgspec.Struct, frozen=True):
     derived: dict[str, DerivedSpec]
     expect: dict[str, Bound]            # with what the guarantees imply
     guarantees: dict[str, GuaranteeSpec] = {}
+    records: dict[str, Any] = {}        # instances of RECORDERS[kind].Settings, by kind
     question_signal: str = ""           # "node.signal", each a pattern; "": the report shows outputs first
 
     @property

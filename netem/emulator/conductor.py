@@ -18,7 +18,7 @@ Invariants:
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -40,7 +40,7 @@ PROGRESS_EVERY_S = 0.1
 class Recorders:
     """Where what the nodes report goes."""
 
-    sample: Callable[[str, int, list[float]], None] = lambda node, time_ns, values: None
+    sample: Callable[[str, int, Sequence[float]], None] = lambda node, time_ns, values: None
     event: Callable[[Event], None] = lambda event: None
     gone: Callable[[str, int], None] = lambda node, from_ns: None
 

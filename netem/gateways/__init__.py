@@ -1,7 +1,9 @@
 """Real time: the same nodes and media with a wall clock, and gateways to devices and programs outside the run.
 
 A member of the kind `Gateway` stands on a medium like a node, but its bytes come from and go to the outside, at the
-wall clock's pace.
+wall clock's pace: it waits for what comes in and hands out what goes out. It is a class with a settings class, and a
+line in the table (table.py); the run builds it as `Member(name, medium, settings, event=...)`, where `event` takes a
+kind, a detail and a level.
 """
 
 from __future__ import annotations

@@ -14,7 +14,9 @@ import socket
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Final
+from dataclasses import dataclass
+from ipaddress import ip_address
+from typing import ClassVar, Final
 
 from netem.wire.level import Level
 
@@ -22,7 +24,22 @@ Address = tuple[str, int]
 
 LARGEST_DATAGRAM: Final = 65_535
 PEER_SILENT_NS: Final = 10_000_000_000
+ADDRESS_RULE: Final = "expected \"127.0.0.1:port\": an address of the loopback and a port from 0 to 65535"
 MOST_TOLD: Final = 20               # refused addresses that get an event of their own
+
+
+@dataclass(frozen=True)
+class UdpSettings:
+    """Addresses of the loopback, as "127.0.0.1:port"."""
+
+    listen: str = "127.0.0.1:0"         # port 0: the system chooses
+    peer: str | None = None             # spoken to until somebody speaks
+
+    def __post_init__(self) -> None:
+        given = {"listen": self.listen} if self.peer is None else {"listen": self.listen, "peer": self.peer}
+        wrong = [key for key, text in given.items() if not is_address(text)]
+        if wrong:
+            raise ValueError("\n".join(f"{key}={given[key]}: {ADDRESS_RULE}" for key in wrong))
 
 
 class UdpGateway:
@@ -33,16 +50,19 @@ class UdpGateway:
     - the peer changes only before anybody has spoken, or after PEER_SILENT_NS without a datagram from it.
     """
 
-    def __init__(self, name: str, medium: str, listen: Address, peer: Address | None = None, *,
+    Settings: ClassVar = UdpSettings
+
+    def __init__(self, name: str, medium: str, settings: UdpSettings, *,
                  event: Callable[[str, str, Level], None] = lambda kind, detail, level: None,
                  clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
-        """Listen on `listen`, port 0 for one that the system chooses. OSError says what cannot be listened on.
+        """OSError says what cannot be listened on.
 
         `event` takes a kind, a detail and a level; `clock_ns` is the wall clock by which a peer is silent.
         """
         self.name = name
         self.medium = medium
-        self.peer = peer
+        listen = address_of(settings.listen)
+        self.peer = None if settings.peer is None else address_of(settings.peer)
         self.received = self.refused = self.sent = self.unsent = 0
         self._event, self._clock_ns = event, clock_ns
         self._spoke_ns: int | None = None           # when the peer spoke last; None: not yet
@@ -110,6 +130,20 @@ class UdpGateway:
         self._told.add(sender)
         self._event("gateway peer refused", f"gateways.{self.name} speaks with {_text(self.peer)}: datagrams of "
                     f"{_text(sender)} are dropped; give it a gateway of its own", Level.WARNING)
+
+
+def is_address(text: str) -> bool:
+    """Whether `text` is an address of the loopback with a port."""
+    try:
+        host, port = address_of(text)
+        return ip_address(host).is_loopback and 0 <= port < 65536
+    except ValueError:
+        return False
+
+
+def address_of(text: str) -> Address:
+    host, _, port = text.rpartition(":")
+    return host, int(port)
 
 
 def _text(address: Address | None) -> str:

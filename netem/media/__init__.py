@@ -46,6 +46,10 @@ class MediumSettings:
         """The nodes with a link to themselves."""
         return ()
 
+    def recorders(self, medium: str) -> Mapping[str, object]:
+        """By kind, the settings of the recorders that the medium of that name asks for."""
+        return {}
+
     def poses(self) -> Mapping[str, ShownPose]:
         """By node: which outputs of its plant the medium sees. A mistake in them is reported under the key `bodies`."""
         return {}

@@ -164,6 +164,8 @@ class BroadcastRadio(Medium):
         frame, reach = flight.frame, flight.reach
         arrival_ns = flight.end_ns + self._latency_ns
         receive, checksum = self._links.receive, self._checksum
+        for tap in self.taps:
+            tap.frame(frame, flight.end_ns)
         clear = not flight.rivals and not reach.too_weak
         for receiver in reach.receivers:
             fate = None if clear else self._fate(flight, reach, receiver)

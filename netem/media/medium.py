@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import ClassVar
 
 from mypy_extensions import mypyc_attr
 
 from netem.media import MediumSettings
-from netem.media.observation import MediumLog, MediumObserver
+from netem.media.observation import MediumObserver
+from netem.records import FrameTap
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
@@ -26,6 +26,7 @@ class Medium:
     def __init__(self, name: str, nodes: Iterable[str]) -> None:
         self.name = name
         self.nodes = tuple(nodes)
+        self.taps: list[FrameTap] = []          # who gets each frame when it has been on the air
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
         """`sender` hands out `data` at `now_ns`; called in order, never for a time before the last event run."""
@@ -54,7 +55,3 @@ class Medium:
     def counters(self) -> Mapping[str, Mapping[str, int]]:
         """By node, or by the name of the medium for what is no node's."""
         return {}
-
-    def open_logs(self, folder: Path, end_ns: int) -> Sequence[MediumLog]:
-        """Open the files of its own that it writes into the folder of the run, up to `end_ns`; the caller ends them."""
-        return ()

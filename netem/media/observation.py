@@ -1,10 +1,9 @@
-"""What a medium tells besides the fates of frame copies: events and samples to an observer, files of its own."""
+"""What a medium tells besides frames and the fates of their copies: events and samples."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 from netem.records.events import Event
 
@@ -13,8 +12,3 @@ from netem.records.events import Event
 class MediumObserver:
     event: Callable[[Event], None] = lambda event: None
     sample: Callable[[str, int, list[float]], None] = lambda medium, time_ns, values: None
-
-
-class MediumLog(Protocol):
-    def finish(self) -> None:
-        """Close its files, which have their names only now."""

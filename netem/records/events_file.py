@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from netem.records import Feed, Place, Recorder
 from netem.records.events import Event, in_order
 from netem.records.part_file import part_of, publish
 
@@ -35,3 +37,19 @@ def write_events(path: Path, events: Iterable[Event]) -> None:
 
 def _row(event: Event) -> tuple[int, str, str, str, str, bool]:
     return event.time_ns, event.node, event.kind, event.detail, event.level.name, event.wall_clock
+
+
+class EventRecorder(Recorder):
+    """`ledger_events.parquet` of a run, written at its end."""
+
+    FILES = ("ledger_events.parquet",)
+
+    def __init__(self, settings: Any, place: Place) -> None:
+        super().__init__(settings, place)
+        self._events: list[Event] = []
+
+    def record(self, run: Feed) -> None:
+        run.events.append(self._events.append)
+
+    def finish(self) -> None:
+        write_events(self.place.folder / "ledger_events.parquet", self._events)

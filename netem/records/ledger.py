@@ -62,11 +62,13 @@ class LedgerResult:
 class Ledger:
     """`path` is the Parquet file to write, `metadata` goes into it beside the hash (scenario, seed).
 
-    `passed_ns` tells how far the emulator has come: every arrival before it has happened.
+    `passed_ns` tells how far the emulator has come: every arrival before it has happened. Each of `listeners` gets the
+    rows as they are settled, some at a time.
     """
 
     def __init__(self, path: Path | None = None, *, metadata: Mapping[str, str] | None = None,
-                 chunk_rows: int = CHUNK_ROWS, passed_ns: Callable[[], int] = lambda: NEVER_NS) -> None:
+                 chunk_rows: int = CHUNK_ROWS, passed_ns: Callable[[], int] = lambda: NEVER_NS,
+                 listeners: Sequence[Callable[[Sequence[Row]], None]] = ()) -> None:
         if chunk_rows < 1:
             raise ValueError(f"chunk_rows={chunk_rows}: a chunk holds at least 1 row")
         self._expected_of: Counter[str] = Counter()
@@ -75,6 +77,7 @@ class Ledger:
         self._counted = 0                                       # which are those written and so many of `_rows`
         self._kept = 0                                          # so many of `_rows` are settled, hashed, in the journal
         self._passed_ns = passed_ns
+        self._listeners = listeners
         self._gone_from_ns: dict[str, int] = {}                 # by receiver
         self._hash = LedgerHash(COLUMNS)
         self._file = _open(path, metadata or {}) if path else None
@@ -200,7 +203,10 @@ class Ledger:
         if settled == kept:
             return b""
         self._kept = settled
-        return self._hash.add(rows[kept:settled])
+        rows = rows[kept:settled]
+        for tell in self._listeners:
+            tell(rows)
+        return self._hash.add(rows)
 
     def _correct(self, index: int, fate: Fate, cause: str) -> None:
         """Give a copy that was on its way the fate with which it ended instead of arriving."""

@@ -25,6 +25,7 @@ from typing import Any
 import msgspec
 from mcap.writer import CompressionType, IndexType, Writer
 
+from netem.records import Feed, Place, Recorder
 from netem.records.events import Event, hash_of_events, in_order
 from netem.records.journal import GrowingFile, Journal
 from netem.records.part_file import part_of, publish
@@ -67,7 +68,7 @@ class _Topic:
     kept: int = 0                       # so many of the samples are in the journal
 
 
-class SignalRecorder:
+class SignalFile:
     """Collects samples and events; writes them in time order, at the latest when `finish` is called."""
 
     def __init__(self, path: Path) -> None:
@@ -209,3 +210,24 @@ class SignalRecorder:
                 "message": f"{event.kind}: {event.detail}" if event.detail else event.kind, "name": event.node,
                 "file": "", "line": 0, "kind": event.kind, "detail": event.detail, "wall_clock": event.wall_clock}
             self._writer.add_message(channel, event.time_ns, msgspec.json.encode(message), event.time_ns)
+
+
+class SignalRecorder(Recorder):
+    """Signals and events of the run, with the scenario attached."""
+
+    FILES = ("signals.mcap",)
+
+    def __init__(self, settings: Any, place: Place) -> None:
+        super().__init__(settings, place)
+        self._file = SignalFile(place.folder / "signals.mcap")
+
+    def record(self, run: Feed) -> None:
+        run.declared.append(self._file.declare)
+        run.samples.append(self._file.append)
+        run.events.append(self._file.event)
+
+    def keep(self) -> None:
+        self._file.keep()
+
+    def finish(self) -> None:
+        self._file.finish(self.place.metadata, self.place.scenario)

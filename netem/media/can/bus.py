@@ -21,8 +21,7 @@ overload frames, listen-only nodes, automatic answers to remote frames, a node t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
+from collections.abc import Callable, Iterable
 from random import Random
 from typing import ClassVar, Final
 
@@ -43,7 +42,7 @@ from netem.media.can.settings import CanSettings
 from netem.media.can.transmit_queue import TransmitQueue
 from netem.media.links import Links
 from netem.media.medium import Medium
-from netem.media.observation import MediumLog, MediumObserver
+from netem.media.observation import MediumObserver
 from netem.records.ledger import Ledger
 from netem.wire.instants import NEVER_NS
 
@@ -69,7 +68,7 @@ class CanBus(Medium):
             node: Controller(node, tuple(other for other in names if other != node),
                              TransmitQueue(settings.queue, settings.queue_frames),
                              hears_itself=node in settings.own_frames_to) for node in names}
-        self._state = BusState(name, settings, self._controllers, ledger, links)
+        self._state = BusState(name, settings, self._controllers, ledger, links, self.taps)
         self._timeline, self._events, self._waiting = self._state.timeline, self._state.events, self._state.waiting
         self._errors = ErrorHandling(self._state, BitErrors(settings.bit_errors, rng_for(f"media.{name}.bit_errors")),
                                      agenda, self._arm)
@@ -132,15 +131,6 @@ class CanBus(Medium):
         found[self.name] = {"transmissions": state.transmissions, "error_frames": errors.error_frames,
                             "collisions": errors.collisions, "busy_us": state.load.total_ns // 1000}
         return found
-
-    def open_logs(self, folder: Path, end_ns: int) -> Sequence[MediumLog]:
-        if not self.settings.log:
-            return ()
-        from netem.media.can.can_log import CanLog  # late: a run without such logs needs no python-can
-
-        log = CanLog(folder, self.name, self.settings.log, end_ns)
-        self._state.logs.append(log)
-        return (log,)
 
     @property
     def busy_until_ns(self) -> int:
@@ -207,5 +197,5 @@ class CanBus(Medium):
             receive(frame, receiver, taken_ns, checksum=True)
         if controller.hears_itself:
             receive(frame, controller.name, frame.end_ns, checksum=True)
-        for log in state.logs:
-            log.frame(taken_ns, frame.data)
+        for tap in self.taps:
+            tap.frame(frame, taken_ns)

@@ -7,8 +7,7 @@ Invariants:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Protocol
+from collections.abc import Mapping, Sequence
 
 from netem.core.fate import Fate
 from netem.core.frame import Frame
@@ -19,20 +18,13 @@ from netem.media.can.controller import Controller
 from netem.media.can.encoded_frame import EncodedFrame
 from netem.media.can.settings import CanSettings
 from netem.media.links import Links
+from netem.records import FrameTap
 from netem.records.ledger import Ledger
-
-
-class FrameLog(Protocol):
-    """What a bus was seen to carry, in order."""
-
-    def frame(self, time_ns: int, data: bytes) -> None: ...
-
-    def error_frame(self, time_ns: int) -> None: ...
 
 
 class BusState:
     def __init__(self, name: str, settings: CanSettings, controllers: Mapping[str, Controller], ledger: Ledger,
-                 links: Links) -> None:
+                 links: Links, taps: Sequence[FrameTap]) -> None:
         self.name = name
         self.settings = settings
         self.controllers = controllers
@@ -42,7 +34,7 @@ class BusState:
         self.load = BusLoad(settings.load_window_ns)
         self.events = BusEvents(name)
         self.waiting: dict[str, Controller] = {}
-        self.logs: list[FrameLog] = []
+        self.taps = taps
         self.transmissions = 0
 
     def carry(self, frame: Frame, encoded: EncodedFrame, now_ns: int) -> int:

@@ -9,60 +9,72 @@ Not modelled: who sent a frame (the ledger knows).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, ClassVar, Final
 
 import can
 
+from netem.core.frame import Frame
 from netem.media.can.frame import unpack
+from netem.media.can.settings import CanLogSettings
+from netem.records import Feed, Place, Recorder
 from netem.records.part_file import part_of, publish
-from netem.wire.instants import NEVER_NS
 
 NS_PER_S: Final = 1e9
-SUFFIX: Final = {"candump": "log", "blf": "blf"}
 
 
-def _candump(path: Path, bus: str) -> can.CanutilsLogWriter:
-    return can.CanutilsLogWriter(path, channel=bus)
+class CanLog(Recorder):
+    """The frames of one bus in the file `<bus>.<SUFFIX>`; nothing from the end of the run on is logged."""
 
+    Settings = CanLogSettings
+    SUFFIX: ClassVar[str]
 
-def _blf(path: Path, bus: str) -> can.BLFWriter:
-    writer = can.BLFWriter(path)
-    writer.start_timestamp = 0.0        # else the first message's, which BLF cannot say unless it is a date
-    return writer
+    def __init__(self, settings: CanLogSettings, place: Place) -> None:
+        super().__init__(settings, place)
+        self._path = place.folder / f"{settings.bus}.{self.SUFFIX}"
+        self._writer = self._open(part_of(self._path), settings.bus)
 
+    def _open(self, path: Path, bus: str) -> Any:
+        """python-can's writer."""
+        raise NotImplementedError
 
-_WRITERS: Final[dict[str, Callable[[Path, str], can.CanutilsLogWriter | can.BLFWriter]]] = {
-    "candump": _candump, "blf": _blf}
+    def record(self, run: Feed) -> None:
+        run.frames[self.settings.bus].append(self)
 
+    def frame(self, frame: Frame, seen_ns: int) -> None:
+        seen = unpack(frame.data)
+        length = len(seen.data) if not seen.remote else min(seen.dlc, 8)
+        self._write(seen_ns, can.Message(
+            timestamp=seen_ns / NS_PER_S, arbitration_id=seen.can_id, is_extended_id=seen.extended,
+            is_remote_frame=seen.remote, is_fd=seen.fd, bitrate_switch=seen.bit_rate_switch,
+            error_state_indicator=seen.error_state, dlc=length, data=seen.data))
 
-class CanLog:
-    """The files `<bus>.log` and `<bus>.blf` of `folder`; nothing from `end_ns` on is logged."""
-
-    def __init__(self, folder: Path, bus: str, formats: Sequence[str], end_ns: int = NEVER_NS) -> None:
-        self._end_ns = end_ns
-        self._paths = [folder / f"{bus}.{SUFFIX[name]}" for name in formats]
-        self._writers = [_WRITERS[name](part_of(path), bus) for name, path in zip(formats, self._paths, strict=True)]
-
-    def frame(self, time_ns: int, data: bytes) -> None:
-        frame = unpack(data)
-        length = len(frame.data) if not frame.remote else min(frame.dlc, 8)
-        self._write(time_ns, can.Message(
-            timestamp=time_ns / NS_PER_S, arbitration_id=frame.can_id, is_extended_id=frame.extended,
-            is_remote_frame=frame.remote, is_fd=frame.fd, bitrate_switch=frame.bit_rate_switch,
-            error_state_indicator=frame.error_state, dlc=length, data=frame.data))
-
-    def error_frame(self, time_ns: int) -> None:
+    def error_frame(self, medium: str, time_ns: int) -> None:
         self._write(time_ns, can.Message(timestamp=time_ns / NS_PER_S, is_error_frame=True))
 
     def finish(self) -> None:
-        """Close the files, which have their names only now; BLF has its index only now as well."""
-        for writer, path in zip(self._writers, self._paths, strict=True):
-            writer.stop()
-            publish(path)
+        """Close the file; BLF has its index only now as well."""
+        self._writer.stop()
+        publish(self._path)
 
     def _write(self, time_ns: int, message: can.Message) -> None:
-        if time_ns < self._end_ns:
-            for writer in self._writers:
-                writer.on_message_received(message)
+        if time_ns < self.place.end_ns:
+            self._writer.on_message_received(message)
+
+
+class Candump(CanLog):
+    SUFFIX = "log"
+    FILES = ("{medium}.log",)
+
+    def _open(self, path: Path, bus: str) -> can.CanutilsLogWriter:
+        return can.CanutilsLogWriter(path, channel=bus)
+
+
+class Blf(CanLog):
+    SUFFIX = "blf"
+    FILES = ("{medium}.blf",)
+
+    def _open(self, path: Path, bus: str) -> can.BLFWriter:
+        writer = can.BLFWriter(path)
+        writer.start_timestamp = 0.0    # else the first message's, which BLF cannot say unless it is a date
+        return writer

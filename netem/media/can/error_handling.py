@@ -111,8 +111,8 @@ class ErrorHandling:
             self._count(sender, sender.faults.transmit_error, frame.end_ns)
         for other in others:
             self._count(other, other.faults.received, taken_ns)
-        for log in self._state.logs:
-            log.frame(taken_ns, frame.data)
+        for tap in self._state.taps:
+            tap.frame(frame, taken_ns)
         return frame.end_ns - self._timeline.clock.whole_ns(RECESSIVE_END_BITS)
 
     def _hand_over(self, lead: Controller, frame: Frame, others: Sequence[Controller], taken_ns: int) -> None:
@@ -171,8 +171,8 @@ class ErrorHandling:
                 if not sender.unacknowledged:
                     self._events.unacknowledged(sender, encoded.data, error_ns)
                 sender.unacknowledged = True
-        for log in self._state.logs:
-            log.error_frame(error_ns)
+        for tap in self._state.taps:
+            tap.error_frame(self._state.name, error_ns)
         return timeline.instant(delimiter_ticks)
 
     def _count_errors(self, left: Sequence[Controller], silenced: Sequence[Controller], others: Sequence[Controller],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar, Final, Literal
@@ -23,6 +23,11 @@ FASTEST_DATA_BPS: Final = 8_000_000         # what transceivers carry (CiA 601-4
 SHORTEST_BITS: Final = ((44, 0), (26, 33))  # SOF to the end of EOF: a remote frame without stuff bits; CAN FD, no data
 
 SHORTEST_ERROR_BITS: Final = 1 + 6 + 8 + 3  # SOF, error flag, error delimiter, intermission
+
+
+@dataclass(frozen=True)
+class CanLogSettings:
+    bus: str
 
 
 @dataclass(frozen=True)
@@ -100,6 +105,9 @@ class CanSettings(MediumSettings):
                 tables.append(Shown(f"{medium}: passed over in {self.dbc.name}", ("message", "why"),
                                     list(passed_over.items())))
         return tables
+
+    def recorders(self, medium: str) -> Mapping[str, object]:
+        return {kind: CanLogSettings(medium) for kind in self.log}
 
     def reports_own_frames_to(self, node: str) -> bool:
         return node in self.own_frames_to

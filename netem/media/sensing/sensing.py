@@ -126,6 +126,8 @@ class Sensing(Medium):
             if fate is None:
                 in_view = True
                 self._links.receive(frame, observer, arrival_ns, checksum=True)
+                for tap in self.taps:
+                    tap.frame(frame, exposure_ns)
             else:
                 self._ledger.close(frame, observer, fate)
         if not in_view:

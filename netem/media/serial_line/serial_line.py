@@ -77,6 +77,8 @@ class SerialLine(Medium):
             frame = self._frame(sender, chunk, now_ns)
             frame.on_air_ns, frame.end_ns = begin_ns, end_ns
             self._links.receive(frame, self._other[sender], end_ns + self._latency_ns, checksum=False)
+            for tap in self.taps:
+                tap.frame(frame, end_ns)
             begin_ns = end_ns
 
     def lookahead_ns(self, t0_ns: int) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from experiments.scenario import ScenarioError, load
-from experiments.scenario.gateways import ADDRESS_RULE
+from netem.gateways.udp import ADDRESS_RULE
 
 EACH = [
     # header
@@ -43,6 +43,12 @@ EACH = [
      '[gateways.g]\nmedium = "radoi"\nlisten = "10.0.0.1:80"\npeer = "127.0.0.1:99999"\n[media.quiet]',
      ['gateways.g.medium="radoi": no such medium; did you mean "radio"?',
       f'gateways.g.listen="10.0.0.1:80": {ADDRESS_RULE}', f'gateways.g.peer="127.0.0.1:99999": {ADDRESS_RULE}']),
+    ("[media.quiet]", '[gateways.g]\nmedium = "radio"\nkind = "upd"\nlisten = "nowhere"\n[media.quiet]',
+     ['gateways.g.kind="upd": no such kind; did you mean "udp"?']),
+    ("[media.quiet]", '[gateways.g]\nmedium = "radio"\nlistens = 1\n[media.quiet]',
+     ['gateways.g.listens=1: unknown key; did you mean "listen"?']),
+    ("[media.quiet]", "[gateways]\ng = 1\n[media.quiet]", ["gateways.g=1: expected a table"]),
+    ("[media.quiet]", "[records.pcap]\n[media.quiet]", ["records.pcap: no such recorder; there are none"]),
     ("[media.quiet]", '[gateways.r1]\nmedium = "radio"\n[media.quiet]',
      ["gateways.r1: is the name of an agent already; take another one"]),
     # derived signals

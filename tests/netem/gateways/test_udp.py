@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from netem.gateways.udp import MOST_TOLD, PEER_SILENT_NS, UdpGateway
+from netem.gateways.udp import MOST_TOLD, PEER_SILENT_NS, UdpGateway, UdpSettings
 
 HERE = ("127.0.0.1", 0)
 
@@ -22,7 +22,7 @@ def client() -> Iterator[socket.socket]:
 
 @pytest.fixture
 def gateway() -> Iterator[UdpGateway]:
-    found = UdpGateway("ground", "line", HERE)
+    found = UdpGateway("ground", "line", UdpSettings())
     yield found
     found.close()
 
@@ -38,7 +38,7 @@ def test_it_answers_the_first_that_speaks(client: socket.socket, gateway: UdpGat
 
 
 def test_it_speaks_to_its_peer_before_anybody_spoke(client: socket.socket) -> None:
-    gateway = UdpGateway("ground", "line", HERE, client.getsockname())
+    gateway = UdpGateway("ground", "line", UdpSettings(peer="{}:{}".format(*client.getsockname())))
     gateway.send(b"heartbeat")
 
     assert client.recv(100) == b"heartbeat"
@@ -65,7 +65,7 @@ def test_a_flood_is_taken_in_parts_and_empty_datagrams_count(client: socket.sock
 
 def test_a_second_peer_is_refused_with_one_event_and_the_first_keeps_the_stream(client: socket.socket) -> None:
     told: list[tuple[str, str]] = []
-    gateway = UdpGateway("ground", "line", HERE, event=lambda kind, detail, level: told.append((kind, detail)))
+    gateway = UdpGateway("ground", "line", UdpSettings(), event=lambda kind, detail, level: told.append((kind, detail)))
     first, second = "{}:{}".format(*client.getsockname()), ""
     client.sendto(b"first", gateway.listening)
     assert gateway.receive(10) == [b"first"]
@@ -89,7 +89,7 @@ def test_a_second_peer_is_refused_with_one_event_and_the_first_keeps_the_stream(
 def test_a_peer_may_be_followed_by_another_once_it_has_been_silent(client: socket.socket) -> None:
     told: list[tuple[str, str]] = []
     now_ns = [0]
-    gateway = UdpGateway("ground", "line", HERE, event=lambda kind, detail, level: told.append((kind, detail)),
+    gateway = UdpGateway("ground", "line", UdpSettings(), event=lambda kind, detail, level: told.append((kind, detail)),
                          clock_ns=lambda: now_ns[0])
     client.sendto(b"first", gateway.listening)
     gateway.receive(10)
@@ -111,7 +111,7 @@ def test_a_peer_may_be_followed_by_another_once_it_has_been_silent(client: socke
 
 def test_a_flood_of_addresses_leaves_a_bounded_number_of_events(client: socket.socket) -> None:
     told: list[str] = []
-    gateway = UdpGateway("ground", "line", HERE, event=lambda kind, detail, level: told.append(kind))
+    gateway = UdpGateway("ground", "line", UdpSettings(), event=lambda kind, detail, level: told.append(kind))
     client.sendto(b"first", gateway.listening)
     gateway.receive(10)
 
@@ -129,4 +129,4 @@ def test_a_flood_of_addresses_leaves_a_bounded_number_of_events(client: socket.s
 def test_an_address_that_is_taken_is_named(gateway: UdpGateway) -> None:
     port = gateway.listening[1]
     with pytest.raises(OSError, match=rf"gateways.other: cannot listen on 127.0.0.1:{port}: Address already in use"):
-        UdpGateway("other", "line", gateway.listening)
+        UdpGateway("other", "line", UdpSettings("{}:{}".format(*gateway.listening)))

@@ -22,7 +22,7 @@ from netem.records.ledger import Ledger
 from netem.records.ledger_file import journal_of
 from netem.records.ledger_table import hash_of, read_ledger, read_metadata
 from netem.records.signal_table import read_recording
-from netem.records.signals import SignalRecorder
+from netem.records.signals import SignalFile
 from netem.records.signals import journal_of as journal_of_signals
 from netem.wire.level import Level
 
@@ -90,7 +90,7 @@ def test_signals_cut_anywhere_are_read_up_to_the_last_whole_piece(tmp_path: Path
                                                                   ) -> None:
     path = tmp_path / "signals.mcap"
     path.unlink(missing_ok=True)
-    recorder, taken, ends = SignalRecorder(path), 0, []
+    recorder, taken, ends = SignalFile(path), 0, []
     recorder.declare("r1", [("y", "1")])
     recorder.keep()
     for size in batches:
@@ -169,7 +169,7 @@ def test_rows_of_a_ledger_without_room_for_its_file_are_in_its_journal(tmp_path:
 @pytest.mark.parametrize("kept", [0, 60, 100])
 def test_signals_without_room_for_their_file_are_in_their_journal(tmp_path: Path, kept: int) -> None:
     path = tmp_path / "signals.mcap"
-    recorder = SignalRecorder(path)
+    recorder = SignalFile(path)
     recorder.declare("r1", [("y", "1")])
     for time_ns in range(100):
         recorder.append("r1", time_ns, (1.0,))
@@ -189,7 +189,7 @@ def test_signals_without_room_for_their_file_are_in_their_journal(tmp_path: Path
 
 def test_signals_that_find_no_room_are_read_up_to_there(tmp_path: Path) -> None:
     path = tmp_path / "signals.mcap"
-    recorder = SignalRecorder(path)
+    recorder = SignalFile(path)
     recorder.declare("r1", [("y", "1")])
     recorder.append("r1", 0, (1.0,))
     recorder.keep()
@@ -202,7 +202,7 @@ def test_signals_that_find_no_room_are_read_up_to_there(tmp_path: Path) -> None:
 
 
 def test_no_record_has_its_name_before_it_is_whole(tmp_path: Path) -> None:
-    recorder = SignalRecorder(tmp_path / "signals.mcap")
+    recorder = SignalFile(tmp_path / "signals.mcap")
     ledger = Ledger(tmp_path / "ledger.parquet")
     recorder.declare("r1", [("y", "1")])
     recorder.append("r1", 0, (1.0,))
@@ -249,7 +249,7 @@ def test_a_ledger_of_two_robots_takes_at_most_20_bytes_a_copy(tmp_path: Path) ->
 
 def test_signals_of_two_robots_take_at_most_6_bytes_a_sample(tmp_path: Path) -> None:
     path = tmp_path / "signals.mcap"
-    recorder = SignalRecorder(path)
+    recorder = SignalFile(path)
     for node in ("r1", "r2"):
         recorder.declare(node, [("heard", "1")])
     for k in range(2_000):

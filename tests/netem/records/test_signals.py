@@ -14,14 +14,14 @@ from mcap.reader import make_reader
 from netem.records import signals as signals_module
 from netem.records.events import Event, hash_of_events, in_order
 from netem.records.signal_table import read_recording, read_signals
-from netem.records.signals import SignalRecorder
+from netem.records.signals import SignalFile
 from netem.wire.level import Level
 
 SCENARIO = b'{"name": "two_robots", "seed": 7}'
 
 
-def recorded(path: Path, samples: int = 20) -> SignalRecorder:
-    recorder = SignalRecorder(path)
+def recorded(path: Path, samples: int = 20) -> SignalFile:
+    recorder = SignalFile(path)
     recorder.declare("r1", [("y", "1"), ("u", "V")])
     recorder.declare("r2", [("gap", "m")])
     for k in range(samples):
@@ -97,7 +97,7 @@ def test_samples_and_events_read_back_as_they_were_given(tmp_path: Path) -> None
 
 
 def test_values_without_a_json_number_read_back_as_nan_and_leave_their_neighbours_alone(tmp_path: Path) -> None:
-    recorder = SignalRecorder(tmp_path / "signals.mcap")
+    recorder = SignalFile(tmp_path / "signals.mcap")
     recorder.declare("r1", [("y", "1"), ("u", "V")])
     for value in (math.nan, math.inf, -math.inf, 1e308):
         recorder.append("r1", 0, (value, 2.5))
@@ -135,8 +135,8 @@ def test_a_file_cut_off_anywhere_reads_as_far_as_it_goes(tmp_path: Path) -> None
 
 
 def test_a_recording_without_nodes_or_samples_reads_back_empty(tmp_path: Path) -> None:
-    SignalRecorder(tmp_path / "none.mcap").finish({})
-    silent = SignalRecorder(tmp_path / "silent.mcap")
+    SignalFile(tmp_path / "none.mcap").finish({})
+    silent = SignalFile(tmp_path / "silent.mcap")
     silent.declare("r1", [("y", "1")])
     silent.finish({})
 
@@ -145,7 +145,7 @@ def test_a_recording_without_nodes_or_samples_reads_back_empty(tmp_path: Path) -
 
 
 def test_a_sample_of_the_wrong_length_is_refused_with_node_and_time(tmp_path: Path) -> None:
-    recorder = SignalRecorder(tmp_path / "signals.mcap")
+    recorder = SignalFile(tmp_path / "signals.mcap")
     recorder.declare("r1", [("y", "1"), ("u", "V")])
 
     with pytest.raises(ValueError, match=r"node 'r1' at 5 ns: 1 values for the 2 signals \['y', 'u'\]"):
@@ -156,7 +156,7 @@ def test_a_sample_of_the_wrong_length_is_refused_with_node_and_time(tmp_path: Pa
 
 @pytest.mark.parametrize("signals", [[("y", "1"), ("y", "V")]])
 def test_a_signal_named_twice_is_refused(tmp_path: Path, signals: list[tuple[str, str]]) -> None:
-    recorder = SignalRecorder(tmp_path / "signals.mcap")
+    recorder = SignalFile(tmp_path / "signals.mcap")
 
     with pytest.raises(ValueError, match="each name once"):
         recorder.declare("r1", signals)

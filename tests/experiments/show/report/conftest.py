@@ -17,7 +17,7 @@ from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.records.events import Event
 from netem.records.ledger import Ledger
-from netem.records.signals import SignalRecorder
+from netem.records.signals import SignalFile
 from netem.wire.level import Level
 
 HEARD_BY = [  # by topology: sender -> receivers
@@ -35,7 +35,7 @@ def write_synthetic_run(folder: Path, length_s: float = 13.0) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     length_ns = round(length_s * 1e9)
     ledger = Ledger(folder / "ledger.parquet", metadata={"scenario": "synthetic", "seed": "7"})
-    recorder = SignalRecorder(folder / "signals.mcap")
+    recorder = SignalFile(folder / "signals.mcap")
     _talk(ledger, length_ns)
     _move(recorder, length_ns)
     toggles = list(range(TOGGLE_NS, length_ns, TOGGLE_NS))
@@ -83,7 +83,7 @@ def _talk(ledger: Ledger, length_ns: int) -> None:
                     ledger.close(frame, receiver, Fate.DELIVERED, delivered_ns=frame.end_ns + 130_000)
 
 
-def _move(recorder: SignalRecorder, length_ns: int) -> None:
+def _move(recorder: SignalFile, length_ns: int) -> None:
     for k, node in enumerate(HEARD_BY[0]):
         recorder.declare(node, [("y", "1"), ("u", "V"), ("error", "1")])
         for time_ns in range(0, length_ns, SAMPLE_NS):

@@ -21,7 +21,7 @@ from netem.core.frame import Frame
 from netem.records.events import Event
 from netem.records.ledger import Ledger
 from netem.records.ledger_table import read_ledger, read_metadata
-from netem.records.signals import SignalRecorder
+from netem.records.signals import SignalFile
 
 MakeRun = Callable[[Path, float], Path]
 
@@ -280,7 +280,7 @@ def test_a_run_that_was_broken_off_says_how_far_it_came(tmp_path: Path, make_run
 
 def test_one_node_that_hears_nobody_has_a_page(tmp_path: Path) -> None:
     Ledger(tmp_path / "ledger.parquet").finish()
-    recorder = SignalRecorder(tmp_path / "signals.mcap")
+    recorder = SignalFile(tmp_path / "signals.mcap")
     recorder.declare("alone", [("y1", "rad"), ("y2", "m")])
     recorder.append("alone", 0, (1.0, float("nan")))
     recorder.finish({}, b'{"name": "one", "length_ns": 1000000, "expect": {"frames_lost_on_link": {"max": 0}}}')
@@ -294,7 +294,7 @@ def test_one_node_that_hears_nobody_has_a_page(tmp_path: Path) -> None:
 def test_names_cannot_break_out_of_the_page(tmp_path: Path) -> None:
     bad = "</script><script>alert(1)</script>"
     (tmp_path / "scenario.json").write_text(json.dumps({"name": bad, "question": bad, "expect": {bad: {"max": 1}}}))
-    recorder = SignalRecorder(tmp_path / "signals.mcap")
+    recorder = SignalFile(tmp_path / "signals.mcap")
     recorder.declare(bad, [(bad, bad)])
     recorder.append(bad, 0, (1.0,))
     recorder.event(Event(0, bad, bad, bad))

@@ -13,7 +13,7 @@ from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.records.events import Event
 from netem.records.ledger import Ledger
-from netem.records.signals import SignalRecorder
+from netem.records.signals import SignalFile
 from netem.wire.level import Level
 from tests.browser import Browser, browser, needs_browser
 
@@ -44,7 +44,7 @@ def small_run(folder: Path) -> Path:
                      Fate.LOST if lost else Fate.DELIVERED, cause="impairments[0] scripted_loss" if lost else "",
                      delivered_ns=-1 if lost else start + 2 * MS)
     ledger.finish()
-    recorder = SignalRecorder(folder / "signals.mcap")
+    recorder = SignalFile(folder / "signals.mcap")
     for node, side in (("a", 0.0), ("b", 1.0)):
         recorder.declare(node, [("x", "m"), ("y", "m"), ("theta", "rad")])
         for k in range(LENGTH_MS // 10):

@@ -15,7 +15,7 @@ from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.records.events import Event
 from netem.records.ledger import Ledger
-from netem.records.signals import SignalRecorder
+from netem.records.signals import SignalFile
 
 MS = 1_000_000
 LENGTH_NS = 1000 * MS
@@ -44,7 +44,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> RunData:
         ledger.expect(1, "radio")
         ledger.close(frame, receiver, fate, delivered_ns=delivered)
     ledger.finish()
-    recorder = SignalRecorder(folder / "signals.mcap")
+    recorder = SignalFile(folder / "signals.mcap")
     for node, signal in Y.items():
         recorder.declare(node, [("y", "1")])
         for k in range(100):

@@ -15,7 +15,7 @@ from netem.media.sensing.field_of_view import Obstacle
 from netem.media.sensing.settings import SensingSettings
 from netem.records.ledger import Ledger
 from netem.records.signal_table import SignalTable
-from netem.records.signals import SignalRecorder
+from netem.records.signals import SignalFile
 
 MS = 1_000_000
 SETTINGS = SensingSettings(10 * MS, MS, range_m=2.0, half_angle_deg=60.0, cameras={"companion": "drive"},
@@ -26,7 +26,7 @@ PLAN = msgspec.to_builtins(SETTINGS.floor_plan())
 def a_run(folder: Path, signals: dict[str, list[tuple[str, str]]]) -> RunData:
     """Two bodies for a second; who sees body `evader` is asked at 0.3 s and 0.6 s, and sees it the first time."""
     folder.mkdir()
-    ledger, recorder = Ledger(folder / "ledger.parquet", metadata={}), SignalRecorder(folder / "signals.mcap")
+    ledger, recorder = Ledger(folder / "ledger.parquet", metadata={}), SignalFile(folder / "signals.mcap")
     for node, names in signals.items():
         recorder.declare(node, names)
         for k in range(101):

@@ -1,0 +1,32 @@
+"""The recorders of a run: those of every run, those that its media ask for, and those of `[records]`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from experiments.scenario.model import Scenario
+from netem.media.medium import Medium
+from netem.records import Feed, Place, Recorder
+from netem.records.table import IN_EVERY_RUN, RECORDERS
+
+
+class Recording:
+    """`feed` is what the run tells; `recorders` consume it, and are to be finished in this order."""
+
+    def __init__(self, scenario: Scenario, place: Place) -> None:
+        self.feed = Feed()
+        asked: list[tuple[str, Any]] = [pair for name, medium in scenario.media.items()
+                                        for pair in medium.settings.recorders(name).items()]
+        asked += scenario.records.items()
+        asked += [(kind, RECORDERS[kind].Settings()) for kind in IN_EVERY_RUN]
+        self.recorders: list[Recorder] = [RECORDERS[kind](settings, place) for kind, settings in asked]
+
+    def begin(self, media: Mapping[str, Medium]) -> None:
+        self.feed.frames = {name: medium.taps for name, medium in media.items()}
+        for recorder in self.recorders:
+            recorder.record(self.feed)
+
+    def keep(self) -> None:
+        for recorder in self.recorders:
+            recorder.keep()

@@ -1,0 +1,16 @@
+"""The recorders of a run: those of every run, those that the settings of a medium ask for, and those of `[records]`."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from netem.core.kinds import Kinds
+
+RECORDERS: Final = Kinds({
+    "candump": "netem.media.can.can_log:Candump",
+    "blf": "netem.media.can.can_log:Blf",
+    "events": "netem.records.events_file:EventRecorder",
+    "signals": "netem.records.signals:SignalRecorder",
+})
+IN_EVERY_RUN: Final = ("events", "signals")         # they end in this order
+ASKED_BY_MEDIA: Final = ("candump", "blf")
