@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 from netem.media import MediumSettings
 from netem.media.radio_presets import PRESETS, RadioPreset
-from netem.topology import REFUSE_UNKNOWN_KEYS
 from netem.topology.fixed_graph import FixedGraph
 from netem.topology.table import TopologySettings
 
@@ -17,7 +16,6 @@ from netem.topology.table import TopologySettings
 class CarrierSenseSettings:
     """What differs from the preset's carrier sense; None: the preset's."""
 
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     scheme: Literal["unslotted", "dcf"] | None = None
     slot_ns: int | None = None
     wait_ns: int | None = None
@@ -30,7 +28,6 @@ class CarrierSenseSettings:
 
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     preset: str = "ideal"
     decode: Literal["radio_network", "local", "capture"] = "radio_network"
     mac: Literal["none", "aloha", "csma"] = "none"

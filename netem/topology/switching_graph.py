@@ -8,23 +8,21 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from itertools import pairwise
-from typing import ClassVar, Literal
+from typing import Literal
 
-from netem.topology import REFUSE_UNKNOWN_KEYS, Graph, Site, TopologyError
+from netem.topology import Graph, Site, TopologyError
 from netem.topology.fixed_graph import graph_of
 from netem.topology.timetable import Timetable
 
 
 @dataclass(frozen=True)
 class GraphChange:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     at_ns: int
     graph: str
 
 
 @dataclass(frozen=True)
 class SwitchingGraph:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     kind: Literal["switching"]
     graphs: dict[str, tuple[str, ...]]              # name -> links
     schedule: tuple[GraphChange, ...]

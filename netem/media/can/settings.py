@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import ClassVar, Final, Literal
+from typing import Final, Literal
 
 from netem.media import MediumSettings, Shown
 from netem.media.can.bit_clock import BitClock
@@ -15,7 +15,6 @@ from netem.media.can.dbc_messages import declared_by
 from netem.media.can.messages import CanMessage, by_priority, periodic, response_times_ns
 from netem.media.can.response_time import utilization
 from netem.media.can.transmit_queue import Discipline
-from netem.topology import REFUSE_UNKNOWN_KEYS
 
 FASTEST_NOMINAL_BPS: Final = 1_000_000      # ISO 11898-1:2015
 FASTEST_DATA_BPS: Final = 8_000_000         # what transceivers carry (CiA 601-4)
@@ -27,7 +26,6 @@ SHORTEST_ERROR_BITS: Final = 1 + 6 + 8 + 3  # SOF, error flag, error delimiter, 
 
 @dataclass(frozen=True)
 class CanSettings(MediumSettings):
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     bit_rate_bps: int
     data_bit_rate_bps: int | None = None                    # of CAN FD; None: classical CAN only
 
