@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any, Final, get_type_hints
@@ -16,7 +16,7 @@ import msgspec
 
 from experiments.scenario.moved_modules import where_it_is
 from experiments.scenario.own_modules import NameTaken, module_for
-from experiments.scenario.problems import Place, Problems, near
+from experiments.scenario.problems import Place, near
 from experiments.scenario.program_run import complaint_about_run
 from experiments.scenario.shape import Shape
 from experiments.scenario.table_reader import TableReader
@@ -82,21 +82,22 @@ def check_program(program: str, parameters: dict[str, Any], place: Place,
     if shape is None:
         return cls, parameters
     filled = tables.read(shape, parameters, (*place, "parameters"))
-    _check_periods(cls, filled.values, parameters, (*place, "parameters"), problems)
+    for name, value in filled.values.items():
+        if name.endswith("period_ns") and (complaint := _period_complaint(cls, name, value)):
+            key = next(key for key in spellings(name) if key in parameters)
+            problems.add((*place, "parameters", key), complaint, parameters[key])
     return cls, msgspec.to_builtins(filled.values, enc_hook=str)
 
 
-def _check_periods(cls: Callable[..., Any], values: Mapping[str, Any], written: Mapping[str, Any], place: Place,
-                   problems: Problems) -> None:
-    """A period is more than 0, or 0 for "never" where the program's own default says so."""
-    for name, value in values.items():
-        if not (name == "period_ns" or name.endswith("_period_ns")) or not isinstance(value, int):
-            continue
-        may_be_0 = inspect.signature(cls).parameters[name].default == 0
-        if value < 0 or (value == 0 and not may_be_0):
-            key = next(key for key in spellings(name) if key in written)
-            problems.add((*place, key), f"expected {'>= 0' if may_be_0 else '> 0'}; a program that waits for its next "
-                         "period would never get past the first instant", written[key])
+def _period_complaint(cls: Callable[..., Any], name: str, value: Any) -> str:
+    """A period is more than 0, or 0 for "never" where the program's own default says so; "" if this one is."""
+    if not (name == "period_ns" or name.endswith("_period_ns")) or not isinstance(value, int):
+        return ""
+    may_be_0 = inspect.signature(cls).parameters[name].default == 0
+    if value > 0 or (value == 0 and may_be_0):
+        return ""
+    return (f"expected {'>= 0' if may_be_0 else '> 0'}; a program that waits for its next period would never get past "
+            "the first instant")
 
 
 def _keywords(cls: Callable[..., Any]) -> tuple[Shape | None, str]:
