@@ -20,10 +20,11 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, Union, get_args, 
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Lt
 
 from experiments.scenario.foreign_types import judge
-from experiments.scenario.problems import Place, Problems, near, nearest, value_text
+from experiments.scenario.problems import Place, Problems, near, value_text
 from experiments.scenario.refusals import refuse
 from experiments.scenario.shape import Shape, shape_of
 from experiments.scenario.units import spellings, to_ns
+from netem.core.nearest import nearest
 from netem.topology.told_apart import ToldApartBy
 
 WRONG: Final = object()         # in place of a value with a problem, which has been told

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from difflib import get_close_matches
 from typing import Any, Literal
 
+from netem.core.nearest import did_you_mean
 from netem.media import MediumSettings
 from netem.media.radio_presets import PRESETS, RadioPreset
 from netem.topology.fixed_graph import FixedGraph
@@ -52,8 +52,7 @@ class RadioSettings(MediumSettings):
         if self.queue_frames < 0:
             raise ValueError(f"queue_frames={self.queue_frames}: expected queue_frames >= 0")
         if self.preset not in PRESETS:
-            near = get_close_matches(self.preset, PRESETS, 1)
-            hint = f"did you mean {near[0]!r}?" if near else f"the presets are {', '.join(PRESETS)}"
+            hint = did_you_mean(self.preset, PRESETS, f"the presets are {', '.join(PRESETS)}")
             raise ValueError(f"preset={self.preset!r}: no such radio: {hint}")
         self.radio()
 
