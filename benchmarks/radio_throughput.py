@@ -16,12 +16,10 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from pydantic import TypeAdapter
-
 from netem.core.agenda import OFFER, Agenda
 from netem.media.broadcast_radio import BroadcastRadio
 from netem.media.links import Links
-from netem.media.radio_settings import RadioSettings
+from netem.media.radio_settings import CarrierSenseSettings, RadioSettings
 from netem.records.ledger import Ledger
 
 SENDERS = [f"n{k}" for k in range(40)]
@@ -35,7 +33,7 @@ CURVES: list[Curve] = [                 # label, colour, settings, slotted, clos
     ("slotted ALOHA, G exp(-G)", "#d68910", {"preset": "xbee_802154", "mac": "none"}, True, lambda g: g * exp(-g)),
     ("csma, xbee_802154", "#1f618d", {"preset": "xbee_802154", "mac": "csma"}, False, None),
     ("csma, xbee_802154, min_exponent 3", "#2e86c1",
-     {"preset": "xbee_802154", "mac": "csma", "csma": {"min_exponent": 3}}, False, None),
+     {"preset": "xbee_802154", "mac": "csma", "csma": CarrierSenseSettings(min_exponent=3)}, False, None),
     ("csma, wifi_broadcast_80211g_6mbps", "#117a65", {"preset": "wifi_broadcast_80211g_6mbps", "mac": "csma"}, False,
      None),
     ("csma, crazyflie_p2p", "#7d3c98", {"preset": "crazyflie_p2p", "mac": "csma"}, False, None),
@@ -51,8 +49,8 @@ def throughput(settings: dict[str, Any], load: float, frames: int, slotted: bool
             heard.append(arrival_ns)
         return True
 
-    radio = BroadcastRadio("radio", TypeAdapter(RadioSettings).validate_python(settings), [*SENDERS, LISTENER], agenda,
-                           ledger, Links(ledger, deliver, {}), Random)
+    radio = BroadcastRadio("radio", RadioSettings(**settings), [*SENDERS, LISTENER], agenda, ledger,
+                           Links(ledger, deliver, {}), Random)
     airtime_ns, rng, t = radio.radio.airtime_ns(SIZE_BYTES), Random(f"{settings}{load}"), 0.0
     for k in range(frames):
         t += rng.expovariate(load / airtime_ns)

@@ -32,6 +32,7 @@ ADAPTERS = {
             "netem/media/can/can_log.py"},      # into log files
     "cantools": {"netem/media/can/dbc_file.py"},
     "pymavlink": {"firmware_sim/mavlink/dialect.py"},
+    "pydantic": {"experiments/scenario/foreign_types.py"},
 }
 HEAVY = ("pydantic", "pyarrow", "click", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap")
 FILES = [str(path.relative_to(ROOT)) for package in BELOW for path in sorted((ROOT / package).rglob("*.py"))]

@@ -21,7 +21,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 from math import nan, pi, remainder
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 from simpy.events import Event
 
@@ -37,7 +37,6 @@ from firmware_sim.mavlink.link import MavlinkLink
 from firmware_sim.scenario_view import Own, ScenarioView
 from firmware_sim.schedules.periodic import Periodic
 from netem.media.sensing.sight import LOOK, NothingSeen, unpack_sight
-from netem.topology import REFUSE_UNKNOWN_KEYS
 
 SYSTEM, COMPONENT = 245, 191         # MAV_COMP_ID_ONBOARD_COMPUTER
 PHASES: Final = {phase: float(number) for number, phase in enumerate(Phase)}
@@ -50,7 +49,6 @@ COUNTERS: Final = ("looks", "looks that saw nothing", "detections", "detections 
 
 @dataclass(frozen=True)
 class CompanionSettings:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     target: str                         # whom the vehicle follows
     pursuit: AerialSettings
     view: str = "view"                  # its port on the sensing medium

@@ -13,6 +13,7 @@ from agents.synchronization.closed_loop import LinearAgent
 from agents.synchronization.graph import Floats, laplacian
 from agents.synchronization.slot_length import Bound
 from agents.synchronization.team_table import mistakes
+from netem.core import link_pattern
 
 SYNC_GAIN: Final = 0.5              # share of its clock's mean error that a robot corrects per round
 
@@ -118,11 +119,12 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
         """Laplacian of links "a -> b" by robot names."""
         edges = []
         for link in links:
-            sender, arrow, receiver = (part.strip() for part in link.partition("->"))
-            for name in (sender, receiver):
-                if not arrow or name not in self.models:
-                    raise TeamError(f'link "{link}": expected "sender -> receiver" with names of {self.names}')
-            edges.append((self.names.index(sender), self.names.index(receiver)))
+            pattern = link_pattern.parse(link)
+            found = [] if pattern is None else pattern.links(link_pattern.matching(pattern.sender, self.names),
+                                                             link_pattern.matching(pattern.receiver, self.names))
+            if not found:
+                raise TeamError(f'link "{link}": expected "sender -> receiver" with names of {self.names}')
+            edges += [(self.names.index(sender), self.names.index(receiver)) for sender, receiver in found]
         return laplacian(len(self.models), edges)
 
 

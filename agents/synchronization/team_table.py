@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
 from enum import Enum
 from typing import Any, Literal, get_args, get_origin
 
 import msgspec
+
+from netem.core.nearest import did_you_mean
 
 LONGEST_VALUE = 60
 
@@ -17,8 +18,7 @@ def mistakes(table: Mapping[str, Any], kind: type[msgspec.Struct], place: str) -
     fields = {field.name: field for field in msgspec.structs.fields(kind)}
     for key, value in table.items():
         if key not in fields:
-            close = get_close_matches(key, fields, 1)
-            remedy = f'did you mean "{close[0]}"?' if close else "there are " + ", ".join(fields)
+            remedy = did_you_mean(key, fields, "there are " + ", ".join(fields), quote='"{}"'.format)
             yield f"{place}.{key}={_text(value)}: unknown key; {remedy}"
             continue
         for at, part, part_kind in _parts(f"{place}.{key}", value, fields[key].type):

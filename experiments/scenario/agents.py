@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from experiments.scenario.model import AgentSpec, PlantSpec
 from experiments.scenario.overrides import parse_path
 from experiments.scenario.plant_parameters import plant_names
-from experiments.scenario.problems import Place, near, path_text
+from experiments.scenario.problems import Place, near
 from experiments.scenario.program import check_program
-from experiments.scenario.sections import Reading, holds
+from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
 from experiments.scenario.units import siblings, spellings
 from firmware_sim.clock_settings import ClockSettings
@@ -37,10 +37,14 @@ class AgentTable:
 
 
 class Agents:
-    """Reads them; `programs` are the classes found on the way, with the settings of the agents that run each."""
+    """Reads them; `programs` are the classes found on the way, with the settings of the agents that run each.
 
-    def __init__(self, reading: Reading) -> None:
+    `look_up` gives the table of the file at a path, or what is wrong with the path.
+    """
+
+    def __init__(self, reading: Reading, look_up: Callable[[str], tuple[dict[str, Any], str]]) -> None:
         self.reading = reading
+        self.look_up = look_up
         self.problems = reading.problems
         self.programs: dict[type, dict[str, Any]] = {}
 
@@ -50,10 +54,11 @@ class Agents:
         self.reading.check_name(place, name)
         merged = _merged(defaults, table) if defaults and isinstance(table, dict) else table
         values = self.reading.tables.read(shape_of(AgentTable), merged, place).values
+        written = values.pop("parameters", {})
         found = AgentTable(**{"program": "", **values})
         parameters: dict[str, Any] = {}
         if "program" in values:
-            cls, parameters, settings = check_program(found.program, found.parameters, place, self.reading.tables)
+            cls, parameters, settings = check_program(found.program, written, place, self.reading.tables)
             if isinstance(cls, type):
                 self.programs.setdefault(cls, {})[name] = settings
         plant = None if found.plant is None else self._plant(found.plant, merged["plant"], (*place, "plant"))
@@ -78,7 +83,7 @@ class Agents:
                               table.preset)
         start: dict[str, Any] = {}
         if table.parameters_from is not None:
-            found, complaint = self._lookup(table.parameters_from)
+            found, complaint = self.look_up(table.parameters_from)
             start = plant.taken_from(found)
             if found and not start:
                 complaint = f"no key of that table is a parameter of {table.fmu}; {near('', plant.parameters)}"
@@ -94,19 +99,6 @@ class Agents:
             self.problems.add((*place, key), complaint, *([written[key]] if key in written else []))
         return PlantSpec(plant.fmu, given if self.problems.found > before else plant.over_preset(table.preset, given),
                          table.step_ns)
-
-    def _lookup(self, dotted: str) -> tuple[dict[str, Any], str]:
-        """The table of this file at a path and what is wrong with the path."""
-        path, rest = parse_path(dotted)
-        if not path or rest:
-            return {}, "expected the path of a table, as in team.models.r1"
-        here: Any = self.reading.document
-        for depth, part in enumerate(path):
-            if not holds(here, (part,)):
-                where = path_text(path[:depth]) or "this file"
-                return {}, f"{where} has no {part!r}; {near(part, here if isinstance(here, dict) else ())}"
-            here = here[part]
-        return (here, "") if isinstance(here, dict) else ({}, "is no table")
 
 
 def _merged(defaults: dict[str, Any], table: dict[str, Any]) -> dict[str, Any]:

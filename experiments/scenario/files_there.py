@@ -6,7 +6,8 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from experiments.scenario.problems import near, nearest, value_text
+from experiments.scenario.problems import near, value_text
+from netem.core.nearest import nearest
 
 DEEPEST = 3                 # folders below the scenario's that are looked through
 MOST = 200                  # entries: a home folder is not searched to its end

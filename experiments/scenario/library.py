@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from experiments.scenario.document import question_of
 from experiments.scenario.files_there import near_file
-from experiments.scenario.problems import ScenarioError, near, nearest, value_text
+from experiments.scenario.problems import ScenarioError, near, value_text
+from netem.core.nearest import nearest
 
 
 class Entry(NamedTuple):

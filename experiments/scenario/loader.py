@@ -26,7 +26,7 @@ from experiments.scenario.network import Network
 from experiments.scenario.problems import Place, Problems
 from experiments.scenario.question_signal import check_question_signal
 from experiments.scenario.records import read_records
-from experiments.scenario.sections import SECTIONS, Reading, holds
+from experiments.scenario.sections import SECTIONS, Reading
 from experiments.scenario.shape import shape_of
 from firmware_sim.scenario_view import OwnAgent
 
@@ -56,7 +56,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     what it says. ScenarioError holds every problem found.
     """
     problems = Problems(source.name)
-    reading = Reading(document, source.absolute().parent, problems)
+    reading = Reading(source.absolute().parent, problems)
     given = {"seed": seed, "length_s": duration_s}
     changes = {**(values or {}), **{key: value for key, value in given.items() if value is not None}}
     if overrides or changes:
@@ -73,15 +73,16 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     header: Header | None = reading.tables.read(
         shape_of(Header), {key: value for key, value in document.items() if key not in SECTIONS}, (), SECTIONS,
         Header).made
-    problems.written_at = lambda place: _written_at(reading, place)
-    agent_reader, network, on_media = Agents(reading), Network(reading), list(tables["media"])
+    problems.written_at = lambda place: _written_at(document, place)
+    agent_reader = Agents(reading, lambda path: overriding.look_up(document, path))
+    network, on_media = Network(reading), list(tables["media"])
     if not tables["agents"] and not problems.has(("agents",)):
         problems.add(("agents",), "a scenario has at least one agent; add [agents.NAME] with its program")
     agents = {name: agent_reader.agent(name, table, tables["agents_defaults"], on_media)
               for name, table in tables["agents"].items()}
     gateways = read_gateways(tables["gateways"], agents, on_media, reading)
     media = {name: network.medium(name, table, agents, gateways) for name, table in tables["media"].items()}
-    network.check_names(tables["impairments"])
+    network.check_names(table.get("name") if isinstance(table, dict) else None for table in tables["impairments"])
     impairments = tuple(network.impairment(table, ("impairments", index), media)
                         for index, table in enumerate(tables["impairments"]))
     derived = read_derived(tables["derived"], agents, reading)
@@ -102,12 +103,12 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     return scenario
 
 
-def _written_at(reading: Reading, place: Place) -> Place:
+def _written_at(document: Mapping[str, Any], place: Place) -> Place:
     """What an agent has from `agents_defaults` was written there."""
     if len(place) < 3 or place[0] != "agents":
         return place
-    defaults = reading.document.get("agents_defaults")
-    if not holds(reading.document["agents"], place[1:]) and holds(defaults, place[2:]):
+    defaults = document.get("agents_defaults")
+    if not overriding.holds(document["agents"], place[1:]) and overriding.holds(defaults, place[2:]):
         return ("agents_defaults", *place[2:])
     return place
 

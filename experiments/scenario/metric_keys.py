@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from types import MappingProxyType
 
 from experiments.scenario.fate_keys import FATE_OF, FORMER, NOT_DELIVERED, complaint
+from netem.core.nearest import nearest as closest
 
 COUNTED = ("frames_offered", *FATE_OF, NOT_DELIVERED, "delivery_ratio")
 LEDGER_METRICS = (*COUNTED, "age_of_information_max_s", "age_of_information_mean_s",
@@ -134,8 +134,7 @@ def matching(pattern: str, nodes: Iterable[str]) -> list[str]:
 
 def nearest(word: str, words: Iterable[str]) -> str:
     """The word most like `word`, or "" if there are none."""
-    found = get_close_matches(word, sorted(set(words)), n=1, cutoff=0.0)
-    return found[0] if found else ""
+    return closest(word, sorted(set(words)), 0.0) or ""
 
 
 def _complaint(key: str, nodes: Nodes, media: Collection[str],
@@ -173,13 +172,13 @@ def _complaint(key: str, nodes: Nodes, media: Collection[str],
 def _candidates(key: str, nodes: Nodes, media: Collection[str],
                 guarantees: Mapping[str, Collection[str]]) -> list[str]:
     first, _, rest = key.partition(".")
-    special = get_close_matches(first, (COUNT, GUARANTEE, REAL_TIME), 1, cutoff=0.8)
-    if special == [COUNT]:
+    special = closest(first, (COUNT, GUARANTEE, REAL_TIME), 0.8)
+    if special == COUNT:
         node, _, counter = rest.partition(".")
         return [f"{COUNT}.{name}.{counter or '<counter>'}" for name in matching(node, nodes) or nodes]
-    if special == [GUARANTEE]:
+    if special == GUARANTEE:
         return [f"{GUARANTEE}.{name}.{figure}" for name, figures in guarantees.items() for figure in figures]
-    if special == [REAL_TIME]:
+    if special == REAL_TIME:
         return [f"{REAL_TIME}.{figure}" for figure in LATENESS]
     if not rest:
         return [*LEDGER_METRICS, *FORMER]

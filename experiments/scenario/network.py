@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Any
@@ -50,7 +50,10 @@ class Network:
         self.reading.check_name(place, name)
         nodes = (*(agent.name for agent in agents.values() if name in agent.media),
                  *(gateway.name for gateway in gateways.values() if gateway.medium == name))
-        cls = self._kind(table, place, MEDIA)
+        if not isinstance(table, dict):
+            self.problems.add(place, "expected a table", table)
+            return MediumSpec(name, "", None, nodes)
+        cls = self._kind(table.get("kind"), place, MEDIA)
         if cls is None:
             return MediumSpec(name, "", None, nodes)
         rest = {key: value for key, value in table.items() if key != "kind"}
@@ -79,11 +82,10 @@ class Network:
                         self.problems.add((*place, name), f"no such output; {near(output, dict.fromkeys(known))}",
                                           output)
 
-    def check_names(self, tables: Sequence[Any]) -> None:
-        """Check the names that impairments are given."""
+    def check_names(self, names: Iterable[Any]) -> None:
+        """Check the names that impairments are given, None for one without."""
         first: dict[str, Place] = {}
-        for index, table in enumerate(tables):
-            name = table.get("name") if isinstance(table, dict) else None
+        for index, name in enumerate(names):
             if not isinstance(name, str):
                 continue
             place: Place = ("impairments", index, "name")
@@ -95,14 +97,18 @@ class Network:
 
     def impairment(self, table: Any, place: Place, media: Mapping[str, MediumSpec]) -> ImpairmentSpec:
         """It is built once, so that what it refuses is said before the run."""
-        cls = (self._own_kind(table, place) if _names_a_class(table) else self._kind(table, place, IMPAIRMENTS))
         if not isinstance(table, dict):
+            self.problems.add(place, "expected a table", table)
             return ImpairmentSpec(path_text(place), "", (), (), "", {})
+        kind = table.get("kind")
+        cls: Any = (self._own_kind(kind, place) if isinstance(kind, str) and ":" in kind
+                    else self._kind(kind, place, IMPAIRMENTS))
         common = shape_of(ImpairmentHeader)
         header = {key: value for key, value in table.items() if key in common.field_of}
         besides = shape_of(cls).keys() if cls is not None else []
         values = self.reading.tables.read(common, header, place, besides).values
-        windows = self._windows(values["during_ns"], table, place) if "during_ns" in values else ()
+        key = next((key for key in spellings("during_ns") if key in table), "")
+        windows = self._windows(values["during_ns"], table[key], (*place, key)) if "during_ns" in values else ()
         fields: dict[str, Any] = {}
         if cls is not None:
             own = {key: value for key, value in table.items() if key not in [*header, "kind"]}
@@ -120,7 +126,7 @@ class Network:
                 self.problems.add((*place, "kind"), f"constructing it failed: {type(error).__name__}: {error}",
                                   table["kind"])
         links = self._links(values.get("on"), place, media)
-        return ImpairmentSpec(path_text(place), values.get("on", ""), links, windows, str(table.get("kind")), fields,
+        return ImpairmentSpec(path_text(place), values.get("on", ""), links, windows, str(kind), fields,
                               values.get("name", ""))
 
     def _links(self, on: str | None, place: Place, media: Mapping[str, MediumSpec]) -> tuple[Link, ...]:
@@ -135,12 +141,12 @@ class Network:
             self.problems.add((*place, "on"), str(error), on)
             return ()
 
-    def _windows(self, during_ns: Sequence[Any], table: Mapping[str, Any], place: Place) -> tuple[tuple[int, int], ...]:
-        key = next(key for key in spellings("during_ns") if key in table)
+    def _windows(self, during_ns: Sequence[Any], during: Any, place: Place) -> tuple[tuple[int, int], ...]:
+        """`during` is what its author wrote."""
         single = not during_ns or not isinstance(during_ns[0], list)
         windows: list[tuple[int, int]] = []
         for index, window in enumerate([list(during_ns)] if single else during_ns):
-            where, written = ((*place, key), table[key]) if single else ((*place, key, index), table[key][index])
+            where, written = (place, during) if single else ((*place, index), during[index])
             if not isinstance(window, list) or len(window) != 2 or not all(isinstance(edge, int) for edge in window):
                 self.problems.add(where, "expected [start, end], or a list of such windows", written)
             elif not 0 <= window[0] < window[1]:
@@ -149,28 +155,20 @@ class Network:
                 windows.append((window[0], window[1]))
         return tuple(windows)
 
-    def _kind(self, table: Any, place: Place, kinds: Mapping[str, type]) -> Any:
-        if not isinstance(table, dict):
-            self.problems.add(place, "expected a table", table)
-            return None
-        if "kind" not in table:
+    def _kind(self, kind: Any, place: Place, kinds: Mapping[str, type]) -> Any:
+        if kind is None:
             self.problems.add((*place, "kind"), f"is missing; {near('', kinds)}")
             return None
-        kind = table["kind"]
         if not isinstance(kind, str) or kind not in kinds:
             self.problems.add((*place, "kind"), f"no such kind; {near(kind, kinds)}", kind)
             return None
         return kinds[kind]
 
-    def _own_kind(self, table: Mapping[str, Any], place: Place) -> Any:
+    def _own_kind(self, kind: str, place: Place) -> Any:
         try:
-            return import_impairment(table["kind"], self.folder)
+            return import_impairment(kind, self.folder)
         except ValueError as error:
-            self.problems.add((*place, "kind"), str(error), table["kind"])
+            self.problems.add((*place, "kind"), str(error), kind)
         except Exception as error:
-            self.problems.add((*place, "kind"), f"importing it failed: {type(error).__name__}: {error}", table["kind"])
+            self.problems.add((*place, "kind"), f"importing it failed: {type(error).__name__}: {error}", kind)
         return None
-
-
-def _names_a_class(table: Any) -> bool:
-    return isinstance(table, dict) and isinstance(table.get("kind"), str) and ":" in table["kind"]

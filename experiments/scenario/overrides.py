@@ -50,6 +50,30 @@ def parse_path(text: str) -> tuple[Place, str]:
         rest = rest[1:]
 
 
+def look_up(document: Mapping[str, Any], dotted: str) -> tuple[dict[str, Any], str]:
+    """The table at a path, and what is wrong with the path, "" if nothing."""
+    path, rest = parse_path(dotted)
+    if not path or rest:
+        return {}, "expected the path of a table, as in team.models.r1"
+    here: Any = document
+    for depth, part in enumerate(path):
+        if not holds(here, (part,)):
+            where = path_text(path[:depth]) or "this file"
+            return {}, f"{where} has no {part!r}; {near(part, here if isinstance(here, dict) else ())}"
+        here = here[part]
+    return (here, "") if isinstance(here, dict) else ({}, "is no table")
+
+
+def holds(table: Any, path: Place) -> bool:
+    """Whether there is something at `path` within `table`."""
+    for part in path:
+        entries = range(len(table)) if isinstance(table, list) else table if isinstance(table, dict) else ()
+        if part not in entries:
+            return False
+        table = table[part]
+    return True
+
+
 def _apply(document: dict[str, Any], override: str, top_level: Sequence[str]) -> str:
     """Change `document`; what is wrong with the override, "" if nothing."""
     place, rest = parse_path(override)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable
-from difflib import get_close_matches
 from typing import Any, Final
+
+from netem.core.nearest import did_you_mean
 
 Place = tuple[str | int, ...]           # ("impairments", 0, "loss_ratio")
 
@@ -107,13 +108,6 @@ def value_text(value: Any) -> str:
 def near(word: object, known: Iterable[str]) -> str:
     """The remedy for a name that nobody knows: the nearest valid one, or all of them."""
     names = list(known)
-    if (close := nearest(word, names)) is not None:
-        return f"did you mean {value_text(close)}?"
-    if not names:
-        return "there are none"
-    return "there are " + ", ".join(names) if len(names) > 1 else f"there is only {names[0]}"
-
-
-def nearest(word: object, known: Iterable[str]) -> str | None:
-    close = get_close_matches(str(word), list(known), 1, cutoff=0.5)       # r9 is near r1
-    return close[0] if close else None
+    all_names = "there are none" if not names else \
+        "there are " + ", ".join(names) if len(names) > 1 else f"there is only {names[0]}"
+    return did_you_mean(word, names, all_names, quote=value_text, cutoff=0.5)

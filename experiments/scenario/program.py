@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import is_dataclass
 from pathlib import Path
 from pkgutil import iter_modules
@@ -17,7 +17,7 @@ import msgspec
 
 from experiments.scenario.moved_modules import where_it_is
 from experiments.scenario.own_modules import NameTaken, module_for
-from experiments.scenario.problems import Place, Problems, near
+from experiments.scenario.problems import Place, near
 from experiments.scenario.program_run import complaint_about_run
 from experiments.scenario.refusals import refuse
 from experiments.scenario.shape import Shape, shape_of
@@ -88,7 +88,10 @@ def check_program(program: str, parameters: dict[str, Any], place: Place,
     place = (*place, "parameters")
     before = problems.found
     values = tables.read(shape, parameters, place).values
-    _check_periods(cls, values, parameters, place, problems)
+    for name, value in values.items():
+        if name.endswith("period_ns") and (complaint := _period_complaint(cls, name, value)):
+            key = next(key for key in spellings(name) if key in parameters)
+            problems.add((*place, key), complaint, parameters[key])
     settings = None
     if problems.found == before and (declared := settings_class(cls)) is not None:
         try:
@@ -98,18 +101,15 @@ def check_program(program: str, parameters: dict[str, Any], place: Place,
     return cls, msgspec.to_builtins(values, enc_hook=str), settings
 
 
-def _check_periods(cls: Callable[..., Any], values: Mapping[str, Any], written: Mapping[str, Any], place: Place,
-                   problems: Problems) -> None:
-    """A period is more than 0, or 0 for "never" where the program's own default says so."""
-    takes = inspect.signature(settings_class(cls) or cls).parameters
-    for name, value in values.items():
-        if not (name == "period_ns" or name.endswith("_period_ns")) or not isinstance(value, int):
-            continue
-        may_be_0 = takes[name].default == 0
-        if value < 0 or (value == 0 and not may_be_0):
-            key = next(key for key in spellings(name) if key in written)
-            problems.add((*place, key), f"expected {'>= 0' if may_be_0 else '> 0'}; a program that waits for its next "
-                         "period would never get past the first instant", written[key])
+def _period_complaint(cls: Callable[..., Any], name: str, value: Any) -> str:
+    """A period is more than 0, or 0 for "never" where the program's own default says so; "" if this one is."""
+    if not (name == "period_ns" or name.endswith("_period_ns")) or not isinstance(value, int):
+        return ""
+    may_be_0 = inspect.signature(settings_class(cls) or cls).parameters[name].default == 0
+    if value > 0 or (value == 0 and may_be_0):
+        return ""
+    return (f"expected {'>= 0' if may_be_0 else '> 0'}; a program that waits for its next period would never get past "
+            "the first instant")
 
 
 def parameters_of(program: Callable[..., Any]) -> tuple[Shape | None, str]:

@@ -12,9 +12,10 @@ from __future__ import annotations
 
 import dis
 import inspect
-from difflib import get_close_matches
 from types import CodeType, FunctionType
 from typing import Any
+
+from netem.core.nearest import nearest
 
 REMEDY = "wait in it with `yield from self.board.sleep_until(local_ns)`"
 
@@ -40,7 +41,8 @@ def _never_started(cls: type) -> str:
     idle = [name for name, method in methods.items() if inspect.isgeneratorfunction(method) and name not in mentioned
             and not name.startswith("__")]
     if not idle:
-        idle = [name for name in get_close_matches("run", methods, 1, cutoff=0.7) if name not in mentioned]
+        meant = nearest("run", methods, 0.7)
+        idle = [] if meant is None or meant in mentioned else [meant]
     if not idle:
         return ""
     return (f"{cls.__name__} has no method `run`, with which a program starts, and nothing starts its method "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from experiments.scenario.problems import Place, Problems
 from experiments.scenario.table_reader import TableReader
@@ -20,9 +20,8 @@ NAME_RULE: Final = "a name has letters, digits, - and _, and starts with a lette
 
 @dataclass(frozen=True)
 class Reading:
-    """The whole file, and where what is wrong with it is collected. A mistake in one section hides none in another."""
+    """Where paths start from and problems are collected. A mistake in one section hides none in another."""
 
-    document: dict[str, Any]
     folder: Path
     problems: Problems
 
@@ -34,13 +33,3 @@ class Reading:
         plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum() and name[:1].isalpha()
         if not plain:
             self.problems.add(place, NAME_RULE)
-
-
-def holds(table: Any, path: Place) -> bool:
-    """Whether there is something at `path` within `table`."""
-    for part in path:
-        entries = range(len(table)) if isinstance(table, list) else table if isinstance(table, dict) else ()
-        if part not in entries:
-            return False
-        table = table[part]
-    return True

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from difflib import get_close_matches
 from enum import Enum
-from fnmatch import fnmatchcase
 
 from netem.core import link_selector
 from netem.core.link_name import LinkName
+from netem.core.link_pattern import matching
+from netem.core.nearest import nearest
 
 Subject = tuple[str, ...]
 
@@ -69,12 +69,12 @@ def _senders(on: str, nodes_on: Mapping[str, Sequence[str]]) -> list[Subject]:
 
 
 def _matching(kind: str, pattern: str, names: Collection[str]) -> list[str]:
-    found = [pattern] if pattern in names else [name for name in names if fnmatchcase(name, pattern)]
+    found = matching(pattern, names)
     if not found:
         raise ValueError(f"{pattern!r} names no {kind}; {_nearest(pattern, names)}")
     return found
 
 
 def _nearest(word: str, names: Collection[str]) -> str:
-    close = get_close_matches(word, names, 1, cutoff=0.5)
-    return f"nearest: {close[0]!r}" if close else f"expected one of {', '.join(names) or 'none'}"
+    close = nearest(word, names)
+    return f"nearest: {close!r}" if close else f"expected one of {', '.join(names) or 'none'}"

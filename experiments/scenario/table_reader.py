@@ -20,10 +20,11 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, Union, get_args, 
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Lt
 
 from experiments.scenario.foreign_types import judge
-from experiments.scenario.problems import Place, Problems, near, nearest, value_text
+from experiments.scenario.problems import Place, Problems, near, value_text
 from experiments.scenario.refusals import refuse
 from experiments.scenario.shape import Shape, shape_of
 from experiments.scenario.units import spellings, to_ns
+from netem.core.nearest import nearest
 from netem.topology.told_apart import ToldApartBy
 
 WRONG: Final = object()         # in place of a value with a problem, which has been told
@@ -101,12 +102,12 @@ class TableReader:
             return self._annotated(parts[0], parts[1:], written, place, unit)
         if origin in (Union, types.UnionType):
             return self._one_of(parts, written, place, unit)
-        if hint is Any:
-            return self._anything(value, place, unit)
+        if hint is Any and not (unit and isinstance(value, list)):
+            return value
         if origin is Literal:
             return self._choice({part: part for part in parts}, value, written, place)
-        if origin in LISTS or hint in LISTS:
-            return self._list(origin or hint, parts, written, place, unit)
+        if origin in LISTS or hint in LISTS or hint is Any:
+            return self._list(list if hint is Any else origin or hint, parts, written, place, unit)
         if hint is dict or (origin in (dict, Mapping) and parts[0] is str):
             if not isinstance(written, dict):
                 return self._wrong(place, "expected a table", written)
@@ -142,11 +143,6 @@ class TableReader:
         for within, rule, part in complaints:
             self.problems.add((*place, *within), rule, part)
         return WRONG if complaints else found
-
-    def _anything(self, value: Any, place: Place, unit: str) -> Any:
-        if unit and isinstance(value, list | dict):
-            return self._list(list, (Any, ...), value, place, unit)
-        return value
 
     def _annotated(self, hint: Any, grouped: Sequence[Any], written: Any, place: Place, unit: str) -> Any:
         marks = [mark for group in grouped for mark in (group if isinstance(group, GroupedMetadata) else (group,))]
@@ -189,13 +185,16 @@ class TableReader:
     def _told_apart(self, members: Sequence[type], key: str, table: Any, place: Place) -> Any:
         if not isinstance(table, dict):
             return self._wrong(place, "expected a table", table)
-        if key not in table:
-            return self._wrong((*place, key), "is missing")
         by_tag = {tag: member for member in members for tag in get_args(shape_of(member).hints[key])}
-        tag = table[key]
-        if not isinstance(tag, str) or tag not in by_tag:
-            return self._wrong((*place, key), f"no such {key}; {near(tag, by_tag)}", tag)
-        return self.value(by_tag[tag], table, place)
+        tag = table.get(key)
+        if isinstance(tag, str) and tag in by_tag:
+            return self.value(by_tag[tag], table, place)
+        if key in table:
+            self.problems.add((*place, key), f"no such {key}; {near(tag, by_tag)}", tag)
+        else:
+            self.problems.add((*place, key), "is missing")
+        self.read(shape_of(_meant(members, table)), table, place)       # what else is wrong
+        return WRONG
 
     def _one_of(self, hints: Sequence[Any], written: Any, place: Place, unit: str) -> Any:
         """As the one type that takes it; of several, as one that leaves it as it is."""

@@ -9,16 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from math import isfinite
-from typing import ClassVar, Final
-
-from netem.topology import REFUSE_UNKNOWN_KEYS
+from typing import Final
 
 GRAVITY = 9.81      # [m/s2]
 
 
 @dataclass(frozen=True)
 class Airframe:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     mass_kg: float = 0.5
     inertia_kgm2: tuple[float, float, float] = (2.32e-3, 2.32e-3, 4.0e-3)
     arm_m: float = 0.175

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 from firmware_sim.autopilot.airframe import HUMMINGBIRD, Airframe
 from firmware_sim.autopilot.parameters import ParameterTable
 from firmware_sim.schedules.periodic import Periodic
-from netem.topology import REFUSE_UNKNOWN_KEYS
 
 
 @dataclass(frozen=True)
 class AutopilotSettings:
     """Times are on the local clock."""
 
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     period_ns: int = 1_000_000                  # of the attitude loop
     offset_ns: int = 0                          # of its first release
     execution_ns: int = 200_000                 # from a release to its motor commands

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any
 
 from simpy.events import Event
 
@@ -20,12 +20,10 @@ from firmware_sim.board import Board
 from firmware_sim.mavlink.settings import MavlinkSettings
 from firmware_sim.mavlink.task import MavlinkTask
 from firmware_sim.scenario_view import Own, ScenarioView
-from netem.topology import REFUSE_UNKNOWN_KEYS
 
 
 @dataclass(frozen=True)
 class MavlinkAutopilotSettings:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     autopilot: AutopilotSettings = field(default_factory=AutopilotSettings)
     mavlink: MavlinkSettings = field(default_factory=MavlinkSettings)
 

@@ -6,13 +6,12 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 from types import MappingProxyType
-from typing import ClassVar, Final
+from typing import Final
 
 from firmware_sim.mavlink.geodesy import Origin
 from firmware_sim.mavlink.signing import KEY_BYTES, Signing
 from firmware_sim.mavlink.telemetry import BUILDERS
 from firmware_sim.schedules.periodic import Periodic
-from netem.topology import REFUSE_UNKNOWN_KEYS
 
 SECOND_NS: Final = 1_000_000_000
 STREAMS_HZ: Final[Mapping[str, float]] = MappingProxyType({
@@ -23,7 +22,6 @@ STREAMS_HZ: Final[Mapping[str, float]] = MappingProxyType({
 
 @dataclass(frozen=True)
 class MavlinkSettings:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     port: str = ""                          # that the link is on; "": the one called telemetry, or the only other one
     period_ns: int = 5_000_000              # how often the link is served
     offset_ns: int = 0

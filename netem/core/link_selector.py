@@ -1,25 +1,23 @@
 """Which directed links a scenario means: `medium: sender -> receiver`, or `<->` for both directions.
 
-Each of the three names may be a shell pattern (`*`, `?`, `[abc]`, case matters): `radio: * -> rover_[12]`. A name that
-exists is taken literally. A link leads from one node to another one on the same medium, and to the node itself only
-where the medium shows it to itself, as motion capture does. Where the medium is a pattern, media without such nodes are
-passed over.
+The links are those of `link_pattern`, between nodes on the same medium, and to the node itself only where the medium
+shows it to itself, as motion capture does. The medium may be a pattern too, `*: * -> rover_[12]`; media without such
+nodes are passed over then.
 
 Not modelled: exceptions ("all but"), selection by anything else than names.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
-from fnmatch import fnmatchcase
 
+from netem.core import link_pattern
 from netem.core.link_name import LinkName
+from netem.core.link_pattern import LinkPattern
+from netem.core.nearest import nearest
 
 NOBODY: Mapping[str, Collection[str]] = {}
-FORM = re.compile(r"\s*(?P<medium>[^:]+?)\s*:\s*(?P<sender>\S+?)\s*(?P<arrow><->|->)\s*(?P<receiver>\S+)\s*")
 
 
 class LinkSelectorError(ValueError):
@@ -30,9 +28,7 @@ class LinkSelectorError(ValueError):
 class LinkSelector:
     text: str
     medium: str
-    sender: str
-    receiver: str
-    both_ways: bool
+    pattern: LinkPattern
 
     def resolve(self, nodes_on: Mapping[str, Collection[str]], to_themselves: Mapping[str, Collection[str]] = NOBODY,
                 ) -> list[LinkName]:
@@ -54,28 +50,26 @@ class LinkSelector:
 
     def _on(self, medium: str, nodes: Collection[str], to_themselves: Collection[str]) -> list[LinkName]:
         where = f"on medium {medium!r}"
-        senders = self._matching("node", self.sender, nodes, where)
-        receivers = self._matching("node", self.receiver, nodes, where)
-        links = [(medium, sender, receiver) for sender in senders for receiver in receivers
-                 if sender != receiver or sender in to_themselves]
+        senders = self._matching("node", self.pattern.sender, nodes, where)
+        receivers = self._matching("node", self.pattern.receiver, nodes, where)
+        links = self.pattern.links(senders, receivers, to_themselves)
         if not links:
             raise LinkSelectorError(f"{self.text!r}: a link leads to another node: name a receiver other than "
                                     f"{senders[0]!r} {where}")
-        return links + [(medium, receiver, sender) for _, sender, receiver in links if self.both_ways]
+        return [(medium, sender, receiver) for sender, receiver in links]
 
     def _matching(self, kind: str, pattern: str, names: Collection[str], where: str) -> list[str]:
-        if pattern in names:
-            return [pattern]
-        matching = [name for name in names if fnmatchcase(name, pattern)]
-        if not matching:
-            near = get_close_matches(pattern, names, 1, cutoff=0.5)
-            remedy = f"nearest: {near[0]!r}" if near else f"expected one of {', '.join(names) or 'none'}"
+        found = link_pattern.matching(pattern, names)
+        if not found:
+            near = nearest(pattern, names)
+            remedy = f"nearest: {near!r}" if near else f"expected one of {', '.join(names) or 'none'}"
             raise LinkSelectorError(f"{self.text!r}: {pattern!r} names no {kind} {where}: {remedy}")
-        return matching
+        return found
 
 
 def parse(text: str) -> LinkSelector:
-    form = FORM.fullmatch(text)
-    if form is None:
+    medium, _, links = text.partition(":")
+    pattern = link_pattern.parse(links)
+    if not medium.strip() or pattern is None:
         raise LinkSelectorError(f'{text!r}: expected "medium: sender -> receiver" or "medium: one <-> other"')
-    return LinkSelector(text, form["medium"], form["sender"], form["receiver"], form["arrow"] == "<->")
+    return LinkSelector(text, medium.strip(), pattern)

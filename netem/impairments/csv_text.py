@@ -15,10 +15,11 @@ import codecs
 import csv
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any, Final
+
+from netem.core.nearest import nearest
 
 SEPARATORS: Final = {",": "comma", "\t": "tab", ";": "semicolon"}
 REPORTED: Final = 10
@@ -189,8 +190,8 @@ def _stem(name: str) -> str:
 
 
 def _nearest(name: str, names: Collection[str]) -> str:
-    near = get_close_matches(name, names, 1)
-    return f"nearest: {printable(near[0])}" if near else f"there are {_shown(names)}"
+    near = nearest(name, names, 0.6)
+    return f"nearest: {printable(near)}" if near else f"there are {_shown(names)}"
 
 
 def _shown(names: Collection[str]) -> str:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from difflib import get_close_matches
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
+from netem.core.nearest import did_you_mean
 from netem.media import MediumSettings
 from netem.media.decoding import Decoding
 from netem.media.decoding.table import DECODINGS
 from netem.media.mac.table import MACS
 from netem.media.radio_presets import PRESETS, RadioPreset
-from netem.topology import REFUSE_UNKNOWN_KEYS
 from netem.topology.fixed_graph import FixedGraph
 from netem.topology.table import TopologySettings
 
@@ -20,7 +19,6 @@ from netem.topology.table import TopologySettings
 class CarrierSenseSettings:
     """What differs from the preset's carrier sense; None: the preset's."""
 
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     scheme: Literal["unslotted", "dcf"] | None = None
     slot_ns: int | None = None
     wait_ns: int | None = None
@@ -33,7 +31,6 @@ class CarrierSenseSettings:
 
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     preset: str = "ideal"
     decode: Literal["radio_network", "local", "capture"] = "radio_network"
     mac: Literal["none", "aloha", "csma"] = "none"
@@ -58,8 +55,7 @@ class RadioSettings(MediumSettings):
         if self.queue_frames < 0:
             raise ValueError(f"queue_frames={self.queue_frames}: expected queue_frames >= 0")
         if self.preset not in PRESETS:
-            near = get_close_matches(self.preset, PRESETS, 1)
-            hint = f"did you mean {near[0]!r}?" if near else f"the presets are {', '.join(PRESETS)}"
+            hint = did_you_mean(self.preset, PRESETS, f"the presets are {', '.join(PRESETS)}")
             raise ValueError(f"preset={self.preset!r}: no such radio: {hint}")
         self.radio()
 

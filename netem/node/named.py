@@ -6,8 +6,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from typing import Any, NoReturn, TypeVar
+
+from netem.core.nearest import did_you_mean
 
 Value = TypeVar("Value")
 
@@ -35,6 +36,5 @@ class Named(dict[str, Value]):
     def _remedy(self, name: str) -> str:
         if not self:
             return self._if_empty
-        if close := get_close_matches(name, list(self), 1, cutoff=0.5):
-            return f"did you mean {close[0]!r}?"
-        return ("there are " if len(self) > 1 else "there is only ") + ", ".join(map(repr, self))
+        all_names = ("there are " if len(self) > 1 else "there is only ") + ", ".join(map(repr, self))
+        return did_you_mean(name, self, all_names, cutoff=0.5)

@@ -8,15 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Protocol
 
 from netem.topology.reach import Reach
 
 Edge = tuple[str, str]          # (sender, receiver)
 Position = Sequence[float]      # [m], two or three coordinates
-
-
-REFUSE_UNKNOWN_KEYS: Final = {"extra": "forbid"}        # what the scenario loader's pydantic reads in a settings class
 
 
 class TopologyError(ValueError):

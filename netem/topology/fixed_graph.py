@@ -10,16 +10,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
-from typing import ClassVar, Literal
+from typing import Literal
 
-from netem.topology import REFUSE_UNKNOWN_KEYS, Graph, Site, TopologyError, reach
+from netem.topology import Graph, Site, TopologyError, reach
 from netem.topology.link_names import all_edges, edges
 from netem.topology.timetable import Timetable
 
 
 @dataclass(frozen=True)
 class FixedGraph:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     kind: Literal["fixed"] = "fixed"
     links: tuple[str, ...] = ("* -> *",)
     level_dbm: float = -60.0

@@ -1,33 +1,27 @@
-"""Links by name: `a -> b` one way, `a <-> b` both ways; `*` and `?` match parts of node names, nobody hears itself."""
+"""The edges of a graph by the links that a topology names, as in `netem.core.link_pattern`; nobody hears itself."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
-from fnmatch import fnmatchcase
 
+from netem.core.link_pattern import matching, parse
+from netem.core.nearest import did_you_mean
 from netem.topology import Edge
 
 
 def edges(link: str, nodes: Sequence[str]) -> tuple[list[Edge], list[str]]:
     """The edges that `link` names and what is wrong with it (empty: nothing)."""
-    arrow = "<->" if "<->" in link else "->"
-    left, found, right = (part.strip() for part in link.partition(arrow))
-    if not found or not left or not right or "->" in right:
+    pattern = parse(link)
+    if pattern is None:
         return [], [f"link {link!r}: expected 'sender -> receiver' or 'node <-> node'"]
-    problems = []
-    ends = []
-    for pattern in (left, right):
-        matching = [node for node in nodes if fnmatchcase(node, pattern)]
-        if not matching:
-            near = get_close_matches(pattern, nodes, 1)
-            hint = f"did you mean {near[0]!r}?" if near else f"the nodes are {', '.join(nodes)}"
-            problems.append(f"link {link!r}: no node is called {pattern!r}: {hint}")
-        ends.append(matching)
-    one_way = [(sender, receiver) for sender in ends[0] for receiver in ends[1] if sender != receiver]
-    if not problems and not one_way and len(nodes) > 1:
+    ends = {name: matching(name, nodes) for name in (pattern.sender, pattern.receiver)}
+    all_nodes = f"the nodes are {', '.join(nodes)}"
+    problems = [f"link {link!r}: no node is called {name!r}: {did_you_mean(name, nodes, all_nodes)}"
+                for name, there in ends.items() if not there]
+    found = pattern.links(ends[pattern.sender], ends[pattern.receiver])
+    if not problems and not found and len(nodes) > 1:
         problems.append(f"link {link!r}: joins no two different nodes")
-    return one_way + ([(receiver, sender) for sender, receiver in one_way] if arrow == "<->" else []), problems
+    return found, problems
 
 
 def all_edges(links: Iterable[str], nodes: Sequence[str]) -> tuple[set[Edge], list[str]]:

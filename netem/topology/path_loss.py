@@ -13,16 +13,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import dist, log10
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
-from netem.topology import REFUSE_UNKNOWN_KEYS, Position, Site, TopologyError, reach
+from netem.topology import Position, Site, TopologyError, reach
 from netem.topology.timetable import Timetable
 from netem.topology.told_apart import ToldApartBy
 
 
 @dataclass(frozen=True)
 class Rectangle:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     kind: Literal["rectangle"]
     low_m: tuple[float, float]
     high_m: tuple[float, float]
@@ -38,7 +37,6 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Circle:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     kind: Literal["circle"]
     centre_m: tuple[float, float]
     radius_m: float
@@ -57,7 +55,6 @@ Zone = Annotated[Rectangle | Circle, ToldApartBy("kind")]
 
 @dataclass(frozen=True)
 class PathLoss:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     kind: Literal["positions"]
     at_m: dict[str, tuple[float, ...]] | None = None        # overrules where the scenario's nodes stand
     reference_distance_m: float = 1.0

@@ -6,25 +6,23 @@ A frame is heard by those who are in range when it starts, whatever the graph do
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from itertools import pairwise
-from typing import ClassVar, Literal
+from typing import Literal
 
-from netem.topology import REFUSE_UNKNOWN_KEYS, Graph, Site, TopologyError
+from netem.core.nearest import did_you_mean
+from netem.topology import Graph, Site, TopologyError
 from netem.topology.fixed_graph import graph_of
 from netem.topology.timetable import Timetable
 
 
 @dataclass(frozen=True)
 class GraphChange:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     at_ns: int
     graph: str
 
 
 @dataclass(frozen=True)
 class SwitchingGraph:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     kind: Literal["switching"]
     graphs: dict[str, tuple[str, ...]]              # name -> links
     schedule: tuple[GraphChange, ...]
@@ -48,8 +46,7 @@ class SwitchingGraph:
         problems = []
         for index, change in enumerate(self.schedule):
             if change.graph not in self.graphs:
-                near = get_close_matches(change.graph, self.graphs, 1)
-                hint = f"did you mean {near[0]!r}?" if near else f"the graphs are {', '.join(self.graphs)}"
+                hint = did_you_mean(change.graph, self.graphs, f"the graphs are {', '.join(self.graphs)}")
                 problems.append(f"schedule[{index}].graph={change.graph!r}: no such graph: {hint}")
         if not self.schedule or self.schedule[0].at_ns != 0:
             problems.append("schedule: starts with the graph that holds at_ns = 0")

@@ -6,15 +6,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
 
 
 @dataclass(frozen=True)
 class ToldApartBy:
     key: str
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """Called by pydantic on a marker in `Annotated`."""
-        from pydantic import Field  # late: only a table that is judged by pydantic needs it
-
-        return handler(Annotated[source, Field(discriminator=self.key)])

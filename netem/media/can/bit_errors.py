@@ -15,16 +15,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log1p
 from random import Random
-from typing import ClassVar
-
-from netem.topology import REFUSE_UNKNOWN_KEYS
 
 Window = tuple[int, int]            # [start_ns, end_ns)
 
 
 @dataclass(frozen=True)
 class ScriptedBit:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     transmission: int
     bit: int
 
@@ -35,7 +31,6 @@ class ScriptedBit:
 
 @dataclass(frozen=True)
 class BitErrorSettings:
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     ratio: float = 0.0                                  # of bits
     during_ns: tuple[Window, ...] | Window = ()         # one window or several; none: the whole run
     scripted: tuple[ScriptedBit, ...] = ()

@@ -13,9 +13,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
+
+from netem.core.nearest import nearest
 
 if TYPE_CHECKING:
     from cantools.database import Database
@@ -206,5 +207,5 @@ def _line_at(text: str, position: int) -> int:
 
 
 def _nearest(name: str, known: Iterable[str]) -> str:
-    near = get_close_matches(name, list(known), 1, cutoff=0.5)
-    return f" (the nearest is {near[0]})" if near else ""
+    near = nearest(name, known)
+    return f" (the nearest is {near})" if near else ""

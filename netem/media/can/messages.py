@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 from netem.media.can.bit_clock import BitClock
 from netem.media.can.bus_timeline import INTERMISSION_BITS
@@ -23,7 +22,6 @@ from netem.media.can.encoded_frame import (
 )
 from netem.media.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK, CanFrame
 from netem.media.can.response_time import PeriodicMessage, response_time_ns
-from netem.topology import REFUSE_UNKNOWN_KEYS
 
 Bits = tuple[int, int]              # (at the nominal, at the data bit rate)
 
@@ -32,7 +30,6 @@ Bits = tuple[int, int]              # (at the nominal, at the data bit rate)
 class CanMessage:
     """One entry of `[media.<name>.messages]`."""
 
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     id: int
     period_ns: int                          # its least distance, if it is not periodic
     sender: str

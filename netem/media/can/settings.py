@@ -15,7 +15,6 @@ from netem.media.can.dbc_messages import declared_by
 from netem.media.can.messages import CanMessage, by_priority, periodic, response_times_ns
 from netem.media.can.response_time import utilization
 from netem.media.can.transmit_queue import Discipline
-from netem.topology import REFUSE_UNKNOWN_KEYS
 
 FASTEST_NOMINAL_BPS: Final = 1_000_000      # ISO 11898-1:2015
 FASTEST_DATA_BPS: Final = 8_000_000         # what transceivers carry (CiA 601-4)
@@ -32,7 +31,6 @@ class CanLogSettings:
 
 @dataclass(frozen=True)
 class CanSettings(MediumSettings):
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     carries_can_frames: ClassVar = True
     bit_rate_bps: int
     data_bit_rate_bps: int | None = None                    # of CAN FD; None: classical CAN only

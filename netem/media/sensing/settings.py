@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite
-from typing import ClassVar
 
 from netem.media import MediumSettings
 from netem.media.answers import Camera, FloorPlan, ShownPose
 from netem.media.sensing.field_of_view import FieldOfView, Obstacle
-from netem.topology import REFUSE_UNKNOWN_KEYS
 
 
 @dataclass(frozen=True)
 class SensingSettings(MediumSettings):
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     exposure_period_ns: int                                 # exposures at 0, period, 2 period, ...
     latency_ns: int                                         # from an exposure until the observer knows
     noise_m: float = 0.0                                    # standard deviation of x, y and z each

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Final, Literal
+from typing import Final, Literal
 
 from netem.media import MediumSettings
 from netem.media.answers import SerialFormat
 from netem.media.serial_line.byte_clock import ByteClock
-from netem.topology import REFUSE_UNKNOWN_KEYS
 
 FASTEST_BPS: Final = 20_000_000     # what transceivers for RS-485 carry; UARTs of microcontrollers reach 12.5 Mbit/s
 
 
 @dataclass(frozen=True)
 class SerialLineSettings(MediumSettings):
-    __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     baud_bps: int
     data_bits: int = 8
     parity: Literal["none", "even", "odd"] = "none"

@@ -9,8 +9,6 @@ from pathlib import Path
 from random import Random
 
 import msgspec
-import pydantic
-import pydantic.dataclasses
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -353,17 +351,3 @@ def test_fields_are_the_toml_keys_and_a_generator_passed_by_keyword(name):
         assert types[key.name] in (int, int | None, list[int]) or not key.name.endswith("_ns")
     passed_in = [field for field in dataclasses.fields(kind) if field.name in PASSED_IN]
     assert all(field.kw_only and types[field.name] in (Random, Recordings) for field in passed_in)
-
-
-@examples
-def test_pydantic_validates_a_scenario_table_against_the_same_dataclass(example, recording):
-    kind = KINDS[EXAMPLES[example][0]]
-    checked = pydantic.dataclasses.dataclass(
-        kind, config=pydantic.ConfigDict(arbitrary_types_allowed=True, extra="forbid"))
-    rng = {"rng": Random(1)} if draws(kind) else {}
-
-    built = checked(**settings_of(example, recording), **rng)
-
-    assert isinstance(built, kind)
-    with pytest.raises(pydantic.ValidationError, match="colour"):
-        checked(**settings_of(example, recording), **rng, colour="red")
