@@ -18,11 +18,3 @@ class ClockSettings:
             raise ValueError(f"tick_ns={self.tick_ns}: expected at least 1")
         if not -1e6 < self.drift_ppm < 1e6:
             raise ValueError(f"drift_ppm={self.drift_ppm}: expected -1e6 < drift < 1e6, a clock runs forward")
-
-    @classmethod
-    def from_seconds(cls, offset_s: float = 0.0, drift_ppm: float = 0.0, tick_s: float = 1e-9) -> ClockSettings:
-        """As a scenario writes it: `clock = { offset_s = 0.002, drift_ppm = 20.0, tick_s = 1e-6 }`."""
-        tick_ns = round(tick_s * 1e9)
-        if tick_ns < 1:
-            raise ValueError(f"tick_s={tick_s}: expected at least 1e-9, the resolution of simulated time")
-        return cls(round(offset_s * 1e9), drift_ppm, tick_ns)

@@ -41,14 +41,6 @@ class RoundPlan:
     def round_ns(self) -> int:
         return len(self.parts) * self.slot_ns
 
-    def part_in_slot(self, slot: int) -> tuple[int, ...]:
-        """The agents that broadcast at the start of slot 0, 1, ... counted from the start of a round."""
-        return self.parts[slot % len(self.parts)]
-
-    def slot_of(self, agent: int) -> int:
-        """The slot of a round in which this agent broadcasts."""
-        return next(slot for slot, part in enumerate(self.parts) if agent in part)
-
 
 def plan_round(agents: Sequence[LinearAgent], laplacian: Floats, *, bound: Bound = Bound.PRINTED, kappa: float = KAPPA,
                max_successive_losses: int = 0) -> RoundPlan:

@@ -15,7 +15,7 @@ Not modelled: L_p for other p; switching inputs between steps.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import isfinite
 from typing import Protocol
 
 import numpy as np
@@ -139,8 +139,3 @@ def _backwards(system: NominalSystem, w: Floats, stages: Stages, h_s: float) -> 
         adjoint = total
         gradient[n] = of_input
     return gradient
-
-
-def input_norm(w: Floats, horizon_s: float) -> float:
-    """||w[0, T]||_2 of an input that is constant on equal steps, (steps, inputs)."""
-    return sqrt(float((w * w).sum()) * horizon_s / len(w))

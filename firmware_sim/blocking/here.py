@@ -5,34 +5,23 @@ Differs from the house rule against module-level state: code that is not ours ca
 
 from __future__ import annotations
 
-from threading import local
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
+
+from firmware_sim.blocking.program_thread import OF_THIS_THREAD
 
 if TYPE_CHECKING:
     from firmware_sim.blocking.program import BlockingProgram
 
 
-class _Here(local):
-    program: BlockingProgram | None = None
-
-
-_here = _Here()
-
-
 def running() -> BlockingProgram | None:
     """The program that the calling thread belongs to, None for any other thread of the process."""
-    return _here.program
+    return cast("BlockingProgram | None", OF_THIS_THREAD.program)
 
 
 def this_program() -> BlockingProgram:
     """The same for code that makes sense within a program only: `this_program().board.count("laps")`."""
-    program = _here.program
+    program = running()
     if program is None:
         raise RuntimeError("this thread belongs to no blocking program: there is one only inside `marconet run`, in "
                            "the threads of a function that is an agent's `program`")
     return program
-
-
-def enter(program: BlockingProgram) -> None:
-    """The calling thread belongs to `program` from now on."""
-    _here.program = program

@@ -26,8 +26,7 @@ from typing import Any, Final
 from simpy.events import Event
 
 from firmware_sim.blocking.calls_in_a_row import SHORTEST_NS
-from firmware_sim.blocking.here import enter
-from firmware_sim.blocking.program_thread import ProgramThread
+from firmware_sim.blocking.program_thread import OF_THIS_THREAD, ProgramThread
 from firmware_sim.blocking.repeating import Repeating
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
@@ -147,7 +146,7 @@ class BlockingProgram:
         thread = ProgramThread(f"{self.node.name}: {name}", daemon=daemon)
 
         def body() -> None:
-            enter(self)
+            OF_THIS_THREAD.program = self
             function()
 
         spawn(partial(thread.live, body))
@@ -264,7 +263,7 @@ class BlockingProgram:
             assert handler == SIG_IGN
 
     def _whole_program(self) -> None:
-        enter(self)
+        OF_THIS_THREAD.program = self
         function = self._load()
         self.wait(self.node.now_ns)         # the node is ready; the run starts
         try:

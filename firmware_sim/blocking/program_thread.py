@@ -13,6 +13,7 @@ import sys
 import traceback
 from _thread import allocate_lock, get_ident  # the real ones, whatever `library_time` puts into `threading`
 from collections.abc import Callable
+from threading import local
 from typing import Final
 
 from firmware_sim.blocking.calls_in_a_row import CallsInARow
@@ -21,6 +22,13 @@ from netem.wire.instants import NEVER_NS
 PATIENCE_S: Final = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
 
 LAST_CALLS: Final = 10          # that a thread which has to end may still try to wait in
+
+
+class _OfThisThread(local):
+    program: object = None      # the blocking program that the calling thread belongs to, see `here.py`
+
+
+OF_THIS_THREAD: Final = _OfThisThread()
 
 
 class Abandoned(SystemExit):

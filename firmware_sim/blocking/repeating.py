@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Protocol
 
+from firmware_sim.local_clock import LocalClock
+from netem.node.node import Node
 from netem.wire.instants import NEVER_NS
 
-if TYPE_CHECKING:
-    from firmware_sim.blocking.program import BlockingProgram
+
+class Repeats(Protocol):
+    """What repeats, as far as `Repeating` needs it."""
+
+    node: Node
+    oscillator: LocalClock
+    repeating: list[Repeating]          # those that run
+
+    def call_after(self, delay_ns: int, action: Callable[[], None]) -> None: ...
 
 
 class Repeating:
     """`action` at once, then every `period_ns`, within [start, start + duration_ns) if there is a duration."""
 
-    def __init__(self, program: BlockingProgram, period_ns: int, duration_ns: int | None,
+    def __init__(self, program: Repeats, period_ns: int, duration_ns: int | None,
                  action: Callable[[], None]) -> None:
         if period_ns < 1:
             raise ValueError(f"period of {period_ns} ns: expected at least 1 ns")

@@ -47,7 +47,6 @@ class Companion:
     position_ned_m: Vector | None = None
     velocity_ned_mps: Vector | None = None
     quaternion_wxyz: Quaternion | None = None
-    position_ns: int = -1               # when a position was heard last
     answers: list[tuple[Command, CommandResult | None]] = field(default_factory=list)   # None: never answered
     texts: list[str] = field(default_factory=list)
     _asked: deque[Asked] = field(default_factory=deque, init=False)
@@ -125,7 +124,6 @@ class Companion:
         elif told.name == "LOCAL_POSITION_NED":
             self.position_ned_m = told["x"], told["y"], told["z"]
             self.velocity_ned_mps = told["vx"], told["vy"], told["vz"]
-            self.position_ns = now_ns
         elif told.name == "ATTITUDE_QUATERNION":
             self.quaternion_wxyz = told["q1"], told["q2"], told["q3"], told["q4"]
         elif told.name == "EXTENDED_SYS_STATE":

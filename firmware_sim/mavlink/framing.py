@@ -26,7 +26,6 @@ START: Final = 0xFD
 HEADER_BYTES: Final = 10
 CHECKSUM_BYTES: Final = 2
 SIGNATURE_BYTES: Final = 13
-LONGEST_BYTES: Final = HEADER_BYTES + 255 + CHECKSUM_BYTES + SIGNATURE_BYTES
 SIGNED: Final = 0x01            # the only incompatibility flag there is
 
 

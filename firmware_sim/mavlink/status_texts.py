@@ -16,7 +16,6 @@ AGAIN_NS: Final = 1_000_000_000
 
 @dataclass
 class StatusTexts:
-    dropped: int = 0
     _waiting: deque[tuple[Severity, str]] = field(default_factory=deque, init=False)
     _said_ns: dict[str, int] = field(default_factory=dict, init=False)
 
@@ -26,7 +25,6 @@ class StatusTexts:
         if said_ns is not None and 0 <= now_ns - said_ns < AGAIN_NS:
             return False
         if len(self._waiting) >= MOST_WAITING:
-            self.dropped += 1
             return False
         self._said_ns = {known: at_ns for known, at_ns in self._said_ns.items() if 0 <= now_ns - at_ns < AGAIN_NS}
         self._said_ns[text] = now_ns

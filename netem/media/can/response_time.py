@@ -8,7 +8,7 @@
 B is the longest frame of lower priority that may have just begun. Exact for messages of any phase and a queue by
 priority in every node; R runs from the event that queues a message to the end of its intermission. Looking at the
 first instance only, as analyses before did, is optimistic: an instance can be held up by what the one before it has
-pushed back. The sufficient test needs one fixed point, with max(B, C_m) for B, and deadlines within the period.
+pushed back.
 
 Source: R. I. Davis, A. Burns, R. J. Bril, J. J. Lukkien, "Controller Area Network (CAN) schedulability analysis:
 Refuted, revisited and revised", Real-Time Systems 35, 2007, pages 239-272.
@@ -58,21 +58,6 @@ def response_time_ns(messages: Sequence[PeriodicMessage], index: int, bit_ns: in
         worst_ns = max(worst_ns, own.jitter_ns + wait_ns - q * own.period_ns + own.frame_ns)
         wait_ns += own.frame_ns
     return worst_ns
-
-
-def sufficient_response_time_ns(messages: Sequence[PeriodicMessage], index: int, bit_ns: int) -> int | None:
-    """An upper bound of it if it comes out within the period; None if it does not."""
-    own, higher = messages[index], messages[:index]
-    start_ns = max(_blocking_ns(messages, index), own.frame_ns)
-    wait_ns = start_ns
-    while True:
-        response_ns = own.jitter_ns + wait_ns + own.frame_ns
-        if response_ns > own.period_ns:
-            return None
-        longer_ns = start_ns + sum(_releases(k, wait_ns + bit_ns) * k.frame_ns for k in higher)
-        if longer_ns == wait_ns:
-            return response_ns
-        wait_ns = longer_ns
 
 
 def _blocking_ns(messages: Sequence[PeriodicMessage], index: int) -> int:

@@ -161,8 +161,8 @@ def test_the_plan_of_each_topology(five_agents, l1, l2):
 
     assert (first.slot_ns, second.slot_ns) == (1_084_826, 870_203)
     assert first.round_ns == 3 * 1_084_826
-    assert [first.part_in_slot(k) for k in range(4)] == [(0, 2), (1, 4), (3,), (0, 2)]
-    assert [second.slot_of(agent) for agent in range(5)] == [0, 1, 0, 1, 2]
+    assert [*map(tuple, first.parts)] == [(0, 2), (1, 4), (3,)]
+    assert [*map(tuple, second.parts)] == [(0, 2), (1, 3), (4,)]
 
 
 @pytest.mark.parametrize(("settings", "said"), [
