@@ -9,9 +9,8 @@ from decimal import Decimal
 from math import isfinite
 from typing import Any, Final
 
-from netem.wire.instants import NEVER_NS
+from netem.wire.instants import NEVER_NS, NS_PER
 
-NS_PER: Final = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
 _UNIT_NAME: Final = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 
 

@@ -21,13 +21,11 @@ from typing import Any, Final
 import numpy as np
 
 from netem.impairments.csv_text import RecordingError, TextColumns, first_of, read_text, report
+from netem.wire.instants import NEVER_NS, NS_PER
 
-__all__ = ["NS_PER", "Columns", "RecordingError", "read_columns"]
+__all__ = ["Columns", "RecordingError", "read_columns"]
 
-NS_PER: Final = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
-LIMIT_NS: Final = 1 << 62                   # 146 years
 FLAGS: Final = ("lost", "received")
-_DIGITS: Final = {"s": 9, "ms": 6, "us": 3, "ns": 0}
 _NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _TRUE: Final = frozenset({"1", "true"})
 _FALSE: Final = frozenset({"0", "false"})
@@ -129,11 +127,11 @@ def all_at_once(cells: Any, unit: str) -> Integers:
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    digits = _DIGITS[unit]
+    digits = len(str(NS_PER[unit])) - 1
     exact = pc.cast(cells, pa.decimal128(38, 18))
     rounded = pc.cast(pc.round(exact, digits, "half_to_even"), pa.decimal128(38, digits)).combine_chunks()
     words = np.frombuffer(rounded.buffers()[1], "<i8")[2 * rounded.offset:].reshape(-1, 2)[:len(rounded)]
-    if (abs(words[:, 0]) >= LIMIT_NS).any() or (words[:, 0] >> 63 != words[:, 1]).any():
+    if (abs(words[:, 0]) >= NEVER_NS).any() or (words[:, 0] >> 63 != words[:, 1]).any():
         raise pa.ArrowInvalid("beyond the limit")
     return words[:, 0].copy()
 
@@ -144,7 +142,7 @@ def one_ns(value: str, unit: str) -> int | None:
         return None
     try:
         number = Decimal(value)
-        if abs(number) >= LIMIT_NS // NS_PER[unit]:
+        if abs(number) >= NEVER_NS // NS_PER[unit]:
             return None
         return int((number * NS_PER[unit]).to_integral_value(ROUND_HALF_EVEN))
     except ArithmeticError:

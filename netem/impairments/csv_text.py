@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from netem.core.nearest import nearest
+from netem.wire.instants import NS_PER
 
 SEPARATORS: Final = {",": "comma", "\t": "tab", ";": "semicolon"}
 REPORTED: Final = 10
@@ -186,7 +187,7 @@ def _places(file: str, line: int, header: list[str], separator: str, known: Coll
 
 def _stem(name: str) -> str:
     stem, _, unit = name.rpartition("_")
-    return stem if unit in ("s", "ms", "us", "ns") else name
+    return stem if unit in NS_PER else name
 
 
 def _nearest(name: str, names: Collection[str]) -> str:

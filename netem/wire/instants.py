@@ -1,7 +1,8 @@
-"""Instants that the emulator and the nodes both name."""
+"""Time in nanoseconds: the instant that means never, and the units in which files give times."""
 
 from __future__ import annotations
 
 from typing import Final
 
 NEVER_NS: Final = 1 << 62       # later than every instant of a run
+NS_PER: Final = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}

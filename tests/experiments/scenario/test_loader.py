@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
 import msgspec
 import pytest
 
-from experiments.scenario import Bound, PlantSpec, Scenario, ScenarioError, catalog, load
+from experiments.scenario import Bound, PlantSpec, Scenario, ScenarioError, catalog, load, network
+from netem.impairments.gilbert_elliott import GilbertElliott
 from netem.impairments.table import IMPAIRMENTS
+from netem.media.broadcast_radio import BroadcastRadio
 from netem.media.table import MEDIA
 
 
@@ -149,3 +152,26 @@ def test_every_shipped_scenario_loads_and_asks_a_question(entry):
 
     assert scenario.question
     assert Path(scenario.path) == entry.path
+
+
+def test_each_medium_and_impairment_is_built_once(valid, write, monkeypatch):
+    built: list[str] = []
+
+    class Radio(BroadcastRadio):
+        def __init__(self, name, *rest):
+            built.append(name)
+            super().__init__(name, *rest)
+
+    @dataclass
+    class Burst(GilbertElliott):
+        def __post_init__(self):
+            built.append("burst")
+            super().__post_init__()
+
+    monkeypatch.setattr(network, "MEDIA", {"broadcast_radio": Radio})
+    monkeypatch.setattr(network, "IMPAIRMENTS", {**IMPAIRMENTS, "gilbert_elliott": Burst})
+    fresh = '[guarantees.fresh]\nkind = "age_of_information"\non = "radio: * -> *"\nbelow_ms = 50\n[expect]'
+
+    load(write(valid.replace("[expect]", fresh)))
+
+    assert sorted(built) == ["burst", "quiet", "radio"]

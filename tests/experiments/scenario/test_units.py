@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.scenario.units import NS_PER, siblings, spellings, to_ns
+from experiments.scenario.units import siblings, spellings, to_ns
+from netem.wire.instants import NS_PER
 
 
 @pytest.mark.parametrize(("value", "unit", "ns"), [

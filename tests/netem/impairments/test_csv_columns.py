@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netem.impairments.csv_columns import LIMIT_NS, NS_PER, RecordingError, all_at_once, one_ns, read_columns
+from netem.impairments.csv_columns import RecordingError, all_at_once, one_ns, read_columns
+from netem.wire.instants import NEVER_NS, NS_PER
 
 
 @pytest.fixture
@@ -50,7 +51,7 @@ def test_a_time_is_rounded_to_the_nearest_nanosecond(number, unit):
 
     found_ns = one_ns(str(number), unit)
 
-    assert found_ns is None if abs(exact_ns) >= LIMIT_NS else abs(found_ns - exact_ns) <= Fraction(1, 2)
+    assert found_ns is None if abs(exact_ns) >= NEVER_NS else abs(found_ns - exact_ns) <= Fraction(1, 2)
 
 
 def test_all_problems_come_at_once_with_their_lines(read):
