@@ -1,9 +1,8 @@
-"""Which directed links a scenario means: `medium: sender -> receiver`, or `<->` for both directions.
+"""Selects directed links by name: `medium: sender -> receiver`, or `<->` for both directions.
 
 Each of the three names may be a shell pattern (`*`, `?`, `[abc]`, case matters): `radio: * -> rover_[12]`. A name that
-exists is taken literally. A link leads from one node to another one on the same medium, and to the node itself only
-where the medium shows it to itself, as motion capture does. Where the medium is a pattern, media without such nodes are
-passed over.
+exists is taken literally. A link joins two nodes on one medium; it leads from a node to itself only on a medium that
+observes nodes for themselves, as motion capture does. If the medium is a pattern, media without such nodes are skipped.
 
 Not modelled: exceptions ("all but"), selection by anything else than names.
 """
@@ -23,7 +22,7 @@ FORM = re.compile(r"\s*(?P<medium>[^:]+?)\s*:\s*(?P<sender>\S+?)\s*(?P<arrow><->
 
 
 class LinkSelectorError(ValueError):
-    """A link selection that is malformed or means no link."""
+    """A link selection is malformed or selects no link."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +35,10 @@ class LinkSelector:
 
     def resolve(self, nodes_on: Mapping[str, Collection[str]], to_themselves: Mapping[str, Collection[str]] = NOBODY,
                 ) -> list[LinkName]:
-        """The links meant among the nodes on each medium, without repetition, in the order of media and nodes.
+        """Return the selected links without repetition, in the order of media and nodes.
 
-        `to_themselves` are, by medium, the nodes with a link to themselves.
+        `nodes_on` maps each medium to its nodes, `to_themselves` to those that have a link to themselves. Raises
+        `LinkSelectorError` if no link is selected.
         """
         media = self._matching("medium", self.medium, nodes_on, "of the scenario")
         links: dict[LinkName, None] = {}
@@ -75,6 +75,7 @@ class LinkSelector:
 
 
 def parse(text: str) -> LinkSelector:
+    """Read a selection; raises `LinkSelectorError` for text of another form."""
     form = FORM.fullmatch(text)
     if form is None:
         raise LinkSelectorError(f'{text!r}: expected "medium: sender -> receiver" or "medium: one <-> other"')

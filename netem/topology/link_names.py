@@ -1,4 +1,7 @@
-"""Links by name: `a -> b` one way, `a <-> b` both ways; `*` and `?` match parts of node names, nobody hears itself."""
+"""Reads links of a topology: `a -> b` one way, `a <-> b` both ways; `*` and `?` match parts of node names.
+
+A pattern never joins a node to itself.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from netem.topology import Edge
 
 
 def edges(link: str, nodes: Sequence[str]) -> tuple[list[Edge], list[str]]:
-    """The edges that `link` names and what is wrong with it (empty: nothing)."""
+    """Return the edges that `link` names, and the problems found in it."""
     arrow = "<->" if "<->" in link else "->"
     left, found, right = (part.strip() for part in link.partition(arrow))
     if not found or not left or not right or "->" in right:
@@ -31,6 +34,7 @@ def edges(link: str, nodes: Sequence[str]) -> tuple[list[Edge], list[str]]:
 
 
 def all_edges(links: Iterable[str], nodes: Sequence[str]) -> tuple[set[Edge], list[str]]:
+    """Return the edges of all links, and the problems found in them."""
     found: set[Edge] = set()
     problems: list[str] = []
     for link in links:

@@ -1,6 +1,6 @@
-"""A directed graph that switches by a timed list of named graphs, once or again and again.
+"""A directed graph that switches between named graphs by a schedule, once or periodically.
 
-A frame is heard by those who are in range when it starts, whatever the graph does while it is on the air.
+The graph at the start of a frame decides its receivers; a switch while the frame is on the air does not change them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class SwitchingGraph:
     kind: Literal["switching"]
     graphs: dict[str, tuple[str, ...]]              # name -> links
     schedule: tuple[GraphChange, ...]
-    repeat_ns: int | None = None                    # the schedule starts again at every multiple
+    repeat_ns: int | None = None                    # the schedule starts again at every multiple; None: it runs once
     level_dbm: float = -60.0
     levels_dbm: dict[str, float] = field(default_factory=dict)
 

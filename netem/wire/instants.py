@@ -1,4 +1,4 @@
-"""Instants that the emulator and the nodes both name."""
+"""Instants that messages of the emulator and of the nodes name."""
 
 from __future__ import annotations
 
