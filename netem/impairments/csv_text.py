@@ -184,7 +184,7 @@ def _places(file: str, line: int, header: list[str], separator: str, known: Coll
     if not places:
         raise RecordingError(
             f"{file}:{line}: none of its columns is known ({_shown(header)}; separated by {SEPARATORS[separator]}): "
-            f"expected of {_shown(known)}; say others' names as in columns = {{ {next(iter(known))} = "
+            f"expected one of {_shown(known)}; map other names as in columns = {{ {next(iter(known))} = "
             '"NAME" }')
     return places
 
