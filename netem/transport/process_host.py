@@ -69,7 +69,7 @@ class ProcessHost:
         self._secret = new_secret()
         self._session: Session | None = None
         self._processes: NodeProcesses | None = None
-        self._starting: dict[str, tuple[BinaryIO, threading.Thread]] = {}    # by node: its input and that input's writer
+        self._starting: dict[str, tuple[BinaryIO, threading.Thread]] = {}    # by node: (input, its writer)
         self._senders: dict[str, Sender] = {}
         self._encode = msgspec.msgpack.Encoder().encode
         self._decode_report = msgspec.msgpack.Decoder(Report).decode
