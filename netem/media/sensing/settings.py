@@ -16,14 +16,14 @@ from netem.topology import REFUSE_UNKNOWN_KEYS
 class SensingSettings(MediumSettings):
     __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
     exposure_period_ns: int                                 # exposures at 0, period, 2 period, ...
-    latency_ns: int                                         # from an exposure until the observer knows
+    latency_ns: int                                         # from an exposure to the arrival of its detections
     noise_m: float = 0.0                                    # standard deviation of x, y and z each
-    range_m: float | None = None                            # None: sees all
+    range_m: float | None = None                            # None: unlimited
     half_angle_deg: float = 180.0                           # to both sides of the camera's heading
-    bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)    # who is seen -> outputs of its plant
+    bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)    # body -> outputs of its plant with its pose
     cameras: dict[str, str] = field(default_factory=dict)   # observer -> body that carries its camera
-    fixed_cameras: tuple[str, ...] = ()                     # observers whose cameras hang in the room: see them too
-    every_exposure_to: tuple[str, ...] = ()                 # observers that need not ask: motion capture
+    fixed_cameras: tuple[str, ...] = ()                     # observers whose cameras are fixed, and see them as well
+    every_exposure_to: tuple[str, ...] = ()                 # observers that need not request looks
     obstacles: tuple[Obstacle, ...] = ()
 
     def __post_init__(self) -> None:
