@@ -85,8 +85,8 @@ def _plain(cells: Any, text: TextColumns) -> Any:
 def _lost(text: TextColumns, cells: Mapping[str, Any], problems: list[str]) -> Flags | None:
     there = [own for own in FLAGS if own in cells]
     if len(there) == 2:
-        problems.append(f"{text.file}: columns {text.headers['lost']!r} and {text.headers['received']!r}: one says the "
-                        "other; take out one")
+        problems.append(f"{text.file}: columns {text.headers['lost']!r} and {text.headers['received']!r} both tell "
+                        "which copies are lost; remove one")
     if not there:
         return None
     own = there[0]

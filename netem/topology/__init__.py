@@ -16,7 +16,7 @@ Edge = tuple[str, str]          # (sender, receiver)
 Position = Sequence[float]      # [m], two or three coordinates
 
 
-REFUSE_UNKNOWN_KEYS: Final = {"extra": "forbid"}        # pydantic configuration of a settings class
+REFUSE_UNKNOWN_KEYS: Final = {"extra": "forbid"}        # what the scenario loader's pydantic reads in a settings class
 
 
 class TopologyError(ValueError):

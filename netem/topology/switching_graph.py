@@ -52,7 +52,7 @@ class SwitchingGraph:
                 hint = f"did you mean {near[0]!r}?" if near else f"the graphs are {', '.join(self.graphs)}"
                 problems.append(f"schedule[{index}].graph={change.graph!r}: no such graph: {hint}")
         if not self.schedule or self.schedule[0].at_ns != 0:
-            problems.append("schedule: starts with the graph that holds at_ns = 0")
+            problems.append("schedule: expected a first entry with at_ns = 0, the graph at the start")
         problems.extend(f"schedule[{index + 1}].at_ns={later.at_ns}: expected later than the one before "
                         f"({earlier.at_ns})" for index, (earlier, later) in enumerate(pairwise(self.schedule))
                         if later.at_ns <= earlier.at_ns)

@@ -24,8 +24,8 @@ from experiments.scenario.subjects import Subject
 from netem.core.fate import Fate
 from netem.core.link_name import LinkName
 
-NOT_SEEN = (Fate.OUT_OF_VIEW.value, Fate.OCCLUDED.value)     # no frame was lost: the camera did not see the target
-MOST_LINKS = 3                  # number of links named, those with most losses
+NOT_SEEN = (Fate.OUT_OF_VIEW.value, Fate.OCCLUDED.value)     # these looks got through: nothing was there
+MOST_LINKS = 3                  # that are named, those that lost most
 
 
 def cause(observers: Sequence[Subject], records: Records, since_ns: int, at_ns: int) -> str:

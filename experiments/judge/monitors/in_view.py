@@ -135,7 +135,7 @@ def _place(node: str, outputs: Sequence[str], records: Records) -> tuple[Ints, F
 
 
 def _last_central(observers: Sequence[Subject], time_ns: Ints, distances: Floats, records: Records) -> int:
-    """Last instant at which the distance was at least half of the largest range; 0 if there is none."""
+    """When it was farther inside than half of the largest range last; the start, if never."""
     half_m = max(records.sensing[medium].view.range_m for medium, _, _ in observers) / 2
     central = np.flatnonzero(distances >= half_m)
     return int(time_ns[central[-1]]) if central.size else 0

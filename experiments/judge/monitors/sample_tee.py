@@ -1,4 +1,4 @@
-"""Keeps the samples on their way to the recorder, as monitors of signals judge while the recorder's file is open."""
+"""Keeps the samples that go by to the recorder: the monitors of signals judge while the recorder's file is open."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class SampleTee:
         self._append(node, time_ns, values)
 
     def tables(self, declared: Mapping[str, Sequence[tuple[str, str]]]) -> dict[str, SignalTable]:
-        """The samples of each node; `declared` maps a node to the (name, unit) pairs of its signals."""
+        """What went by, by node; `declared` are the (name, unit) pairs of each node's signals."""
         return {node: SignalTable(node, tuple(name for name, _ in signals), tuple(unit for _, unit in signals),
                                   *_arrays(self._samples.get(node, []), len(signals)))
                 for node, signals in declared.items()}

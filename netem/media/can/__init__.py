@@ -8,6 +8,6 @@
     transmit_queue.py      the frames that wait in one controller
     error_frame.py, same_identifier.py, fault_confinement.py, bus_off_recovery.py    errors and their consequences
     bit_errors.py          draws the bits that are inverted
-    messages.py, response_time.py    the declared messages, and whether the bus can carry them (Davis et al. 2007)
+    messages.py, response_time.py    what a scenario declares, and whether the bus can carry it (Davis et al. 2007)
     settings.py, bus.py    the keys of a scenario, and the medium
 """

@@ -36,7 +36,7 @@ class ScriptedBit:
 @dataclass(frozen=True)
 class BitErrorSettings:
     __pydantic_config__: ClassVar = REFUSE_UNKNOWN_KEYS
-    ratio: float = 0.0                                  # share of bits that are inverted
+    ratio: float = 0.0                                  # of bits
     during_ns: tuple[Window, ...] | Window = ()         # one window or several; (): the whole run
     scripted: tuple[ScriptedBit, ...] = ()
 

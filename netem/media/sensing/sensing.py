@@ -59,7 +59,7 @@ class Sensing:
         self._counters = {node: Counter(dict.fromkeys(COUNTERS, 0)) for node in nodes}
 
     def observe(self, observer: MediumObserver) -> None:
-        """A sensing medium has no events: a body out of view is a fate in the ledger."""
+        """There are no events: a body out of view is a fate in the ledger."""
 
     def counters(self) -> Mapping[str, Mapping[str, int]]:
         return self._counters

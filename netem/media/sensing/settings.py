@@ -30,7 +30,7 @@ class SensingSettings(MediumSettings):
         if self.exposure_period_ns < 1:
             raise ValueError(f"exposure_period_ns={self.exposure_period_ns}: expected at least 1")
         if self.latency_ns < 2:
-            raise ValueError(f"latency_ns={self.latency_ns}: expected at least 2, nobody knows at the instant itself")
+            raise ValueError(f"latency_ns={self.latency_ns}: expected at least 2, as exposures are evaluated after 1 ns")
         if not (isfinite(self.noise_m) and self.noise_m >= 0):
             raise ValueError(f"noise_m={self.noise_m}: expected 0 or more")
         for name, outputs in self.bodies.items():
@@ -49,7 +49,7 @@ class SensingSettings(MediumSettings):
         lines = [f"bodies: {name}: {there}" for name in self.bodies if name not in nodes]
         lines += [f"cameras: {name}: {there}" for pair in self.cameras.items() for name in pair if name not in nodes]
         lines += [f"fixed_cameras={name}: {there}" for name in self.fixed_cameras if name not in nodes]
-        lines += [f"fixed_cameras={name}: by cameras its camera rides on {self.cameras[name]}; name it in one of them"
+        lines += [f"fixed_cameras={name}: cameras puts its camera on {self.cameras[name]}; name it in one of both keys"
                   for name in self.fixed_cameras if name in self.cameras]
         lines += [f"every_exposure_to={name}: {there}" for name in self.every_exposure_to if name not in nodes]
         lines += [f"cameras: {observer}: {body} is not one of the bodies: {', '.join(self.bodies) or 'there are none'}"

@@ -56,7 +56,7 @@ class SerialLine:
         self._counters: dict[str, Counter[str]] = {end: Counter(dict.fromkeys(COUNTERS, 0)) for end in ends}
 
     def observe(self, observer: MediumObserver) -> None:
-        """A serial line has no events: a full buffer is a fate in the ledger."""
+        """There are no events: a full buffer is a fate in the ledger."""
 
     def counters(self) -> Mapping[str, Mapping[str, int]]:
         """Bytes sent and refused by each node; the names of the counters begin with that of the line."""

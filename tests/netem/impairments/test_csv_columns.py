@@ -127,7 +127,7 @@ def test_a_long_list_of_problems_is_cut(read):
     ("delay_s\n", "no rows below the header"),
     ("delay\n1\n", "none of its columns is known .delay; separated by comma.: expected one of time_s, "),
     ("delay_s,delay_ms\n1,1\n", "column 'delay_ms': delay stands there twice, also as 'delay_s'; name the one to use"),
-    ("delay_s,lost,received\n1,1,0\n", "columns 'lost' and 'received': one says the other; take out one"),
+    ("delay_s,lost,received\n1,1,0\n", "columns 'lost' and 'received' both tell which copies are lost; remove one"),
     (b"\xff\xfe\x00", "cannot be read as CSV"),
     (b"delay_s\n\xff\n", "cannot be read as CSV: .* invalid UTF8"),
 ])
