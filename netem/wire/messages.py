@@ -11,7 +11,7 @@ from typing import Final
 
 import msgspec
 
-UNREADABLE: Final = (msgspec.MsgspecError, UnicodeDecodeError)      # raised by decoding arbitrary bytes
+UNREADABLE: Final = (msgspec.MsgspecError, UnicodeDecodeError)      # what decoding bytes of any kind can raise
 
 Delivery = tuple[int, int, bytes]       # (arrival_ns, port index, data)
 Offer = tuple[int, int, bytes]          # (time_ns, port index, data)

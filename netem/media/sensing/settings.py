@@ -30,7 +30,7 @@ class SensingSettings(MediumSettings):
         if self.exposure_period_ns < 1:
             raise ValueError(f"exposure_period_ns={self.exposure_period_ns}: expected at least 1")
         if self.latency_ns < 2:
-            raise ValueError(f"latency_ns={self.latency_ns}: expected at least 2, as exposures are evaluated after 1 ns")
+            raise ValueError(f"latency_ns={self.latency_ns}: expected at least 2: an exposure is evaluated after 1 ns")
         if not (isfinite(self.noise_m) and self.noise_m >= 0):
             raise ValueError(f"noise_m={self.noise_m}: expected 0 or more")
         for name, outputs in self.bodies.items():
