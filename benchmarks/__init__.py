@@ -1,4 +1,4 @@
-"""Benchmarks measure what users run: the compiled modules, where they are. Importing `experiments` first finds them."""
+"""Benchmarks. They measure the compiled modules, if there are any, as importing `experiments` first selects them."""
 
 import experiments
 

@@ -1,8 +1,8 @@
-"""Figures of docs/models/aerial_pursuit.md, its picture redrawn: `python -m benchmarks.aerial_pursuit [--seeds 10]`.
+"""Measures and draws docs/models/aerial_pursuit.md: `python -m benchmarks.aerial_pursuit [--seeds 10]`.
 
-`hummingbird_chases_rovio` with several seeds: looks, the least distance to the boundary of the field of view, how long
-a waypoint takes until the vehicle flies there, and the picture of the scenario's own seed, as Figure 3.11 of Tolic
-2012.
+Runs `hummingbird_chases_rovio` with several seeds. Prints the number of looks, the least distance to the boundary of
+the field of view, and the time from a waypoint until the vehicle flies there; draws the run with the scenario's own
+seed, as in Figure 3.11 of Tolic 2012.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ROWS = (                                    # name, scale, zero; curves: table, 
     ("north, m: waypoint, ramp, quadrotor", 3.0, 0.0,
      (("north", "waypoint", ORANGE), ("north", "ramp", GREY), ("north", "quadrotor", BLUE))),
     ("quadrotor to Rovio, m (field of view: 1.2 m)", 1.2, 0.0, (("from_quadrotor", "rovio", RED),)))
-FASTER_MPS, FAR_M = 0.3, 0.3                # than the Rovio; waypoints that are worth the way
+FASTER_MPS, FAR_M = 0.3, 0.3                # speed above the Rovio's; least distance of waypoints that are timed
 FROM_S = 8.0
 
 
@@ -40,7 +40,7 @@ def flown(seed: int | None, folder: Path) -> RunData:
 
 
 def responses_s(data: RunData) -> list[float]:
-    """From each new waypoint that is ahead until the vehicle flies towards it faster than the Rovio can flee."""
+    """Time from each new waypoint ahead until the vehicle flies towards it faster than the Rovio can escape."""
     ground, vehicle = data.signals["companion"], data.signals["quadrotor"]
     time_s = ground.time_ns * 1e-9
     goal = np.column_stack([ground.column("waypoint_x"), ground.column("waypoint_y")])

@@ -1,10 +1,10 @@
-"""Redraw docs/models/autopilot.svg: attitude, height and heading of the Hummingbird while it tracks waypoints.
+"""Redraws docs/models/autopilot.svg: attitude, height and heading of the Hummingbird while it tracks waypoints.
 
     python -m benchmarks.autopilot_flight
 
-As Figure 3.11 of Tolic 2012: waypoints come one after the other, height and heading are held. The flight controller
+As in Figure 3.11 of Tolic 2012, waypoints follow each other while height and heading are held. The flight controller
 runs on its board, the plant is the FMU, motion capture has 100 frames a second, 1 mm of noise and 8 ms of latency. Also
-printed: the error at hover, and what a simulated millisecond of controller and plant costs in processor time.
+prints the error at hover, and the processor time of a simulated millisecond of controller and plant.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""What a call of a blocking program costs: one that waits (a hand-over between threads and back), one that does not.
+"""Measures a call of a blocking program: one that waits (a switch to another thread and back), and one that does not.
 
-    python -m benchmarks.blocking_calls                 # as the scheduler has it
+    python -m benchmarks.blocking_calls                 # threads where the scheduler puts them
     taskset -c 0 python -m benchmarks.blocking_calls    # both threads on one core
 
-Median of 5 rounds, in microseconds of the wall's time, on a node of this process without a medium.
+Prints the median of 5 rounds in microseconds of wall time, on a node in this process without a medium.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def send() -> None:
 
 
 def us_per_call(function: Callable[[], None], frames: int) -> float:
-    """`frames` arrive at 1, 2, 3 ... ms."""
+    """Wall time of one call in us, while `frames` frames arrive at 1, 2, 3 ... ms."""
     node = BlockingNode("robot", ["can0"])
     board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), None, {}, Random(1), {})
     node.program = BlockingProgram(node, board, ClockSettings(), lambda: function, {}, {"can0": "can"})

@@ -1,14 +1,14 @@
-"""Frames per wall second of the CAN bus: the medium with its ledger, and inline with nodes in windows.
+"""Measures the CAN bus in frames per wall second: the medium with its ledger, and an inline run with nodes.
 
     python -m benchmarks.can_bus [--frames 50000] [--turns 5] [--figure docs/models/can_bus.svg]
 
-Medium: four nodes at 1 Mbit/s, 8 bytes a frame, no contention; a frame is offered, arbitrated, carried, handed to the
-links of three receivers and closed in the ledger. `new bytes` has other data in every frame, so nothing comes from the
-cache of lengths; `bit errors` one hit bit in 100 000; `queued` frames that all wait at once.
-Inline: the same nodes as SimPy processes under the conductor, each with a period of its own; `one window` nodes that
-promise their next frame firmly. Times are CPU times of this thread; the median over the turns.
+Medium: four nodes at 1 Mbit/s, 8 bytes a frame, no contention; a frame is offered, arbitrated, carried, passed to the
+links of three receivers and closed in the ledger. `new bytes` has other data in every frame, so the cache of encoded
+frames is not used; `bit errors` has one inverted bit in 100 000; in `queued` all frames wait at once.
+Inline: the same nodes as SimPy processes under the conductor, each with its own period; in `one window` the nodes
+promise their next frame firmly. Times are CPU times of this thread, the median over the turns.
 
-With `--figure` draws worst-case response times of a message set: bound, observed, constructed worst case.
+With `--figure`, draws worst-case response times of a message set: bound, observed, constructed worst case.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from netem.transport.hosts import InlineHost
 
 NODES = ("a", "b", "c", "d")
 GOAL = 20_000               # frames per wall second
-SLOT_NS = 200_000           # of a frame: at most 132 bits and 3
+SLOT_NS = 200_000           # per frame, which has at most 132 bits and 3 of intermission
 MS = 1_000_000
 
 
@@ -66,7 +66,7 @@ def medium_s(frames: int, *, new: bool, **settings: Any) -> float:
 
 
 def queued_s(frames: int) -> float:
-    """Batches of 200 frames that all wait."""
+    """CPU time in s for batches of 200 frames, which all wait at once."""
     bus, agenda = bus_of(CanSettings(1_000_000, queue_frames=50))
     handed_out = payloads(frames, new=True)
     start_s = thread_time()
@@ -145,7 +145,7 @@ def stuffed_data(message: CanMessage) -> bytes:
 
 
 def observed_ns(phases_ns: dict[str, int], data: dict[str, bytes], end_ns: int) -> dict[str, int]:
-    """Largest time from handing out to the end of the intermission."""
+    """Longest time in ns from the offer to the end of the intermission, by message."""
     agenda, ledger = Agenda(), Ledger()
     bus = CanBus("can", CanSettings(500_000, queue_frames=100), NODES, agenda, ledger,
                  Links(ledger, lambda *delivery: True, {}), Random)

@@ -1,6 +1,6 @@
-"""The circle filter's choices on the cells of Tables 3.1 and 3.3: RMSE [m], and the share of corrections kept by rho.
+"""Compares variants of the circle filter on Tables 3.1 and 3.3: RMSE [m], and the share of corrections kept by rho.
 
-Then that share for the adaptive filter of Tables 3.2 and 3.4 with several rho.
+Then prints that share for the adaptive filter of Tables 3.2 and 3.4 with several rho.
 
     python -m benchmarks.circle_filter_variants [--runs 100]
 

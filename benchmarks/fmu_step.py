@@ -1,11 +1,10 @@
-"""What one step of a plant costs: set 4 inputs, step 1 ms, get 13 outputs of the model `rigid_body`.
+"""Measures one step of a plant: set 4 inputs, step 1 ms, get 13 outputs of the model `rigid_body`.
 
     python -m benchmarks.fmu_step [--steps 20000]
 
-Compares `fmus.plant.Plant` with FMPy's own wrapper on the same FMU, both FMI versions, in turns within one process.
-Times
-are CPU times of this thread, so other load on the machine counts only through shared caches; the median over the turns.
-`model alone` is the same work called from C: what no binding can go below.
+Compares `fmus.plant.Plant` with FMPy's own wrapper on the same FMU, for both FMI versions, in turns in one process.
+Times are CPU times of this thread, so other load on the machine counts only through shared caches; the median over the
+turns is printed. `model alone` is the same work called from C, a lower bound for every binding.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from fmus.plant import Plant
 
 H_NS = 1_000_000
 INPUTS = (9.81, 0.0, 0.0, 0.001)
-TURN = 1000                 # steps in a row before the next contender's turn
+TURN = 1000                 # consecutive steps before the next contender's turn
 GOAL_US = 1.5
 
 Contender = Callable[[int], None]      # takes that many steps
@@ -48,7 +47,7 @@ def ours(description: PlantDescription) -> Contender:
 
 
 def fmpy_convenience(description: PlantDescription) -> Contender:
-    """FMPy with lists in and out, as its documentation shows."""
+    """FMPy with lists of inputs and outputs, as its documentation shows."""
     slave, set_values, get_values, inputs, outputs = _fmpy_slave(description)
     now = [0]
 
@@ -63,7 +62,7 @@ def fmpy_convenience(description: PlantDescription) -> Contender:
 
 
 def fmpy_arrays(description: PlantDescription) -> Contender:
-    """FMPy's lower level with arrays kept by the caller, as its efficient_loops example does."""
+    """FMPy's lower level with arrays that the caller keeps, as in its example efficient_loops."""
     slave, _, _, inputs, outputs = _fmpy_slave(description)
     in_refs, out_refs = (c.c_uint * 4)(*inputs), (c.c_uint * 13)(*outputs)
     in_values, out_values = (c.c_double * 4)(), (c.c_double * 13)()

@@ -1,9 +1,9 @@
-"""Loss bursts and correlated delays against their laws: the figure of docs/models/impairments.md.
+"""Draws the figure of docs/models/impairments.md: loss bursts and correlated delays, compared with their laws.
 
     python -m benchmarks.impairment_laws [--frames 100000] [--out docs/models/impairments.svg]
 
-Left: share of loss bursts longer than k frames. Right: distribution of a normal delay with correlation 0.9, and what
-netem's generator, which mixes the last draw with a new one, makes of the same settings.
+Left: share of loss bursts longer than k frames. Right: distribution of a normal delay with correlation 0.9, and that of
+Linux netem's generator, which mixes the last draw with a new one, with the same settings.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ LOSSES: list[tuple[str, str, BernoulliLoss | GilbertElliott, float]] = [     # l
     ("gilbert_elliott 0.3, mean 12", "#117a65", GilbertElliott(0.3, 12, rng=stream(7, "twelve")), 12),
 ]
 WIDTH, HEIGHT, TOP, BOTTOM, PANEL = 860, 380, 20, 50, 350
-LEFT = (55, 495)                        # of the two panels
+LEFT = (55, 495)                        # left edges of the two panels
 LONGEST = 40
 
 Point = tuple[float, float]

@@ -1,8 +1,9 @@
-"""Redraw docs/models/linear_system.svg: the error of one step of linear_system against exact integer arithmetic.
+"""Redraws docs/models/linear_system.svg: the error of one step of linear_system against exact integer arithmetic.
 
     python -m benchmarks.linear_system_error
 
-Lines: the FMU. Crosses: the same step by scipy.linalg.expm of the augmented matrix, rounded where it adds exp(A h) x.
+Lines are the FMU; crosses are the same step by scipy.linalg.expm of the augmented matrix, with rounding at the addition
+of exp(A h) x.
 """
 
 from __future__ import annotations

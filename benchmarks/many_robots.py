@@ -1,10 +1,10 @@
-"""Many robots on one radio, all hearing all: what the emulation takes, and what follows it (metrics and report).
+"""Measures runs with many robots on one radio with a complete graph: the emulation, then metrics and report.
 
     python -m benchmarks.many_robots [COPIES [ROBOTS ...]]
 
-Each robot owns a slot of a round and speaks in it, so that every frame reaches all others: ROBOTS (ROBOTS - 1) copies a
-round, as many rounds as COPIES need. Inline host, one process for each run. Bytes per copy: how far the process's
-largest memory grows after the emulation. Closing the ledger counts as what follows.
+Each robot owns a slot of a round and sends in it, so that every frame reaches all others: ROBOTS (ROBOTS - 1) copies a
+round, for as many rounds as COPIES need. Runs use the inline host, each in its own process. Bytes per copy is the
+growth of the process's peak memory after the emulation. Closing the ledger counts as part of metrics and report.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def scenario(robots: int, rounds: int) -> str:
 
 
 def run_in(folder: Path) -> dict[str, float]:
-    """Processor time [s] and the largest memory so far [MB] when the emulation ended and when the run did."""
+    """Processor time [s] and peak memory [MB] at the end of the emulation and at the end of the run."""
     from experiments.run import runner
     from experiments.scenario import load
 

@@ -1,4 +1,4 @@
-"""What MAVLink costs: frames read and built in a second, and a front that serves its link 200 times a second."""
+"""Measures MAVLink: frames read and built per second, and a front that serves its link 200 times a second."""
 
 from __future__ import annotations
 

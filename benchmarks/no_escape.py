@@ -1,11 +1,11 @@
-"""Does a target escape? Looks and least true distance to the field of view's boundary, over many chases.
+"""Counts escapes of a target, looks, and the least true distance to the boundary of the view, over many chases.
 
     python -m benchmarks.no_escape [--runs 1000]
 
-Evaders: the circular path, the zig-zag, one that runs for the boundary. Escape areas: one that is sure (0.55 m, and
-with answers 3 steps late 0.70 m), that of Tables 3.2 and 3.4 (0.45 m), the printed 3 T_s v_max (0.147 m).
-A pursuer that keeps closer (eta = 0.75 m, K = 1.5 /s) is sure with no more looks than Tables 3.2 and 3.4 have.
-Exits with 1 if one escapes where it may not, or takes more looks than it may.
+Evaders: the circular path, the zig-zag, one that runs for the boundary. Escape areas: one that excludes escapes (0.55
+m, and 0.70 m if answers are 3 steps late), that of Tables 3.2 and 3.4 (0.45 m), the printed 3 T_s v_max (0.147 m).
+A pursuer that keeps closer (eta = 0.75 m, K = 1.5 /s) excludes escapes with no more looks than Tables 3.2 and 3.4 have.
+Exits with 1 if a target escapes although that is excluded, or a pursuer needs more looks than allowed.
 """
 
 from __future__ import annotations

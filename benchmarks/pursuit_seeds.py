@@ -1,9 +1,9 @@
-"""No escape of robots with wheels, drives and lossy links: a pursuit scenario under many seeds.
+"""Runs a pursuit scenario with many seeds and counts escapes, for robots with wheels, drives and lossy links.
 
     python -m benchmarks.pursuit_seeds p3at_chases_p3at 100 "agents.evader.parameters.motion='circle'"
 
-The theorem is for pursuers that move freely; what a P3-AT's inertia and turning cost is measured here, not proved. A
-seed changes noise, losses, delays and what an evader does at random.
+The no-escape theorem holds for pursuers that move freely; the effect of a P3-AT's inertia and turning is measured here,
+not proved. A seed changes noise, losses, delays and the random motion of an evader.
 """
 
 from __future__ import annotations

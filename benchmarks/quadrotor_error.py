@@ -1,9 +1,9 @@
-"""Redraw docs/models/quadrotor.svg: error of a lively flight of the quadrotor over the length of its internal steps.
+"""Redraws docs/models/quadrotor.svg: error of an aggressive flight of the quadrotor over the length of internal steps.
 
     python -m benchmarks.quadrotor_error
 
-Half a second with the inputs of fmus/quadrotor/reference.csv, held against SciPy's DOP853 at tolerances of 1e-12; each
-line is one group of states, its largest error at any of the 26 instants. A line of fourth order is drawn beside them.
+Half a second with the inputs of fmus/quadrotor/reference.csv is compared with SciPy's DOP853 at tolerances of 1e-12.
+Each line is a group of states and shows its largest error at any of the 26 instants; one line shows fourth order.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def errors(h_max: float) -> np.ndarray:
 
 
 def cost_us(h_max: float, step_ns: int = 1_000_000, steps: int = 20_000) -> float:
-    """Of one step, its inputs and its ten sensor outputs."""
+    """Time in us of setting the inputs, one step, and reading the ten sensor outputs."""
     with Plant(describe(build_model("quadrotor")), "p", {"z": 100.0, "h_max": h_max}) as plant:
         inputs = plant.input_group([f"u[{i}]" for i in range(1, 5)])
         outputs = plant.output_group([*(f"q[{i}]" for i in range(1, 5)), *(f"omega[{i}]" for i in range(1, 4)),

@@ -1,8 +1,8 @@
-"""Cost of one frame on the broadcast radio: offer, end event, links and ledger, nobody contending.
+"""Measures one frame on the broadcast radio without contention: offer, end event, links and ledger.
 
     python -m benchmarks.radio_medium [--frames 100000]
 
-Five nodes of the crazyflie_p2p preset on a ring of two receivers each, one frame a millisecond in turn.
+Five nodes with the preset crazyflie_p2p on a ring, each with two receivers, send in turn, one frame a millisecond.
 """
 
 from __future__ import annotations

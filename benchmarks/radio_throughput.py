@@ -1,9 +1,9 @@
-"""Throughput of the broadcast radio against its load: the figure of docs/models/broadcast_radio.md.
+"""Draws the figure of docs/models/broadcast_radio.md: throughput of the broadcast radio over its load.
 
     python -m benchmarks.radio_throughput [--frames 4000] [--out docs/models/broadcast_radio.svg]
 
-Poisson arrivals at 40 nodes on a complete graph, `radio_network`, frames of 60 bytes. A frame counts as carried when a
-41st node, which only listens, gets it. Load and throughput are in frames per airtime.
+Poisson arrivals at 40 nodes on a complete graph, `radio_network`, frames of 60 bytes. A frame counts as carried if a
+41st node, which only receives, gets it. Load and throughput are in frames per airtime.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ CURVES: list[Curve] = [                 # label, colour, settings, slotted, clos
 
 
 def throughput(settings: dict[str, Any], load: float, frames: int, slotted: bool) -> float:
-    """Frames that the listener got, per airtime."""
+    """Frames that the 41st node received, per airtime."""
     agenda, ledger, heard = Agenda(), Ledger(), []
 
     def deliver(receiver: str, medium: str, arrival_ns: int, data: bytes) -> bool:
@@ -73,7 +73,7 @@ def y(carried: float) -> float:
 
 
 def svg(points: Sequence[Sequence[float]]) -> str:
-    """One polyline a curve: the closed form where there is one, with dots for what was measured."""
+    """The figure: a line for the closed form of each curve, if there is one, and dots for the measurements."""
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-family="sans-serif" '
              f'font-size="13"><rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>']
     for tick in range(11):

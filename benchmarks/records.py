@@ -1,8 +1,8 @@
-"""What the records cost: closing copies, writing 50 000 ledger rows, 6 500 samples of 4 signals, reading both back.
+"""Measures the records: closing copies, writing 50 000 ledger rows and 6 500 samples of 4 signals, and reading both.
 
     python -m benchmarks.records [--rows 50000] [--repeats 5]
 
-Prints the fastest of the repeats, wall clock of this thread; nothing is asserted.
+Prints the wall-clock time of the fastest repeat; nothing is asserted.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Speed, start-up and memory of the main jobs: `python -m benchmarks.scenario_speed [NAME ...] [--repeats 3]`.
+"""Measures speed, start-up and memory of scenarios: `python -m benchmarks.scenario_speed [NAME ...] [--repeats 3]`.
 
-Every figure is the median over whole runs with all records on. Real-time factor: robot time / wall time from the first
-grant to the last report. Start: from the call of the runner to the first grant, and so to the first frame. Whole: with
-loading, start, Parquet, MCAP and report.html. Memory: private memory of the largest robot process half-way through
+Every figure is the median over complete runs with all records. Real-time factor: simulated time / wall time from the
+first grant to the last report. Start: wall time from the call of the runner to the first grant. Whole: wall time with
+loading, start, Parquet, MCAP and report.html. Memory: private memory of the largest robot process at half of the run
 (Linux: Private_Clean + Private_Dirty of smaps_rollup).
 """
 

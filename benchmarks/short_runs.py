@@ -1,8 +1,8 @@
-"""Short runs one after the other in one process, as a sweep or a search makes them: processor time of one, inline.
+"""Measures the processor time of a short inline run, many of them in one process, as in a sweep or a search.
 
     python -m benchmarks.short_runs [RUNS [SCENARIO [LENGTH_S]]]
 
-The first runs import, build plants and fill caches; they are not counted.
+The first runs import modules, build plants and fill caches; they are not counted.
 """
 
 from __future__ import annotations

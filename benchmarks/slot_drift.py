@@ -1,4 +1,4 @@
-"""Redraw docs/models/local_clock.svg: how far two slot clocks of +-50 ppm part, alone, with steps, with steps and trim.
+"""Redraws docs/models/local_clock.svg: drift between slot clocks of +-50 ppm, alone, with steps, with steps and trim.
 
     python -m benchmarks.slot_drift
 """
@@ -23,7 +23,10 @@ CURVES = [("alone", None, "#c0392b"), ("steps", SlotSync(5_000), "#2471a3"),
 
 
 def leads(sync: SlotSync | None) -> Iterator[tuple[int, int]]:
-    """(true time, lead of the fast clock) before and after each round's correction; both hear each other at its end."""
+    """Yield (true time, lead of the fast clock) before and after each round's correction.
+
+    Both nodes receive each other's frame at the end of a round.
+    """
     now_ns = 0
     slow, fast = (LocalClock(ClockSettings(drift_ppm=ppm), lambda: now_ns) for ppm in (-PPM, PPM))
     for now_ns in range(0, UNTIL_NS, ROUND_NS):

@@ -1,9 +1,9 @@
-"""How long slots may be, by each bound and exactly: the figure of docs/models/output_synchronization.md.
+"""Draws the figure of docs/models/output_synchronization.md: the largest slot length, by each bound and exactly.
 
     python -m benchmarks.slot_length_limits [--scenario scenarios/output_sync_reference.toml] [--out FILE.svg]
 
-One panel for each topology that the scenario's `[team]` requests: the spectral radius of the exact round map over the
-slot length, without and with a transmission delay, and what each small-gain condition certifies.
+A panel for each topology that the scenario's `[team]` requests shows the spectral radius of the exact round map over
+the slot length, without and with a transmission delay, and the slot length that each small-gain condition certifies.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""The 12 s run of section 4.6 without a network, with all policies and bounds: the figure of docs/models/tracking.md.
+"""Draws the figure of docs/models/tracking.md: the 12 s run of section 4.6 without a network, by policy and bound.
 
     python -m benchmarks.tracking_run [--seed 1] [--out docs/models/tracking.svg] [--emulated]
 
-Draws what Figures 4.5 and 4.6 show: states, norm of (x, e) and intersampling intervals, with individual gains (left)
-and the unified gain (right); red lines where the inputs of the reference change. Prints transmissions for each policy
-and bound; with `--emulated` also those of the same policies on radio and bus, the scenario tracking_individual.
+As Figures 4.5 and 4.6 it shows states, norm of (x, e) and intersampling intervals, with individual gains (left) and the
+unified gain (right); red lines mark changes of the reference's inputs. Prints the number of transmissions for each
+policy and bound; with `--emulated` also those on radio and bus, in the scenario tracking_individual.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def column(left: int, one: Run, name: str) -> list[str]:
 
 
 def emulated() -> None:
-    """The policies that transmit, side by side; what the scenario expects is for one of them, and left out."""
+    """Run the scenario with each policy that transmits, without its `[expect]`, which is for one of them."""
     print(f"\n{'policy on radio and bus':<25} looks   pure loop     more   rms of x over 10-12 s   violated")
     for name, losses in (*((name, 0) for name in MEASURABLE), ("individual_gains", 1), ("individual_gains", 2)):
         scenario = load(find("tracking_individual"), overrides=[

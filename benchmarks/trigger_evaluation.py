@@ -1,10 +1,10 @@
-"""What one evaluation of the input-output trigger costs: command, reachable set, matrix A and tau (4.37) together.
+"""Measures one evaluation of the input-output trigger: command, reachable set, matrix A and tau (4.37) together.
 
     python -m benchmarks.trigger_evaluation [--rounds 40]
 
-Evaluates the measurements of the 12 s run of section 4.6 (start, noise, inputs), the bounds in turns in one process.
-Times are CPU times of this thread for one pass over all measurements, divided by their number: the median over passes,
-and the same for the measurement at the start, far from the reference, alone. The goal is 50 us.
+The inputs are the measurements of the 12 s run of section 4.6 (start, noise, inputs); the bounds take turns in one
+process. Times are CPU times of this thread for one pass over all measurements, divided by their number: the median over
+passes, and the same for the measurement at the start alone, far from the reference. The goal is 50 us.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def one_pass_us(policy: Trigger, points: Sequence[Measurement]) -> float:
 
 
 def reaches(policy: Trigger, points: Sequence[Measurement]) -> float:
-    """Mean number of reachable sets (with A and its norm) that one evaluation looks at."""
+    """Mean number of reachable sets (with A and its norm) that one evaluation computes."""
     calls = 0
     for x, inputs in points:
         gain, prediction = policy.predict(x, inputs)

@@ -1,9 +1,9 @@
-"""Redraw docs/models/unicycle.svg: the error of one step of the unicycle against closed forms of the same motion.
+"""Redraws docs/models/unicycle.svg: the error of one step of the unicycle against closed forms of the same motion.
 
     python -m benchmarks.unicycle_error
 
-arc: constant wheel speeds. clothoid: wheels ramp in opposite directions (Fresnel integrals). decay: wheels tend to one
-speed from both sides (sine and cosine integrals). Crosses: SciPy's DOP853 at tolerances of 1e-12.
+arc: constant wheel speeds. clothoid: wheel speeds ramp in opposite directions (Fresnel integrals). decay: wheel speeds
+approach one speed from both sides (sine and cosine integrals). Crosses: SciPy's DOP853 at tolerances of 1e-12.
 """
 
 from __future__ import annotations

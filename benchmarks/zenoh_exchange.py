@@ -1,8 +1,8 @@
-"""What Zenoh alone costs: `python -m benchmarks.zenoh_exchange [--nodes 5] [--windows 3000]`.
+"""Measures Zenoh alone: `python -m benchmarks.zenoh_exchange [--nodes 5] [--windows 3000]`.
 
-The same sessions, keys and processes as a run, but a node answers every message with the same bytes: no decoding, no
-program, no medium. Prints the time per window for 1, 2 and all nodes granted at once; it is the floor under a run with
-processes, to be read beside `benchmarks.scenario_speed` of the same minute.
+Sessions, keys and processes are those of a run, but a node answers every message with the same bytes: no decoding, no
+program, no medium. Prints the time per window for 1, 2 and all nodes granted at once. It is a lower bound for a run
+with processes, to be compared with `benchmarks.scenario_speed` of the same minute.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from netem.transport.zenoh_session import Session, new_secret
 from netem.wire import keys
 
 RUN = "exchange"
-MESSAGE = bytes(120)            # about what a grant with two frames has
+MESSAGE = bytes(120)            # about the size of a grant with two frames
 
 
 def echo(endpoint: str, name: str) -> None:

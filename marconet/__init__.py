@@ -3,7 +3,7 @@
     run = marconet.run(marconet.load("two_beacons.toml", set={"length_s": 5.0}))
     run.holds, run.expectations, run.ledger, run.signals["r1"], run.events, run.report()
 
-What is named in `__all__` stays as it is documented; everything else may change. docs/python.md.
+The names in `__all__` stay as docs/python.md documents them; everything else may change.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["NodeFailure", "Run", "Scenario", "ScenarioError", "load", "run"]
 
-# Imported when they are first asked for: the command line needs none of them.
+# Imported at their first use, as the command line needs none of them.
 _WHERE: Final = {
     "NodeFailure": "netem.wire.errors", "Run": "marconet.running", "Scenario": "marconet.scenario",
     "ScenarioError": "experiments.scenario.problems", "load": "marconet.scenario", "run": "marconet.running"}

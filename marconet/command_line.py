@@ -1,6 +1,6 @@
-"""The `marconet` command. It only looks for input, calls the runner and prints; exit codes are in `exits`.
+"""The `marconet` command: finds the input, calls the runner and prints; `exits` has the exit codes.
 
-Heavy modules are imported inside the commands, so that help comes at once. docs/command_line.md has a section on every
+Commands import their modules themselves, so that `--help` starts fast. docs/command_line.md has a section on every
 command.
 """
 
@@ -25,7 +25,7 @@ SHELLS = ("bash", "zsh", "fish")
 
 
 def _shared(*options: Callable[[Any], Any]) -> Callable[[Command], Command]:
-    """Options that several commands have, in this order."""
+    """Return a decorator that adds options, in this order, to a command; several commands share them."""
     def add(command: Command) -> Command:
         for option in reversed(options):
             command = option(command)
@@ -158,8 +158,8 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
 @app.command(epilog="Example: marconet report runs/third")
 @click.argument("run_dir", metavar="RUN_DIR", type=click.Path(path_type=Path))
 @click.option("--self-contained", is_flag=True,
-              help="With the drawing library inside, so that the page can be sent alone. Without this it is so only "
-                   "where no other run lies beside this one.")
+              help="Include the drawing library in the page, so that it can be sent alone. By default it is included "
+                   "only if no other run lies beside this one.")
 @verbosely
 def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
     """Write report.html anew from the records of a run."""
@@ -178,7 +178,7 @@ def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
 
 
 def _runs_near(folder: Path) -> str:
-    """Why `folder` holds no run, and which runs are in it."""
+    """Say why `folder` holds no run, and name the newest run in it."""
     if not folder.is_dir():
         return "give the folder of a run" if folder.exists() else "there is no such folder"
     runs = sorted(file.parent for file in folder.glob("*/scenario.json"))
@@ -228,7 +228,7 @@ def table(number: str, runs: int | None, figures: Path | None, verbose: bool) ->
 
 
 @app.command("compile", epilog="Example: marconet compile")
-@click.option("--if-possible", is_flag=True, help="Say what is missing and go on without, as if all were well.")
+@click.option("--if-possible", is_flag=True, help="If a tool is missing, say so and exit with 0.")
 @verbosely
 def compile_inner_loops(if_possible: bool, verbose: bool) -> None:
     """Compile the emulator's inner loops to C, once for these sources: twice as fast, with the same results."""

@@ -25,7 +25,7 @@ THEN: Final = {
 
 
 def complete_scenario(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Names from `marconet list` and scenario files of this folder that begin as typed; paths where none does."""
+    """Complete to names from `marconet list` and scenario files of this folder; if none fits, to paths."""
     from experiments.scenario.library import catalog
 
     files = sorted(str(file) for file in Path().glob("*.toml"))
@@ -34,7 +34,7 @@ def complete_scenario(context: click.Context, parameter: click.Parameter, incomp
 
 
 def complete_plant(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Names from `marconet fmu list` and plants in this folder that begin as typed; paths where none does."""
+    """Complete to names from `marconet fmu list` and plants in this folder; if none fits, to paths."""
     from fmus.build import own_models
 
     models = [file.parent for file in Path().glob("*/variables.toml")]
@@ -43,20 +43,23 @@ def complete_plant(context: click.Context, parameter: click.Parameter, incomplet
 
 
 def _begun(items: list[CompletionItem], incomplete: str) -> list[CompletionItem]:
-    """Names and paths are never mixed: click's script for bash drops all names when it meets a wish for paths."""
+    """Return the items that begin with `incomplete`, or else a request for paths.
+
+    Names and paths are never mixed: click's script for bash drops all names if it meets a request for paths.
+    """
     return ([item for item in items if item.value.startswith(incomplete)]
             or [CompletionItem(incomplete, type="file")])
 
 
 def script(command: click.Command, shell: str) -> str:
-    """The script that `shell` has to load."""
+    """Return the script that `shell` has to load."""
     found = get_completion_class(shell)
     assert found is not None, shell
     return found(command, {}, "marconet", VARIABLE).source()
 
 
 def install(command: click.Command, shell: str) -> str:
-    """Write the script below the home folder; returns what the user has to do yet."""
+    """Write the script below the home folder; returns its path and the step that the user has to do."""
     file = Path.home() / PLACES[shell]
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(script(command, shell), encoding="utf-8")

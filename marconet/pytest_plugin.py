@@ -4,9 +4,9 @@
     pytest scenarios/ --seeds 1,2,3       each with these seeds instead of its own
     def test_x(marconet): assert marconet("door.toml", set={"media.radio.preset": "xbee_s2c"}).holds
 
-A scenario file is collected where it, or a folder above it, is named on the command line or by the ini option
-`marconet_scenarios`. A test with the marker `@pytest.mark.seeds(1, 2, 3)` runs once with each: the fixture uses that
-seed unless the call names one.
+A scenario file is collected if the command line or the ini option `marconet_scenarios` names it or a folder above it.
+A test with the marker `@pytest.mark.seeds(1, 2, 3)` runs once with each seed, which the fixture uses unless the call
+names one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import pytest
 
-if TYPE_CHECKING:                       # else imported in the functions: pytest loads this file in any case
+if TYPE_CHECKING:                       # at run time the functions import them, as pytest always loads this file
     from marconet.running import Run
     from marconet.scenario import Scenario
 
@@ -92,7 +92,7 @@ class Violated(Exception):
 
 @pytest.fixture
 def marconet(request: pytest.FixtureRequest, tmp_path: Path) -> RunIt:
-    """Runs a scenario, by path or name or as a `marconet.Scenario`; its records are in the test's `tmp_path`."""
+    """Function that runs a scenario, given by path, name or `marconet.Scenario`, with its records in `tmp_path`."""
     from marconet import Scenario, load
     from marconet import run as run_scenario
 
@@ -123,7 +123,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 def told(run: Run) -> str:
-    """The first violated expectation with its instant, the folder of the run, and the command that repeats it."""
+    """Describe a failed run: its first violated expectation with the instant, its folder, the command to repeat it."""
     return f"{run.first_violation()}\nrecords: {run.folder}\nrepeat:  {run.repeat()}"
 
 
@@ -135,7 +135,7 @@ def _asked_for(file: Path, config: pytest.Config) -> bool:
 
 
 def _is_scenario(file: Path) -> bool:
-    """Whether the file has the tables of a scenario. One that is no TOML is taken for a scenario: its error is seen."""
+    """Whether the file has the tables of a scenario; true for one that is no TOML, so that the test shows its error."""
     try:
         return "agents" in tomllib.loads(file.read_text("utf-8", errors="replace"))
     except tomllib.TOMLDecodeError:

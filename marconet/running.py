@@ -1,4 +1,4 @@
-"""Runs a scenario from Python, and reads back what the run left in its folder."""
+"""Runs a scenario from Python, and reads the records of the run."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ class Run:
     def __init__(self, folder: Path, summary: Summary, changes: Mapping[str, Any] | None = None) -> None:
         self.folder = folder
         self._summary = summary
-        self._changes = dict(changes or {})     # of the scenario's file, by their paths
+        self._changes = dict(changes or {})     # path in the scenario's file -> value
 
     @property
     def holds(self) -> bool:
-        """Whether the run came to its end and every expectation holds."""
+        """Whether the run has not failed and every expectation holds."""
         return self._summary.holds
 
     @property
     def ledger_hash(self) -> str:
-        """The same for the same scenario and seed, on every machine and host."""
+        """Hash of the ledger, equal for the same scenario and seed on every machine and host."""
         return self._summary.ledger_hash
 
     @property
@@ -42,7 +42,7 @@ class Run:
 
     @cached_property
     def expectations(self) -> pl.DataFrame:
-        """One row for each figure of `[expect]`: key, value, min, max, holds, why (it has no value)."""
+        """One row for each figure of `[expect]`: key, value, min, max, holds, and why it has no value."""
         verdicts = self._summary.verdicts
         polars = _polars()
         frame: pl.DataFrame = polars.DataFrame(
@@ -55,7 +55,7 @@ class Run:
 
     @cached_property
     def ledger(self) -> pl.DataFrame:
-        """One row for each frame copy, columns as in docs/records.md."""
+        """One row for each frame copy, with the columns of docs/records.md."""
         from netem.records.ledger_table import read_ledger
 
         frame: pl.DataFrame = _polars().from_arrow(read_ledger(self.folder / "ledger.parquet"))
@@ -63,7 +63,7 @@ class Run:
 
     @cached_property
     def signals(self) -> Mapping[str, pl.DataFrame]:
-        """By node, and by table of derived signals: `time_ns` and one column for each signal, in its own unit."""
+        """For each node and table of derived signals: a frame with `time_ns` and a column for each signal."""
         polars = _polars()
         return {node: polars.DataFrame({"time_ns": table.time_ns} |
                                        {name: table.column(name) for name in table.names})
@@ -71,12 +71,12 @@ class Run:
 
     @cached_property
     def units(self) -> Mapping[str, Mapping[str, str]]:
-        """By node the unit of each signal, "1" for a pure number."""
+        """For each node, the unit of each signal, "1" for a pure number."""
         return {node: dict(zip(table.names, table.units, strict=True)) for node, table in self._data.signals.items()}
 
     @cached_property
     def events(self) -> pl.DataFrame:
-        """One row for each event in the order of time: time_ns, node ("" for the emulator), kind, detail, level."""
+        """One row for each event, by time: time_ns, node ("" for the emulator), kind, detail, level."""
         polars = _polars()
         events = self._data.events
         frame: pl.DataFrame = polars.DataFrame(
@@ -89,25 +89,25 @@ class Run:
 
     @property
     def counters(self) -> Mapping[str, Mapping[str, int]]:
-        """By node, the counters of its program: name and count at the end of the run."""
+        """For each node, the counters of its program at the end of the run."""
         return self._data.counters
 
     def report(self) -> Path:
-        """The page with everything about the run; written when it is first asked for."""
+        """Path of the run's report.html, which the first call writes."""
         from experiments.show.report.build import write_report
 
         page = self.folder / "report.html"
         return page if page.exists() else write_report(self.folder)
 
     def first_violation(self) -> str:
-        """The first expectation that does not hold, with its instant where it has one; "" if all hold."""
+        """Describe the failure of the run, or else its first violated expectation with its instant; "" if it holds."""
         if self._summary.failure:
             return self._summary.failure
         broken = [verdict for verdict in self._summary.verdicts if not verdict.holds]
         return self._in_words(broken[0]) if broken else ""
 
     def repeat(self) -> str:
-        """The command that makes the same run again, where the scenario is a file."""
+        """The command that repeats the run, if its scenario is a file."""
         changed = [word for path, value in self._changes.items() for word in ("--set", f"{path}={toml_text(value)}")]
         real_time = [] if self._summary.real_time is None else ["--real-time"]
         return shlex.join(["marconet", "run", str(self._data.scenario.get("path", self._summary.scenario)), "--seed",
@@ -133,7 +133,7 @@ class Run:
                 f"{self.folder}; repeat with {self.repeat()}>")
 
     def _repr_html_(self) -> str:
-        """HTML for a notebook: the signals that the report shows first, as a picture, and a table of the verdicts."""
+        """HTML for a notebook: a picture of the signals that the report shows first, and a table of the verdicts."""
         from markupsafe import escape
 
         from experiments.show.report.picture import draw
@@ -149,13 +149,13 @@ class Run:
 def run(scenario: Scenario | str | PurePath, *, host: Literal["inline", "process"] = "process",
         out: str | PurePath | None = None, report: bool = False, real_time: bool = False,
         overwrite: bool = False) -> Run:
-    """Run a scenario, or the one of that name or path, and return when it has ended.
+    """Run a scenario, given by name, path or `Scenario`, and return the run when it has ended.
 
-    `host`: "process" gives each robot a process of its own, "inline" runs all robots in this process. `out` is the
+    `host`: "process" runs each robot in a process of its own, "inline" runs all robots in this process. `out` is the
     folder of the records, by default a new one below ./runs; `overwrite` replaces the records of an earlier run there.
 
-    Raises NodeFailure if a robot's program fails, after the records up to then were written, and ValueError if `out`
-    holds another run or the scenario needs another host. A broken expectation is no error: see `Run.holds`.
+    Raises NodeFailure if a robot's program fails, after writing the records up to then, and ValueError if `out` holds
+    another run or the scenario needs another host. A violated expectation raises nothing: see `Run.holds`.
     """
     from experiments.run.runner import run as run_scenario
 

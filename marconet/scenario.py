@@ -1,4 +1,4 @@
-"""A scenario as a user of the library holds it: loaded from a file, or built from tables in Python."""
+"""The scenario class of the library: loaded from a file, or built from tables in Python."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from experiments.scenario.loader import load_tables
 
 
 class Scenario:
-    """A scenario that was checked and can be run. `run` never changes it.
+    """A checked scenario. `run` does not change it.
 
-    `tables` are the keys of a scenario file (docs/scenario.md) in Python's types: `seed`, `length_s`, `agents`,
-    `media`, `impairments`, `expect` and so on. `folder` is where its paths start and where its programs may lie.
+    `tables` are the keys of a scenario file (docs/scenario.md) with values of Python's types: `seed`, `length_s`,
+    `agents`, `media`, `impairments`, `expect` and so on. Paths in them are relative to `folder`, from which programs
+    are imported as well.
 
-    ScenarioError holds every problem found, in the words of `marconet check`.
+    Raises ScenarioError, which lists every problem found, in the words of `marconet check`.
     """
 
     def __init__(self, name: str, *, folder: str | PurePath = ".", question: str = "", **tables: Any) -> None:
@@ -28,7 +29,7 @@ class Scenario:
 
     @classmethod
     def of(cls, checked: model.Scenario, changes: dict[str, Any]) -> Scenario:
-        """The Scenario for what the loader returned; `changes` are the values that differ from its file, by path."""
+        """The Scenario for a result of the loader; `changes` maps paths in its file to the values set instead."""
         scenario = cls.__new__(cls)
         scenario.checked, scenario.changes = checked, changes
         return scenario
@@ -39,7 +40,7 @@ class Scenario:
 
     @property
     def question(self) -> str:
-        """The question in the comment that opens the file, "" if there is none."""
+        """The question in the comment at the beginning of the file, "" if there is none."""
         return self.checked.question
 
     @property
@@ -48,11 +49,11 @@ class Scenario:
 
     @property
     def length_s(self) -> float:
-        """Emulated time that a run takes [s]."""
+        """Simulated time of a run [s]."""
         return self.checked.length_ns * 1e-9
 
     def resolved(self) -> dict[str, Any]:
-        """Every table with every default filled in, times in integer nanoseconds: as in a run's `scenario.json`."""
+        """All tables with all defaults, times in integer nanoseconds, as in a run's `scenario.json`."""
         return self.checked.resolved()
 
     def __repr__(self) -> str:
@@ -62,12 +63,12 @@ class Scenario:
 
 def load(path: str | PurePath, *, set: Mapping[str, Any] | None = None,     # as --set of the command
          seed: int | None = None, length_s: float | None = None) -> Scenario:
-    """The scenario in the file `path`, or of that name in ./scenarios or in marconet's own library.
+    """Load the scenario in the file `path`, or of that name in ./scenarios or in marconet's own library.
 
     `set` replaces values by their paths, as in `{"impairments[0].loss_ratio": 0.3, "media.radio.preset": "xbee_s2c"}`;
-    `seed` and `length_s` [s] are short for two of them.
+    `seed` and `length_s` [s] replace the values of these two keys.
 
-    ScenarioError holds every problem found, in the words of `marconet check`.
+    Raises ScenarioError, which lists every problem found, in the words of `marconet check`.
     """
     source = find(Path(path) if isinstance(path, PurePath) else path)
     changes = _plain(dict(set or {}))
@@ -76,7 +77,7 @@ def load(path: str | PurePath, *, set: Mapping[str, Any] | None = None,     # as
 
 
 def toml_text(value: Any) -> str:
-    """The value written in TOML on one line, as the option `--set` takes it."""
+    """Write a value in TOML on one line, as the option `--set` takes it."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{json.dumps(key)} = {toml_text(part)}" for key, part in value.items()) + "}"
     if isinstance(value, list):
@@ -85,7 +86,7 @@ def toml_text(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """The value as TOML would have given it: tuples as lists, paths as text, NumPy's numbers as Python's."""
+    """Convert a value to the types that TOML has: tuples to lists, paths to text, NumPy's numbers to Python's."""
     if isinstance(value, Mapping):
         return {str(key): _plain(part) for key, part in value.items()}
     if isinstance(value, list | tuple):

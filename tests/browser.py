@@ -1,7 +1,7 @@
 """A headless browser for tests of pages: opens a file, runs scripts in it, clicks, resizes, takes pictures.
 
-It speaks the DevTools protocol over the browser's own pipe (`--remote-debugging-pipe`: JSON messages that end in a zero
-byte, commands into descriptor 3, answers out of 4), so that it needs no driver and no port.
+It uses the DevTools protocol over a pipe (`--remote-debugging-pipe`: JSON messages that end in a zero byte, commands on
+descriptor 3, answers on descriptor 4), so that it needs no driver and no port.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ commands, answers = (fcntl.fcntl(int(number), fcntl.F_DUPFD, 10) for number in s
 os.dup2(commands, 3)
 os.dup2(answers, 4)
 os.execv(sys.argv[3], sys.argv[3:])
-"""                     # `subprocess` gives a process no descriptors 3 and 4 of one's choice
+"""                     # `subprocess` cannot pass chosen files as descriptors 3 and 4
 
 needs_browser = pytest.mark.skipif(EXECUTABLE is None, reason=NEEDED)
 
 
 class PageError(AssertionError):
-    """A script of the page failed, or the page called for something that is not there."""
+    """A script of the page failed, a condition did not become true, or the browser did not answer in time."""
 
 
 class Browser:
-    """One page. `errors` are the uncaught exceptions and failed loads since it was opened."""
+    """One page. `errors` has the uncaught exceptions and failed or remote loads since `show`."""
 
     def __init__(self, commands: int, answers: int) -> None:
         self._commands, self._answers = commands, answers
@@ -56,7 +56,7 @@ class Browser:
             self._call(f"{domain}.enable", session=True)
 
     def show(self, page: Path, width: int = 1400, height: int = 900, *, dark: bool = False) -> None:
-        """Open `page`, wait until it is loaded and drawn. The viewport is `width` x `height` CSS pixels."""
+        """Open `page` and wait until it is loaded and drawn. The viewport is `width` x `height` CSS pixels."""
         self._call("Emulation.setDeviceMetricsOverride", session=True, width=width, height=height, deviceScaleFactor=1,
                    mobile=False)
         self._call("Emulation.setEmulatedMedia", session=True,
@@ -68,7 +68,7 @@ class Browser:
         self.settle()
 
     def run(self, script: str) -> Any:
-        """The value of a JavaScript expression; a promise is awaited."""
+        """Return the value of a JavaScript expression, or of its promise; raises PageError if it throws."""
         answer = self._call("Runtime.evaluate", session=True, expression=script, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in answer:
             details = answer["exceptionDetails"]
@@ -76,7 +76,7 @@ class Browser:
         return answer["result"].get("value")
 
     def until(self, condition: str) -> None:
-        """Wait until a JavaScript expression is true."""
+        """Wait until a JavaScript expression is true; raises PageError after `TIMEOUT_S`."""
         end_s = time.monotonic() + TIMEOUT_S
         while not self.run(f"Boolean({condition})"):
             if time.monotonic() > end_s:
@@ -87,7 +87,7 @@ class Browser:
         self.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))")
 
     def click(self, selector: str) -> None:
-        """Where the pointer of a user would click: in the middle of the element, which has to be on top there."""
+        """Click in the middle of an element, as a user would; nothing may cover the element there."""
         place = self.run(f"""(() => {{
             const element = document.querySelector({json.dumps(selector)});
             if (!element) return null;
@@ -151,7 +151,7 @@ class Browser:
 
 @contextmanager
 def browser(profile: Path) -> Iterator[Browser]:
-    """A browser with an empty profile in the folder `profile`; it ends with the block."""
+    """Start a browser with an empty profile in the folder `profile`; it ends with the `with` block."""
     assert EXECUTABLE is not None, NEEDED
     command_read, command_write = os.pipe()
     answer_read, answer_write = os.pipe()

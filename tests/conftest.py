@@ -1,7 +1,9 @@
-"""How the tests run: on the sources, unless MARCONET_COMPILED=1 asks for the compiled modules; a busy machine makes no
-property fail; signals that a background job ignores (Ctrl-C after `&`, a hang-up after `nohup`) are not ignored by the
-programs under test; and with `--fail-on-skip` (`make test-all`) a test that lacks a tool fails instead of being
-skipped.
+"""Settings of all tests.
+
+- They run on the sources, or with MARCONET_COMPILED=1 on the compiled modules.
+- Property tests have no deadline, so that they pass on a busy machine.
+- Programs under test do not ignore the signals that a background job ignores (Ctrl-C after `&`, hang-up after `nohup`).
+- With `--fail-on-skip` (`make test-all`) a test that lacks a tool fails instead of being skipped.
 """
 
 from __future__ import annotations
@@ -19,11 +21,11 @@ import experiments  # reads the variable
 if os.environ["MARCONET_COMPILED"] == "1":
     assert experiments.CODE == "compiled", experiments.CODE
 
-# A process inherits what its parent ignores; what its parent handles is the default again after `exec`.
+# A process inherits its parent's ignored signals; a signal that the parent handles has its default again after `exec`.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
-    signal.signal(signal.SIGHUP, lambda *_: None)       # the tests themselves live on
+    signal.signal(signal.SIGHUP, lambda *_: None)       # the tests themselves go on
 
 settings.register_profile("marconet", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("marconet")

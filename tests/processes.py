@@ -1,4 +1,4 @@
-"""Processes as /proc shows them. One may end between the opening of its file and the reading of it."""
+"""Looks processes up in /proc. A process may end between the opening and the reading of its file."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def alive(pid: int | str) -> bool:
-    """Whether the process is there, and no zombie."""
+    """Whether the process exists and is no zombie."""
     try:
         return Path(f"/proc/{pid}/stat").read_text(errors="replace").rpartition(")")[2].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):
@@ -14,7 +14,7 @@ def alive(pid: int | str) -> bool:
 
 
 def children(pid: int | str) -> list[int]:
-    """The processes that `pid` has started and that are there; none once it has ended."""
+    """Ids of the child processes of `pid`; none if it has ended."""
     try:
         return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
     except (FileNotFoundError, ProcessLookupError):

@@ -1,4 +1,4 @@
-"""Processes of our own: started, waited for with a limit, and ended by their own handles whatever happens."""
+"""Starts child processes, waits for them with a time limit, and ends them by their handles in any case."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ GRACE_S = 5.0
 
 
 class Stuck(Exception):
-    """A process did not end in time, or ended badly."""
+    """A process did not end in time, or ended with an error."""
 
 
 @contextmanager
 def children(commands: Sequence[Sequence[str]]) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Start `python -m <command>` for each command; on leaving the block, none of them is left."""
+    """Start `python -m <command>` for each command; all have ended when the `with` block has."""
     started: list[subprocess.Popen[bytes]] = []
     try:
         for command in commands:
@@ -37,15 +37,18 @@ def children(commands: Sequence[Sequence[str]]) -> Iterator[list[subprocess.Pope
 
 
 def leave_on_sigterm() -> None:
-    """Make SIGTERM leave every `with` block on its way out, as Ctrl-C does."""
+    """Make SIGTERM raise an exception, as Ctrl-C does, so that every `with` block is left."""
     def leave(number: int, _: object) -> None:
         sys.exit(128 + number)
     signal.signal(signal.SIGTERM, leave)
 
 
 def wait_for_all(started: Sequence[subprocess.Popen[bytes]], limit_s: float, is_done: Callable[[int], bool]) -> None:
-    """Wait until every process has ended; raises `Stuck` at the first that has not, or that ended badly before its work
-    was done. A process that breaks while it clears up afterwards has done its work."""
+    """Wait until every process has ended.
+
+    Raises `Stuck` for one that has not ended within `limit_s`, or that failed before its work was done. A process that
+    fails in its clean-up afterwards has done its work.
+    """
     deadline_s = time.monotonic() + limit_s
     for index, child in enumerate(started):
         try:

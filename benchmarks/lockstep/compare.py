@@ -1,14 +1,14 @@
-"""The ring in marconet, HELICS and mosaik side by side, interleaved (A B C A B C), each run in fresh processes.
+"""Compares the ring in marconet, HELICS and mosaik, interleaved (A B C A B C), each run in new processes.
 
     python -m benchmarks.lockstep.compare                                  # about four minutes on two cores
     python -m benchmarks.lockstep.compare --sizes 2 5 --repeats 5 --out figures.json
 
-Prints medians over the repeats and writes every single run, with the load average before it, as JSON. "ours" is how
-many times as many windows per second marconet gets through. The work is defined in `ring.py`, the peers' settings in
-`helics_ring.py` and `mosaik_ring.py`. The goal: ahead of HELICS (TCP core) and mosaik at every size.
+Prints medians over the repeats and writes every run, with the load average before it, as JSON. "ours" is marconet's
+number of windows per second divided by the peer's. `ring.py` defines the work, `helics_ring.py` and `mosaik_ring.py`
+have the peers' settings. The goal is to be ahead of HELICS (TCP core) and mosaik at every size.
 
-"HELICS ring only" waits for neighbours only, less than the work asks for (its lead is above 0), and is therefore shown
-beside the goal. mosaik does so too, but has no other way.
+"HELICS ring only" waits for neighbours only, less than the work requires (its lead is above 0), so it is not part of
+the goal. mosaik does so too, and has no other mode.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from benchmarks.lockstep.children import GRACE_S
 
 GRANTS_PER_RUN = 8_000
 WARM_UP_SHARE = 10                  # one window in ten
-STOP_SPARE_S = 60.0                 # start-up and shut-down, on top of the limit for the turns
+STOP_SPARE_S = 60.0                 # for start-up and shut-down, in addition to the limit for the turns
 PACKAGES = ("marconet", "eclipse-zenoh", "helics", "mosaik")
 
 
@@ -45,7 +45,7 @@ class Contender:
     module: str
     needs: str                      # the package that has to be installed
     options: tuple[str, ...] = ()
-    goal: bool = False              # the figure to meet names it
+    goal: bool = False              # whether the goal is to be ahead of it
 
 
 OURS = Contender("marconet", "benchmarks.lockstep.marconet_ring", "zenoh")
@@ -69,11 +69,11 @@ class Run:
     windows_per_s: float = 0.0
     lead_windows: int = 0
     settings: str = ""
-    problem: str = ""               # why there is no figure, "" if there is one
+    problem: str = ""               # reason why there is no figure, "" if there is one
 
 
 def run_once(contender: Contender, nodes: int, windows: int, repeat: int, limit_s: float) -> Run:
-    """One run in a process group of its own, which is ended as a whole if the run does not end by itself."""
+    """Run a contender in a process group of its own, which is killed as a whole if the run does not end in time."""
     load = os.getloadavg()[0]
     if find_spec(contender.needs) is None:
         return Run(contender.title, nodes, windows, repeat, load, problem="not installed")
@@ -97,7 +97,7 @@ def run_once(contender: Contender, nodes: int, windows: int, repeat: int, limit_
 
 
 def end_group(child: subprocess.Popen[str]) -> None:
-    """End what is left of the child's process group: the child itself and the nodes that it started."""
+    """Kill the child's process group: the child and the nodes that it started, as far as they still run."""
     for number in (signal.SIGTERM, signal.SIGKILL):
         try:
             os.killpg(child.pid, number)
@@ -157,7 +157,7 @@ def table(runs: Sequence[Run], sizes: Sequence[int]) -> Table:
 
 
 def verdict(runs: Sequence[Run], sizes: Sequence[int]) -> str:
-    """Where we are behind a peer that the goal names; a void run of ours or no peer to compare with is no success."""
+    """Name the peers and sizes at which the goal is missed; a void run of marconet, or no peer, is no success."""
     void = sorted({run.nodes for run in runs if run.contender == OURS.title and run.problem})
     if void:
         return f"void: marconet has no figure for some runs at {', '.join(map(str, void))} nodes"

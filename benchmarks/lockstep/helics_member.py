@@ -1,7 +1,7 @@
 """One node of the ring as a HELICS message federate: `python -m benchmarks.lockstep.helics_member <json>`.
 
-Time is counted in windows. HELICS hands over, with the grant of time t, the messages stamped before t, so what is
-sent at time k comes with the grant of k + 1, never with that of k.
+Time is counted in windows. With the grant of time t HELICS delivers the messages stamped before t, so a message of time
+k comes with the grant of k + 1, never with that of k.
 """
 
 from __future__ import annotations

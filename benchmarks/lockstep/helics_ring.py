@@ -1,22 +1,22 @@
-"""The ring in HELICS 3.6: message federates, one process and one core each, one broker, all on 127.0.0.1.
+"""Runs the ring in HELICS 3.6: message federates, one process and one core each, one broker, all on 127.0.0.1.
 
     python -m benchmarks.lockstep.helics_ring --nodes 5 --windows 2000 --variant tcp
 
-Settings, chosen to be kind to HELICS:
-- period 1 window, UNINTERRUPTIBLE, WAIT_FOR_CURRENT_TIME_UPDATE off, no logging anywhere;
-- one `helicsFederateRequestTime` per node and window; what is sent at time k is handed over with the grant of k + 1;
-- the heartbeat stays on (one message in 5 s): without it, nodes whose broker was killed would never end;
-- the broker runs in the coordinating process, in HELICS' own threads, which does nothing else meanwhile.
+Settings, chosen in favour of HELICS:
+- period 1 window, UNINTERRUPTIBLE, WAIT_FOR_CURRENT_TIME_UPDATE off, no logging;
+- one `helicsFederateRequestTime` per node and window; HELICS delivers a message of time k with the grant of k + 1;
+- the heartbeat stays on (one message in 5 s), as nodes whose broker was killed would otherwise never end;
+- the broker runs in HELICS' own threads of the coordinating process, which does nothing else meanwhile.
 
-Variants (core type, how endpoints are tied, who coordinates time) are in `VARIANTS`. With `tcp` and `tcp_ss` any
-endpoint may send to any other, so HELICS synchronizes all with all: the work as defined. With `targeted` endpoints it
-knows the ring and waits for neighbours only: less work, nodes run apart (see the lead).
+`VARIANTS` has the core types, kinds of endpoints and coordinators of time. With `tcp` and `tcp_ss` any endpoint may
+send to any other, so HELICS synchronizes all nodes with all: the work as defined. With `targeted` endpoints it knows
+the ring and waits for neighbours only: this is less work, and nodes may be windows apart (see the lead).
 
-HELICS' own threads sometimes abort a node at its very end on an overloaded machine; the turns are done by then, so
-the figure stands.
+On an overloaded machine HELICS' threads sometimes abort a node at its end; its turns are done by then, so the figure is
+valid.
 
-Tried and slower or no quicker: an output delay as lookahead, RESTRICTIVE_TIME_POLICY, single-threaded federates and
-cores; EVENT_TRIGGERED does not end with targeted endpoints.
+Tried, and not faster: an output delay as lookahead, RESTRICTIVE_TIME_POLICY, single-threaded federates and cores.
+EVENT_TRIGGERED does not end with targeted endpoints.
 """
 
 from __future__ import annotations
@@ -57,9 +57,9 @@ VARIANTS = {
 
 
 def free_ports(nodes: int) -> int:
-    """A port for the broker such that those that it gives to its cores (every second one from 10 above) are free too.
+    """Find a port for the broker such that the ports of its cores (every second one from 10 above) are free too.
 
-    Below the range from which Linux takes ports for outgoing connections, which come and go on a busy machine.
+    It lies below the range from which Linux takes ports for outgoing connections, which a busy machine uses at random.
     """
     for _ in range(100):
         first = random.randrange(10_000, 30_000)

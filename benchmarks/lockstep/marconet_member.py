@@ -1,6 +1,6 @@
 """One node of the ring as a marconet node: `python -m benchmarks.lockstep.marconet_member`, started by `ProcessHost`.
 
-The link takes one window: what is handed out at the instant of window k is heard at that of window k + 1.
+The link has a latency of one window: a frame sent at the instant of window k is delivered at that of window k + 1.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MEDIUM = "ring"
 
 
 class MarconetMember(msgspec.Struct):
-    """What the process is told, as JSON."""
+    """The specification of the node's process, as JSON."""
 
     index: int
     task: Task

@@ -1,10 +1,10 @@
-"""The ring in marconet: one process per node, grants and reports over Zenoh on 127.0.0.1.
+"""Runs the ring in marconet: one process per node, grants and reports over Zenoh on 127.0.0.1.
 
     python -m benchmarks.lockstep.marconet_ring --nodes 5 --windows 2000
 
-Everything of a run is there except files: conductor, process host, links and a ledger that closes every copy and
-checks conservation. Only the medium is the benchmark's own: `RingLink`, point to point, with one window of latency.
-Windows are global, so the lead is 0.
+It has all parts of a run except files: conductor, process host, links, and a ledger that closes every copy and checks
+conservation. Only the medium is the benchmark's own: `RingLink`, point to point, with one window of latency. Windows
+are global, so the lead is 0.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ WINDOW_NS = 1_000_000
 
 
 class RingLink:
-    """Medium: what node i hands out reaches node i + 1 after `latency_ns`, unharmed."""
+    """A medium that carries each frame of node i to node i + 1 in `latency_ns`, without loss."""
 
     name = MEDIUM
 
@@ -56,7 +56,7 @@ class RingLink:
         return t0_ns + self._latency_ns
 
     def finish(self, end_ns: int) -> None:
-        """Nothing is ever queued: the links know every copy from the start."""
+        """Do nothing: the medium queues no frame."""
 
 
 def run(task: Task, variant: str = "zenoh", limit_s: float = 120.0) -> Figure:

@@ -1,7 +1,7 @@
 """One node of the ring as a mosaik simulator; mosaik starts `python -m benchmarks.lockstep.mosaik_member HOST:PORT`.
 
-One mosaik time step is one window. mosaik asks twice per node and window: `step` (what came in, window done) and
-`get_data` (what goes out), both as JSON over TCP; the turn ends when the second is answered.
+One mosaik time step is one window. mosaik makes two requests per node and window, as JSON over TCP: `step` with the
+messages received, and `get_data` for those to send; the turn ends with the answer to the second.
 """
 
 from __future__ import annotations
@@ -48,5 +48,5 @@ class MosaikMember(mosaik_api_v3.Simulator):
 
 
 if __name__ == "__main__":
-    with suppress(EndOfRequests):       # mosaik gave up and says so itself
+    with suppress(EndOfRequests):       # mosaik has ended the run, and reports it itself
         mosaik_api_v3.start_simulation(MosaikMember(), configure_logging=False)

@@ -1,14 +1,14 @@
-"""The ring in mosaik 3.6: one remote simulator (`cmd`, TCP on 127.0.0.1) with one entity per node.
+"""Runs the ring in mosaik 3.6: one remote simulator (`cmd`, TCP on 127.0.0.1) with one entity per node.
 
     python -m benchmarks.lockstep.mosaik_ring --nodes 5 --windows 2000 --variant eager
 
-Settings, chosen to be kind to mosaik:
-- time-based simulators, each connected to its neighbour with `time_shifted=True` and empty initial data: mosaik hands
-  over in step k what was produced in step k - 1;
-- no progress bar, debug off, no logging, real-time factor off; the cache is on (mosaik 3.6 has no way to run without);
-- `lazy_stepping` is the variant: mosaik's default holds a simulator until its successor has caught up (`lazy`), without
-  it a simulator steps as soon as its input is there (`eager`). Either way mosaik waits for neighbours only, so nodes
-  on far sides of the ring run some windows apart (the lead).
+Settings, chosen in favour of mosaik:
+- time-based simulators, each connected to its neighbour with `time_shifted=True` and empty initial data: in step k
+  mosaik delivers the data of step k - 1;
+- no progress bar, debug off, no logging, real-time factor off; the cache is on (mosaik 3.6 cannot run without it);
+- `lazy_stepping` is the variant: by default mosaik holds a simulator until its successor has caught up (`lazy`);
+  otherwise a simulator steps as soon as its input is there (`eager`). In both mosaik waits for neighbours only, so
+  nodes on opposite sides of the ring are some windows apart (the lead).
 """
 
 from __future__ import annotations
@@ -48,8 +48,10 @@ async def _run(task: Task, folder: str, lazy_stepping: bool) -> None:
 
 
 def run(task: Task, variant: str = "eager", limit_s: float = 120.0) -> Figure:
-    """Gives up after `limit_s` by ending this process: mosaik cannot be cancelled in a turn, its shutdown then waits
-    for ever. The simulators end when their connection does."""
+    """Run the task; after `limit_s` end this process, as mosaik cannot be cancelled within a turn.
+
+    Its shutdown would wait for ever. The simulators end when their connections close.
+    """
     with tempfile.TemporaryDirectory(prefix="lockstep_mosaik_") as folder:
         def give_up(*_: object) -> None:
             print(f"mosaik: no end after {limit_s:.0f} s", file=sys.stderr, flush=True)

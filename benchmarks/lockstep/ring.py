@@ -1,6 +1,6 @@
-"""The work that every system under test does, and how it is timed and judged. The same code for all of them.
+"""The work that every system under test does, with its timing and judging; the code is the same for all of them.
 
-    window k of node i:  receive what node i-1 handed out in window k-1  ->  check it  ->  hand out 40 bytes to node i+1
+    window k of node i:  receive the message that node i-1 sent in window k-1, check it, send 40 bytes to node i+1
 
 Every node is its own OS process and stamps the start and the end of its own turns with the machine's monotonic clock,
 which all processes share. Window k has begun when the last node has begun it:
@@ -8,11 +8,12 @@ which all processes share. Window k has begun when the last node has begun it:
     begun(k) = max over nodes of start(k)
     windows/s = (K - 1 - W) / (begun(K - 1) - begun(W))         K windows 0 .. K - 1, the first W of them warm-up
 
-so start-up, warm-up and shut-down are outside. `lead` is the most earlier windows that were unfinished somewhere when
-a node began one: 0 means that nobody began a window before all had finished the one before. A system that synchronizes
-neighbours only shows more, does less work and may be quicker for it.
+so start-up, warm-up and shut-down do not count. `lead` is the largest number of earlier windows that some node had not
+finished when a node began one: 0 means that no node began a window before all had finished the one before. A system
+that synchronizes neighbours only has a larger lead, does less work, and may be faster.
 
-A message that is missing, late, early, doubled or altered, and a turn too few or too many, void the figure.
+A message that is missing, late, early, duplicated or altered makes the figure void, and so does a turn too few or too
+many.
 
 Not measured: start-up, memory, computation of a node, more than one message per node and window.
 """
@@ -35,7 +36,7 @@ class VoidFigure(Exception):
 
 @dataclass(frozen=True)
 class Task:
-    """How much of the work to do. Windows before `warm_up` are run and checked, but not timed."""
+    """The amount of work. Windows before `warm_up` are run and checked, but not timed."""
 
     nodes: int
     windows: int
@@ -63,13 +64,13 @@ class Figure:
 
 
 def message(sender: int, window: int) -> bytes:
-    """40 printable bytes, so that a protocol made of text carries them without a detour."""
+    """40 printable bytes, so that text protocols need no further encoding."""
     return b"%010d%030d" % (sender, window)
 
 
 @dataclass
 class Member:
-    """One node's share. Call `turn` once per window, then `finished` when the message is handed out."""
+    """One node's part of the work. Call `turn` once per window, then `finished` when the message has been sent."""
 
     index: int
     task: Task
@@ -78,7 +79,7 @@ class Member:
     fault: str = ""
 
     def turn(self, received: Sequence[bytes]) -> bytes:
-        """Check what came in for this window, and build what goes out. Nothing comes in for the first window."""
+        """Check the messages received for this window, none for the first, and return the message to send."""
         window = len(self.starts_ns)
         self.starts_ns.append(time.monotonic_ns())
         expected = [message((self.index - 1) % self.task.nodes, window - 1)] if window else []
@@ -94,19 +95,19 @@ class Member:
         return len(self.ends_ns) >= self.task.windows
 
     def save(self, folder: Path) -> None:
-        """Write the turns; under another name first, so that a half-written file is never read."""
+        """Write the turns, first under another name, so that nobody reads an incomplete file."""
         unfinished = folder / f"{self.index}.part"
         unfinished.write_text(json.dumps([self.fault, self.starts_ns, self.ends_ns]))
         unfinished.rename(record(folder, self.index))
 
 
 def record(folder: Path, index: int) -> Path:
-    """Where node `index` leaves its turns; the file is there when they are all done."""
+    """Path of the file with the turns of node `index`; it exists when all turns are done."""
     return folder / f"{index}.json"
 
 
 def judge(system: str, task: Task, folder: Path, settings: str) -> Figure:
-    """The figure from what the members saved in `folder`; raises `VoidFigure` if the work was not done as defined."""
+    """Compute the figure from the files in `folder`; raises `VoidFigure` if the work was not done as defined."""
     starts: list[list[int]] = []
     ends: list[list[int]] = []
     for index in range(task.nodes):

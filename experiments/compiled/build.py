@@ -1,6 +1,6 @@
 """Compiles the modules into the cache: `marconet compile`.
 
-It takes mypy and setuptools (the extra `compiled`), a C compiler, and the headers of this Python.
+It needs mypy and setuptools (the extra `compiled`), a C compiler, and the headers of this Python.
 """
 
 from __future__ import annotations
@@ -24,13 +24,16 @@ NEEDED: Final = ("mypyc", "setuptools")
 
 
 class CannotCompile(Exception):
-    """Something that compiling takes is missing or failed; marconet works without, at about half the speed."""
+    """A tool for compiling is missing or failed. marconet runs without compiled modules, at about half the speed."""
 
     exit_code = 2
 
 
 def compile_modules() -> Path:
-    """The folder with the compiled modules, made if it is not there yet, or not whole any more."""
+    """Return the folder with the compiled modules; compiles them if it is missing or incomplete.
+
+    Raises `CannotCompile`.
+    """
     folder = compiled_folder()
     if folder.is_dir() and not damage_in(folder) and not found_in(folder):
         shutil.rmtree(folder, ignore_errors=True)

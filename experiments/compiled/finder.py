@@ -1,4 +1,4 @@
-"""Lets `import` find the compiled modules, if there are any for the sources as they are."""
+"""Lets `import` find the compiled modules, if there are any for the present sources."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class CompiledModules:
 
 
 def use_compiled() -> str:
-    """Use the compiled modules from now on if possible; returns "compiled", or "interpreted: " and why."""
+    """Use the compiled modules from now on if possible; returns "compiled", or "interpreted: " and the reason."""
     if os.environ.get("MARCONET_COMPILED") == "0":
         return "interpreted: MARCONET_COMPILED=0"
     if early := [name for name in MODULES if name in sys.modules]:

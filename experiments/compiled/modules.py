@@ -1,4 +1,4 @@
-"""Which modules are compiled, and under which name the result is kept."""
+"""Names the modules that are compiled, and the folder that keeps the result."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fmus.cache import cache_folder
 
 ROOT: Final = Path(__file__).parents[2]
 PACKAGES: Final = ("agents", "firmware_sim", "fmus", "netem")
-LAYOUT: Final = 2       # counts changes of `build` that change what it builds
+LAYOUT: Final = 2       # raised when a change of `build` changes its result
 MODULES: Final = (
     "fmus.plant",
     "netem.core.agenda",
@@ -56,10 +56,10 @@ def file_of(module: str) -> str:
 
 
 def compiled_folder() -> Path:
-    """Where the result for the sources as they are now is kept, or would be.
+    """Return the folder for the result of the present sources, whether it exists or not.
 
-    A compiled module trusts what the annotations of all the others say, so every source of the packages counts.
-    OSError if one of them cannot be read.
+    Compiled code relies on the annotations of the modules it uses, so the name depends on all sources of the packages.
+    Raises OSError if one of them cannot be read.
     """
     python = f"{sys.implementation.cache_tag} {get_platform()} {EXTENSION_SUFFIXES[0]}"
     digest = blake2b(f"{LAYOUT} {python} {MODULES}".encode(), digest_size=8)
@@ -71,7 +71,7 @@ def compiled_folder() -> Path:
 
 
 def found_in(folder: Path) -> dict[str, Path]:
-    """The extension modules below `folder` by name; empty unless all are there."""
+    """Map the names of the extension modules below `folder` to their files; empty unless all are there."""
     suffix = EXTENSION_SUFFIXES[0]
     files = {".".join(file.relative_to(folder).parts).removesuffix(suffix): file
              for file in folder.rglob(f"*{suffix}") if file.stat().st_size}

@@ -1,7 +1,7 @@
-"""One call of mypyc in a process of its own: `python -m experiments.compiled.translate FOLDER`, from the folder above
-the packages.
+"""Calls mypyc: `python -m experiments.compiled.translate FOLDER`, run in the folder above the packages.
 
-A process of its own, since mypyc ends the process for an error, and setuptools has its say in the modules of Python.
+`build` runs it in a process of its own, since mypyc ends the process at an error, and setuptools replaces modules of
+Python.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from setuptools import Distribution, Extension
 
 from experiments.compiled.modules import EXTENSIONS, MODULES, file_of
 
-# Types are checked by `make lint`, with stubs that a user need not have.
+# `make lint` checks types, with stubs that a user need not have.
 MYPY = ("--config-file=", "--ignore-missing-imports")
 
 

@@ -1,1 +1,1 @@
-"""Judging. In: the records of a run. Out: its figures, and the verdicts on `[expect]` and on its guarantees."""
+"""Judges a run. In: its records. Out: its figures, and the verdicts on `[expect]` and on its guarantees."""

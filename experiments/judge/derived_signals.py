@@ -1,7 +1,7 @@
-"""Signals that are worked out from recorded ones after the run, such as the error between two robots.
+"""Computes signals from recorded ones after the run, such as the error between two robots.
 
-A function gets one array for each signal named in `of`, samples at the same instants, and the parameters; it gives one
-array for each of its own signals. What cannot be worked out is named, not raised: the run itself is whole.
+A function gets an array for each signal that `of` names, sampled at the same instants, and its parameters; it returns
+an array for each of its own signals. A signal that cannot be computed is listed as missing and raises nothing.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ Floats = NDArray[np.float64]
 
 
 class NotDerivable(Exception):
-    """Why a derived signal cannot be worked out."""
+    """A derived signal cannot be computed; the message has the reason."""
 
 
 def derive(declared: Mapping[str, Json], recorded: Mapping[str, SignalTable], folder: Path,
            missing: list[str]) -> dict[str, SignalTable]:
-    """The recorded tables and one more for each of `declared`, in order: a later one may use an earlier one.
+    """Return the recorded tables and one for each of `declared`, in order, so that later ones may use earlier ones.
 
-    Raises nothing; a line in `missing` names what could not be worked out.
+    Raises nothing; a line is added to `missing` for each table that cannot be computed.
     """
     tables = dict(recorded)
     for name, table in declared.items():

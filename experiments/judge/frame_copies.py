@@ -1,12 +1,12 @@
-"""The frame copies of a run as figures need them: one NumPy array per column of the ledger, one row per copy.
+"""The frame copies of a run for computing figures: one NumPy array per column of the ledger, one row per copy.
 
 Text columns are codes into a tuple of sorted names, so that codes compare as the names do. `link` has (medium, sender,
-receiver) as its names. Links and fates are kept, a few bytes per copy; any other column is read whenever it is asked
-for, so that memory holds the columns of one figure and not of all. `by_link` gives the rows link after link in portions
+receiver) as its names. Links and fates are kept in memory, a few bytes per copy; any other column is read each time it
+is requested, so that memory holds the columns of one figure only. `by_link` yields the rows link after link in portions
 of bounded size, so that a figure over millions of copies needs little memory of its own.
 
 Invariants:
-- rows stand in the order of the ledger, also in a selection;
+- rows are in the order of the ledger, also in a selection by mask;
 - every instant is an int64 in nanoseconds. Products of two instants do not fit: convert before multiplying.
 """
 
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from netem.core.fate import Fate
 from netem.records.ledger import COLUMNS, Row
 
-if TYPE_CHECKING:                       # `check` knows the kinds of guarantees without a ledger to read
+if TYPE_CHECKING:                       # the command `check` needs the kinds of guarantees and reads no ledger
     import pyarrow as pa
 
     Read = Callable[[Sequence[str]], pa.Table]
@@ -35,23 +35,23 @@ Mask = NDArray[np.bool_]
 
 LINK = ("medium", "sender", "receiver")
 DELIVERED = Fate.DELIVERED.value
-PORTION = 1 << 17               # rows that `by_link` gives at a time, more if one link has more
-LARGEST_TABLE = 1 << 22         # of combinations of names that are numbered by a table instead of by sorting
+PORTION = 1 << 17               # most rows in a portion of `by_link`, unless one link has more
+LARGEST_TABLE = 1 << 22         # most combinations of names that a table numbers; more are sorted
 
 
 class LedgerUnreadable(OSError):
-    """A ledger file that can be opened, of which a column cannot be read."""
+    """A column of a ledger file cannot be read, though the file can be opened."""
 
 
 @dataclass(frozen=True)
 class Coded:
-    """A column of few different values: row k has the value `names[codes[k]]`."""
+    """A column with few different values: row k has the value `names[codes[k]]`."""
 
     codes: Codes
     names: tuple[Any, ...]
 
     def among(self, *names: str) -> Mask:
-        """Where the value is one of `names`."""
+        """Mask of the rows whose value is one of `names`."""
         wanted = np.array([name in names for name in self.names], dtype=np.bool_)
         return wanted[self.codes] if wanted.any() else np.zeros(self.codes.size, dtype=np.bool_)
 
@@ -59,11 +59,11 @@ class Coded:
         return [self.names[code] for code in self.codes.tolist()]
 
     def used(self) -> list[Any]:
-        """The names that at least one row has."""
+        """The names that occur in at least one row."""
         return [name for name, rows in zip(self.names, self.counts().tolist(), strict=True) if rows]
 
     def counts(self) -> Ints:
-        """Rows per name."""
+        """Number of rows with each name."""
         return np.bincount(self.codes, minlength=len(self.names))
 
     def __getitem__(self, rows: Any) -> Coded:
@@ -71,7 +71,7 @@ class Coded:
 
 
 class Portion(NamedTuple):
-    """All copies of the links [first, end): their rows, link after link, each link's in the order of the ledger."""
+    """The rows of all copies on the links [first, end), by link, then in the order of the ledger."""
 
     first: int
     end: int
@@ -79,7 +79,7 @@ class Portion(NamedTuple):
 
 
 class FrameCopies:
-    """`ints` and `coded` give a column by its name; `count` is the number of rows."""
+    """`ints` and `coded` return a column by its name; `count` is the number of rows."""
 
     def __init__(self, count: int, ints: Callable[[str], Ints], coded: Callable[[str], Coded]) -> None:
         self._count = count
@@ -88,8 +88,10 @@ class FrameCopies:
 
     @staticmethod
     def of_file(path: Path) -> FrameCopies:
-        """The copies of a ledger file: names are read at once, the rest when asked for. Raises FileNotFoundError and
-        LedgerUnreadable, which reading a column may raise later."""
+        """The copies in a ledger file. Links are read at once, other columns when they are requested.
+
+        Raises FileNotFoundError, or LedgerUnreadable, which a column requested later may raise as well.
+        """
         import pyarrow as pa
 
         from netem.records.ledger_table import read_ledger
@@ -110,7 +112,7 @@ class FrameCopies:
 
     @staticmethod
     def of_rows(rows: Sequence[Row]) -> FrameCopies:
-        """As an in-memory `Ledger` has them."""
+        """The copies in the rows of a `Ledger` in memory."""
         import pyarrow as pa
 
         columns = zip(*rows, strict=True) if rows else [()] * len(COLUMNS)
@@ -135,7 +137,7 @@ class FrameCopies:
         return self.fate.among(DELIVERED)
 
     def end_of(self, *, medium: str | None = None, sender: str | None = None, receiver: str | None = None) -> Mask:
-        """The rows of links with these names."""
+        """Mask of the rows on links with these names."""
         wanted = (medium, sender, receiver)
         chosen = np.array([all(want is None or want == name for want, name in zip(wanted, link, strict=True))
                            for link in self.link.names], dtype=np.bool_)
@@ -147,7 +149,7 @@ class FrameCopies:
         return self.taken(mask if fate is None else mask & self.fate.among(fate))
 
     def taken(self, rows: Mask | NDArray[np.integer[Any]]) -> FrameCopies:
-        """These rows alone: a mask, or indices in the order that is wanted."""
+        """The selected rows: `rows` is a mask, or indices in the wanted order."""
         chosen = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows
 
         def coded(name: str) -> Coded:
@@ -157,6 +159,7 @@ class FrameCopies:
         return FrameCopies(chosen.size, lambda name: self.ints(name)[chosen], coded)
 
     def by_link(self) -> Iterator[Portion]:
+        """Yield the rows of all links in portions of at most `PORTION` rows, or of one link."""
         ends = np.cumsum(self.link.counts())
         order = self._order
         first, start = 0, 0
@@ -167,18 +170,18 @@ class FrameCopies:
 
     @cached_property
     def _order(self) -> Ints:
-        """Rows sorted by link; equal ones stay in order."""
+        """Row indices sorted by link, then in the order of the ledger."""
         return np.argsort(self.link.codes, kind="stable")
 
 
 def smallest(codes: NDArray[np.integer[Any]], names: int) -> Codes:
-    """As unsigned integers just large enough: NumPy sorts those of 16 bits in linear time."""
+    """Convert codes to the smallest unsigned type for so many names: NumPy sorts up to 16 bits in linear time."""
     kind = np.uint8 if names <= 1 << 8 else np.uint16 if names <= 1 << 16 else np.uint32
     return codes.astype(kind)
 
 
 def combined(columns: Sequence[Coded]) -> Coded:
-    """One column whose values are the tuples of those of `columns` that occur, in the order of the names."""
+    """Combine columns into one, whose values are the tuples of their values that occur, in the order of the names."""
     sizes = [max(1, len(column.names)) for column in columns]
     keys = np.zeros(columns[0].codes.size, dtype=np.int64)
     for column, size in zip(columns, sizes, strict=True):

@@ -1,4 +1,4 @@
-"""Rows of arrays that belong together: groups are runs of equal rows in sorted columns."""
+"""Groups of array rows: runs of equal rows in sorted columns."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Ints = NDArray[np.int64]
 
 
 def new_group(*columns: NDArray[np.integer[Any]]) -> NDArray[np.bool_]:
-    """Where a row differs from the one before it in any column; the first row does."""
+    """Mask of the rows that differ from the one before in any column, and of the first row."""
     starts = np.zeros(columns[0].size, dtype=np.bool_)
     starts[:1] = True
     for column in columns:
@@ -20,11 +20,11 @@ def new_group(*columns: NDArray[np.integer[Any]]) -> NDArray[np.bool_]:
 
 
 def largest_so_far(group: Ints, values: Ints) -> Ints:
-    """The running maximum of `values` within each group. Equal values of `group` stand together."""
+    """The running maximum of `values` within each group. Rows with equal values of `group` are adjacent."""
     starts = new_group(group)
     if not ((values[1:] < values[:-1]) & ~starts[1:]).any():
         return values
-    # ranks stand for the values: what keeps groups apart is then below rows squared, however large the values are
+    # ranks replace the values, so that the offset between groups is below rows squared, however large the values are
     order = np.argsort(values, kind="stable")
     rank = np.empty_like(order)
     rank[order] = np.arange(order.size)

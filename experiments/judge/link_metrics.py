@@ -1,20 +1,20 @@
-"""What the ledger says about links and senders: age of information, losses in a row, times between transmissions.
+"""Figures of links and senders from the ledger: age of information, successive losses, times between transmissions.
 
 A link is (medium, sender, receiver). Its age of information at time t is t minus the instant at which the newest frame
-delivered by t was handed out (Kaul, Yates, Gruteser 2012): it grows at 1 s/s and drops at deliveries. Over [0, length):
+delivered by t was offered (Kaul, Yates, Gruteser 2012): it grows at 1 s/s and drops at deliveries. Over [0, length):
 
     max  = the largest value just before a drop or the end
     mean = 1/length * sum over pieces [t_k, t_k+1) of (t_k+1 - t_k) * ((t_k + t_k+1)/2 - newest_k)
 
-At t = 0 every receiver holds information of age 0, as when every robot is told the start values; so a link that never
-delivers has age t. A frame delivered after a newer one does not lower the age; corrupt frames inform nobody.
-Links of which every copy was too weak are out of range and left out. A link that exists only in some topologies ages
-while it does not exist.
+At t = 0 every receiver holds information of age 0, as if every robot knew the start values; so a link that never
+delivers has age t. A frame delivered after a newer one, or corrupt, does not lower the age.
+Links on which every copy was too weak are out of range and left out. The age of a link that exists only in some graphs
+of a switching topology grows while the link does not exist.
 
-Instants are int64 nanoseconds and their differences exact. Their products pass 2^63 after 3 s, so the mean is summed
+Instants are int64 nanoseconds and their differences exact. Their products exceed 2^63 after 3 s, so the mean is summed
 in float64: its relative error is at most the number of pieces times 2^-53.
 
-Not modelled: age of a link over which nothing was ever sent: the ledger does not know it.
+Not modelled: the age of a link on which no frame was ever offered, as the ledger has no such link.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Floats = NDArray[np.float64]
 class Teeth:
     """Pieces of the sawtooth of some links, sorted by (link, time): on [from_ns, to_ns) the age is t - newest_ns."""
 
-    link: Ints                  # place among the names of `FrameCopies.link`
+    link: Ints                  # index into the names of `FrameCopies.link`
     from_ns: Ints
     to_ns: Ints
     newest_ns: Ints
@@ -47,7 +47,7 @@ class Teeth:
 
 @dataclass(frozen=True)
 class LinkAges:
-    """Per link in range, in the order of names."""
+    """Largest and mean age of each link in range, in the order of names."""
 
     links: list[LinkName]
     max_s: Floats
@@ -64,7 +64,7 @@ class Transmissions:
 
 @dataclass(frozen=True)
 class Gaps:
-    """From the start of one transmission to the start, `on_air_ns`, of the same sender's next on that medium."""
+    """Time from the start of one transmission to `on_air_ns`, the start of the same sender's next on that medium."""
 
     source: Coded
     on_air_ns: Ints
@@ -72,7 +72,7 @@ class Gaps:
 
 
 def teeth(copies: FrameCopies, length_ns: int, links: Collection[tuple[str, ...]] | None = None) -> Iterator[Teeth]:
-    """Yield the teeth of every link in range, or of those of `links`; each link is whole within one of the portions."""
+    """Yield the teeth of every link in range, or of those in `links`; all teeth of a link come in one portion."""
     delivered_ns, offered_ns = copies.ints("delivered_ns"), copies.ints("offered_ns")
     for portion in copies.by_link():
         first, end, _ = portion
@@ -97,16 +97,19 @@ def age_of_information(copies: FrameCopies, length_ns: int) -> LinkAges:
         lasts_ns = (found.to_ns - found.from_ns).astype(np.float64)
         middle_ns = ((found.from_ns - found.newest_ns) + lasts_ns / 2) * lasts_ns
         max_s.append(oldest_ns / NS_PER_S)
-        with np.errstate(invalid="ignore"):     # a run of no length has no mean
+        with np.errstate(invalid="ignore"):     # a run of length 0 has no mean
             mean_ns = np.add.reduceat(middle_ns, starts) / length_ns
-        mean_s.append(np.minimum(mean_ns, oldest_ns) / NS_PER_S)        # whatever rounding does
+        mean_s.append(np.minimum(mean_ns, oldest_ns) / NS_PER_S)        # rounding may put the mean above the maximum
     return LinkAges(links, np.concatenate(max_s), np.concatenate(mean_s))
 
 
 def age_quantiles(copies: FrameCopies, length_ns: int, links: Collection[tuple[str, ...]],
                   shares: Sequence[float]) -> Mapping[LinkName, Floats]:
-    """Per link of `links`: the ages [s] that are not exceeded during the given shares of the time; exact, since the
-    time spent below an age grows, between the ends of pieces, at the number of pieces that hold the age."""
+    """For each of `links`, the ages in s that are not exceeded during the given shares of the time.
+
+    The result is exact: as a function of the age, the time spent below it is linear between the ages at which pieces
+    begin or end; its slope is the number of pieces that pass that age.
+    """
     found = {}
     for some in teeth(copies, length_ns, links):
         starts = np.flatnonzero(new_group(some.link))
@@ -123,7 +126,7 @@ def age_quantiles(copies: FrameCopies, length_ns: int, links: Collection[tuple[s
 
 
 def successive_losses(copies: FrameCopies) -> dict[LinkName, int]:
-    """Per link: the longest row of frames of which no copy was delivered; frames under way at the end do not count."""
+    """For each link, the longest row of frames of which no copy was delivered; unfinished frames do not count."""
     longest: dict[LinkName, int] = {}
     numbers = copies.ints("number")
     for portion in copies.by_link():
@@ -137,7 +140,7 @@ def successive_losses(copies: FrameCopies) -> dict[LinkName, int]:
         if not frames.size:
             continue
         link, lost = link[frames], ~np.logical_or.reduceat(heard, frames)
-        # a row of losses ends at a frame that gets through and at the next link
+        # a row of losses ends at a delivered frame and at the next link
         rows = np.flatnonzero(new_group(link, lost.astype(np.int64)))
         lengths = np.where(lost[rows], np.diff(np.r_[rows, link.size]), 0)
         starts = np.flatnonzero(new_group(link[rows]))
@@ -171,14 +174,14 @@ def sources(copies: FrameCopies) -> Coded:
 
 
 def _in_range(copies: FrameCopies, portion: Portion) -> Mask:
-    """Which links of the portion have a copy that was not too weak."""
+    """Mask of the portion's links that have a copy that was not too weak."""
     link = copies.link.codes[portion.rows].astype(np.int64) - portion.first
     audible = ~copies.fate[portion.rows].among(Fate.TOO_WEAK.value)
     return np.bincount(link[audible], minlength=portion.end - portion.first) > 0
 
 
 def _teeth(links: Ints, link: Ints, delivered_ns: Ints, offered_ns: Ints, length_ns: int) -> Teeth:
-    """The teeth of all `links`; the other columns are those of the copies that were delivered within the run."""
+    """The teeth of all `links`. The other columns are of the copies delivered within the run, `link` being theirs."""
     zeros = np.zeros(links.size, dtype=np.int64)
     link = np.concatenate([links, link])
     from_ns, newest_ns = np.concatenate([zeros, delivered_ns]), np.concatenate([zeros, offered_ns])

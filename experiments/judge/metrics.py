@@ -1,22 +1,22 @@
-"""The numbers that `[expect]` bounds, from a run's ledger, signals and counters, and the verdicts on them.
+"""Computes the figures that `[expect]` bounds from a run's ledger, signals and counters, and the verdicts on them.
 
-Frames: `frames_offered` counts frame copies, one per intended receiver and duplicate; the keys of `fate_keys` count
-those that ended so; `delivery_ratio` = delivered / offered. Links: ages of information and losses in a row are those of
-the worst link, times between transmissions those of the extreme sender (see `link_metrics`). Signals: statistics are
-over samples, `last_abs` = |last|, `spread_last` = largest minus smallest last value among the nodes that match, the
-disagreement at the end.
-With `during` the samples of that part of the run count, and the frames that were handed out in it.
+Frames: `frames_offered` counts frame copies, one per intended receiver and duplicate; the keys of `fate_keys` count the
+copies with that fate; `delivery_ratio` = delivered / offered. Links: ages of information and successive losses are
+those of the worst link, times between transmissions those of the extreme sender (see `link_metrics`). Signals:
+statistics are over samples, `last_abs` = |last|, `spread_last` = largest minus smallest last value among the matching
+nodes, their disagreement at the end.
+With `during` only samples of that part of the run count, and frames that were offered in it.
 
-A counter that one node reported is 0 at those that did not. One that no node reported never was: a misspelt name, or a
-program that does not declare what it may never count. It has no value.
+A counter that some node reported is 0 at the nodes that did not. A counter that no node reported has no value: its name
+is misspelt, or the program does not declare it and never counted.
 
-A pattern that matches several nodes asks for the bound at each of them: the value shown is that of the node nearest to
-breaking the bound, or furthest beyond it (without a bound the largest, for `min` the smallest).
+With a pattern that matches several nodes the bound applies to each of them. The value shown is that of the node nearest
+to the bound, or furthest beyond it (without a bound the largest, for `min` the smallest).
 
 A guarantee's figures are those that its monitor found (see `experiments.judge.monitors`); it is judged only once.
 
-What cannot be measured (no frames, no such samples, a run broken off before) is nan; its verdict has no value and does
-not hold.
+A figure that cannot be measured (no frames, no such samples, a run that ended before) is nan; its verdict has no value
+and does not hold.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ __all__ = ["Bound", "UnknownKeys", "evaluate", "measure", "unknown_keys"]
 
 
 class Bound(Protocol):
-    """A closed interval; None leaves a side open. `during_ns`: the part [start, end) of the run that is judged."""
+    """A closed interval, in which None is no bound. `during_ns` is the part [start, end) of the run that is judged."""
 
     @property
     def min(self) -> float | None: ...
@@ -75,13 +75,18 @@ class Bound(Protocol):
 
 
 def evaluate(expect: Mapping[str, Bound], data: RunData) -> list[Verdict]:
-    """One verdict per key, in the order of `expect`. A key that names nothing in this run does not hold, and its
-    verdict says why."""
+    """Return one verdict per key, in the order of `expect`.
+
+    A key that names nothing in this run does not hold, and its verdict has the reason.
+    """
     return [_verdict(key, bound, data) for key, bound in expect.items()]
 
 
 def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
-    """The value of one key; `bound` decides which node counts where several match."""
+    """Return the value of one key, nan if it cannot be measured; raises `UnknownKeys`.
+
+    If several nodes match, `bound` decides whose value is returned.
+    """
     match parse(key):
         case LedgerKey(metric, medium):
             copies = data.ledger if medium is None else data.ledger.only(medium=medium)
@@ -154,7 +159,7 @@ def _of_signals(wanted: SignalKey, data: RunData, bound: Bound | None) -> float:
 
 
 def _of_guarantee(outcome: Outcome | None, figure: str) -> float:
-    """nan where the run could not be judged, or was never violated and so has no first violation."""
+    """Value of a guarantee's figure; nan if the run could not be judged, or for the first violation of none."""
     if outcome is None or not outcome.standing.judged:
         return math.nan
     standing = outcome.standing
@@ -192,7 +197,7 @@ def _worst(values: Sequence[float], statistic: str, bound: Bound | None) -> floa
 
 
 def _known_nodes(data: RunData) -> dict[str, Sequence[str]] | list[str]:
-    """Nodes and derived signals' names with their signals; nodes alone where no signals were recorded."""
+    """Map nodes and derived signals to the names of their signals; if none were recorded, the list of nodes."""
     if not data.signals:
         return data.nodes
     return {node: data.signals[node].names if node in data.signals else ()

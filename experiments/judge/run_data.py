@@ -1,11 +1,11 @@
-"""What a run left behind, read from its folder; a part that is missing or unreadable is named in `missing`, not raised.
+"""Reads the records of a run from its folder; parts that are missing or unreadable are listed in `missing`.
 
     scenario.json   the resolved scenario            ledger.parquet   every frame copy
     summary.json    verdicts, hashes, speed          signals.mcap     signals, events, and the scenario again
     run.json        switching instants, counters, how far the run came, versions
-    guarantees.json what became of each guarantee, where the scenario states any
+    guarantees.json the outcome of each guarantee, if the scenario states any
 
-Of a run that was killed the journals are read, up to the last piece that is whole.
+For a run that was killed the journals are read, up to the last piece that is complete.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Json = dict[str, Any]
 
 @dataclass(frozen=True)
 class RunData:
-    """`ledger` and `signals` are empty when the run left none; `length_ns` is how much of the run there is to judge."""
+    """The records of a run, of which `length_ns` are judged; `ledger` and `signals` are empty if the run left none."""
 
     length_ns: int
     ledger: FrameCopies
@@ -48,13 +48,13 @@ class RunData:
     guarantees: Mapping[str, Outcome] = field(default_factory=dict)
 
     def without_ledger(self, why: str) -> RunData:
-        """The same, if the ledger turns out to be unreadable."""
+        """A copy with an empty ledger, for a file of which a column turns out to be unreadable."""
         missing = [*self.missing, f"ledger.parquet: unreadable: {why}"]
         return replace(self, ledger=FrameCopies.of_rows([]), missing=missing)
 
     @property
     def nodes(self) -> list[str]:
-        """Every node that the scenario, a signal, a counter or a frame names."""
+        """Names of all nodes that occur in the scenario, the signals, the counters or the ledger, sorted."""
         declared = self.scenario.get("agents")
         named = set(declared) if isinstance(declared, dict) else set()
         named |= set(self.signals) - set(self.scenario.get("derived") or ()) | set(self.counters)
@@ -69,6 +69,7 @@ class RunData:
 
 
 def load_run(run_dir: Path) -> RunData:
+    """Read the folder of a run; raises nothing for a part that is missing or unreadable."""
     missing: list[str] = []
     scenario = _json(run_dir / "scenario.json", missing)
     summary = _json(run_dir / "summary.json", missing)
@@ -84,12 +85,12 @@ def load_run(run_dir: Path) -> RunData:
 
 
 def _length_ns(scenario: Json, run: Json, ledger: FrameCopies, recording: Recording) -> int:
-    """How far the run came, else how long it was meant to be, else the last instant on record."""
+    """The time that the run reached; if that is unknown, the scenario's length, or else the last instant on record."""
     for known in (run.get("reached_ns"), scenario.get("length_ns")):
         if isinstance(known, int):
             return known
     last = [int(table.time_ns[-1]) for table in recording.signals.values() if table.time_ns.size]
-    with suppress(LedgerUnreadable):            # said where the figures of frames are worked out
+    with suppress(LedgerUnreadable):            # reported when the figures of frames are computed
         for column in ("offered_ns", "end_ns", "delivered_ns") if len(ledger) else ():
             last.append(int(ledger.ints(column).max()))
     return max(last, default=0)
@@ -101,7 +102,7 @@ def _json(path: Path, missing: list[str]) -> Json:
     except FileNotFoundError:
         missing.append(f"{path.name}: not there")
         with suppress(msgspec.MsgspecError, OSError):
-            return msgspec.json.decode(part_of(path).read_bytes(), type=Json)       # as it stood when it was killed
+            return msgspec.json.decode(part_of(path).read_bytes(), type=Json)       # left by a run that was killed
     except (msgspec.MsgspecError, OSError) as error:
         missing.append(f"{path.name}: unreadable: {error}")
     return {}

@@ -1,4 +1,4 @@
-"""What a run tells while it goes and when it has ended. `Summary` is `summary.json` of the run folder."""
+"""The progress of a run, and its result. `Summary` is `summary.json` in the run's folder."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from experiments.scenario.fate_keys import in_words
 
 
 class Progress(msgspec.Struct, frozen=True):
-    """How far a run has come. `frames` counts the copies closed so far, by fate."""
+    """The progress of a run. `frames` counts the copies whose fate is settled, by fate."""
 
     now_ns: int
     end_ns: int
     wall_s: float
     windows: int
     frames: Mapping[str, int]
-    waits_for: Sequence[str] = ()       # the nodes that have not answered for seconds
+    waits_for: Sequence[str] = ()       # nodes that have not answered for `waited_s`
     waited_s: float = 0.0
 
     @property
     def real_time_factor(self) -> float:
-        """Robot time per wall time; above 1 is faster than real time."""
+        """Simulated time per wall time; above 1 is faster than real time."""
         return self.now_ns * 1e-9 / self.wall_s if self.wall_s > 0 else 0.0
 
     @property
     def left_s(self) -> float:
-        """Wall time until the end at the pace so far; 0 at the end, and while there is no pace yet."""
+        """Wall time until the end at the pace so far; 0 at the end, and before the pace is known."""
         return self.wall_s * (self.end_ns - self.now_ns) / self.now_ns if self.now_ns > 0 else 0.0
 
 
@@ -38,17 +38,17 @@ def by_fate(frames: Mapping[str, int]) -> str:
 
 
 class Verdict(msgspec.Struct, frozen=True):
-    """One line of `[expect]` and what became of it. `value` is None where the run has no such figure."""
+    """The verdict on one line of `[expect]`. `value` is None if the run has no such figure."""
 
     key: str
     value: float | None
     min: float | None
     max: float | None
     holds: bool
-    why: str = ""               # it has no value, where that is known
+    why: str = ""               # reason why it has no value, "" if that is unknown
 
     def by_how_much(self) -> str:
-        """Why it does not hold, in words: empty where it does."""
+        """The reason why it does not hold, "" if it does."""
         if self.holds:
             return ""
         if self.value is None:
@@ -77,11 +77,11 @@ class Summary(msgspec.Struct, frozen=True):
     report: str | None          # path of report.html, relative to the run folder
     guarantees: list[Standing] = []
     warnings: list[str] = []    # mistakes of programs that end no run, such as frames that no medium carries
-    code: str = ""              # "compiled", or "interpreted: " and why
+    code: str = ""              # "compiled", or "interpreted: " and the reason
     real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.gateways.lateness`
-    ended: str = ""             # why the run ended before its length, and when; figures are up to there
-    failure: str = ""           # what ended the run before its end, in words; empty if nothing did
-    last_report: str = ""       # of the node that failed, where the failure is one of a node
+    ended: str = ""             # reason and instant of an early end without failure; the figures are up to there
+    failure: str = ""           # the failure that ended the run, "" if none did
+    last_report: str = ""       # of the node that failed, if a node did
     reached_ns: int | None = None
 
     @property
@@ -90,7 +90,7 @@ class Summary(msgspec.Struct, frozen=True):
 
 
 def lateness_in_words(real_time: Mapping[str, int]) -> str:
-    """Lateness of the instants of a run in real time, with its overruns."""
+    """Describe the lateness of the instants of a run in real time, and its overruns."""
     overruns = real_time["overruns"]
     return (f"median {real_time['median_ns'] * 1e-6:.3g} ms, 99 % {real_time['p99_ns'] * 1e-6:.3g} ms, "
             f"worst {real_time['worst_ns'] * 1e-6:.3g} ms; " + (f"{overruns} overruns" if overruns else "no overrun"))

@@ -1,8 +1,8 @@
-"""Statistics of the samples of one signal, each one number, as `[expect]` names them.
+"""Statistics of the samples of one signal, by the names that `[expect]` uses; each is one number.
 
-    min <= mean <= max     rms <= abs_max        also where rounding or the size of the values would break it
+    min <= mean <= max     rms <= abs_max        for all samples, in spite of rounding and overflow
 
-Samples are float64. One that is no number makes every statistic nan, as first and last where it stands there.
+Samples are float64. A nan among them makes every statistic nan, but first and last only if it is that sample.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ LEAST_SIZE, LARGEST_SIZE = 1e-100, 1e100
 
 def mean(values: Floats) -> float:
     scale = _scale(values)
-    with np.errstate(invalid="ignore"):         # of +inf and -inf
+    with np.errstate(invalid="ignore"):         # mean of +inf and -inf
         found = float((values / scale).mean()) * scale
     low, high = float(values.min()), float(values.max())
     return min(max(found, low), high) if found == found else found
@@ -30,7 +30,7 @@ def rms(values: Floats) -> float:
 
 
 def _scale(values: Floats) -> float:
-    """1, or the largest size of a value where sums of squares would leave the range of float64."""
+    """The largest absolute value if sums of squares would leave the range of float64, otherwise 1."""
     largest = float(np.abs(values).max())
     return largest if 0 < largest < LEAST_SIZE or LARGEST_SIZE < largest < np.inf else 1.0
 

@@ -1,4 +1,4 @@
-"""How one frame copy ended. Every copy towards every intended receiver ends in exactly one `Fate`.
+"""The fates of frame copies: each copy for each intended receiver ends in exactly one.
 
     fate.value      its name in records and `[expect]`
     fate.meaning    one sentence for a reader of the report and of docs/records.md

@@ -1,6 +1,6 @@
-"""What a node handed out: bytes with a number, of which each intended receiver gets a copy of its own.
+"""A frame: bytes that one node offered to a medium, and of which each intended receiver gets its own copy.
 
-A frame has one number per (medium, sender), counted from 0 in the order in which it was handed out.
+Frames are numbered from 0 for each (medium, sender), in the order in which the node made its offers.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from hashlib import blake2b
 
 
 class Frame:
-    """Bytes that one node handed out on one medium."""
+    """One offer of a node, from then on followed by its medium. `digest` is the 8-byte BLAKE2b hash of `data`."""
 
     __slots__ = ("data", "digest", "end_ns", "medium", "number", "offered_ns", "on_air_ns", "sender")
 
@@ -21,5 +21,5 @@ class Frame:
         self.offered_ns = offered_ns
         self.data = data
         self.digest: bytes = blake2b(data, digest_size=8).digest()
-        self.on_air_ns = on_air_ns      # start on the air, -1 before
-        self.end_ns = end_ns            # first instant after the last bit
+        self.on_air_ns = on_air_ns      # instant at which its first bit is sent, -1 until then
+        self.end_ns = end_ns            # first instant after its last bit, -1 until that is known

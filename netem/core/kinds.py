@@ -1,10 +1,10 @@
-"""A table of kinds whose classes are imported when they are first asked for.
+"""A table of kinds that imports a member's class when it is first looked up.
 
     MEDIA = Kinds({"can": "netem.media.can.bus:CanBus", ...})
     "can" in MEDIA, list(MEDIA)         # the names, without an import
     MEDIA["can"]                        # the class
 
-A scenario uses few kinds; the others cost a command nothing.
+A scenario uses few kinds, and a command does not import the others.
 """
 
 from __future__ import annotations

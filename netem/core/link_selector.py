@@ -1,8 +1,9 @@
-"""Which directed links a scenario means: `medium: sender -> receiver`, or `<->` for both directions.
+"""Selects directed links by name: `medium: sender -> receiver`, or `<->` for both directions.
 
-The links are those of `link_pattern`, between nodes on the same medium, and to the node itself only where the medium
-shows it to itself, as motion capture does. The medium may be a pattern too, `*: * -> rover_[12]`; media without such
-nodes are passed over then.
+
+The links are those of `link_pattern`, between two nodes on one medium. A link leads from a node to itself only on a
+medium that observes nodes for themselves, as motion capture does. If the medium is a pattern, as in
+`*: * -> rover_[12]`, media without such nodes are skipped.
 
 Not modelled: exceptions ("all but"), selection by anything else than names.
 """
@@ -21,7 +22,7 @@ NOBODY: Mapping[str, Collection[str]] = {}
 
 
 class LinkSelectorError(ValueError):
-    """A link selection that is malformed or means no link."""
+    """A link selection is malformed or selects no link."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,10 @@ class LinkSelector:
 
     def resolve(self, nodes_on: Mapping[str, Collection[str]], to_themselves: Mapping[str, Collection[str]] = NOBODY,
                 ) -> list[LinkName]:
-        """The links meant among the nodes on each medium, without repetition, in the order of media and nodes.
+        """Return the selected links without repetition, in the order of media and nodes.
 
-        `to_themselves` are, by medium, the nodes with a link to themselves.
+        `nodes_on` maps each medium to its nodes, `to_themselves` to those that have a link to themselves. Raises
+        `LinkSelectorError` if no link is selected.
         """
         media = self._matching("medium", self.medium, nodes_on, "of the scenario")
         links: dict[LinkName, None] = {}
@@ -68,6 +70,7 @@ class LinkSelector:
 
 
 def parse(text: str) -> LinkSelector:
+    """Read a selection; raises `LinkSelectorError` for text of another form."""
     medium, _, links = text.partition(":")
     pattern = link_pattern.parse(links)
     if not medium.strip() or pattern is None:

@@ -1,9 +1,9 @@
-"""Named random streams: one generator per (seed, place), so that adding a link never changes another's draw.
+"""Named random streams: one generator for each (seed, place), so that adding a link never changes another's draws.
 
-A stream is a `random.Random` seeded with the BLAKE2b digest of "seed/place", as an integer. Every draw of the project
-is made from `random()`: of `random.Random` only the seeding and `random()` (Mersenne Twister, 53 bits, in C, some 30 ns
-a call) are promised to give the same sequence in every version of Python. `gauss`, `randrange`, `shuffle` and the like
-are not, so other distributions come from `random()` through their quantile function.
+A stream is a `random.Random` seeded with the BLAKE2b digest of "seed/place" as an integer. The project draws with
+`random()` only (Mersenne Twister, 53 bits, about 30 ns a call): Python guarantees the same sequence in every version
+for seeding and `random()`, not for `gauss`, `randrange` or `shuffle`. Other distributions are drawn by applying their
+quantile function to `random()`.
 
 Not modelled: cryptographic quality; jumping ahead.
 """
@@ -15,5 +15,5 @@ from random import Random
 
 
 def stream(seed: int, place: str) -> Random:
-    """The generator of a place such as `impairments[0]/radio: a -> b`; the same pair always gives the same draws."""
+    """Return a new generator for a place such as `impairments[0]/radio: a -> b`; equal arguments give equal draws."""
     return Random(int.from_bytes(blake2b(f"{seed}/{place}".encode(), digest_size=32).digest(), "big"))

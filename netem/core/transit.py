@@ -1,4 +1,4 @@
-"""What travels on a directed link."""
+"""A frame copy on its way over a directed link."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import msgspec
 
 
 class Transit(msgspec.Struct, gc=False):
-    """One copy of a frame on one directed link; impairments yield changed ones with `msgspec.structs.replace`.
+    """One copy of a frame on one directed link. An impairment yields a changed copy with `msgspec.structs.replace`.
 
     `number` counts the copies that entered this link, from 0; duplicates keep the number of their original.
-    `sent_ns` is the instant at which the copy entered the link, `arrival_ns` (>= sent_ns) when it comes out.
+    `sent_ns` is the instant at which the copy entered the link, `arrival_ns` (>= sent_ns) that at which it leaves.
     """
 
     number: int

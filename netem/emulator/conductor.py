@@ -1,13 +1,13 @@
-"""Conservative windows: grant every node as much time as nothing handed out by anyone can still reach.
+"""Conservative windows: the conductor grants nodes the time up to which no frame that is not offered yet can arrive.
 
-    1  t0 = the earliest instant at which any node can hand anything out
-    2  H  = min over media of lookahead(t0): when that could reach a node
-    3  one grant (H, deliveries) to each node that can hand out something before H, in parallel; no other is contacted
+    1  t0 = the earliest instant at which any node can make an offer
+    2  H  = min over media of lookahead(t0): the earliest instant at which an offer at or after t0 can reach a node
+    3  one grant (H, deliveries) to each node that can make an offer before H, in parallel; no other is contacted
     4  one report from each: offers, new promise, samples
     5  offers go to the media in the order (time, node name, sequence); the media run up to H
 
 Source: Chandy and Misra 1979 (conservative simulation), with the promise as the lookahead of a node.
-A medium without latency gives H = t0: then a round at the instant t0, bounded in number.
+A medium without latency gives H = t0: the conductor then grants the instant t0 alone, in a bounded number of rounds.
 
 Invariants:
 - no frame is delivered below the horizon that its receiver was granted before;
@@ -38,7 +38,7 @@ PROGRESS_EVERY_S = 0.1
 
 @dataclass
 class Recorders:
-    """Where what the nodes report goes."""
+    """The callables that receive the nodes' samples and events."""
 
     sample: Callable[[str, int, Sequence[float]], None] = lambda node, time_ns, values: None
     event: Callable[[Event], None] = lambda event: None
@@ -52,7 +52,7 @@ class Conductor:
     end_ns: int
     recorders: Recorders = field(default_factory=Recorders)
     progress: Callable[[int], None] = lambda now_ns: None
-    pace: Pace | None = None            # in real time; None: as fast as it goes
+    pace: Pace | None = None            # of real time; None: the run goes as fast as it can
     windows: int = 0
     grants: int = 0
     instant_rounds: int = 0
@@ -60,8 +60,8 @@ class Conductor:
     passed_ns: int = 0                  # every arrival before it is handed over, or waits for a node that was there
     ended_by: str = ""                  # the node that ended the run before its length, "" if none did,
     ended_because: str = ""             # and why
-    counters: dict[str, dict[str, int]] = field(default_factory=dict)       # at the end
-    counted: dict[str, dict[str, int]] = field(default_factory=dict)        # where a node said it on the way
+    counters: dict[str, dict[str, int]] = field(default_factory=dict)       # by node, from its last report
+    counted: dict[str, dict[str, int]] = field(default_factory=dict)        # by node, from earlier reports
     seats: dict[str, Seat] = field(default_factory=dict)
     media: Mapping[str, Medium] = field(default_factory=dict)
     _next_out_ns: int = 0
@@ -70,7 +70,7 @@ class Conductor:
     _talkers: set[str] = field(default_factory=set)     # who handed something out in the last instant rounds
 
     def admit(self, hellos: Mapping[str, Hello], media: Mapping[str, Medium]) -> None:
-        """The nodes that take part, with their first promises, and the media between them."""
+        """Take the nodes with their first promises, and the media; NodeFailure for a port without a medium."""
         self.media = media
         for name in sorted(hellos):
             hello = hellos[name]
@@ -113,7 +113,10 @@ class Conductor:
                 self._next_out_ns = min(self._next_out_ns, seat.earliest_ns)
 
     def run(self) -> None:
-        """From time 0 up to `end_ns` (exclusive), then the last grant that brings every node to the end."""
+        """Run from time 0 up to `end_ns` (exclusive), then send every node its last grant.
+
+        Raises `NodeFailure`, or `InstantLoop` for too many rounds at one instant.
+        """
         agenda, seats, media = self.agenda, list(self.seats.values()), list(self.media.values())
         end_ns, instant_ns, rounds = self.end_ns, -1, 0
         next_progress_s = 0.0
@@ -149,7 +152,7 @@ class Conductor:
                 rounds = rounds + 1 if instant_ns == t0_ns else 1
                 instant_ns = t0_ns
                 if rounds == MAX_ROUNDS_AT_ONE_INSTANT // 2:
-                    self._talkers.clear()       # who only set the others off is not in the loop
+                    self._talkers.clear()       # drops nodes that started the loop and are not in it
                 self.instant_rounds += 1
                 if rounds > MAX_ROUNDS_AT_ONE_INSTANT:
                     raise InstantLoop(t0_ns, sorted(self._talkers), rounds - 1)
@@ -179,9 +182,9 @@ class Conductor:
         self._next_gone_ns = min([seat.gone_from_ns for seat in seats], default=NEVER_NS)
 
     def _wait(self, pace: Pace, next_ns: int) -> bool:
-        """Wait for the wall clock to reach `next_ns`; True if the next instant has to be looked for anew after it.
+        """Wait until the wall clock reaches `next_ns`; True if the caller has to determine the next instant again.
 
-        A message that comes in while an instant is overdue does not hold it up: its time is later than the instant.
+        A message that arrives while an instant is overdue does not delay it, as the message gets a later time.
         """
         reached, heard = pace.wait(next_ns)
         for name, medium, data in heard:
@@ -219,9 +222,9 @@ class Conductor:
             self._keep(seat, report, horizon_ns)
 
     def _end_early(self, name: str, time_ns: int, because: str) -> None:
-        """End the run at `time_ns`, as the node says, or, if the run is past it, as soon as it can be ended.
+        """End the run at `time_ns` as node `name` asks, or, if the run is past that, at the next possible instant.
 
-        Frames that are handed out from then on go nowhere; samples and events after it are not recorded.
+        Media do not carry offers made from then on; samples and events after it are not recorded.
         """
         end_ns = max(time_ns, self.reached_ns, self.agenda.now_ns + 1)
         if end_ns < self.end_ns or not self.ended_by:
@@ -271,7 +274,7 @@ class Conductor:
             last_report=seat.standing())
 
     def ask_counters(self, within_s: float) -> None:
-        """After a failure: what the nodes have counted that still answer, each where it stands. They end with it."""
+        """After a failure, get the counters of the nodes that still answer `within_s`, with a last grant to each."""
         waiting = [seat for seat in self.seats.values() if seat.name not in self.counters]
         self.windows += 1
         grants = [(seat.name, Grant(self.windows, seat.granted_ns, False, True, [])) for seat in waiting]

@@ -10,18 +10,18 @@ from netem.wire.messages import Delivery
 
 @dataclass(slots=True, eq=False)
 class Seat:
-    """Record of one node. Instants are true time [ns]."""
+    """The conductor's record of one node. Instants are true time [ns]."""
 
     name: str
     media: list[str]
     signals: list[tuple[str, str]]
     soft_ns: int = 0
     firm_ns: int = 0
-    quiet: frozenset[int] = frozenset() # ports at which nothing makes it hand anything out
-    first_ns: int = NEVER_NS            # first undelivered arrival
-    pending_ns: int = NEVER_NS          # first one at a port that is not quiet
-    earliest_ns: int = 0                # max(firm, min(soft, pending))
-    granted_ns: int = 0
+    quiet: frozenset[int] = frozenset() # indices of ports whose deliveries cause no offer
+    first_ns: int = NEVER_NS            # arrival of its first undelivered frame
+    pending_ns: int = NEVER_NS          # arrival of the first at a port that is not quiet
+    earliest_ns: int = 0                # of its next offer: max(firm, min(soft, pending))
+    granted_ns: int = 0                 # horizon of its last grant
     sampled_ns: int = 0                 # its last sample
     gone_from_ns: int = NEVER_NS        # it does not act or hear at or after this instant
     inbox: list[Delivery] = field(default_factory=list)
@@ -31,17 +31,18 @@ class Seat:
         self.ports = {medium: index for index, medium in enumerate(self.media)}
 
     def renew(self) -> None:
+        """Recompute `earliest_ns`."""
         self.earliest_ns = max(self.firm_ns, min(self.soft_ns, self.pending_ns))
 
     def standing(self) -> str:
-        """Its last report in words."""
+        """The node's last report in words, for an error message."""
         def instant(time_ns: int) -> str:
             return "for ever" if time_ns >= NEVER_NS else f"until {time_ns} ns"
         return (f"had run up to {self.granted_ns} ns, silent {instant(self.soft_ns)} unless it hears something and "
                 f"{instant(self.firm_ns)} whatever it hears, {len(self.inbox)} frames waiting for it")
 
     def take(self, limit_ns: int) -> list[Delivery]:
-        """Remove and return the deliveries before `limit_ns`, by arrival, then in the order of decision."""
+        """Remove and return the deliveries before `limit_ns`, ordered by arrival, then as the media decided them."""
         if self.first_ns >= limit_ns:
             return []
         inbox = self.inbox

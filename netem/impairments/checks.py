@@ -1,4 +1,7 @@
-"""What impairments refuse at construction: one line with the value and the rule, the scenario loader adds the place."""
+"""Checks of an impairment's settings at construction: each raises ValueError with the value and the rule.
+
+The scenario loader adds the place.
+"""
 
 from __future__ import annotations
 

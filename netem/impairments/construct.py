@@ -1,7 +1,9 @@
-"""An impairment from its class, the fields that its author set, and what the class asks for by the name of a field.
+"""Constructs an impairment from its class, the fields that a scenario sets, and two that the builder passes in.
 
-    rng             this instance's own random stream
-    recordings      what has been read from files so far, shared by all that are built together
+    rng             the instance's own random stream
+    recordings      the files read so far, shared by all impairments that are built together
+
+A class gets those of the two that it declares as fields.
 """
 
 from __future__ import annotations

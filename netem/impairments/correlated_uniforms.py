@@ -1,4 +1,4 @@
-"""Uniform draws whose neighbours are correlated and whose distribution stays exactly uniform: a Gaussian copula.
+"""Uniform draws of which successive ones are correlated and each is exactly uniform: a Gaussian copula.
 
     z[k] = rho z[k-1] + sqrt(1 - rho^2) e[k],  e[k] = Phi^-1(random()),  z[0] = e[0]      standard normal at every k
     u[k] = Phi(z[k])                                                                      uniform on (0, 1)
@@ -7,8 +7,8 @@
 Any quantile function keeps ranks, so a delay Q(u[k]) has exactly Q's distribution and lag-1 rank correlation r.
 Across k the correlation decays as an AR(1) process: the underlying normals have rho^m at lag m.
 
-Differs from netem: its generator mixes r u[k-1] + (1 - r) random(), which narrows the distribution (the variance falls
-to (1-r)/(1+r) of the uniform's) and so shifts every loss ratio and every delay that is drawn through it.
+Differs from Linux netem: its generator mixes r u[k-1] + (1 - r) random(), which reduces the variance to (1-r)/(1+r) of
+the uniform distribution's and so shifts every loss ratio and every delay that is drawn with it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ normal_quantile: Callable[[float], float] = NormalDist().inv_cdf
 
 
 def correlated_uniforms(rng: Random, correlation: float) -> Callable[[], float]:
-    """A function that draws the next u in [0, 1); without correlation it is `rng.random` itself."""
+    """Return a function that draws the next u in [0, 1); with `correlation` 0 it is `rng.random` itself."""
     expect_correlation(correlation)
     if correlation == 0:
         return rng.random

@@ -1,12 +1,12 @@
 """Corruption: bits of the frame are flipped, and the copy is marked so that a link with a checksum discards it.
 
-Exactly one of two models:
-    bit_error_ratio p   every bit flips independently; flips per frame ~ binomial(8 bytes, p); a frame of n bits stays
-                        whole with probability (1 - p)^n
+A scenario sets exactly one of two ratios:
+    bit_error_ratio p   every bit flips independently; flips per frame ~ binomial(8 bytes, p); a frame of n bits has no
+                        error with probability (1 - p)^n
     frame_ratio         this share of the frames has one random bit flipped (`tc netem corrupt`)
 
-Between bit errors lie geometrically many good bits, floor(log(u) / log(1 - p)); this distance runs on from frame to
-frame, so a frame without error costs no draw. Bits count from the first byte's most significant bit.
+The number of good bits between two bit errors is geometric, floor(log(u) / log(1 - p)). The count goes on from frame to
+frame, so a frame without error needs no draw. Bits count from the first byte's most significant bit.
 
 Not modelled: errors in bits that only the link sees (preamble, header, checksum); bursts of bit errors.
 """
@@ -43,7 +43,7 @@ class Corrupt(Impairment):
             expect_ratio("frame_ratio", self.frame_ratio)
         if self.bit_error_ratio is not None:
             expect_ratio_below_one("bit_error_ratio", self.bit_error_ratio)
-        self._good_bits: float | None = None        # until the next bit error; drawn when first needed
+        self._good_bits: float | None = None        # before the next bit error; None until the first copy
 
     def carry(self, transit: Transit) -> Iterator[Transit]:
         flips = self._chosen_frame(8 * len(transit.data)) if self.bit_error_ratio is None else \

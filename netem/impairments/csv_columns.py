@@ -1,13 +1,13 @@
-"""Columns of numbers from a CSV file with a header, for recorded delays and losses.
+"""Reads columns of numbers, recorded delays and losses, from a CSV file with a header.
 
-    time_s, delay_ms      named by their unit, _s, _ms, _us or _ns; come out as int nanoseconds, rounded from the
-                          decimal digits (half to even), without a detour through binary fractions
-    lost, received        0 or 1, false or true; come out as whether the copy was lost
+    time_s, delay_ms      the name ends in the unit, _s, _ms, _us or _ns; read as int nanoseconds, rounded half to even
+                          from the decimal digits, not through a binary fraction
+    lost, received        0 or 1, false or true; read as whether the copy was lost
     probability           a number from 0 to 1
 
-A row whose copy was lost needs no delay: its delay is passed over, whatever stands there.
+The delay of a lost copy is not read, whatever the cell holds.
 
-Invariant: the two ways to convert a time, all of a column at once and value by value, give the same nanoseconds.
+Invariant: `all_at_once` and `one_ns`, the two conversions of a time, give the same nanoseconds.
 """
 
 from __future__ import annotations
@@ -37,23 +37,25 @@ Flags = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns asked for that the file has; each has `rows` entries."""
+    """The requested columns that the file has; each has `rows` entries."""
 
     rows: int
-    times_ns: Mapping[str, Integers]        # by stem: "time", "delay"
+    times_ns: Mapping[str, Integers]        # by name without unit: "time", "delay"
     lost: Flags | None
     ratios: Mapping[str, Floats]
     text: TextColumns
 
     def line(self, row: int) -> int:
+        """Line of the file in which row 0, 1, ... ends."""
         return self.text.line(row)
 
 
 def read_columns(file: str, *, times: Collection[str], ratios: Collection[str] = (), flags: bool = False,
                  columns: Mapping[str, str] | None = None) -> Columns:
-    """`times` are names without unit, `ratios` plain names, `flags` allows `lost` or `received`.
+    """Read the requested columns of `file`; raises `RecordingError`, which lists every problem.
 
-    `columns` maps own names with their unit to those in the file: {"delay_ms": "rtt"}.
+    `times` are names without unit, `ratios` names of columns with numbers from 0 to 1; `flags` also reads `lost` or
+    `received`. `columns` maps a name with its unit to the name that the file has instead: {"delay_ms": "rtt"}.
     """
     known = [f"{stem}_{unit}" for stem in times for unit in NS_PER] + list(ratios) + (list(FLAGS) if flags else [])
     text = read_text(file, known, columns or {})
@@ -71,7 +73,7 @@ def read_columns(file: str, *, times: Collection[str], ratios: Collection[str] =
 
 
 def _plain(cells: Any, text: TextColumns) -> Any:
-    """Text of the cells without blanks around it, a decimal comma as a point."""
+    """Return the text of the cells without surrounding blanks and with a decimal point for a decimal comma."""
     import pyarrow.compute as pc
 
     trimmed = pc.utf8_trim_whitespace(cells)
@@ -81,8 +83,8 @@ def _plain(cells: Any, text: TextColumns) -> Any:
 def _lost(text: TextColumns, cells: Mapping[str, Any], problems: list[str]) -> Flags | None:
     there = [own for own in FLAGS if own in cells]
     if len(there) == 2:
-        problems.append(f"{text.file}: columns {text.headers['lost']!r} and {text.headers['received']!r}: one says the "
-                        "other; take out one")
+        problems.append(f"{text.file}: columns {text.headers['lost']!r} and {text.headers['received']!r} both tell "
+                        "which copies are lost; remove one")
     if not there:
         return None
     own = there[0]
@@ -106,7 +108,7 @@ def _flag(value: str) -> bool | None:
 
 def _times_ns(text: TextColumns, own: str, cells: Any, skipped: Flags | None, problems: list[str], *,
               signed: bool) -> Integers:
-    """All of a column; where `skipped`, 0."""
+    """Convert a column to nanoseconds; rows that `skipped` marks become 0."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -123,7 +125,10 @@ def _times_ns(text: TextColumns, own: str, cells: Any, skipped: Flags | None, pr
 
 
 def all_at_once(cells: Any, unit: str) -> Integers:
-    """Decimal text to nanoseconds; ArrowInvalid if one value is no number, too large, or has more than 18 decimals."""
+    """Convert a column of decimal text to nanoseconds.
+
+    Raises ArrowInvalid if a value is no number, reaches `LIMIT_NS`, or has more than 18 decimals.
+    """
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -137,7 +142,7 @@ def all_at_once(cells: Any, unit: str) -> Integers:
 
 
 def one_ns(value: str, unit: str) -> int | None:
-    """Decimal text to nanoseconds; None if it is no number or beyond the limit."""
+    """Convert decimal text to nanoseconds; None if it is no number or reaches `LIMIT_NS`."""
     if not _NUMBER.fullmatch(value):
         return None
     try:

@@ -1,10 +1,10 @@
-"""A CSV file as columns of text: which separator and encoding it has, where its header is, which columns are wanted.
+"""Reads a CSV file as columns of text: finds its separator, its encoding, its header and the requested columns.
 
-    # comment lines above the header are passed over
-    seq;time_s;rtt;lost          separator: comma, tab or semicolon, whichever the header has most of
-    1;0,1;12,5;0                 a decimal comma is read where the separator is not a comma
+    # comment lines above the header are skipped
+    seq;time_s;rtt;lost          separator: of comma, tab and semicolon the one that the header has most of
+    1;0,1;12,5;0                 a decimal comma is allowed if the separator is not a comma
 
-The text is UTF-8, or UTF-16 with a byte order mark. A column that is not asked for is passed over, whatever it holds.
+The text is UTF-8, or UTF-16 with a byte order mark. Columns that are not requested are not read, whatever they hold.
 
 Not modelled: values that span lines, comments below the header, separators other than these three.
 """
@@ -28,21 +28,24 @@ _BLOCK_BYTES: Final = 1 << 30
 
 
 class RecordingError(ValueError):
-    """A file of recorded values cannot be used; the message lists every problem, one a line."""
+    """A file of recorded values cannot be used; the message lists the problems, one a line."""
 
 
 @dataclass(frozen=True)
 class TextColumns:
-    """`cells` are the wanted columns by their own name, as Arrow arrays of text; `headers` what the file calls them."""
+    """The requested columns of a file.
+
+    `cells` maps the name of each to an Arrow array of text, `headers` to the name that the file has for it.
+    """
 
     file: str
     rows: int
     cells: Mapping[str, Any]
     headers: Mapping[str, str]
-    there: str                              # all columns of the file, for messages
-    _content: bytes                         # below the header
+    there: str                              # names of all columns of the file, for messages
+    _content: bytes                         # the file below the header
     separator: str
-    _lines_above: int                       # the header and what stands above it
+    _lines_above: int                       # number of lines down to the header, included
 
     def line(self, row: int) -> int:
         """Line of the file in which row 0, 1, ... ends."""
@@ -53,12 +56,15 @@ class TextColumns:
                 if row < 0:
                     break
         except csv.Error:
-            pass                            # a value beyond the module's limit: the line reached so far
+            pass                            # a value exceeds csv's limit: return the line reached so far
         return self._lines_above + reader.line_num
 
 
 def read_text(file: str, known: Collection[str], columns: Mapping[str, str]) -> TextColumns:
-    """The columns of `file` that are called as one of `known`, or as `columns` says: own name -> name in the file."""
+    """Read the columns of `file` whose names are in `known` or that `columns` maps to (known name -> name in the file).
+
+    Raises `RecordingError` if the file cannot be read as CSV, has no rows, or has none of these columns.
+    """
     import pyarrow as pa  # late: a scenario without recordings needs no Arrow
     from pyarrow import csv as arrow_csv
 
@@ -95,14 +101,14 @@ def read_text(file: str, known: Collection[str], columns: Mapping[str, str]) -> 
 
 
 def report(problems: Iterable[str]) -> None:
-    """Raise a RecordingError that lists the problems; nothing if there are none."""
+    """Raise a RecordingError that lists the problems, if there are any."""
     lines = list(problems)
     if lines:
         raise RecordingError("\n".join(lines))
 
 
 def first_of(rows: Sequence[tuple[int, str]], text: TextColumns, describe: Callable[[str], str]) -> Iterator[str]:
-    """One problem for each of the first (row, value), and how many more there are."""
+    """Yield a message for each of the first `REPORTED` (row, value), and one with the number of the others."""
     for row, value in rows[:REPORTED]:
         yield f"{text.file}:{text.line(row)}: {describe(printable(value)[:40] or 'nothing')}"
     if len(rows) > REPORTED:
@@ -110,7 +116,7 @@ def first_of(rows: Sequence[tuple[int, str]], text: TextColumns, describe: Calla
 
 
 def _uneven_rows(file: str, content: bytes, header: list[str], separator: str, lines_above: int) -> list[str]:
-    """Problems of the first rows with more or fewer values than the header; read once more, by lines."""
+    """Read the rows line by line; return a message for each of the first with more or fewer values than the header."""
     problems: list[str] = []
     reader = csv.reader(StringIO(content.decode(errors="replace"), newline=""), delimiter=separator)
     try:
@@ -119,12 +125,12 @@ def _uneven_rows(file: str, content: bytes, header: list[str], separator: str, l
                 problems.append(f"{file}:{lines_above + reader.line_num}: {len(row)} value{'s'[:len(row) != 1]} in the "
                                 f"row: expected {len(header)}, as the header has ({SEPARATORS[separator]}-separated)")
     except csv.Error:
-        pass                                # a value beyond the module's limit: the rows reached so far
+        pass                                # a value exceeds csv's limit: report the rows reached so far
     return problems
 
 
 def printable(text: str) -> str:
-    """For one line of a message: blanks as single spaces, other characters that cannot be shown as `?`."""
+    """Return `text` for one line of a message: runs of blanks as one space, unprintable characters as `?`."""
     return "".join(letter if letter.isprintable() else "?" for letter in " ".join(text.split()))
 
 
@@ -139,7 +145,7 @@ def _utf8(file: str) -> bytes:
 
 
 def _split(content: bytes) -> tuple[bytes, bytes, int]:
-    """(header, what is below, lines down to the header); empty lines and comments above the header are passed over."""
+    """Return (header, content below it, number of lines down to it), skipping empty lines and comments above it."""
     lines, start = 0, 0
     while start < len(content):
         ends = [end for mark in (b"\n", b"\r") if (end := content.find(mark, start)) >= 0]
@@ -154,7 +160,7 @@ def _split(content: bytes) -> tuple[bytes, bytes, int]:
 
 def _places(file: str, line: int, header: list[str], separator: str, known: Collection[str],
             columns: Mapping[str, str]) -> dict[str, int]:
-    """Own name -> place in the header. A name that `columns` gives goes before one that fits by itself."""
+    """Map each known name to its index in the header; an entry of `columns` overrules a header that fits by itself."""
     problems: list[str] = []
     places: dict[str, int] = {}
     for own, theirs in columns.items():
@@ -180,7 +186,7 @@ def _places(file: str, line: int, header: list[str], separator: str, known: Coll
     if not places:
         raise RecordingError(
             f"{file}:{line}: none of its columns is known ({_shown(header)}; separated by {SEPARATORS[separator]}): "
-            f"expected of {_shown(known)}; say others' names as in columns = {{ {next(iter(known))} = "
+            f"expected one of {_shown(known)}; map other names as in columns = {{ {next(iter(known))} = "
             '"NAME" }')
     return places
 

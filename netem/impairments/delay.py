@@ -5,11 +5,11 @@
 
 u[k] is uniform, with lag-1 rank correlation `correlation` (see correlated_uniforms); the distribution stays exact.
 Negative delays are cut at 0, which puts the probability q^-1(-delay_ns/jitter_ns) there and raises the mean.
-Jitter reorders, as in netem; `keep_order` lets no copy overtake the one carried before it, which adds delay to some.
-The promise of `keep_order` holds past the end of a time window: a copy that enters later waits for those still delayed.
+Jitter reorders copies, as in Linux netem. With `keep_order` a copy that would overtake an earlier one arrives together
+with it, also after the end of a time window.
 
 Not modelled: delay that depends on frame length (see `rate_limit`) or on time (see `trace`).
-Differs from netem: without `distribution` there is no jitter (netem takes uniform).
+Differs from Linux netem: without `distribution` there is no jitter (netem takes uniform).
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ class Delay(Impairment):
 
     delay_ns: int = 0                                   # >= 0
     distribution: Literal["constant", "uniform", "normal", "pareto", "paretonormal", "empirical"] = "constant"
-    jitter_ns: int = 0                                  # half width of uniform, else standard deviation
+    jitter_ns: int = 0                                  # half width of "uniform", otherwise standard deviation
     correlation: float = 0.0                            # rank correlation of successive delays, in (-1, 1)
-    samples_ns: list[int] = field(default_factory=list)     # empirical: each equally likely
+    samples_ns: list[int] = field(default_factory=list)     # empirical: values, each equally likely
     quantiles_ns: list[int] = field(default_factory=list)   # empirical: at equally spaced probabilities from 0 to 1
-    file: str = ""                                      # empirical: CSV, delay_s alone (samples) or with probability
+    file: str = ""                                      # empirical: CSV with delay_s (samples), or also probability
     keep_order: bool = False
-    columns: dict[str, str] = field(default_factory=dict)   # of `file`: own name with unit -> name in the file
+    columns: dict[str, str] = field(default_factory=dict)   # name with unit -> name that `file` has instead
     rng: Random = field(kw_only=True)
     recordings: Recordings = field(default_factory=Recordings, kw_only=True, repr=False, compare=False)
 
@@ -93,15 +93,15 @@ class Delay(Impairment):
         yield replace(transit, arrival_ns=arrival_ns)
 
     def carry_outside(self, transit: Transit) -> Transit:
-        """A copy that enters outside the time window does not overtake one from inside, with `keep_order`."""
+        """With `keep_order`, delay a copy from outside the time window until it overtakes none from inside."""
         return not_before(transit, self._latest_ns)
 
     def least_delay_ns(self, size_bytes: int) -> int:
-        """No copy comes out earlier than this after it went in."""
+        """The shortest delay that can be drawn."""
         return max(0, round(self.delay_ns + (self._quantile(0.0) if self._quantile is not None else 0)))
 
     def most_delay_ns(self, flow: Flow) -> int:
-        """The delay of the greatest number that the generator can draw; `keep_order` adds nothing to the greatest."""
+        """The longest delay that can be drawn; `keep_order` makes no copy later than that."""
         return max(0, round(self.delay_ns + (self._quantile(LARGEST) if self._quantile is not None else 0)))
 
     def _empirical(self) -> Quantile:
@@ -123,7 +123,7 @@ def scaled(quantile: Quantile, by_ns: int) -> Callable[[float], float]:
 
 
 def _from_file(file: str, names: Mapping[str, str]) -> Quantile:
-    from netem.impairments.csv_columns import read_columns  # late: it brings numpy
+    from netem.impairments.csv_columns import read_columns  # late: it imports numpy
 
     columns = read_columns(file, times=["delay"], ratios=["probability"], columns=names)
     if "delay" not in columns.times_ns:

@@ -1,9 +1,9 @@
 """Duplication: with probability `duplicate_ratio` a copy arrives twice (`tc netem duplicate`).
 
-The original comes first and untouched; its twin arrives `extra_delay_ns` later and passes the impairments listed
-after this one on its own. With `correlation` the duplicated copies cluster; their ratio stays exact.
+The original passes first and unchanged; its duplicate arrives `extra_delay_ns` later and passes the impairments listed
+after this one by itself. With `correlation` the duplicated copies cluster; their ratio stays exact.
 
-Not modelled: more than one twin (list `duplicate` twice).
+Not modelled: more than one duplicate (list `duplicate` twice).
 """
 
 from __future__ import annotations
@@ -44,5 +44,5 @@ class Duplicate(Impairment):
             yield replace(transit, arrival_ns=transit.arrival_ns + self.extra_delay_ns)
 
     def most_delay_ns(self, flow: Flow) -> int:
-        """The twin's."""
+        """The delay of a duplicate."""
         return self.extra_delay_ns if self.duplicate_ratio else 0

@@ -1,4 +1,4 @@
-"""The frames that a sender puts on a link at most: the load for which an impairment bounds its delay."""
+"""The most frames that a sender puts on a link: the load for which an impairment bounds its delay."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Flow:
-    """Within any `every_ns` at most one frame of each of `sizes_bytes`, and each frame in up to `copies` copies."""
+    """At most one frame of each of `sizes_bytes` within any `every_ns`, each in up to `copies` copies."""
 
     sizes_bytes: tuple[int, ...]
     every_ns: int                       # > 0

@@ -5,7 +5,8 @@
     1 GOOD ------p14-----> 4 ISOLATED_LOSS --1--> 1 GOOD
     loss ratio = (p14 + p13/p31) / (1 + p14 + p13/p31 (1 + p32/p23))
 
-As in netem, p13 alone is independent loss, p31 adds bursts, p32 and p23 good frames inside bursts, p14 isolated losses.
+As in Linux netem, p13 alone gives independent loss; p31 adds bursts, p32 and p23 good frames within bursts, and p14
+isolated losses.
 
 Not modelled: loss that depends on frame length, time or distance.
 """

@@ -1,4 +1,4 @@
-"""Bursty frame loss: a two-state Markov chain (Gilbert 1960, Elliott 1963), set by what one can measure.
+"""Bursty frame loss: a two-state Markov chain (Gilbert 1960, Elliott 1963), set by loss ratio and mean burst length.
 
     GOOD --p_enter--> BAD --p_leave--> GOOD          one transition per frame copy, lost while BAD; starts GOOD
     loss ratio = p_enter / (p_enter + p_leave)       mean burst = 1 / p_leave  [frames]

@@ -1,4 +1,4 @@
-"""Order between a copy and those that went before it."""
+"""Keeps a copy from overtaking earlier ones."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ from netem.core.transit import Transit
 
 
 def not_before(transit: Transit, earliest_ns: int) -> Transit:
-    """The copy as it is, or one that arrives at `earliest_ns` where it would arrive earlier."""
+    """Return the copy, delayed to `earliest_ns` if it would arrive before."""
     return transit if transit.arrival_ns >= earliest_ns else replace(transit, arrival_ns=earliest_ns)

@@ -1,15 +1,15 @@
-"""Rate limit: copies pass one after the other at `rate_bps`; those that find the queue full are dropped (drop-tail).
+"""Rate limit: the link sends one copy after the other at `rate_bps` and drops a copy that finds its queue full.
 
     start[k] = max(arrival[k], end[k-1])                                              (Lindley 1952)       [ns]
-    end[k] = start[k] + ceil(8e9 (bytes[k] + overhead_bytes) / rate_bps)              when the copy comes out
+    end[k] = start[k] + ceil(8e9 (bytes[k] + overhead_bytes) / rate_bps)              the copy leaves the link   [ns]
 
-A copy waits during [arrival, start); the one being sent is not in the queue. A copy that has to wait is dropped when
-`queue_frames` already wait, or when it would make more than `queue_bytes` wait, overhead included.
-First in, first out in the order of entering, not of arrival: put `rate_limit` before a `delay` with jitter.
-The queue drains in order past the end of a time window. A copy that enters later comes out no earlier than the last one
-of the queue; it has no sending time of its own, takes no place in the queue and is never dropped.
+A copy is in the queue during [arrival, start), not while it is sent. A copy that has to wait is dropped if
+`queue_frames` copies wait already, or if more than `queue_bytes` would wait, overhead included.
+Copies leave in the order in which they entered, not by arrival: list `rate_limit` before a `delay` with jitter.
+The queue drains in order past the end of a time window. A copy that enters after it leaves no earlier than the last one
+of the queue; it needs no sending time, takes no place in the queue and is never dropped.
 
-Not modelled: tokens saved up for bursts (`tc tbf`), more than one queue, active queue management.
+Not modelled: token buckets (`tc tbf`), more than one queue, active queue management.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class RateLimit(Impairment):
     overhead_bytes: int = 0                 # >= 0, added to every frame
     queue_frames: int = 1000                # >= 0 (1000 is netem's default)
     queue_bytes: int | None = None          # >= 0, None: only queue_frames limits
-    free_ns: int = field(default=0, init=False)     # when the last accepted copy has been sent
+    free_ns: int = field(default=0, init=False)     # instant at which the last accepted copy has been sent
 
     def __post_init__(self) -> None:
         expect_at_least("rate_bps", self.rate_bps, 1)
@@ -65,17 +65,17 @@ class RateLimit(Impairment):
         yield replace(transit, arrival_ns=self.free_ns)
 
     def carry_outside(self, transit: Transit) -> Transit:
-        """A copy that enters outside the time window: it comes out after what is still in the queue."""
+        """Delay a copy from outside the time window until the queue has drained."""
         return not_before(transit, self.free_ns)
 
     def least_delay_ns(self, size_bytes: int) -> int:
-        """No copy of this size comes out earlier than this after it went in."""
+        """The sending time of a copy of this size."""
         return self._sending_ns(size_bytes + self.overhead_bytes)
 
     def most_delay_ns(self, flow: Flow) -> int:
-        """By Lindley's recursion: the time that all frames of one interval of the flow take, if they fit into it.
+        """By Lindley's recursion: the sending time of all frames of one interval, if the interval is that long.
 
-        Otherwise the queue fills up: then one copy is being sent, and the full queue waits, this one included.
+        Otherwise the queue fills up, and a copy waits for the one being sent and for a full queue, itself included.
         """
         sending_ns = [self._sending_ns(size + self.overhead_bytes) for size in flow.sizes_bytes]
         interval_ns = flow.copies * sum(sending_ns)

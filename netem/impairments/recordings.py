@@ -1,8 +1,8 @@
-"""Recordings that impairments have read from files: a file is read once, whatever the number of links.
+"""Keeps the recordings that impairments read from files, so that each file is read once for all links.
 
-The builder of the impairments of a scenario passes one `Recordings` to all of them, and drops it with them.
+The builder of a scenario's impairments passes one `Recordings` to all of them.
 
-Invariant: content that is kept is never changed, so links may share it.
+Invariant: nobody changes a value that is kept, so links may share it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class Recordings:
         self._kept: dict[Hashable, Any] = {}
 
     def once(self, key: Hashable, read: Callable[[], Value]) -> Value:
-        """The value that `read` returned for this key. It is called once, and anew after an exception."""
+        """Return the value of `key`, calling `read` for it the first time and again after an exception."""
         if key not in self._kept:
             self._kept[key] = read()
         value: Value = self._kept[key]

@@ -1,11 +1,11 @@
 """Reordering: chosen copies pass at once, all others are held for `hold_ns` and overtaken (`tc netem reorder`).
 
 After a chosen copy the next `gap_frames - 1` are held; each one after them is chosen with probability `reorder_ratio`,
-until one is. Chosen in the long run: 1 / (gap_frames - 1 + 1/reorder_ratio) of the copies.
-A chosen copy overtakes those that entered the link less than `hold_ns` before it. No other copy overtakes one, also not
-past the end of a time window: a copy that enters later comes out after the last held one.
+until one is. The share of chosen copies in the long run is 1 / (gap_frames - 1 + 1/reorder_ratio).
+A chosen copy overtakes the held ones that entered the link less than `hold_ns` before it. No other copy overtakes any:
+one that enters after the end of a time window leaves after the last held one.
 
-Not modelled: displacement by a number of frames. For a random hold put `delay` with jitter in its place.
+Not modelled: displacement by a number of frames. For a random hold use `delay` with jitter instead.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Reorder(Impairment):
     gap_frames: int = 1                     # >= 1
     correlation: float = 0.0                # rank correlation of successive draws, in (-1, 1)
     rng: Random = field(kw_only=True)
-    held: int = field(default=0, init=False)        # copies since the last chosen one
+    held: int = field(default=0, init=False)        # copies held since the last chosen one
 
     def __post_init__(self) -> None:
         expect_at_least("hold_ns", self.hold_ns, 1)
@@ -45,7 +45,7 @@ class Reorder(Impairment):
             raise ValueError("reorder_ratio=1.0, gap_frames=1: every copy would pass at once and none overtake: "
                              "lower reorder_ratio or raise gap_frames")
         self._draw = correlated_uniforms(self.rng, self.correlation)
-        self._latest_ns = 0             # when the last of the held copies comes out
+        self._latest_ns = 0             # instant at which the last of the held copies leaves
 
     def carry(self, transit: Transit) -> Iterator[Transit]:
         if self.held >= self.gap_frames - 1 and self._draw() < self.reorder_ratio:
@@ -58,9 +58,9 @@ class Reorder(Impairment):
             yield replace(transit, arrival_ns=arrival_ns)
 
     def most_delay_ns(self, flow: Flow) -> int:
-        """The hold; a copy that waits for a held one after the window entered later than that one."""
+        """The hold; after the time window a copy waits for a held one that entered before it, so for less."""
         return self.hold_ns
 
     def carry_outside(self, transit: Transit) -> Transit:
-        """A copy that enters outside the time window: it is not chosen, so it overtakes no held one."""
+        """Delay a copy from outside the time window until it overtakes no held one."""
         return not_before(transit, self._latest_ns)

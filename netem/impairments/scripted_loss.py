@@ -1,9 +1,9 @@
-"""Loss by script: exactly the named frames are lost, counted from 0 by the link's own frame number.
+"""Loss by script: exactly the named frames are lost. A link numbers its frames from 0.
 
 `lose_frames = [3, 7]` loses two frames; with `every = 10` the script repeats: 3, 7, 13, 17, 23, ...
-The number counts every frame that entered the link, also outside a time window; duplicates share their original's fate.
+Frames that enter the link outside a time window are numbered too. Duplicates have the number of their original.
 
-Not modelled: chance. For loss over time instead of frames give the impairment a time window and `bernoulli_loss` of 1.
+Not modelled: chance. For loss during a time instead of by number use `bernoulli_loss` of 1 with a time window.
 """
 
 from __future__ import annotations

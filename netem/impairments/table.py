@@ -1,7 +1,7 @@
-"""The impairments a scenario can name by `kind`. A new one is a file and a line here.
+"""The impairments that a scenario can name by `kind`. A new one is a file and a line here.
 
-Every member is a dataclass whose fields are its TOML keys and, where it draws, `rng` (keyword only). Times are fields
-`<name>_ns`, in TOML `<name>_s`, `_ms` or `_us`.
+Every member is a dataclass whose fields are its TOML keys, with a keyword-only `rng` if it draws random numbers. A time
+is a field `<name>_ns`, in TOML `<name>_s`, `_ms` or `_us`.
 """
 
 from __future__ import annotations

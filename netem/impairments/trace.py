@@ -4,13 +4,13 @@
     12.5,0                   by = "time": the file also has time_s (or _ms, _us, _ns), strictly rising; a row holds on
     ,1                         [its time, the next row's time), the last one as long as the one before it
 
-Time in the file counts from `start_ns`, its first row where `start_ns` is not given, so a file may have times of an
-epoch. `delay_*` and `lost` (or `received`) may each be missing: no delay, no loss; a lost copy needs no delay.
-`columns` says what the file calls them: {"delay_ms": "rtt"}. Other columns are passed over.
-Past the end the trace starts again (`wrap`), its last row holds (`hold`), or the run stops with `TraceEnded` (`error`).
-Time is when the copy entered the link.
+By time, the row in force at the instant at which a copy enters the link is used. The run starts at `start_ns` of the
+file's clock, by default at the time of the first row, so a file may have times of an epoch.
+Without a column `delay_*` no copy is delayed, without `lost` (or `received`) none is lost; the row of a lost copy needs
+no delay. `columns` maps names to those that the file has instead: {"delay_ms": "rtt"}. Other columns are not read.
+After its last row the trace starts again (`wrap`), keeps to that row (`hold`), or raises `TraceEnded` (`error`).
 
-Not modelled: interpolation between rows, rate traces. A copy may overtake another, as its row says.
+Not modelled: interpolation between rows, rate traces. A copy may overtake another one whose row has a longer delay.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ from netem.impairments.trace_rows import LOST, read_rows
 class TraceEnded(Exception):
     """A trace with `at_end = "error"` has no row for a frame."""
 
-    exit_code = 2                       # what the user gave is too short
+    exit_code = 2                       # a mistake of the user: the recording is too short
 
 
 @dataclass
 class Trace(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
 
-    file: str                                               # CSV; the scenario loader resolves it beside the scenario
+    file: str                                               # CSV; relative to the scenario's folder
     by: Literal["frame", "time"] = "frame"
     at_end: Literal["wrap", "hold", "error"] = "wrap"
-    columns: dict[str, str] = field(default_factory=dict)   # own name with unit -> name in the file
-    start_ns: int | None = None                             # of the file's clock, when the run starts; None: first row
+    columns: dict[str, str] = field(default_factory=dict)   # name with unit -> name that `file` has instead
+    start_ns: int | None = None                             # start of the run on the file's clock; None: its first row
     recordings: Recordings = field(default_factory=Recordings, kw_only=True, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -70,11 +70,11 @@ class Trace(Impairment):
             yield replace(transit, arrival_ns=transit.arrival_ns + delay_ns)
 
     def least_delay_ns(self, size_bytes: int) -> int:
-        """No copy that comes out does so earlier than this after it went in."""
+        """The shortest delay of the recording."""
         return self._least_ns
 
     def most_delay_ns(self, flow: Flow) -> int:
-        """No copy that comes out does so later than this after it went in."""
+        """The longest delay of the recording."""
         return self._most_ns
 
     def _past_the_end(self, place: int) -> int:

@@ -1,9 +1,9 @@
-"""The rows of a recorded course of loss and delay, as `trace` replays them.
+"""The rows of recorded loss and delay that `trace` replays.
 
-Time counts from `start_ns` of the file's own clock, its first row where nothing is said. The row in force at the start
-holds from 0 on; rows before it are passed over.
+Time 0 is `start_ns` on the file's clock, by default the time of its first row. The row in force at `start_ns` holds
+from 0 on; rows before it are left out.
 
-Invariant: nothing here is changed after construction, so all links with one recording share it.
+Invariant: rows do not change after construction, so all links with one recording share them.
 """
 
 from __future__ import annotations
@@ -20,19 +20,20 @@ if TYPE_CHECKING:
 
     from netem.impairments.csv_columns import Columns
 
-LOST = -1                               # instead of a delay
+LOST = -1                               # stands for the delay of a lost copy
 
 
 @dataclass(frozen=True)
 class TraceRows:
     delays_ns: array[int]               # by row, LOST where the copy is lost
-    times_ns: array[int]                # when a row begins to hold, from 0; empty: row n is for frame n
-    length: int                         # frames, or ns
-    least_ns: int                       # of the delays of copies that come out; 0 if there are none
-    most_ns: int
+    times_ns: array[int]                # instant from which a row holds; empty if row n is for frame n
+    length: int                         # of the recording, in frames or ns
+    least_ns: int                       # shortest delay of a copy that is not lost; 0 if all are
+    most_ns: int                        # longest one
 
 
 def read_rows(file: str, by_time: bool, columns: Mapping[str, str], start_ns: int | None) -> TraceRows:
+    """Read a recording; raises `RecordingError` if columns are missing, times do not rise, or `start_ns` is outside."""
     import numpy as np  # late: a scenario without recordings needs no numpy
 
     from netem.impairments.csv_columns import read_columns

@@ -1,13 +1,13 @@
 """A time window: an impairment acts only on copies that enter the link during one of the intervals [start, end).
 
-A copy that enters outside is never lost, changed, doubled or counted, and the impairment draws nothing for it. It comes
-out when it went in, unless copies that entered inside are still under way and the impairment promises their order: then
-its `carry_outside` delays the copy until it overtakes none of them. An impairment without this method lets it pass.
+The impairment does not lose, change or duplicate a copy that enters outside, and draws no random number for it. The
+copy leaves at the instant at which it entered, unless copies from inside are still on their way and the impairment
+keeps order: its `carry_outside` then delays the copy until it overtakes none of them.
 
     rate_limit            the queue drains at its rate; later copies come out after its last one, at once
     delay, keep_order     later copies come out after the last delayed one
     reorder               later copies come out after the last held one
-    all others            promise no order: later copies pass, also those still delayed
+    all others            keep no order: later copies pass at once and overtake those still delayed
 
 Invariants: intervals are half open, do not overlap, and are kept sorted.
 """

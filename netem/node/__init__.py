@@ -1,1 +1,1 @@
-"""A node, in the robot's own process: its event loop, its ports, and the guard that keeps its program inside."""
+"""A node: its event loop, its ports, and the guard that refuses its program other ways to communicate."""

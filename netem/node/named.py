@@ -1,4 +1,4 @@
-"""A mapping by names that says which names there are when one is asked for that is not.
+"""A mapping by name whose KeyError names the nearest key, or all of them.
 
     node.ports["radi"]      KeyError: r1 has no port 'radi'; did you mean 'radio'?
 """
@@ -14,14 +14,14 @@ Value = TypeVar("Value")
 
 
 class UnknownName(KeyError):
-    """A name that is not there; the message is a sentence, not only the name."""
+    """A key is missing. Its `str` is the message itself, where KeyError would quote it."""
 
     def __str__(self) -> str:
         return str(self.args[0])
 
 
 class Named(dict[str, Value]):
-    """`owner` and `what` are for the message: "r1", "port"; `if_empty` is the remedy where there are none at all."""
+    """`owner` ("r1") and `what` ("port") go into the message; `if_empty` is its remedy if the mapping is empty."""
 
     def __init__(self, entries: Mapping[str, Value], owner: str, what: str, if_empty: str) -> None:
         super().__init__(entries)

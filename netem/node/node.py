@@ -1,10 +1,10 @@
-"""A node: a SimPy environment in integer nanoseconds with ports, that runs as far as it is granted.
+"""A node: a SimPy environment in integer nanoseconds, with ports, that runs up to the horizon of each grant.
 
     program --port.send--> offers of the report          deliveries of the grant --> port.on_receive / port.receive()
 
 Invariants:
-- an event of the node runs only below the granted horizon, a frame is handed out only at the time of an event;
-- at one instant frames are received before the node's own timers run;
+- an event of the node runs only before the granted horizon; an offer has the time of the event that makes it;
+- at one instant deliveries come before the node's own events;
 - a sample for instant s is taken when every event of the node at or before s has run.
 """
 
@@ -37,11 +37,11 @@ def _no_plan() -> int:
 
 
 class PromiseBroken(Exception):
-    """A program hands out a frame before the instant until which it had promised silence."""
+    """A program sent a frame before the instant until which it had promised to send none."""
 
 
 class Port:
-    """Where a node hands bytes out and gets bytes in. Set `on_receive`, or wait with `yield port.receive()`.
+    """Sends and receives a node's frames on one medium. Set `on_receive`, or wait with `yield port.receive()`.
 
     `listen_only`, set before the start, promises that what arrives here makes the program hand out nothing earlier
     than planned: a frame then waits for the node's next grant, still acting at its own time, and costs none.
@@ -65,15 +65,15 @@ class Port:
         raise AttributeError(WAS_ANSWERS)
 
     def send(self, data: FrameBytes) -> None:
-        """Hand `data` out now: bytes, or a bytearray or memoryview as it is now."""
+        """Send `data` now: bytes, or a copy of a bytearray or memoryview. TypeError for anything else."""
         self.node.hand_out(self.index, data)
 
     def receive(self) -> Event:
-        """SimPy event whose value is the next frame that was not taken yet."""
+        """SimPy event whose value is the next delivered frame that nobody has received yet."""
         return self._waiting.get()
 
     def keep(self, data: bytes) -> None:
-        """Nobody listens: `data` waits for `receive`."""
+        """Keep a delivered frame for `receive`, as no `on_receive` is set."""
         self._waiting.put(data)
 
 
@@ -122,9 +122,9 @@ class Node:
         return frozenset(name for name, _ in self._signals)
 
     def end_run(self, because: str, time_ns: int) -> None:
-        """End the whole run at `time_ns`, for a reason that is no failure; the first reason given stands.
+        """End the whole run at `time_ns` for a reason that is no failure; only the first call has an effect.
 
-        Exceptions of the program from now on are taken for a consequence of the end.
+        Exceptions of the program from now on are ignored as consequences of the end.
         """
         if self._ends_ns == NEVER_NS:
             self._ends_ns, self._ends_because = time_ns, because
@@ -175,8 +175,10 @@ class Node:
         self._reads.append((tuple(name for name, _ in names_and_units), read))
 
     def show(self, port: str, period_ns: int, read: Callable[[int], bytes]) -> None:
-        """Hand `read(time_ns)` out at 0, period, 2 period, ... of true time, whatever the program promises: light does
-        not ask it. A program in one of these instants has not acted yet."""
+        """Offer `read(time_ns)` at 0, period, 2 period, ... of true time, as a camera sees a robot without its program.
+
+        The program's promises do not apply to these offers. At such an instant they come before the program's events.
+        """
         if period_ns < 1:
             raise ValueError(f"period_ns={period_ns}: expected at least 1")
         self._shows.append((self.ports[port].index, period_ns, read))
@@ -211,7 +213,7 @@ class Node:
         return dict(self._counters)
 
     def advance(self, grant: Grant) -> Report:
-        """Run every event that the grant allows, and say what came of it."""
+        """Run every event that the grant allows; returns the report for the conductor."""
         if self._ends_ns != NEVER_NS:           # no None: mypyc assumes that it stays None
             return self._end_report(grant)
         try:
@@ -223,7 +225,7 @@ class Node:
         return report if self._ends_ns == NEVER_NS else self._end_report(grant, report)
 
     def _end_report(self, grant: Grant, report: Report | None = None) -> Report:
-        """Report of a node that ends the run: all that it has done so far, and no promise that would delay the end."""
+        """Report of a node that ends the run: its work so far, and promises that do not delay the end."""
         if report is None:
             report = Report(grant.window, NEVER_NS, NEVER_NS, self._offers, self._samples, self._events,
                             dict(self._counters) if grant.last else {}, "")

@@ -1,20 +1,21 @@
-"""In virtual time nothing leaves a program but through the ports of its node: any other way out is refused.
+"""Refuses, in virtual time, every way for a program to communicate other than the ports of its node.
 
     socket: connect, bind, sendto, sendmsg, look-up of a name --audit event--> _hear  --+
     Zenoh: open, scout (`entrances`) ------------------------replaced--------> _refuse --> OutsideGuard.refuse
 
-A message that passes around the emulator takes no emulated time and is in no record, so the run's result would not be
-that of the emulated network. Sockets of the families in `SOCKETS` are refused. A pair of connected Unix
-sockets, as asyncio makes one for itself, is not: it leads to the program itself.
+A message that bypasses the emulator takes no emulated time and is in no record, so the run's result would not be that
+of the emulated network. Sockets of the families in `SOCKETS` are refused, but not a pair of connected Unix sockets, as
+asyncio makes one for itself: it leads back to the program.
 
 Invariants:
-- an audit hook cannot be removed, nor is a replaced function put back: both ask `_on_duty`, the guards of the runs
-  under way in this process, and do nothing where there is none;
-- a guard watches the threads of programs only: those of the whole process, or the one that calls the nodes of the host
-  `inline` while it does, and the threads that are started from there;
-- a refusal is kept in `refusal`, for the host to end the run even if the program has caught the exception.
+- Python cannot remove an audit hook, and replaced functions are not restored: both do nothing if `_on_duty`, the guards
+  of the runs in progress in this process, is empty;
+- a guard watches threads of programs only: all threads of a node's process, or in the host `inline` the thread that
+  calls the nodes, during the call, and the threads that are started from there;
+- `refusal` keeps the first refusal, so that the host ends the run even if the program has caught the exception.
 
-Not seen: what a library in C or Rust opens by itself (gRPC, ZeroMQ), child processes, files, pipes and serial devices.
+Not detected: connections that a library in C or Rust opens by itself (gRPC, ZeroMQ), child processes, files, pipes and
+serial devices.
 Differs from the house rule against module-level state: Python has one list of audit hooks for each process.
 """
 
@@ -57,13 +58,14 @@ Entrance = tuple[ModuleType, str, str]      # (module, name of a function, what 
 
 
 class OutsideRefused(BaseException):
-    """A program opened a way around the emulator. Not an `Exception`: a program that tries again on errors must end."""
+    """A program tried to bypass the emulator. Not an `Exception`, so that a program that retries on errors ends."""
 
 
 class OutsideGuard(Turn):
-    """`whole_process`: every thread is a program's, as in the process of a node. It watches from `begin` to `end`.
+    """Watches a run from `begin` to `end`.
 
-    The host `inline` sets `program_runs` while it calls nodes.
+    With `whole_process` it watches every thread, as in the process of a node; otherwise the host `inline` sets
+    `program_runs` while it calls nodes. `entrances` are functions to refuse, besides sockets.
     """
 
     def __init__(self, entrances: Sequence[Entrance] = (), *, whole_process: bool = False) -> None:
@@ -75,7 +77,7 @@ class OutsideGuard(Turn):
         self._entrances = entrances
 
     def begin(self) -> None:
-        """Watch from now on; for the host `inline`, the thread that calls this."""
+        """Watch from now on; for the host `inline`, the calling thread."""
         self._thread = threading.get_ident()
         post_guards(self._entrances)
         _on_duty.append(self)
@@ -93,22 +95,22 @@ class OutsideGuard(Turn):
         return threading.get_ident() in self._plain or threading.current_thread() in self._started
 
     def check(self) -> None:
-        """Raise the refusal that the program has caught, if there was one."""
+        """Raise the refusal again if there was one, as the program may have caught it."""
         if self.refusal is not None:
             raise self.refusal
 
     def with_refusal(self, error: str) -> str:
-        """The text of a program's error, its last line the refusal if there was one."""
+        """Return the text of a program's error, with the refusal as its last line if there was one."""
         return error if self.refusal is None else f"{error}{self.refusal}"
 
     def adopt(self, thread: threading.Thread) -> None:
-        """If a program starts `thread`, that is running the program too."""
+        """Watch `thread` as well if the calling thread, which starts it, runs a program."""
         if self.watches():
             self._started.add(thread)
 
     @contextmanager
     def watching_this_thread(self) -> Iterator[None]:
-        """Within it the calling thread is running the program."""
+        """Watch the calling thread within the `with` block."""
         self._plain.add(threading.get_ident())
         try:
             yield
@@ -116,6 +118,7 @@ class OutsideGuard(Turn):
             self._plain.discard(threading.get_ident())
 
     def refuse(self, doing: str, remedy: str = REMEDY) -> NoReturn:
+        """Raise `OutsideRefused` with the program's line, `doing` ("connecting an IP socket") and the remedy."""
         refusal = OutsideRefused(f"{_place()}: {doing} goes past the emulator: {RULE}; {remedy}")
         self.refusal = self.refusal or refusal
         raise refusal
@@ -128,8 +131,8 @@ _hooked: list[bool] = []
 def post_guards(entrances: Sequence[Entrance]) -> None:
     """Install the audit hook and replace the functions that ask the guards on duty; a second call does nothing.
 
-    The process that nodes are forked from calls it for all of them: the search through every module changes reference
-    counts, and a node that makes it gets its own copy of 7 MB of pages that it shared before.
+    The fork server calls it once for all nodes: the search through every module changes reference counts, so a node
+    that made it would get its own copy of 7 MB of shared pages.
     """
     if not _hooked:
         _hooked.append(True)
@@ -142,7 +145,7 @@ def post_guards(entrances: Sequence[Entrance]) -> None:
 
 
 def guarded() -> bool:
-    """Whether a run in virtual time is under way in this process."""
+    """Whether a run in virtual time is in progress in this process."""
     return bool(_on_duty)
 
 
@@ -155,7 +158,7 @@ def _hear(event: str, args: tuple[Any, ...]) -> None:
 
 
 def _doing(event: str, args: tuple[Any, ...]) -> str:
-    """The action of an audit event in words; "" if it does not lead outside."""
+    """Describe the action of an audit event; "" if it does not communicate with another process."""
     if event in LOOK_UPS:
         return "" if _is_local(args[0]) else f"looking up the host {args[0]!r}"
     kind = SOCKETS.get(args[0].family)
@@ -172,7 +175,7 @@ def _in_words(address: Any) -> str:
 
 
 def _is_local(host: Any) -> bool:
-    """Whether no other machine is asked for the address of `host`."""
+    """Whether the address of `host` is found without asking another machine."""
     name = host.decode(errors="replace") if isinstance(host, bytes | bytearray) else host
     if name in (None, "", "localhost", "<broadcast>", socket.gethostname()):
         return True
@@ -194,13 +197,13 @@ def _adopt(thread: threading.Thread) -> None:
         guard.adopt(thread)
 
 
-def _refuse_to_listen(door: socket.socket, *args: Any) -> None:
+def _refuse_to_listen(listener: socket.socket, *args: Any) -> None:
     """Listening binds a socket that is not bound yet, and raises no audit event."""
-    _refuse(f"listening on {SOCKETS.get(door.family, 'a socket')}")
+    _refuse(f"listening on {SOCKETS.get(listener.family, 'a socket')}")
 
 
 def _watch_plain_threads() -> None:
-    """Let the threads that a program starts by `_thread.start_new_thread` be watched."""
+    """Watch the threads that a program starts with `_thread.start_new_thread`."""
     real = _thread.start_new_thread
     if hasattr(real, "asks_guards"):
         return
@@ -222,7 +225,7 @@ def _run_watched(guards: Sequence[OutsideGuard], function: Callable[..., object]
 
 
 def _replace(place: Any, name: str, before: Callable[..., None]) -> None:
-    """Let `place.name` call `before` first, also where a module has imported it under a name of its own."""
+    """Make `place.name` call `before` first, also in modules that have imported it by a name of their own."""
     real: Callable[..., Any] = getattr(place, name)
     if hasattr(real, "asks_guards"):
         return
@@ -244,7 +247,7 @@ def _replace(place: Any, name: str, before: Callable[..., None]) -> None:
 
 
 def _place() -> str:
-    """File and line of the program's own code that is running: the innermost, or of the library that it called."""
+    """File and line of the innermost frame of the author's code; without one, of an installed or another library."""
     libraries = _folders(sysconfig.get_path(name) for name in ("stdlib", "platstdlib"))
     installed = _folders(sysconfig.get_path(name) for name in ("purelib", "platlib"))
     ours = _folders(str(Path(__file__).parents[2] / package) for package in OWN_PACKAGES)
@@ -265,6 +268,6 @@ def _folders(paths: Iterable[str | None]) -> tuple[str, ...]:
 
 
 def _short(file: str) -> str:
-    """Relative to the current folder if it lies below that."""
+    """The path of `file`, relative to the current folder if it lies below that."""
     here = f"{os.getcwd()}{os.sep}"
     return file.removeprefix(here)

@@ -1,7 +1,7 @@
-"""Who hears whom: the directed graph over which a radio works, as a function of time.
+"""Topologies: the directed graph of the nodes that hear each other on a radio, as a function of time.
 
-A member of this kind is a settings class with one verb, `over`: it lays itself over the nodes of a medium and returns a
-`Topology`, a function of time: the same instant gives the same answer whenever it is asked.
+A member of this kind is a settings class with one verb, `over`: given the nodes of a medium it returns a `Topology`,
+whose answers depend on the instant asked for only, not on the order of the calls.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Position = Sequence[float]      # [m], two or three coordinates
 
 
 class TopologyError(ValueError):
-    """A mistake in a scenario's topology; the message holds every problem found, one a line."""
+    """A scenario's topology is wrong; the message lists every problem found, one a line."""
 
 
 Graph = dict[str, Reach]        # one entry for every node as a sender
@@ -25,10 +25,10 @@ Graph = dict[str, Reach]        # one entry for every node as a sender
 
 class Topology(Protocol):
     def reach_at(self, sender: str, t_ns: int) -> Reach:
-        """Where a frame that `sender` starts at `t_ns` gets to."""
+        """The nodes that a frame reaches if `sender` starts to transmit it at `t_ns`."""
 
     def graph_at(self, t_ns: int) -> list[Edge]:
-        """(sender, receiver) for everyone in range at `t_ns`, in the order of the nodes."""
+        """Every (sender, receiver) with the receiver in range at `t_ns`, in the order of the nodes."""
 
     def changes_ns(self, until_ns: int) -> list[int]:
         """The instants in (0, until_ns) at which the graph changes."""
@@ -36,7 +36,7 @@ class Topology(Protocol):
 
 @dataclass(frozen=True)
 class Site:
-    """What a topology is laid over: the nodes of one medium, where they stand, and their radio."""
+    """The nodes of one radio medium, their positions in m, and the properties of their radios."""
 
     nodes: tuple[str, ...]
     at_m: Mapping[str, Position]
@@ -46,11 +46,14 @@ class Site:
 
 class TopologyKind(Protocol):
     def over(self, site: Site) -> Topology:
-        """Raise `TopologyError` for links, graphs or positions that do not fit the nodes."""
+        """Return the topology of the nodes of `site`; raises `TopologyError` if links or positions do not fit them."""
 
 
 def reach(site: Site, rx_dbm: Mapping[str, float], fringe_db: float) -> Reach:
-    """Intended are those who get at least `fringe_db` below the sensitivity."""
+    """Sort the nodes by the power `rx_dbm` that they receive from one sender.
+
+    Intended receivers get at least the sensitivity less `fringe_db`; those that get the sensitivity are in range.
+    """
     receivers = tuple(node for node in site.nodes
                       if node in rx_dbm and rx_dbm[node] >= site.sensitivity_dbm - fringe_db)
     in_range = frozenset(node for node in receivers if rx_dbm[node] >= site.sensitivity_dbm)

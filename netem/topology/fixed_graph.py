@@ -1,8 +1,9 @@
-"""A directed graph that stays: who hears whom is a list of links.
+"""A directed graph that does not change: a list of links.
 
-Every link has the received power `level_dbm` unless `levels_dbm` says otherwise; only `capture` asks for it. A link is
-intended even where its power lies below the sensitivity: its copies then end as too weak.
-Not modelled: interference along anything that is not a link.
+The receiver of a link gets the power `level_dbm` unless `levels_dbm` names another; only `capture` compares powers.
+A link whose power lies below the receiver's sensitivity still has an intended receiver, whose copies end as too weak.
+
+Not modelled: interference between nodes that no link joins.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ class FixedGraph:
     kind: Literal["fixed"] = "fixed"
     links: tuple[str, ...] = ("* -> *",)
     level_dbm: float = -60.0
-    levels_dbm: dict[str, float] = field(default_factory=dict)      # by link, a later entry overrules an earlier one
+    levels_dbm: dict[str, float] = field(default_factory=dict)      # by link; a later entry overrules an earlier one
 
     def over(self, site: Site) -> Timetable:
         graph, problems = graph_of(self.links, self.level_dbm, self.levels_dbm, site)
@@ -33,6 +34,7 @@ class FixedGraph:
 
 def graph_of(links: Sequence[str], level_dbm: float, levels_dbm: Mapping[str, float],
              site: Site) -> tuple[Graph, list[str]]:
+    """Return the graph of these links between the nodes of `site`, and the problems found in their names."""
     found, problems = all_edges(links, site.nodes)
     rx_dbm: dict[str, dict[str, float]] = {node: {} for node in site.nodes}
     for sender, receiver in found:

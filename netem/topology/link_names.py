@@ -1,4 +1,4 @@
-"""The edges of a graph by the links that a topology names, as in `netem.core.link_pattern`; nobody hears itself."""
+"""Reads links of a topology, in the grammar of `netem.core.link_pattern`; no link joins a node to itself."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from netem.topology import Edge
 
 
 def edges(link: str, nodes: Sequence[str]) -> tuple[list[Edge], list[str]]:
-    """The edges that `link` names and what is wrong with it (empty: nothing)."""
+    """Return the edges that `link` names, and the problems found in it."""
     pattern = parse(link)
     if pattern is None:
         return [], [f"link {link!r}: expected 'sender -> receiver' or 'node <-> node'"]
@@ -25,6 +25,7 @@ def edges(link: str, nodes: Sequence[str]) -> tuple[list[Edge], list[str]]:
 
 
 def all_edges(links: Iterable[str], nodes: Sequence[str]) -> tuple[set[Edge], list[str]]:
+    """Return the edges of all links, and the problems found in them."""
     found: set[Edge] = set()
     problems: list[str] = []
     for link in links:

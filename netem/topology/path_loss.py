@@ -1,10 +1,10 @@
-"""Who hears whom from where the nodes stand: log-distance path loss (Rappaport, Wireless Communications, 2nd ed., 4.9).
+"""Links from the positions of the nodes: log-distance path loss (Rappaport, Wireless Communications, 2nd ed., 4.9).
 
     rx_dbm = tx_power_dbm - reference_loss_db - 10 exponent log10(max(d, d0) / d0) - losses of zones       [d in m]
 
-A zone of poor communication adds its loss once to a link with at least one end inside (its edge counts as inside).
-Nodes at or above the sensitivity are in range; those up to `fringe_db` below are intended receivers whose copies end
-as too weak; further out nobody expects the frame, but it still disturbs under `capture`.
+A zone of poor communication adds its loss once to a link with at least one end inside or on its edge. A node that
+receives at least the sensitivity is in range. One that receives up to `fringe_db` less is an intended receiver, whose
+copies end as too weak. A node further out is no intended receiver; the frame still interferes there under `capture`.
 
 Not modelled: movement, shadowing, fading, antennas, a link that crosses a zone with both ends outside.
 """
@@ -56,7 +56,7 @@ Zone = Annotated[Rectangle | Circle, ToldApartBy("kind")]
 @dataclass(frozen=True)
 class PathLoss:
     kind: Literal["positions"]
-    at_m: dict[str, tuple[float, ...]] | None = None        # overrules where the scenario's nodes stand
+    at_m: dict[str, tuple[float, ...]] | None = None        # by node; overrules its position in the scenario
     reference_distance_m: float = 1.0
     reference_loss_db: float = 40.0                         # free space at 2.45 GHz and 1 m: 40.2 dB
     exponent: float = 2.0
@@ -88,6 +88,7 @@ class PathLoss:
         return Timetable([0], [graph])
 
     def loss_db(self, one_m: Position, other_m: Position) -> float:
+        """Loss between two positions, with that of the zones that hold either."""
         d, d0 = dist(one_m, other_m), self.reference_distance_m
         loss = self.reference_loss_db + 10 * self.exponent * log10(max(d, d0) / d0)
         return loss + sum(zone.extra_loss_db for zone in self.zones if zone.holds(one_m) or zone.holds(other_m))

@@ -1,4 +1,4 @@
-"""Where a frame of one sender gets to."""
+"""The nodes that a frame of one sender reaches."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Reach:
-    """Where a frame of one sender gets to.
+    """The nodes that a frame of one sender reaches.
 
-    - `receivers`: the intended ones, of whose copies the ledger keeps account, in the order of the nodes;
-    - `in_range`: who can decode it, senses it as a carrier, and loses what it overlaps under `radio_network`;
-    - `too_weak`: the receivers that are not in range;
-    - `rx_dbm`: the power at everyone who gets any, intended or not.
+    - `receivers`: intended receivers, for each of which the ledger has a copy, in the order of the nodes;
+    - `in_range`: receivers that can decode the frame and sense its carrier; under `radio_network` they lose what it
+      overlaps;
+    - `too_weak`: receivers that are not in range;
+    - `rx_dbm`: received power at every node that gets any, intended receiver or not.
     """
 
     receivers: tuple[str, ...]

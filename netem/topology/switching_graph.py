@@ -1,6 +1,6 @@
-"""A directed graph that switches by a timed list of named graphs, once or again and again.
+"""A directed graph that switches between named graphs by a schedule, once or periodically.
 
-A frame is heard by those who are in range when it starts, whatever the graph does while it is on the air.
+The graph at the start of a frame decides its receivers; a switch while the frame is on the air does not change them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class SwitchingGraph:
     kind: Literal["switching"]
     graphs: dict[str, tuple[str, ...]]              # name -> links
     schedule: tuple[GraphChange, ...]
-    repeat_ns: int | None = None                    # the schedule starts again at every multiple
+    repeat_ns: int | None = None                    # the schedule starts again at every multiple; None: it runs once
     level_dbm: float = -60.0
     levels_dbm: dict[str, float] = field(default_factory=dict)
 
@@ -49,7 +49,7 @@ class SwitchingGraph:
                 hint = did_you_mean(change.graph, self.graphs, f"the graphs are {', '.join(self.graphs)}")
                 problems.append(f"schedule[{index}].graph={change.graph!r}: no such graph: {hint}")
         if not self.schedule or self.schedule[0].at_ns != 0:
-            problems.append("schedule: starts with the graph that holds at_ns = 0")
+            problems.append("schedule: expected a first entry with at_ns = 0, the graph at the start")
         problems.extend(f"schedule[{index + 1}].at_ns={later.at_ns}: expected later than the one before "
                         f"({earlier.at_ns})" for index, (earlier, later) in enumerate(pairwise(self.schedule))
                         if later.at_ns <= earlier.at_ns)

@@ -1,4 +1,4 @@
-"""The topologies that a scenario can name under `kind`."""
+"""The topologies that a scenario can name by `kind`. A new one is a file and a line here."""
 
 from __future__ import annotations
 

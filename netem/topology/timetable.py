@@ -1,7 +1,7 @@
-"""Graphs by time: graph i holds on [starts_ns[i], starts_ns[i+1]), the last one to the end or to the end of the period.
+"""Graphs by time: graph i holds on [starts_ns[i], starts_ns[i+1]), the last one to the end of the run or period.
 
-With a period the list starts again at every multiple of it. Everything is decided at the start of a frame, so a change
-under way touches no frame on the air.
+With `repeat_ns` the list starts again at every multiple of it. A medium looks its graph up at the start of a frame, so
+a change does not affect a frame that is on the air.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Timetable:
         return changes
 
     def _row(self, t_ns: int) -> tuple[int, int, Graph]:
-        """(from, until, graph) of the row that holds at `t_ns`."""
+        """(start_ns, end_ns, graph) of the row that holds at `t_ns`; the end is exclusive."""
         cycle_ns = 0 if self._repeat_ns is None else t_ns // self._repeat_ns * self._repeat_ns
         row = bisect_right(self._starts_ns, t_ns - cycle_ns) - 1
         if row + 1 < len(self._starts_ns):

@@ -1,4 +1,4 @@
-"""Marks a union of settings classes whose members are told apart by one key, without importing the reader of scenarios.
+"""Marks a union of settings classes whose members differ in the value of one key, without importing pydantic.
 
     TopologySettings = Annotated[FixedGraph | PathLoss, ToldApartBy("kind")]
 """

@@ -1,17 +1,17 @@
-"""The process that nodes are forked from: it has imported what a node needs, and is none itself.
+"""The fork server: a process that has imported what nodes need and forks each node when the emulator asks for it.
 
     emulator --Start(node), with its input, log and memory--> fork server --fork--> node: `run_child(memory)`
              <------------- Started(node), Ended(node) ------      <--------ends-------
 
-Forked nodes have one layout of memory and share the pages of what was imported. Processes that take turns on a core
-then use the same branch predictions and cache lines, and a node starts in milliseconds (docs/decisions/0009).
+Forked nodes have the same memory layout and share the pages of imported modules. Nodes that take turns on a core then
+use the same branch predictions and cache lines, and a node starts in milliseconds (docs/decisions/0009).
 
 Invariants:
-- this process has one thread and no Zenoh session, so a node inherits nothing but memory;
-- it ends when the emulator's end of its socket has closed and its last node has ended; nodes end by pipes of their own,
-  and one that cannot notice, as its program never lets go of the interpreter, is killed after `END_WITHIN_S`;
-- what a node has started, in the node's own process group, ends with it; what has left that group, as a daemon does,
-  ends with the last node.
+- the fork server has one thread and no Zenoh session, so a node inherits nothing but memory;
+- it ends when the emulator has closed its end of the socket and the last node has ended. A node ends when its own pipe
+  from the emulator closes; one whose program never releases the interpreter is killed after `END_WITHIN_S`;
+- a process that a node has started ends with the node; a daemon, which has left the node's process group, ends with the
+  last node.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ END_WITHIN_S: Final = 5.0
 
 
 class Start(msgspec.Struct, tag="start"):
-    """Fork this node. Three file descriptors come with it: its standard input, its log, and its `UnderWay` memory."""
+    """Fork this node. The message carries three file descriptors: its standard input, log, and `UnderWay` memory."""
 
     node: str
 
@@ -47,7 +47,7 @@ class Kill(msgspec.Struct, tag="kill"):
 
 
 class Dump(msgspec.Struct, tag="dump"):
-    """Let this node write the stacks of its threads into its memory, even if it is stopped."""
+    """Let this node write the stacks of its threads into its `UnderWay` memory, even if it is stopped."""
 
     node: str
 
@@ -63,7 +63,10 @@ class Ended(msgspec.Struct, tag="ended"):
 
 
 def serve(run_child: Callable[[UnderWay], int]) -> int:
-    """Fork nodes as the emulator at the standard input asks; returns the exit code, in a node that of `run_child`."""
+    """Fork nodes as the emulator asks over the socket that is the standard input.
+
+    Returns the exit code; in the process of a node that is the result of `run_child`.
+    """
     take_orphans()
     server = _ForkServer()
     gc.collect()
@@ -87,16 +90,16 @@ class _ForkServer:
         self._nodes: dict[str, tuple[int, int]] = {}            # (pid, pidfd)
         self._decode = msgspec.msgpack.Decoder(Start | Kill | Dump).decode
         self.selector.register(self._emulator, selectors.EVENT_READ, "")
-        self.patience_s: float | None = None        # with the nodes, once the emulator has gone
+        self.patience_s: float | None = None        # how long nodes may go on, None until the emulator has ended
 
     def has_work(self) -> bool:
         return self._emulator is not None or bool(self._nodes)
 
     def obey(self) -> UnderWay | None:
-        """Do what the emulator asks; in the process of a new node, its memory."""
+        """Do what the emulator's next message asks; returns the node's memory in the process of a new node only."""
         assert self._emulator is not None
         message, fds = b"", list[int]()
-        with suppress(ConnectionResetError):        # it has gone, and has not read all that it was told
+        with suppress(ConnectionResetError):        # the emulator ended with messages unread
             message, fds, _, _ = socket.recv_fds(self._emulator, LONGEST_MESSAGE, 3)
         if not message:
             self.selector.unregister(self._emulator)
@@ -125,10 +128,11 @@ class _ForkServer:
         return None
 
     def reap(self, node: str) -> None:
+        """Report the end of `node`, after killing the processes that it started."""
         pid, pidfd = self._nodes.pop(node)
         self.selector.unregister(pidfd)
         os.close(pidfd)
-        _kill_group(pid)            # before it is waited for: until then nobody else can have its number
+        _kill_group(pid)            # before waitpid, after which another process may get the same id
         _, status = os.waitpid(pid, 0)
         if not self._nodes:
             end_children()
@@ -139,7 +143,10 @@ class _ForkServer:
             _kill_group(pid)
 
     def _become(self, node: str, standard_input: int, log: int, memory: int) -> UnderWay:
-        """Be a node: its own standard files, a name for `ps`, and a group, so that Ctrl-C reaches the emulator only."""
+        """Turn this process into `node`: its own standard files, a name for `ps`, and a process group.
+
+        The group keeps Ctrl-C from the node: it reaches the emulator only.
+        """
         os.setpgid(0, 0)
         for target, fd in ((0, standard_input), (1, log), (2, log)):
             os.dup2(fd, target)
@@ -156,12 +163,12 @@ class _ForkServer:
 
     def _tell(self, news: Started | Ended) -> None:
         if self._emulator is not None:
-            with suppress(OSError):             # it has gone, as the next message will say
+            with suppress(OSError):             # the emulator has ended, which `obey` will notice
                 self._emulator.send(msgspec.msgpack.encode(news))
 
 
 def _kill_group(node: int) -> None:
-    """The node and what it has started; the node alone where it has not got its group yet, or has left it."""
+    """Kill the node and the processes that it started, or the node alone if it is in no group of its own."""
     for kill in (os.killpg, os.kill):
         with suppress(ProcessLookupError):
             kill(node, signal.SIGKILL)

@@ -1,7 +1,7 @@
-"""Hosts: what carries grants to nodes and reports back.
+"""Hosts carry the conductor's grants to the nodes and their reports back.
 
-`inline` calls the nodes in this process (the fast host for sweeps); `process` gives each its own OS process and talks
-through Zenoh (`netem/transport/process_host.py`). The conductor cannot tell them apart.
+`inline` runs all nodes in this process (the fast host for sweeps). `process` runs each in its own OS process and
+exchanges messages over Zenoh (`netem/transport/process_host.py`). The conductor uses both in the same way.
 """
 
 from __future__ import annotations
@@ -23,27 +23,30 @@ from netem.wire.messages import Grant, Hello, Report
 
 class Host(Protocol):
     def start(self) -> dict[str, Hello]:
-        """Bring every node up; returns when all are ready (the barrier before time starts)."""
+        """Start every node; returns their hellos when all are ready (the barrier before time starts).
+
+        Raises `NodeFailure` for a node that cannot start.
+        """
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
-        """Send every grant, wait for every report; raises `NodeFailure` for a node that does not answer."""
+        """Send every grant and wait for every report; raises `NodeFailure` for a node that fails or does not answer."""
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
-        """After a failure: the reports of the nodes that still answer a last grant; raises for none that does not."""
+        """After a failure, send every grant and return the reports that arrive; a missing one raises nothing."""
 
     def counters(self) -> Mapping[str, Mapping[str, int]]:
         """Counters of the nodes up to now, as far as they can be read without an exchange."""
 
     def stop(self) -> None:
-        """End every node, whatever happened; leaves no process and no socket."""
+        """End every node and close every socket, in whatever state the host is."""
 
 
 class InlineHost:
-    """All nodes in this process. `build` maps a node's name to the function that makes it.
+    """Runs all nodes in this process. `build` maps a node's name to the function that makes it.
 
-    `guard` watches the programs while they run, if time is virtual. `under_way.words[0]` is the place in `build` of the
-    node whose code runs, counted from 1. With a `timeout_s`, a `Watchdog` ends a run in which that code does not come
-    back; `waiting` learns whose it is after two seconds.
+    In virtual time `guard` watches the programs while they run. `under_way.words[0]` is the place in `build` of the
+    node whose code runs, counted from 1. With a `timeout_s`, a `Watchdog` ends a run in which that code does not
+    return; after two seconds it calls `waiting` with the node's name and the seconds waited.
     """
 
     def __init__(self, build: Mapping[str, Callable[[], Node]], guard: OutsideGuard | None = None,
@@ -52,7 +55,7 @@ class InlineHost:
         self._build = build
         self._guard = guard or OutsideGuard()
         self._guarded = guard is not None
-        self._turn: Turn = self._guard      # the same, and of a compiled class
+        self._turn: Turn = self._guard      # the same object by its compiled base class, whose fields are read faster
         self._nodes: dict[str, Node] = {}
         self._places = {name: place for place, name in enumerate(build, 1)}
         self._running: Any = [0] if under_way is None else under_way.word_0(len(build))
@@ -83,7 +86,7 @@ class InlineHost:
                 failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
             finally:
                 guard.program_runs = False
-                self._came_back()
+                self._returned()
         if failed:
             raise programs_failed(failed)
         return {name: credible(name, node.hello()) for name, node in self._nodes.items()}
@@ -120,7 +123,7 @@ class InlineHost:
         return reports
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
-        """Counters of the nodes, read without running code of their programs."""
+        """Reports with the counters of the nodes, read without running code of their programs."""
         return [(name, Report(grant.window, NEVER_NS, NEVER_NS, [], [], [], self._nodes[name].counters(), ""))
                 for name, grant in grants if name in self._nodes]
 
@@ -133,7 +136,7 @@ class InlineHost:
         self._guard.end()
         self._nodes.clear()
 
-    def _came_back(self) -> None:
+    def _returned(self) -> None:
         self._running[0] = 0
         self._turn.steps += 1
 

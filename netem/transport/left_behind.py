@@ -1,7 +1,7 @@
-"""Orphans of a process's children: they become its own children, and it ends them when it ends.
+"""Ends the processes that descendants of this process leave behind.
 
-A daemon (a new session, its parent gone) belongs to no process group that could be killed; Linux hands it to the
-nearest ancestor that said it takes such children. Elsewhere nothing is done.
+A daemon (a process in a new session whose parent has ended) belongs to no process group that could be killed. Linux
+makes it a child of the nearest ancestor that is a child subreaper (prctl(2)). On other systems it is not ended.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ DEATH_SIGNAL: Final = 1
 
 
 def take_orphans() -> None:
-    """From now on what a descendant leaves behind is a child of this process."""
+    """Make this process a child subreaper: orphans of its descendants become its children."""
     _prctl(CHILD_SUBREAPER, 1)
 
 
 def end_with_parent(number: int) -> None:
-    """Let this process get the signal `number` when its parent ends."""
+    """Have the system send this process the signal `number` when its parent ends."""
     _prctl(DEATH_SIGNAL, number)
 
 
 def end_children(but: Collection[int] = ()) -> None:
-    """Kill the children of this process and theirs, and wait for them; those in `but` stay."""
+    """Kill the children of this process and their descendants, except those in `but`, and wait for them."""
     with suppress(OSError):
         while children := [pid for pid in _children() if pid not in but]:
             for pid in children:

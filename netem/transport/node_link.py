@@ -1,6 +1,6 @@
-"""The node's end of the wire: say hello, then answer one grant after the other until the last.
+"""The node's end of the Zenoh connection: it sends a hello, then a report for each grant until the last.
 
-Bytes on the grant key that are no grant for the next window are counted and ignored; they never end a node.
+Bytes on the grant key that are no grant for a later window are counted as "garbage grants" and ignored.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from netem.wire.messages import UNREADABLE, Grant, Hello, Report
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
-COUNTERS_EVERY_S: Final = 0.5       # of wall clock: what a node has counted outlives it, and the emulator
+COUNTERS_EVERY_S: Final = 0.5       # wall clock; the emulator so knows the counters of a node that is killed
 
 
 def run_node(build: Callable[[StartMessage], Node]) -> int:
-    """The whole life of a node's process: read the start message, build the node, answer grants until the last.
+    """Run a node's process: read the start message, build the node, answer grants until the last.
 
-    Returns the process's exit code, 0 if the last grant ended it.
+    Returns the process's exit code: 0 after the last grant, 1 if the program failed.
     """
     pipe = EmulatorPipe()
     start = pipe.read_start_message()
@@ -51,7 +51,7 @@ def _serve(start: StartMessage, build: Callable[[StartMessage], Node], pipe: Emu
         out.await_subscriber(start.timeout_s)
         fork = _Fork()
         guard = OutsideGuard(ENTRANCES, whole_process=True)
-        turn: Turn = guard              # the same object, by its compiled class: read once for each grant
+        turn: Turn = guard              # the same object by its compiled base class, whose fields are read faster
         if start.virtual_time:
             guard.begin()
         try:
@@ -96,12 +96,12 @@ def _serve(start: StartMessage, build: Callable[[StartMessage], Node], pipe: Emu
                 return 1
             out.send(message)
             if grant.last:
-                pipe.has_said_all()         # closing the session takes a while, and the emulator does not wait for it
+                pipe.expect_end()           # the emulator does not wait until this session is closed
                 return 0
 
 
 class _Fork:
-    """Whether this process is a child that the program has forked."""
+    """Tells whether this process is a child that the program has forked."""
 
     def __init__(self) -> None:
         self.is_child = False
@@ -112,11 +112,11 @@ class _Fork:
 
 
 def _in_this_process(fork: _Fork, call: Callable[[Argument], Result], argument: Argument) -> Result:
-    """Return `call(argument)`; a child that the program forks in it ends here, whether the call returns or raises.
+    """Return `call(argument)`. A child that the program forks during the call ends here, if the call returns or raises.
 
-    The child shares the connection of the node, its parent. So it ends before it sends anything, and before the caller
-    releases an object of Zenoh: compiled code does that as soon as an exception reaches it, and Zenoh would then tell
-    the emulator that the node no longer listens.
+    The child shares the connection of the node, its parent. It must end before it sends a report, and before the caller
+    releases an object of Zenoh, which compiled code does as soon as an exception reaches it: Zenoh would then tell the
+    emulator that the node no longer subscribes to its grants.
     """
     try:
         return call(argument)

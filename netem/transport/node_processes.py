@@ -1,8 +1,8 @@
-"""The emulator's end of the fork server: start nodes, learn which have ended and how, end what is left.
+"""The emulator's end of the fork server: starts nodes, learns which have ended and how, kills those that remain.
 
 Invariants:
-- what the fork server says is read by whoever asks, under one lock; no thread of its own;
-- when the fork server itself has ended, every node that it had not buried counts as ended with its exit code.
+- no thread of its own: each method reads the fork server's messages first, under one lock;
+- when the fork server itself has ended, every node whose end it had not reported counts as ended with its exit code.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from netem.transport.fork_server import LONGEST_MESSAGE, Dump, Ended, Kill, Star
 
 NOT_FORKED_S: Final = 1.0
 TELL_WITHIN_S: Final = 5.0
-_log: Final = logging.getLogger(__name__)       # a warning goes to the standard error, unless told otherwise
+_log: Final = logging.getLogger(__name__)
 
 
 class NodeProcesses:
-    """`command` starts the fork server; what it prints itself goes to `log`."""
+    """`command` starts the fork server, whose own output goes to `log`."""
 
     def __init__(self, command: Sequence[str], log: Path, environment: Mapping[str, str]) -> None:
         self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        # Its own process group: Ctrl-C reaches the emulator only, which ends its nodes. Not its own session: Linux
-        # would schedule it in a group of its own (autogroup), and a grant would take twice as long.
+        # A process group of its own, so that Ctrl-C reaches the emulator only, which ends its nodes. No session of its
+        # own: Linux would schedule it as a separate group (autogroup), and a grant would take twice as long.
         with theirs, log.open("wb") as file:
             self._server = subprocess.Popen(command, stdin=theirs.fileno(), stdout=file, stderr=subprocess.STDOUT,
                                             process_group=0, env=environment)
@@ -49,11 +49,11 @@ class NodeProcesses:
         self._under_way: dict[str, UnderWay] = {}
 
     def start(self, node: str, log: Path) -> BinaryIO:
-        """Start `node`, its output going to `log`; returns its standard input, which it ends with."""
+        """Start `node` with its output going to `log`; returns its standard input. The node ends when that closes."""
         reading, writing = os.pipe()
         self._names.add(node)
         under_way = self._under_way[node] = UnderWay()
-        self._listen()          # so that neither end waits for the other to read
+        self._listen()          # the fork server does not read while its own messages fill the socket
         try:
             with log.open("wb") as file:
                 self._tell(Start(node), [reading, file.fileno(), under_way.file])
@@ -62,25 +62,25 @@ class NodeProcesses:
         return open(writing, "wb")
 
     def pids(self) -> dict[str, int]:
-        """Process ids of the nodes that were forked so far."""
+        """Process ids of the nodes that have been forked so far."""
         self._listen()
         return dict(self._pids)
 
     def exit_code(self, node: str) -> int | None:
-        """How `node` ended, -N for signal N; None while it runs."""
+        """Exit code of `node`, -N for signal N; None while it runs."""
         self._listen()
         return self._exit_codes.get(node)
 
     def orphaned(self, node: str) -> bool:
-        """Whether `node` counts as ended because the fork server has: `exit_code` is that of the fork server."""
+        """Whether `node` counts as ended because the fork server has ended; `exit_code` is then the fork server's."""
         return node in self._orphans
 
     def under_way(self, node: str) -> UnderWay:
-        """The Python stack of `node` and its FMI call, now or when its process ended."""
+        """The record of the code that `node` runs, or ran when its process ended."""
         return self._under_way[node]
 
     def dump_stacks(self, node: str) -> None:
-        """Let `node` write its stacks into its memory; returns when it has, or after two seconds."""
+        """Let `node` write its stacks into its `UnderWay` memory; returns when it has, or after two seconds."""
         await_dump(self._under_way[node], lambda: self._tell(Dump(node), []))
 
     def stopped(self, node: str) -> bool:
@@ -94,7 +94,7 @@ class NodeProcesses:
         self._tell(Kill(node), [])
 
     def close(self, timeout_s: float) -> None:
-        """Wait for nodes that are ending; kill what has not ended in time, the fork server at last."""
+        """Wait up to `timeout_s` for the nodes to end, then kill the others, and end the fork server."""
         self._await_ends(timeout_s)
         for node in sorted(self._running()):
             self.dump_stacks(node)
@@ -113,7 +113,7 @@ class NodeProcesses:
             self._server.wait()
 
     def _tell(self, order: Start | Kill | Dump, fds: list[int]) -> None:
-        """A fork server that is gone is no error here: `exit_code` says so."""
+        """Send an order. If the fork server has ended, nothing is raised: `exit_code` reports it."""
         with self._lock, suppress(OSError):
             self._socket.settimeout(TELL_WITHIN_S)
             socket.send_fds(self._socket, [msgspec.msgpack.encode(order)], fds)
@@ -123,7 +123,7 @@ class NodeProcesses:
         return self._names - self._exit_codes.keys()
 
     def _await_ends(self, timeout_s: float) -> None:
-        """Wait for every node that was forked, and a moment for the fork server to fork those that were not."""
+        """Wait up to `timeout_s` for the forked nodes to end, and up to `NOT_FORKED_S` for nodes to be forked."""
         began_s = time.monotonic()
         while running := self._running():
             patience_s = timeout_s if running <= self._pids.keys() else min(timeout_s, NOT_FORKED_S)
@@ -132,7 +132,7 @@ class NodeProcesses:
             self._listen(left_s)
 
     def _listen(self, wait_s: float = 0.0) -> None:
-        """Take in what the fork server has said, waiting at most `wait_s` for the first word."""
+        """Read the fork server's messages, waiting up to `wait_s` for the first one."""
         with self._lock:
             while True:
                 try:

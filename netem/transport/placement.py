@@ -1,14 +1,13 @@
-"""On which cores emulator and nodes run: all on one, or wherever the system puts them. Tried out while the run goes on.
+"""Chooses the cores for emulator and nodes, one core or all, by measuring the speed of both during the run.
 
     settle --> one core, all cores, one core, ... TRIAL_WINDOWS each --> the faster one for HELD_WINDOWS --> again
-                                           the same one again: held for twice as long, up to MOST_HELD_WINDOWS
+                                     if it is the same one again: twice as long as before, up to MOST_HELD_WINDOWS
 
-Where one node at a time has something to do, each hand-over to another core waits for that core to wake up, and finds
-its caches cold: one core for everybody is faster. Where many nodes work in parallel, or one works long, all cores are.
-Which it is depends on scenario, machine and what else runs there, so it is measured. It decides speed alone: what a
-node hands out does not depend on where it runs.
+If one node at a time has something to do, one core is faster: each message to another core waits until that core wakes
+up, and finds its caches cold. If many nodes work in parallel, or one works for long, all cores are. The choice depends
+on scenario, machine and its other load. It changes the speed alone: a node's offers do not depend on its core.
 
-Not modelled: some nodes here and others there; groups of cores that share a cache.
+Not modelled: some nodes on one core and others elsewhere; groups of cores that share a cache.
 """
 
 from __future__ import annotations
@@ -22,14 +21,17 @@ from typing import Final
 
 SETTLE_WINDOWS: Final = 50
 TRIAL_WINDOWS: Final = 60
-TRIALS: Final = 4               # alternating; the best of each kind counts: something else may have run meanwhile
+TRIALS: Final = 4               # alternating; the faster trial of each choice counts, as other load slows trials down
 HELD_WINDOWS: Final = 6_000
 MOST_HELD_WINDOWS: Final = 48_000
-WORTH_IT: Final = 0.97          # one core has to take less than this share of the time, or it is not worth its risk
+WORTH_IT: Final = 0.97          # one core is chosen if it takes less than this share of the time on all cores
 
 
 class Placement:
-    """Told after every exchange. `processes` gives the ids of those to be placed, this one included."""
+    """Moves the processes whose ids `processes` returns, this one included; the host calls `exchanged` every window.
+
+    `clock` returns seconds; `place(process, cores)` lets a process run on these cores only.
+    """
 
     def __init__(self, processes: Callable[[], Iterable[int]], clock: Callable[[], float] = time.perf_counter,
                  place: Callable[[int, set[int]], None] | None = None, cores: set[int] | None = None) -> None:
@@ -38,7 +40,7 @@ class Placement:
         self._place = place or place_threads
         self._cores = _own_cores() if cores is None else cores
         self._left = SETTLE_WINDOWS if len(self._cores) > 1 else 0
-        self._laps: list[float] = []        # seconds per grant of the trials so far, one core first
+        self._laps: list[float] = []        # seconds per grant of each trial so far, the first on one core
         self._grants = 0
         self._began_s = 0.0
         self._held = 0
@@ -46,14 +48,14 @@ class Placement:
         self.on_one_core = False
 
     def exchanged(self, grants: int) -> None:
-        """A window with so many grants is over."""
+        """Count a window with so many grants; at the end of a trial begin the next one, or decide."""
         self._grants += grants
         self._left -= 1
         if self._left == 0:
             self._next()
 
     def end(self) -> None:
-        """The nodes are gone: back to all cores."""
+        """After the nodes have ended: let this process use all its cores again."""
         self._left = 0
         self._move(to_one=False)
 
@@ -85,7 +87,7 @@ class Placement:
 
 def place_threads(process: int, cores: set[int]) -> None:
     """Let every thread of `process` run on `cores`; threads that it starts later inherit that."""
-    with suppress(OSError):                 # it has ended
+    with suppress(OSError):                 # the process has ended
         for thread in Path(f"/proc/{process}/task").iterdir():
             with suppress(OSError):
                 os.sched_setaffinity(int(thread.name), cores)
@@ -96,7 +98,7 @@ def _own_cores() -> set[int]:
 
 
 def _current_core(cores: set[int]) -> int:
-    """Where this thread runs now: field 39 of its `stat`; any core where there is no `/proc` to tell."""
+    """The core that this thread runs on (field 39 of its `stat`); any of `cores` if there is no `/proc`."""
     core = -1
     with suppress(OSError):
         core = int(Path("/proc/thread-self/stat").read_text().rpartition(")")[2].split()[36])

@@ -1,12 +1,12 @@
-"""Each node its own OS process, reached through Zenoh over the loopback.
+"""Runs each node in its own OS process, reached through Zenoh over the loopback.
 
 Nodes are forked from one process (`fork_server`). A node gets its specification as one line on its standard input and
-ends when that pipe closes, so no node outlives the emulator, however it ends. A watchdog thread wakes the waiting
-conductor when a process has ended or the time-out has passed, and the node is named with what its code did.
+ends when that pipe closes, so no node outlives the emulator, however that ends. A watchdog thread wakes the waiting
+conductor when a process has ended or the time-out has passed; the `NodeFailure` names the node and what its code did.
 
 Invariants:
-- time starts only when every node has said hello and hears its grants;
-- bytes on the report keys that are no report for the window under way are counted (`garbage`) and ignored.
+- time starts when every node has sent its hello and has subscribed to its grants;
+- bytes on the report keys that are no report for the current window are counted (`garbage`) and ignored.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ from netem.wire.errors import NodeFailure, programs_failed
 from netem.wire.messages import UNREADABLE, Grant, Hello, Report
 
 WATCH_EVERY_S: Final = 0.05
-GRACE_S: Final = 0.5                # for the last words of a process that has ended, which may still be on the way
-# There are more nodes than cores: a pool of threads for the small matrices of one robot only gets in everybody's way.
-# What it prints has to be in its log when it fails. A set of names has the same order in every run.
+GRACE_S: Final = 0.5                # for the last report of a process that has ended, which may still be on its way
+# There are more nodes than cores, so thread pools for a robot's small matrices only slow the nodes down. Unbuffered
+# output is in the log when a node fails. With a fixed hash seed a set has the same order in every run.
 ENVIRONMENT: Final = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1",
                       "PYTHONHASHSEED": "0"}
 LOG_TAIL_BYTES: Final = 4_000
-FORK_SERVER_LOG: Final = "fork_server.log"      # no name of a node has a full stop
+FORK_SERVER_LOG: Final = "fork_server.log"      # no node has this name: names of nodes have no full stop
 END_WITHIN_S: Final = 5.0
 WAITING_AFTER_S: Final = 2.0
 TELL_EVERY_S: Final = 0.5
@@ -50,10 +50,10 @@ Message = TypeVar("Message", Hello, Report)
 
 
 class ProcessHost:
-    """`command` starts the process that nodes are forked from; `specifications` maps each node's name to its bytes.
+    """`command` starts the fork server; `specifications` maps each node's name to the bytes in its start message.
 
-    `waiting` is called a few times a second with the names of the nodes that have not answered for `WAITING_AFTER_S`,
-    and for how long.
+    While nodes have not answered for `WAITING_AFTER_S`, `waiting` is called every `TELL_EVERY_S` with their names and
+    the seconds waited.
     """
 
     def __init__(self, command: Sequence[str], specifications: Mapping[str, bytes], *, logs: Path,
@@ -69,14 +69,14 @@ class ProcessHost:
         self._secret = new_secret()
         self._session: Session | None = None
         self._processes: NodeProcesses | None = None
-        self._starting: dict[str, tuple[BinaryIO, threading.Thread]] = {}    # a node's input, and who writes to it
+        self._starting: dict[str, tuple[BinaryIO, threading.Thread]] = {}    # by node: (input, its writer)
         self._senders: dict[str, Sender] = {}
         self._encode = msgspec.msgpack.Encoder().encode
         self._decode_report = msgspec.msgpack.Decoder(Report).decode
         self._awaited: frozenset[str] | set[str] = frozenset()
-        self._began_s = float("inf")            # when the wait that goes on began
-        self._deadline_s = float("inf")         # of the wait for last words
-        self._late: set[str] = set()            # killed because they were, so that sending to them does not block
+        self._began_s = float("inf")            # start of the current wait for reports, inf if there is none
+        self._deadline_s = float("inf")         # end of the wait in `last_words`, inf if there is none
+        self._late: set[str] = set()            # nodes that the watchdog killed because sending to them blocks
         self._ended_s: dict[str, float] = {}
         self._over = threading.Event()
         self._watchdog: threading.Thread | None = None
@@ -110,7 +110,7 @@ class ProcessHost:
         return hellos
 
     def reachable_at(self) -> tuple[str, str]:
-        """The Zenoh endpoint and the name of the run under which a started host listens."""
+        """(Zenoh endpoint, name of the run) at which this host, once started, can be reached."""
         assert self._session is not None, "the host was not started"
         return self._session.endpoint, self._run
 
@@ -130,9 +130,9 @@ class ProcessHost:
         return [(name, reports[name]) for name, _ in grants]
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
-        """Reports that arrive within `within_s` from nodes whose processes run; others are passed over.
+        """Reports that arrive within `within_s` from nodes whose processes run.
 
-        A node that has owed an answer for `WAITING_AFTER_S` hangs, and is not waited for.
+        A node that had not answered the previous grant for `WAITING_AFTER_S` is not waited for.
         """
         if self._session is None:
             return []
@@ -147,7 +147,7 @@ class ProcessHost:
         self._awaited = awaited
         self._deadline_s = time.monotonic() + within_s
         while awaited - hanging and time.monotonic() < self._deadline_s:
-            key, data = self._reports.receive()         # at the latest the watchdog's alarm
+            key, data = self._reports.receive()         # returns at the watchdog's next alarm at the latest
             name = keys.node_of(key)
             if name == "-":
                 awaited -= {name for name in awaited if self._has_ended(name)}
@@ -168,7 +168,7 @@ class ProcessHost:
     def stop(self) -> None:
         self._over.set()
         for name, (standard_input, teller) in self._starting.items():
-            if teller.is_alive():               # it never read its start message; closing the pipe would wait for that
+            if teller.is_alive():               # the node did not read its start message: closing would wait for that
                 self._alive.kill(name)
                 continue
             with suppress(OSError):
@@ -184,7 +184,7 @@ class ProcessHost:
         if self._session is not None:
             self._session.close()
             self._session = None
-        if self._watchdog is not None:          # in a call of Zenoh at the end of the interpreter it would abort that
+        if self._watchdog is not None:          # a thread within a call of Zenoh would abort the interpreter's exit
             self._watchdog.join(END_WITHIN_S)
             self._watchdog = None
 
@@ -195,19 +195,22 @@ class ProcessHost:
 
     def _spawn(self, name: str, start: StartMessage) -> None:
         standard_input = self._alive.start(name, self._logs / f"{name}.log")
-        # From a thread: a process that does not read would hold up the start, and nobody would say which it is.
+        # A thread writes: if a process does not read, the start goes on and the watchdog can name that node.
         teller = threading.Thread(target=_tell, args=(standard_input, msgspec.json.encode(start) + b"\n"), daemon=True)
         self._starting[name] = standard_input, teller
         teller.start()
 
     def _expect(self, awaited: set[str]) -> None:
-        """From now on the watchdog counts the time until each of these has answered."""
+        """Start the wait for these nodes, whose length the watchdog measures from now on."""
         self._awaited = awaited
         self._began_s = time.monotonic()
 
     def _collect(self, awaited: set[str], decode: Callable[[bytes], Message], what: str,
                  window: int = 0) -> dict[str, Message]:
-        """One message from each awaited node; raises for the first that has ended or is late."""
+        """Return one message from each awaited node; raises NodeFailure if one has ended or is late.
+
+        `what` names the message in the error. With a `window`, only reports of this window are collected.
+        """
         collected: dict[str, Message] = {}
         self._awaited = awaited
         while awaited:
@@ -230,12 +233,12 @@ class ProcessHost:
         return collected
 
     def _watch(self) -> None:
-        """Wake the conductor when it waits for a process that has ended, or for long."""
+        """Wake the waiting conductor if a process has ended, if the wait is long, or if its deadline has passed."""
         told_s = 0.0
         while not self._over.wait(WATCH_EVERY_S):
             now_s = time.monotonic()
             waited_s = now_s - self._began_s
-            if waited_s > self._timeout_s + KILL_AFTER_S:       # the conductor itself waits: to send to such a node
+            if waited_s > self._timeout_s + KILL_AFTER_S:       # the conductor is blocked while it sends to such a node
                 for name in self._awaited - self._late:
                     self._late.add(name)
                     self._alive.dump_stacks(name)
@@ -280,7 +283,7 @@ class ProcessHost:
                            detail=self._detail(name))
 
     def _detail(self, name: str) -> str:
-        """Where the code of `name` is, or was when it ended, and what it printed."""
+        """Stack of the node's code, as it is or was when the process ended, and the tail of its log."""
         return "\n".join(filter(None, (words.stack(self._alive.under_way(name)).rstrip(), self._log_of(name))))
 
     def _log_of(self, name: str) -> str:
@@ -291,6 +294,6 @@ class ProcessHost:
 
 
 def _tell(standard_input: BinaryIO, start: bytes) -> None:
-    with suppress(OSError, ValueError):         # it ended, or the host was stopped: the watchdog names it
+    with suppress(OSError, ValueError):         # the node has ended, as the watchdog reports, or the host has stopped
         standard_input.write(start)
         standard_input.flush()

@@ -1,4 +1,4 @@
-"""What the emulator tells a node's process when it starts it: one line of JSON on the standard input.
+"""The start message: one line of JSON that the emulator writes to the standard input of a node's process.
 
 The pipe stays open for as long as the emulator lives; when it closes, the node's process ends at once.
 """
@@ -11,12 +11,14 @@ import threading
 
 import msgspec
 
-ABANDONED = 4       # exit code of a node whose emulator is gone
+ABANDONED = 4       # exit code of a node whose emulator has ended
 
 
 class StartMessage(msgspec.Struct):
-    """`specification` is for the function that builds the node; in virtual time its program is guarded
-    (`OutsideGuard`). `secret` lets the node into the emulator's session."""
+    """How to reach the emulator, and `specification`, the argument of the function that builds the node.
+
+    `secret` is the password of the emulator's Zenoh session. In virtual time an `OutsideGuard` watches the program.
+    """
 
     endpoint: str
     secret: str
@@ -28,8 +30,11 @@ class StartMessage(msgspec.Struct):
 
 
 class EmulatorPipe:
-    """What was the standard input of a node's process; a program that reads that finds its end, and so does what it
-    starts. Unbuffered: a thread that waits in a buffered read would hold up the interpreter's exit for a second."""
+    """The pipe from the emulator, until then the standard input of the node's process.
+
+    The program and the processes that it starts get an empty standard input instead. The pipe is read unbuffered: a
+    thread that waits in a buffered read would delay the interpreter's exit by a second.
+    """
 
     def __init__(self) -> None:
         standard_input = sys.stdin.fileno()
@@ -40,7 +45,7 @@ class EmulatorPipe:
         self._closed = threading.Event()
 
     def read_start_message(self) -> StartMessage:
-        """Read the start message; from then on the process ends when the pipe closes."""
+        """Read the start message; from then on the process ends with `ABANDONED` when the pipe closes."""
         line = bytearray()
         while not line.endswith(b"\n"):
             part = os.read(self._pipe, 65536)
@@ -50,12 +55,12 @@ class EmulatorPipe:
         threading.Thread(target=self._watch, name="pipe to the emulator", daemon=True).start()
         return msgspec.json.decode(line, type=StartMessage)
 
-    def has_said_all(self) -> None:
-        """From now on the end of the pipe is expected: it no longer ends the process."""
+    def expect_end(self) -> None:
+        """From now on the process goes on when the pipe closes."""
         self._done.set()
 
     def await_end(self, timeout_s: float) -> None:
-        """Stay until the emulator has heard the last word and closes the pipe."""
+        """Wait until the emulator, which has received the last message, closes the pipe, at most `timeout_s`."""
         self._done.set()
         self._closed.wait(timeout_s)
 

@@ -1,13 +1,14 @@
-"""Ends an inline run in which the code of a node does not come back, with the same words as a run with processes.
+"""Ends an inline run in which a node's code does not return, with the same message as a run with processes.
 
-    no step for 2 s            `waiting` is told, again and again
-    for the time-out           NodeHangs is raised in the node's code: the run fails as for any other error of a program
-    1 s, 2 s later             once more, in case the code has caught it
-    3 s after the time-out     the process ends with code 3: the code is in one call into C that lets other threads run
-    5 s after the time-out     Python's fault handler writes the stacks and ends the process: no other thread could run
+    2 s without a step         `waiting` is called, again and again
+    the time-out               NodeHangs is raised in the node's code; the run fails as for any other error of a program
+    1 s, 2 s after it          NodeHangs is raised again, in case the code has caught it
+    3 s after it               the process ends with code 3: the code is in a call into C that lets other threads run
+    5 s after it               Python's fault handler writes the stacks and ends the process: no other thread can run
 
-The last two leave the records as they are on the disk; what happened is said on the standard error, and behind the
-memory of `UnderWay`. They need the main thread. A run in another thread is only interrupted between two of its lines.
+The last two leave the records on the disk unfinished; the message goes to the standard error or, if another process
+reads `UnderWay`, behind its memory. They need the main thread: a run in another thread is interrupted between two
+bytecodes only.
 """
 
 from __future__ import annotations
@@ -37,16 +38,17 @@ FAULT_AFTER_S: Final = 5.0
 RENEW_S: Final = 1.0
 RAISE_SIGNAL: Final = signal.SIGRTMAX - 6
 NODE_FAILED: Final = 3                      # exit code
-MARK: Final = "marconet: "                  # before the words behind the memory
+MARK: Final = "marconet: "                  # begins the message behind the memory of `UnderWay`
 
 
 class NodeHangs(BaseException):
-    """Raised in the code of a node that does not come back; no Exception, so that few programs catch it."""
+    """Raised in the code of a node that does not return; no Exception, so that few programs catch it."""
 
 
 class Watchdog:
-    """`turn.steps` grows with every window; word 0 of `under_way` is the place in `nodes` of the node whose code runs,
-    counted from 1, 0 between nodes."""
+    """`turn.steps` grows with every window. Word 0 of `under_way` is the place in `nodes` of the node whose code runs,
+    counted from 1; it is 0 between nodes.
+    """
 
     def __init__(self, nodes: Sequence[str], under_way: UnderWay, timeout_s: float,
                  waiting: Callable[[Sequence[str], float], None], turn: Turn) -> None:
@@ -98,15 +100,15 @@ class Watchdog:
                 self._waiting([self._nodes[place - 1]], waited_s)
 
     def _renew(self) -> None:
-        """Put the end by the fault handler off: its thread needs no interpreter, so nothing can hold it up."""
+        """Postpone the end by the fault handler, whose thread needs no interpreter, so that no code can delay it."""
         self._armed_s = time.monotonic()
         faulthandler.dump_traceback_later(self._timeout_s + FAULT_AFTER_S, exit=True, file=self._fault_file())
 
     def _fault_file(self) -> int:
         return self._under_way.file if self._under_way.shared else 2
 
-    def _look(self) -> None:
-        """Note where the node's code is."""
+    def _note_stack(self) -> None:
+        """Keep the stack of the node's code in `reason` and `detail`."""
         frame = sys._current_frames().get(self._watched)
         frames = [Frame(found.filename, found.lineno or 0, found.name)
                   for found in reversed(traceback.extract_stack(frame))]
@@ -114,14 +116,14 @@ class Watchdog:
         self.detail = as_traceback(frames)
 
     def _interrupt(self) -> None:
-        self._look()
+        self._note_stack()
         if self._in_main:
             signal.pthread_kill(self._watched, RAISE_SIGNAL)        # also ends a sleep
         else:
             ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._watched), ctypes.py_object(NodeHangs))
 
     def _end(self, node: str) -> NoReturn:
-        self._look()
+        self._note_stack()
         what = f"node {node}: {self.reason}\n{self.detail}"
         if self._under_way.shared:
             os.write(self._under_way.file, f"{MARK}{what}".encode(errors="replace"))
@@ -130,14 +132,14 @@ class Watchdog:
         os._exit(NODE_FAILED)
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
-        if self._under_way.words[0]:                # else the code has come back at the last moment
+        if self._under_way.words[0]:                # 0 if the code has returned in the meantime
             raise NodeHangs
 
 
 def last_words(status: int, nodes: Sequence[str], under_way: UnderWay, timeout_s: float) -> tuple[str, str, str]:
-    """(node, what happened, stack) of the process of an inline run that ended without a word of its own.
+    """Return (node, what happened, stack) for the process of an inline run that ended without reporting an error.
 
-    `status` is its exit code, -N for signal N; `node` is "" if none of their code ran.
+    `status` is its exit code, -N for signal N; `node` is "" if no node's code ran.
     """
     place = under_way.running()
     node = nodes[place - 1] if 0 < place <= len(nodes) else ""

@@ -1,15 +1,16 @@
-"""The adapter to Eclipse Zenoh 1.x: sessions on this machine, one channel out and one in.
+"""The adapter to Eclipse Zenoh 1.x: sessions on this machine, senders and receivers of whole messages.
 
-- explicit endpoints, multicast scouting and gossip off: nothing is discovered, so it works in a container;
-- the emulator listens on port 0 and reads the port that the system chose from its own admin space;
-- each connection to it proves that it knows the secret of the run, before a message passes: Zenoh's user and password,
-  of which only a keyed hash of a number that is new for each connection is sent (docs/decisions/0016);
-- every key in use is declared, for as long as it is in use: Zenoh remembers the way of a declared key, and works out
-  that of any other for each message;
-- congestion control BLOCK and express on every message; receiving is a FIFO handler, so no callback runs Python code;
-- the low-latency transport (no priorities), which does not fragment: longer messages are sent in parts. Each part is
-  led by four bytes that belong to the run and one that says whether more follow; what is led by anything else is
-  passed on as a message of no bytes, which nobody can read.
+- Endpoints are explicit, multicast scouting and gossip are off: nothing is discovered, so a run works in a container.
+- The emulator listens on port 0 and reads the port that the system chose from Zenoh's admin space.
+- Each connection to the emulator proves that it knows the run's secret before a message passes: Zenoh's user and
+  password, of which only a keyed hash of a number that is new for each connection is sent (docs/decisions/0016).
+- Every key is declared for as long as it is in use: Zenoh keeps the route of a declared key, and computes that of any
+  other for each message.
+- Every message has congestion control BLOCK and express. Messages are received from a FIFO handler, so that no callback
+  runs Python code.
+- The low-latency transport (no priorities) does not fragment, so longer messages are sent in parts. Each part begins
+  with four bytes that belong to the run and one that says whether more parts follow. A part that begins otherwise is
+  received as an empty message, which no decoder accepts.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from contextlib import contextmanager
 from hashlib import blake2b
 from typing import Final
 
-# One thread for everything that Zenoh does: on few cores each hand-over between its thread pools costs a wake-up.
+# Zenoh uses one thread: on few cores each message between its thread pools costs a wake-up.
 os.environ.setdefault("ZENOH_RUNTIME", "(rx: (handover: app), tx: (handover: app), acc: (handover: app), "
                                        "net: (handover: app), app: (worker_threads: 1))")
 
@@ -33,16 +34,16 @@ import zenoh
 BATCH_BYTES: Final = 4_096         # Zenoh clears a buffer of this size for every message that comes in
 MAX_PART_BYTES: Final = 3_500
 TOKEN_BYTES: Final = 4
-USER: Final = "member"             # of every run: what is secret is the password
-JOIN_WITHIN_MS: Final = 20_000     # a node tries again: others may hold every place for connections that say nothing
-MOST_STRANGERS: Final = 300        # connections that have not proved themselves yet; each takes a file descriptor,
-STRANGERS_WITHIN_MS: Final = 3_000  # and is closed after this time
+USER: Final = "member"             # of every run; the password alone is secret
+JOIN_WITHIN_MS: Final = 20_000     # a node tries again if connections without authentication take all places
+MOST_STRANGERS: Final = 300        # connections not authenticated yet; each takes a file descriptor
+STRANGERS_WITHIN_MS: Final = 3_000  # time after which such a connection is closed
 CLOSE_WITHIN_S: Final = 2.0
 ENTRANCES: Final = ((zenoh, "open", "opening a Zenoh session"), (zenoh, "scout", "scouting for Zenoh"))
 
 
 class NotReachable(Exception):
-    """No subscriber for a key within the time allowed."""
+    """Nobody subscribed to a key in time, or Zenoh does not listen on the loopback."""
 
 
 def _config(*, listen: str | None, connect: str | None, usrpwd: dict[str, str]) -> zenoh.Config:
@@ -71,7 +72,7 @@ def _config(*, listen: str | None, connect: str | None, usrpwd: dict[str, str]) 
 
 
 class Sender:
-    """Publishes to one key, whole messages in order."""
+    """Publishes whole messages to one key, in order."""
 
     def __init__(self, session: zenoh.Session, key: str, token: bytes) -> None:
         self.key = key
@@ -90,7 +91,10 @@ class Sender:
             self._put((self._more if more else self._last) + message[start:start + MAX_PART_BYTES])
 
     def await_subscriber(self, timeout_s: float, give_up: Callable[[], bool] = lambda: False) -> None:
-        """Return when somebody subscribes to the key: what is sent before that is lost."""
+        """Return when somebody has subscribed to the key; messages sent before that are lost.
+
+        Raises `NotReachable` after `timeout_s`, or as soon as `give_up` returns true.
+        """
         deadline_s = time.monotonic() + timeout_s
         while not self._matching():
             if time.monotonic() > deadline_s or give_up():
@@ -103,17 +107,17 @@ class Sender:
 
 
 class Receiver:
-    """What arrives on a key expression, as (key, whole message)."""
+    """Receives whole messages on a key expression; `senders` are the keys that it matches, if it is a pattern."""
 
     def __init__(self, session: zenoh.Session, key: str, token: bytes, senders: Sequence[str]) -> None:
         self._declared = [session.declare_keyexpr(sender) for sender in senders]
         self._receive = session.declare_subscriber(key).recv
         self._last, self._more = token + b"\0", token + b"\1"
         self._parts: dict[str, list[bytes]] = {}
-        self._only_key = "" if "*" in key else key      # what the key of a message is, where all have the same
+        self._only_key = "" if "*" in key else key      # the key of every message, "" if `key` is a pattern
 
     def receive(self) -> tuple[str, bytes]:
-        """Wait for the next whole message; no bytes for what did not come from a `Sender` of this run."""
+        """Wait for the next message and return (key, message); b"" for one that no `Sender` of this run has sent."""
         while True:
             sample = self._receive()
             key, data = self._only_key or str(sample.key_expr), sample.payload.to_bytes()
@@ -128,17 +132,17 @@ class Receiver:
 
 
 def new_secret() -> str:
-    """256 random bits: too many to be found by trying them against the hash that went over the wire."""
+    """256 random bits, too many to be guessed from the hash that passes over the connection."""
     return secrets.token_hex(32)
 
 
 class Session:
-    """A Zenoh session among the processes of one run; close it, or use it in a `with`."""
+    """A Zenoh session of one process of a run; close it, or use it in a `with` statement."""
 
     def __init__(self, secret: str, *, connect: str | None = None) -> None:
         """Connect to an endpoint such as tcp/127.0.0.1:40123; without one, listen on a port that the system chooses.
 
-        `secret` is what the processes of the run share. Zenoh reads it from a file: here one in memory.
+        `secret` is the password that the processes of the run share. Zenoh reads it from a file, here one in memory.
         """
         self._token = blake2b(secret.encode(), digest_size=TOKEN_BYTES).digest()
         if connect is not None:
@@ -163,11 +167,11 @@ class Session:
         return Sender(self._session, key, self._token)
 
     def receiver(self, key: str, *senders: str) -> Receiver:
-        """`key` may be a pattern; `senders` are the keys that will be used, if it is."""
+        """Subscribe to `key`; if it is a pattern, `senders` are the keys on which messages will arrive."""
         return Receiver(self._session, key, self._token, senders)
 
     def close(self) -> None:
-        """Close the session, waiting at most `CLOSE_WITHIN_S` for what has not been sent yet."""
+        """Close the session, waiting up to `CLOSE_WITHIN_S` until all messages have been sent."""
         closing = threading.Thread(target=self._session.close, name="closing Zenoh", daemon=True)
         closing.start()
         closing.join(CLOSE_WITHIN_S)
@@ -181,7 +185,7 @@ class Session:
 
 @contextmanager
 def _in_memory(text: str) -> Iterator[str]:
-    """The path of a file with this text that this process alone can open; it never exists on a disk."""
+    """Yield the path of a file in memory with this text, which only this process can open."""
     file = os.memfd_create("users", os.MFD_CLOEXEC)
     try:
         os.write(file, text.encode())

@@ -1,4 +1,4 @@
-"""Checks the hello of a node before it is used: bytes that can be decoded may still hold impossible values."""
+"""Checks a node's hello before the conductor uses it: a message that decodes may still hold impossible values."""
 
 from __future__ import annotations
 
@@ -7,16 +7,19 @@ from collections.abc import Sequence
 from netem.wire.errors import NodeFailure
 from netem.wire.messages import Hello
 
-SHOWN = 40          # characters of a name that is nonsense
+SHOWN = 40          # characters of an invalid name that the message quotes
 
 
 def credible(name: str, hello: Hello) -> Hello:
-    """`hello` as it came from node `name`; NodeFailure for one that no node can say."""
+    """Return the `hello` that node `name` sent; raises NodeFailure if a value in it is impossible.
+
+    A hello that carries the traceback of the node's program is returned unchecked.
+    """
     if hello.error:
         return hello
     problem = _problem(name, hello)
     if problem:
-        raise NodeFailure(name, f"says nonsense of itself: {problem}")
+        raise NodeFailure(name, f"sent an invalid hello: {problem}")
     return hello
 
 
@@ -28,8 +31,8 @@ def _problem(name: str, hello: Hello) -> str:
             return f"its {what} at {time_ns} ns, expected 0 or more"
     signals = [signal for signal, _ in hello.signals]
     for kind, names in (("port", hello.ports), ("signal", signals)):
-        if twice := _twice(names):
-            return f"{kind} {twice[0][:SHOWN]!r} twice, expected each name once"
+        if repeated := _repeated(names):
+            return f"{kind} {repeated[0][:SHOWN]!r} twice, expected each name once"
         if "" in names:
             return f"a {kind} without a name"
     for port in hello.quiet:
@@ -38,5 +41,5 @@ def _problem(name: str, hello: Hello) -> str:
     return ""
 
 
-def _twice(names: Sequence[str]) -> list[str]:
+def _repeated(names: Sequence[str]) -> list[str]:
     return [name for index, name in enumerate(names) if name in names[:index]]

@@ -1,4 +1,4 @@
-"""What can go wrong with a node. Each error names the node, its last report and what is being waited for."""
+"""The errors that end a run because of a node, and the signals that end the emulator."""
 
 from __future__ import annotations
 
@@ -14,14 +14,13 @@ WHOLE_NANOSECONDS: Final = "times are int; wait with whole nanoseconds, timeout(
 
 
 def with_remedy(error: str) -> str:
-    """The text of a program's error; a compiled function that was handed a time of another type cannot say the rule."""
+    """Return the text of a program's error, with the rule for times added if a compiled function received a float."""
     handed_a_float = re.search(r"\bint object expected; got (float|numpy\.\w+)$", error)
     return f"{error}: {WHOLE_NANOSECONDS}" if handed_a_float else error
 
 
 class Interrupted(KeyboardInterrupt):
-    """The emulator's process was asked to end by the signal `number`, unlike a KeyboardInterrupt that a program raises.
-    """
+    """The emulator's process received the signal `number`, which asks it to end; no program raises this."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -29,17 +28,17 @@ class Interrupted(KeyboardInterrupt):
 
 
 def is_interruption(error: BaseException) -> bool:
-    """Whether the process was asked to end; a KeyboardInterrupt that a program raises itself is a failure of it."""
+    """Whether a signal asked the process to end; a KeyboardInterrupt that a program itself raises is its failure."""
     if isinstance(error, Interrupted):
         return True
     return isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 class NodeFailure(Exception):
-    """A node exited, hung, failed, broke its promise or spoke nonsense; the run is over, its folder is kept.
+    """A node exited, hung, failed, broke its promise or sent invalid values. The run ends and its folder is kept.
 
-    `others` failed at the same time and in the same way as `node`. `detail` is a traceback or the tail of a log; of a
-    traceback the message has the lines of the program's author, `in_full` everything.
+    `others` are nodes that failed at the same time and in the same way as `node`. `detail` is a traceback or the tail
+    of a log. The message quotes only those lines of a traceback that lie in the author's files; `in_full` has them all.
     """
 
     exit_code = 3
@@ -50,7 +49,7 @@ class NodeFailure(Exception):
         self.reason = reason
         self.last_report = last_report
         self.detail = detail
-        self.counters: dict[str, dict[str, int]] = {}       # what nodes that failed had counted, where known
+        self.counters: dict[str, dict[str, int]] = {}       # by node that failed, where its counters are known
         self.others = list(others)
         who = f"{1 + len(others)} agents: {', '.join([node, *others])}" if others else f"node {node}"
         report = f" (last report: {last_report})"
@@ -62,9 +61,9 @@ class NodeFailure(Exception):
 
 
 def programs_failed(traces: Mapping[str, tuple[str, str]]) -> NodeFailure:
-    """The failure of the first node, and of those with it that failed in the same way.
+    """Return the failure of the first node in `traces`, naming the others that failed in the same way.
 
-    `traces`: by node, what it was doing ("could not start", "its program failed at 5 ns") and the traceback.
+    `traces` maps each node to what happened ("could not start", "its program failed at 5 ns") and its traceback.
     """
     def without_names(node: str) -> str:
         doing, trace = traces[node]

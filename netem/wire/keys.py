@@ -4,12 +4,12 @@ from __future__ import annotations
 
 
 def grant(run: str, node: str) -> str:
-    """The emulator grants time to `node`."""
+    """Key on which the emulator sends grants to `node`."""
     return f"marconet/{run}/grant/{node}"
 
 
 def report(run: str, node: str = "*") -> str:
-    """`node` answers; with "*" the emulator hears all."""
+    """Key on which `node` sends its reports; the emulator subscribes to node "*", which matches every node."""
     return f"marconet/{run}/report/{node}"
 
 

@@ -1,8 +1,8 @@
-"""What the conductor and a node say to each other, as MessagePack arrays.
+"""Messages between the conductor and a node, encoded as MessagePack arrays.
 
-A node's promise is a pair: `soft_ns`, before which it hands out nothing unless it hears something first, and `firm_ns`,
-before which it hands out nothing whatever it hears. The earliest instant at which it can hand anything out is therefore
-max(firm_ns, min(soft_ns, its first undelivered frame)).
+A node's promise is a pair of instants in ns. Before `soft_ns` the node makes no offer unless a frame is delivered to it
+first; before `firm_ns` it makes none whatever is delivered. Its next offer therefore comes no earlier than
+max(firm_ns, min(soft_ns, arrival of its first undelivered frame)).
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ from netem.wire.level import Level
 UNREADABLE: Final = (msgspec.MsgspecError, UnicodeDecodeError)      # what decoding bytes of any kind can raise
 
 Delivery = tuple[int, int, bytes]       # (arrival_ns, port index, data)
-Offer = tuple[int, int, bytes]          # (time_ns, port index, data), in the order in which they were handed out
+Offer = tuple[int, int, bytes]          # (time_ns, port index, data)
 Sample = tuple[int, list[float]]        # (time_ns, one value for each declared signal)
 Event = tuple[int, str, str, Level]     # (time_ns, kind, detail, level)
 
 
 class Grant(msgspec.Struct, array_like=True, gc=False):
-    """Run up to `horizon_ns`: exclusive, or with `instant` the events at `horizon_ns` as well."""
+    """Lets a node run its events before `horizon_ns`, and with `instant` those at `horizon_ns` as well."""
 
     window: int
     horizon_ns: int
     instant: bool
-    last: bool                          # the run ends here: answer, then close
+    last: bool                          # the run ends at the horizon: the node answers, then closes
     deliveries: list[Delivery]
 
 
 class Report(msgspec.Struct, array_like=True, gc=False):
-    """Answer to one grant."""
+    """A node's answer to one grant; `offers` are in the order in which its program sent the frames."""
 
     window: int
     soft_ns: int
@@ -40,18 +40,18 @@ class Report(msgspec.Struct, array_like=True, gc=False):
     offers: list[Offer]
     samples: list[Sample]
     events: list[Event]
-    counters: dict[str, int]            # in the last report, in that of an error, and with processes now and then
+    counters: dict[str, int]            # filled in the last report, in one with an error, and at times by a process
     error: str                          # traceback of the program, "" if all is well
     ends: tuple[int, str] | None = None     # (time_ns, reason) if the node ends the run
 
 
 class Hello(msgspec.Struct, array_like=True, gc=False):
-    """A node is ready: its first promise, the signals that it samples and the ports that it has."""
+    """Tells the conductor that a node is ready: its first promise, its ports, and the signals that it samples."""
 
     node: str
     soft_ns: int
     firm_ns: int
     ports: list[str]
     signals: list[tuple[str, str]]      # (name, unit)
-    quiet: list[int] = []               # ports at which what arrives makes it hand out nothing by itself
-    error: str = ""
+    quiet: list[int] = []               # indices of ports whose deliveries cause no offer by themselves
+    error: str = ""                     # traceback of a program that could not start

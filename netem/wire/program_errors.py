@@ -1,6 +1,6 @@
-"""An exception of a program, in words for its author: the place in the program, the rule, the remedy.
+"""Turns a program's traceback into a message for its author: the place in the program, the rule, the remedy.
 
-Works on the text of a traceback, as both hosts have it: the host with processes gets no more than the text.
+The functions take the traceback as text, because a node in its own process sends nothing else.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ _FRAME: Final = re.compile(r'  File "(?P<file>[^"]+)", line (?P<line>\d+), in (?
 _INVALID_YIELD: Final = re.compile(r'Invalid yield value "(?P<value>.*)"\s*$', re.DOTALL)
 _ADDRESS: Final = re.compile(r" at 0x[0-9a-f]+(?=>)")
 _GENERATOR: Final = re.compile(r"<generator object (?P<name>\S+)>")
-_COMPILED_GENERATOR: Final = re.compile(        # as mypyc names its type
+_COMPILED_GENERATOR: Final = re.compile(        # mypyc's name for the type of a generator
     r"<(?:\w+\.)+(?P<function>\w+?)(?:_(?P<owner>[A-Z]\w*))?_gen object>")
 _OUR_TYPE: Final = re.compile(r"^(?:netem|fmus|firmware_sim|experiments)(?:\.\w+)*: ")
-_PRIVATE_NAME: Final = re.compile(r"@[0-9a-f]{12}(?=\.)")          # of a module beside a scenario
+_PRIVATE_NAME: Final = re.compile(r"@[0-9a-f]{12}(?=\.)")          # suffix of a module that lies beside a scenario
 _OURS: Final = str(Path(__file__).parents[2])
-_PACKAGES: Final = tuple(f"{root}{name}/" for root in (f"{_OURS}/", "")      # compiled: below the root
+_PACKAGES: Final = tuple(f"{root}{name}/" for root in (f"{_OURS}/", "")      # compiled code has relative paths
                          for name in ("netem", "fmus", "firmware_sim", "experiments"))
 _LIBRARIES: Final = tuple(f"{path}/" for path in {sysconfig.get_paths()[key] for key in
                                                   ("stdlib", "platstdlib", "purelib", "platlib")})
-MOST_FRAMES: Final = 5             # shown of a recursion
+MOST_FRAMES: Final = 5             # number of frames shown, the innermost ones
 NO_EVENT: Final = "expected an event, as `yield self.board.until(local_ns)` or `yield port.receive()` wait for"
 
 
 def what_failed(trace: str) -> str:
-    """The last line of a traceback, "Type: message", with the remedy where the mistake is a known one.
+    """Return the last line of a traceback, "Type: message", with the remedy for a known mistake.
 
-    Without addresses in memory, by which the same mistake of several robots would differ.
+    Memory addresses are removed, so that the same mistake of several robots reads the same.
     """
     trace = _ADDRESS.sub("", trace)
     last = trace.strip().rpartition("\n")[2].strip()
@@ -50,7 +50,7 @@ def what_failed(trace: str) -> str:
 
 
 def _generator_named(value: str) -> str:
-    """The qualified name of the generator function whose generator `value` describes, "" if it is no generator."""
+    """Qualified name of the function whose generator has the repr `value`; "" if it is not the repr of a generator."""
     if (generator := _GENERATOR.fullmatch(value)) is not None:
         return generator["name"]
     if (generator := _COMPILED_GENERATOR.fullmatch(value)) is not None:
@@ -59,7 +59,7 @@ def _generator_named(value: str) -> str:
 
 
 def own_lines(trace: str) -> str:
-    """The frames that lie in the files of the program's author, "" if there are none."""
+    """Return the traceback's frames that lie in files of the program's author; "" if there are none."""
     kept: list[str] = []
     keep = False
     for line in trace.rstrip().splitlines():
@@ -77,5 +77,5 @@ def own_lines(trace: str) -> str:
 
 @lru_cache(maxsize=1 << 12)
 def is_authors(file: str) -> bool:
-    """Whether a source file is neither marconet's nor a library's."""
+    """Whether a source file belongs neither to marconet nor to an installed library."""
     return not os.path.normpath(file).startswith((*_PACKAGES, *_LIBRARIES, f"{sys.prefix}/", "<"))

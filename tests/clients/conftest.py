@@ -1,4 +1,4 @@
-"""A run in real time as a process of its own, and clients as others: they meet at a UDP port of the loopback only."""
+"""A run in real time and its clients, each in its own process, connected by a UDP port of the loopback only."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from experiments.judge.run_data import RunData, load_run
 from experiments.scenario import find
 
 PATIENCE_S = 60.0
-END = ""                        # no line: each has its end of line
+END = ""                        # differs from every line, as these end in a newline
 
 
 class Program:
-    """A program whose lines are read as they come, and whose standard input is typed into."""
+    """A child process; a thread reads the lines of its output, and `type` writes to its standard input."""
 
     def __init__(self, command: list[str], folder: Path) -> None:
         self.process = subprocess.Popen(command, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
@@ -42,7 +42,7 @@ class Program:
         self._coming.put(END)
 
     def until(self, pattern: str, patience_s: float = PATIENCE_S) -> str:
-        """The first line from now on that matches."""
+        """Return the first line from now on that matches; raises AssertionError after `patience_s`."""
         end_s = time.monotonic() + patience_s
         while True:
             try:
@@ -60,7 +60,7 @@ class Program:
         self.process.stdin.flush()
 
     def type_until(self, text: str, pattern: str) -> str:
-        """Ask again until the answer matches: what was typed before takes its time."""
+        """Type `text` every second until a line matches, as the program takes time for earlier input."""
         for _ in range(int(PATIENCE_S)):
             self.type(text)
             with suppress(AssertionError):
@@ -68,7 +68,7 @@ class Program:
         raise AssertionError(f"{text!r} was never answered with {pattern!r}:\n{''.join(self.lines)}")
 
     def end(self, interrupt: bool = True) -> int:
-        """Wait for its end, after an interrupt as one would give at a terminal if it still runs."""
+        """Wait for the end of the process, after an interrupt (SIGINT) if it still runs; returns its exit code."""
         if interrupt and self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
         try:
@@ -83,7 +83,7 @@ class Program:
 
 
 class FlyingRun:
-    """`quadrotor_udp` in real time; `client_port` is where it speaks first, and a client has to listen."""
+    """`quadrotor_udp` in real time. It sends its first datagram to `client_port`, on which a client has to listen."""
 
     def __init__(self, folder: Path) -> None:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
@@ -96,7 +96,7 @@ class FlyingRun:
              "--set", f"gateways.ground.peer='127.0.0.1:{self.client_port}'"], Path.cwd())
 
     def data(self) -> RunData:
-        """End the run and read what it left."""
+        """End the run and read its records."""
         assert self.program.process.poll() is None, "".join(self.program.lines)
         self.program.end()
         return load_run(self.folder)

@@ -1,4 +1,4 @@
-"""FMUs to test with: our own, and foreign ones made from C and XML that share nothing with fmus/fmi."""
+"""FMUs for tests: marconet's own, and foreign ones from C and XML that share no code with fmus/fmi."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A medium for tests of virtual time: every frame reaches every other node after a fixed latency."""
+"""A medium for tests of virtual time: it carries every frame to every other node with a fixed latency."""
 
 from __future__ import annotations
 

@@ -1,13 +1,13 @@
 """Guarantees that a scenario states, checked over the whole run: at every instant, not only at the end.
 
 A member of this kind is a frozen dataclass whose fields are its keys in `[guarantees.NAME]`, with one verb, `watch`: it
-goes through the records of a run and finds every stretch of time over which what is guaranteed does not hold. What it
-watches is named by `on`, in one of the ways of `Named` (experiments/scenario/subjects.py).
+goes through the records of a run and finds every interval in which the guarantee is violated. The key `on` names its
+subjects, in one of the ways of `Named` (experiments/scenario/subjects.py).
 
-Monitors read the ledger, the samples and the events after the run: instants are exact to the nanosecond there, the
-same on every host, and the emulator is not slowed down. What they find goes back into the records as events.
+Monitors read the ledger, the samples and the events after the run. Their instants are exact to the nanosecond and the
+same on every host, and the emulator is not slowed down. Violations are added to the records as events.
 
-Definitions of all kinds, with what they do not see: docs/guarantees.md.
+docs/guarantees.md defines all kinds, with their limits.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Monitor(Protocol):
     UNIT: ClassVar[str]                 # suffix of worst and margin: "s", "m", or "" for numbers of frames and signals
 
     def requires(self) -> str:
-        """What is guaranteed, in words, with the bound."""
+        """The guarantee in words, with its bound."""
 
     def watch(self, subjects: Sequence[Subject], records: Records) -> Finding:
-        """Every violation on these subjects, and how near or far the bound was."""
+        """Return every violation on these subjects, the worst value, and its distance to the bound."""

@@ -1,14 +1,14 @@
-"""The age of information on a directed link stays below a bound.
+"""A bound on the age of information on a directed link.
 
-At time t it is t minus the instant at which the newest frame delivered by t was handed out. It grows between
-deliveries, so the bound is crossed between frames, at the instant at which the newest one is just that old.
-Pieces of the sawtooth: see `experiments.judge.link_metrics`.
+At time t the age is t minus the instant at which the newest frame delivered by t was offered. It grows between
+deliveries, so it reaches the bound between frames, when the newest one is exactly that old.
+`experiments.judge.link_metrics` has the pieces of the sawtooth.
 
     violated:  from newest + bound, until a frame arrives that is younger than the bound
 
 Source: Kaul, Yates, Gruteser 2012 (real-time status: how often should one update?).
 At the start every receiver holds information of age 0; a link on which nothing ever arrives has age t.
-Not modelled: frames of several kinds on one link, each of which is news here.
+Not modelled: frames of several kinds on one link; each renews the information.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class AgeOfInformation:
     ON: ClassVar = Named.LINKS
     UNIT: ClassVar = "s"
 
-    below_ns: int                   # > 0; an age that reaches it violates
+    below_ns: int                   # > 0; an age that reaches it is a violation
 
     def __post_init__(self) -> None:
         if self.below_ns <= 0:
@@ -59,7 +59,7 @@ class AgeOfInformation:
         nothing_yet = new_group(link)[first]
         link, newest_ns, at_ns = link[first], newest_ns[first], start_ns[first]
         frames = link_frames(records.ledger, subjects)
-        since, end = _handed_out(frames, link, newest_ns, at_ns)
+        since, end = _offered(frames, link, newest_ns, at_ns)
         since = np.where(nothing_yet, np.searchsorted(frames.link, link), since)
         columns = (link, newest_ns, at_ns, until_ns, oldest_s, since, end, nothing_yet)
         violations = []
@@ -85,8 +85,8 @@ def _pieces(subjects: Sequence[Subject], records: Records) -> tuple[Ints, Ints, 
     return link[order], from_ns[order], to_ns[order], newest_ns[order]
 
 
-def _handed_out(frames: LinkFrames, link: Ints, after_ns: Ints, until_ns: Ints) -> tuple[Ints, Ints]:
-    """Rows [first, end) of the frames that were handed out on `link` within (after, until]."""
+def _offered(frames: LinkFrames, link: Ints, after_ns: Ints, until_ns: Ints) -> tuple[Ints, Ints]:
+    """Rows [first, end) of the frames that were offered on `link` within (after, until]."""
     first, end = np.empty_like(link), np.empty_like(link)
     starts, ends = (np.searchsorted(frames.link, link, side=side) for side in ("left", "right"))
     for k, (start, until) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):

@@ -1,11 +1,11 @@
-"""Why a target got out of view, in words: what its observers knew of it, and what did not get through meanwhile.
+"""Explains why a target left the view: what its observers knew of it, and which frames were lost or late meanwhile.
 
     companion saw it last at 3.22 s, told at 3.25 s; since 2.1 s view: evader -> companion: frames 40, 43 lost
     (impairments[0] bernoulli_loss), slowest 0.3 s (radio: base -> drive)
 
-Counted are the frames from and to an observer and the body that carries it, and the modems at the other ends of their
-lines, handed out since the target was last in the inner half of the field of view; those of cameras only where they
-show this target.
+The frames counted are those from and to an observer, the body that carries its camera, and the modems at the other ends
+of their lines, offered since the target was last in the inner half of the field of view; of the frames of cameras only
+those that show this target.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MOST_LINKS = 3                  # that are named, those that lost most
 
 
 def cause(observers: Sequence[Subject], records: Records, since_ns: int, at_ns: int) -> str:
-    """As it stood at `at_ns`."""
+    """The explanation for a target that left the view at `at_ns`, by the frames offered since `since_ns`."""
     known = records.ledger.taken(records.ledger.ints("offered_ns") <= at_ns)
     told = "; ".join(_knowledge(subject, known, at_ns) for subject in observers)
     target = observers[0][1]
@@ -44,7 +44,7 @@ def cause(observers: Sequence[Subject], records: Records, since_ns: int, at_ns: 
 
 
 def _with_their_modems(nodes: set[str], links: Iterable[LinkName]) -> set[str]:
-    """`nodes`, and every node that shares a medium with one of them alone."""
+    """Return `nodes` with every node that shares a medium of two nodes with one of them."""
     ends: dict[str, set[str]] = {}
     for medium, sender, receiver in links:
         ends.setdefault(medium, set()).update((sender, receiver))
@@ -63,7 +63,7 @@ def _knowledge(subject: Subject, known: FrameCopies, at_ns: int) -> str:
 
 
 def _ways(frames: LinkFrames, links: Sequence[tuple[str, ...]], at_ns: int) -> Iterator[str]:
-    """What is lost or on its way on the links with most of it, and the slowest of what has arrived."""
+    """Describe the frames lost or on their way on the links with most of them, and the slowest frame that arrived."""
     missing = np.flatnonzero(frames.delivered_ns > at_ns)
     counts = np.bincount(frames.link[missing], minlength=len(links))
     for link in np.argsort(-counts, kind="stable")[:MOST_LINKS].tolist():

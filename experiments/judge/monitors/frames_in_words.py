@@ -1,4 +1,4 @@
-"""How frames ended, in words: "frames 13, 15 lost (impairments[0] scripted_loss), frame 14 collided"."""
+"""Describes how frames ended: "frames 13, 15 lost (impairments[0] scripted_loss), frame 14 collided"."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ MOST_NUMBERS = 4
 
 
 def frames_in_words(frames: LinkFrames, first: int, end: int, at_ns: int = NEVER_NS) -> str:
-    """Rows `first` to `end` (exclusive) as they stood at `at_ns`, those that ended alike together, in the order of the
-    first of each. A frame that reached the node after `at_ns` was on its way."""
+    """Describe rows `first` to `end` (exclusive) as of `at_ns`, grouped by how they ended, in order of occurrence.
+
+    A frame that reached the node after `at_ns` is described as on its way.
+    """
     alike: dict[str, list[int]] = {}
     endings = zip(frames.fate[first:end].values(), frames.cause[first:end].values(), strict=True)
     for row, (fate, cause) in enumerate(endings, first):

@@ -1,16 +1,16 @@
-"""No escape: a target stays in the view of at least one observer, at every instant of the run.
+"""No escape: a target is in the view of at least one observer at every instant of the run.
 
     d(t)      the largest over the observers of the true distance from the target to the boundary of its field of view
     violated  while d < 0
 
-Truth is known at the sample instants t_k. With `closing_speed_mps`, the fastest that d can change, it is bounded in
-between as well, so that nothing is missed:
+The true distance is known at the sample instants t_k. The bound v = `closing_speed_mps` on the rate of d also bounds it
+in between:
 
     on [t_k, t_k+1)     d >= (d_k + d_k+1 - v (t_k+1 - t_k)) / 2,       and v must not be exceeded by the samples
 
 Without it only the sample instants are judged; d then counts from one until the next.
 Source: dissertation, section 3.2.3 (the no-escape theorem), with signed distances.
-Not modelled: obstacles, whose shadows count as in view; an observer that could see but does not look.
+Not modelled: obstacles, whose shadows count as in view; an observer that does not request looks.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class InView:
         return Finding(violations, min(least), min(least)) if least else Finding(judged=False)
 
     def _least(self, time_ns: Ints, distances: Floats, length_ns: int) -> Floats:
-        """The least that the distance can be from each sample until the next, or until the end."""
+        """The smallest possible distance from each sample to the next, or to the end."""
         if self.closing_speed_mps is None:
             return distances
         ways_m = self.closing_speed_mps * np.diff(np.r_[time_ns, length_ns]) * 1e-9
@@ -99,7 +99,7 @@ class InView:
 
 
 def _distances(observers: Sequence[Subject], records: Records) -> tuple[Ints, Floats]:
-    """Sample instants that everybody has, and the distance for the observer with the largest one."""
+    """Return the sample instants that all bodies share, and the largest distance over the observers at each."""
     found = []
     for medium, target, observer in observers:
         poses, eye = records.sights[medium].poses(), records.camera(medium, observer)
@@ -141,7 +141,7 @@ def _last_central(observers: Sequence[Subject], time_ns: Ints, distances: Floats
 
 
 def _rows(true: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """[start, end) of each row of true ones."""
+    """Yield [start, end) of each run of true values."""
     starts = np.flatnonzero(new_group(true.astype(np.int64))).tolist()
     for start, end in pairwise([*starts, true.size]):
         if true[start]:

@@ -1,11 +1,11 @@
-"""Between two frames that a node hands out on a medium lies at least a given time: the bound that excludes Zeno runs.
+"""A least time between two frames that a node offers on a medium: the bound that excludes Zeno behaviour.
 
-    violated:  from the later of two frames that are nearer to each other, until the earlier one is that long ago
+    violated:  from the later of two frames that are closer than `at_least_ns`, until the earlier one + `at_least_ns`
 
-What counts is when the program handed the frames out, its trigger's decision, whatever the medium made of them: of many
-frames at one instant only the first goes on the air. With `instant = "on_air"` their starts on the air count instead.
+The instants of the offers count, which the program's trigger decides, not what the medium makes of them: a radio sends
+only the first of many frames at one instant. With `instant = "on_air"` their starts on the air count instead.
 Source: dissertation, Remark 4 (tau_i >= rho tau*_min excludes Zeno behaviour); Heemels, Johansson, Tabuada 2012.
-Not modelled: frames that nobody was to receive, of which the ledger knows nothing; frames of several kinds.
+Not modelled: frames without an intended receiver, which the ledger does not have; frames of several kinds.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The guarantees of a run against its records: what became of each, and the events that tell of it."""
+"""Judges the guarantees of a run by its records; returns their outcomes, and an event for each violation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ VIOLATED = "guarantee violated"
 
 
 class Guarantee(Protocol):
-    """As the scenario states it; `fields` are those of `MONITORS[kind]`."""
+    """A guarantee as the scenario states it; `fields` are those of `MONITORS[kind]`."""
 
     @property
     def kind(self) -> str: ...
@@ -33,12 +33,12 @@ class Guarantee(Protocol):
 
 
 def judge(guarantees: Mapping[str, Guarantee], records: Records) -> list[Outcome]:
-    """In the order of the scenario."""
+    """Return the outcome of each guarantee, in the order of the scenario."""
     return [_outcome(name, guarantee, records) for name, guarantee in guarantees.items()]
 
 
 def events(outcomes: Iterable[Outcome]) -> Iterator[Event]:
-    """One for each violation, at the instant at which it begins."""
+    """Yield an event for each violation, at the instant at which it begins."""
     for outcome in outcomes:
         for violation in outcome.violations:
             detail = (f"{outcome.standing.name}: {violation.on}: {violation.cause}; "

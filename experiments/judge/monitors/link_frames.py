@@ -1,4 +1,4 @@
-"""The frames of chosen links, one row a frame however many copies it has, as arrays sorted by (link, number)."""
+"""The frames of selected links, one row per frame whatever its number of copies, as arrays sorted by (link, number)."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from netem.wire.instants import NEVER_NS
 
 @dataclass(frozen=True)
 class LinkFrames:
-    """`link` is the place in the list of links."""
+    """Columns of the frames; `link` is the index into the list of links."""
 
     link: Ints
     number: Ints
     offered_ns: Ints
-    ended_ns: Ints                  # first instant after the frame on the air; where it never was, `offered_ns`
-    delivered_ns: Ints              # of the first copy that reached the node; NEVER_NS: none did
-    unfinished: NDArray[np.bool_]   # not delivered, and a copy was still under way when the run ended
-    fate: Coded                     # of the original copy of each frame, as is its cause
+    ended_ns: Ints                  # first instant after the transmission; `offered_ns` if there was none
+    delivered_ns: Ints              # arrival of the first copy that was delivered, NEVER_NS if none was
+    unfinished: NDArray[np.bool_]   # not delivered, and a copy was on its way when the run ended
+    fate: Coded                     # fate and cause are those of the original copy of each frame
     cause: Coded
 
 
@@ -46,7 +46,7 @@ def link_frames(copies: FrameCopies, links: Sequence[Sequence[str]]) -> LinkFram
 
 
 def rows_of(column: Coded, subjects: Sequence[Sequence[str]]) -> tuple[Ints, Ints]:
-    """(subject, row) of the rows that belong to one of `subjects`; a subject is its place in that list."""
+    """Return (subject, row) of the rows that belong to one of `subjects`; a subject is the index into that list."""
     place = {tuple(subject): k for k, subject in enumerate(subjects)}
     of_name = np.array([place.get(name, -1) for name in column.names], dtype=np.int64)
     of_row = of_name[column.codes] if of_name.size else np.zeros(0, dtype=np.int64)

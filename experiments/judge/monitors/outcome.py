@@ -1,7 +1,7 @@
-"""What became of a guarantee: `guarantees.json` of the run folder is a list of `Outcome`.
+"""The outcome of a guarantee: `guarantees.json` of the run folder is a list of `Outcome`.
 
-A violation is a stretch [from_ns, until_ns) of time, as long as can be, over which one subject does not keep to what
-is guaranteed; it is empty where a program told two values at one instant.
+A violation is a longest interval [from_ns, until_ns) in which one subject violates the guarantee; it is empty if a
+program reported two values at one instant.
 """
 
 from __future__ import annotations
@@ -18,41 +18,44 @@ Expected = Literal["holds", "violated"]
 
 class Violation(msgspec.Struct, frozen=True):
     on: str                         # "radio: r1 -> r2", "r1.gain_product"
-    node: str                       # whom it concerns: the receiver, the sender, the node with the signal
+    node: str                       # the receiver or sender, or the node with the signal
     from_ns: int
     until_ns: int
-    worst: float | None             # in the unit of the bound; None: not finite
+    worst: float | None             # in the unit of the bound; None if not finite
     cause: str
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What a monitor finds. `worst` and `margin` are over the whole run, also where nothing is violated; the margin is
-    what is left to the bound, negative beyond it. None where there was nothing to measure."""
+    """The result of a monitor.
+
+    `worst` and `margin` are over the whole run, also if nothing is violated, and None if nothing was measured. The
+    margin is the distance to the bound, negative beyond it.
+    """
 
     violations: Sequence[Violation] = ()
     worst: float | None = None
     margin: float | None = None
-    judged: bool = True             # False: the run has nothing to judge it by
-    why: str = ""                   # it has nothing, where that is known
+    judged: bool = True             # False if the run has no records of its subjects
+    why: str = ""                   # the reason for that, "" if it is unknown
 
 
 class Standing(msgspec.Struct, frozen=True):
-    """One guarantee in short, as in `summary.json`."""
+    """The summary of one guarantee, as in `summary.json`."""
 
     name: str
     kind: str
     on: str
-    requires: str                   # what is guaranteed, in words
+    requires: str                   # the guarantee in words
     unit: str                       # of worst and margin
     expected: Expected
     judged: bool
     violations: int
     first: Violation | None
-    violated_ns: int                # how long at least one subject did not keep to it
+    violated_ns: int                # time during which at least one subject violated it
     worst: float | None
     margin: float | None
-    why: str = ""                   # the run has nothing to judge it by, where that is known
+    why: str = ""                   # reason why it was not judged, "" if it is unknown
 
     @property
     def as_expected(self) -> bool:
@@ -74,11 +77,11 @@ class Outcome(msgspec.Struct, frozen=True):
 
 
 def finite(value: float | None) -> float | None:
-    """What JSON has a number for; None for the rest."""
+    """Return `value`, or None for inf and nan, for which JSON has no number."""
     return value if value is not None and isfinite(value) else None
 
 
 def seconds(time_ns: int) -> str:
-    """Exact: 0.36 s, 1.000000001 s."""
+    """Write an instant exactly: 0.36 s, 1.000000001 s."""
     whole, rest = divmod(abs(time_ns), 10**9)
     return f"{'-' if time_ns < 0 else ''}{whole}.{rest:09d}".rstrip("0").rstrip(".") + " s"

@@ -1,4 +1,4 @@
-"""What monitors look at: everything that a run recorded up to `length_ns`."""
+"""The input of monitors: all records of a run up to `length_ns`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A number that a program reports stays within bounds, such as a small-gain product below one: no instant is missed.
+"""Bounds on a number that a program reports as it changes, so that no instant is missed, such as a small-gain product.
 
 The program tells it by `node.event(kind, detail)`, where the detail begins with the number, whenever it changes.
 Source of the use: dissertation, (4.37) and Remark 15: the loop is stable while gamma gamma_e(tau) < 1.
@@ -47,6 +47,6 @@ def _nothing_told(subjects: Sequence[Subject], records: Records) -> str:
 
 
 def number_in(detail: str) -> float:
-    """The number that a text begins with; nan if it begins with none."""
+    """Return the number at the beginning of a text, nan if there is none."""
     found = NUMBER.match(detail)
     return float(found[1]) if found else nan

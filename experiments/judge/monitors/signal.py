@@ -1,7 +1,7 @@
-"""A signal of a node stays within bounds, or one that is worked out after the run.
+"""Bounds on a signal of a node, or on one that is computed after the run.
 
-Not modelled: what a signal does between two samples. What must not be missed, a program tells at the instant at which
-it happens: see `reported`.
+Not modelled: the course of a signal between two samples. For a value that must not be missed, a program reports it at
+the instant of its change: see `reported`.
 """
 
 from __future__ import annotations

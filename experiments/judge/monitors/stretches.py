@@ -1,4 +1,4 @@
-"""Stretches of time [start, end) that touch or overlap, joined into the longest ones."""
+"""Joins intervals of time [start, end) that touch or overlap."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from experiments.judge.groups import Ints, largest_so_far, new_group
 
 
 def joined(subject: Ints, start: Ints, end: Ints) -> Ints:
-    """Where a new stretch begins: indices into rows that are sorted by (subject, start).
+    """Return the indices of the rows, sorted by (subject, start), at which a joined interval begins.
 
-    Stretch k runs from start[found[k]] to the largest end before row found[k + 1].
+    Joined interval k lasts from start[found[k]] to the largest end before row found[k + 1].
     """
     if not subject.size:
         return np.zeros(0, dtype=np.int64)
@@ -23,7 +23,7 @@ def joined(subject: Ints, start: Ints, end: Ints) -> Ints:
 
 
 def covered_ns(stretches: Sequence[tuple[int, int]]) -> int:
-    """How much time is in at least one of them."""
+    """Length of the union of the intervals."""
     total, reached = 0, -1
     for start, end in sorted(stretches):
         total += max(0, end - max(start, reached))

@@ -1,12 +1,12 @@
 """At most m successive losses on a directed link: the weakly hard constraint (m + 1 misses in a row never happen).
 
-Frames count in the order in which they were handed out; one is lost if no copy of it was delivered intact. It counts
-as lost from the end of its time on the air, or, where it never got there, from when it was handed out.
+Frames count in the order of their offers; a frame is lost if no copy of it was delivered intact. It counts as lost from
+the end of its transmission, or from its offer if it was never on the air.
 
-    violated:  from when the first m + 1 frames of a row are lost, until the next frame that gets through arrives
+    violated:  from the instant at which the first m + 1 frames of a row are lost, until the next delivery
 
 Source: Bernat, Burns, Llamosi 2001 (weakly hard real-time systems), the constraint of at most m consecutive misses.
-Frames still under way at the end count neither way.
+Frames that are unfinished at the end do not count.
 Not modelled: frames of several kinds on one link, which count alike.
 """
 
@@ -55,7 +55,7 @@ class SuccessiveLosses:
         enough = starts + self.at_most + 1                          # the row's first m + 1 frames end before here
         ended_ns = np.r_[frames.ended_ns[counted], 0]
         from_ns = np.maximum.reduceat(ended_ns, np.column_stack([starts, enough]).ravel())[::2]
-        after = np.minimum(starts + lengths, counted.size - 1)      # the frame that gets through, if there is one
+        after = np.minimum(starts + lengths, counted.size - 1)      # the delivered frame after the row, if there is one
         heard = (starts + lengths < counted.size) & (link[after] == link[starts])
         until_ns = np.where(heard, frames.delivered_ns[counted][after], records.length_ns)
         until_ns = np.minimum(np.maximum(until_ns, from_ns), records.length_ns)

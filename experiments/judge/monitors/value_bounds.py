@@ -1,10 +1,10 @@
-"""Bounds on a number that a node reports, strictly kept: below one value, above another.
+"""Strict bounds on a number that a node reports: below one value, above another.
 
-The value holds from one report to the next; one that is no number is within no bounds.
+A value holds from its report to the next; nan is not within the bounds.
 
     violated:  from a report that is not within the bounds, until one that is
 
-Before the first report nothing is violated; without any report there is nothing to judge by.
+Before the first report nothing is violated; without any report the guarantee is not judged.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Reports(NamedTuple):
     name: str
     time_ns: Ints
     values: Floats
-    said: Sequence[str] | None = None       # the texts that the values stand in, where there are any
+    said: Sequence[str] | None = None       # the texts that begin with the values, if they come from texts
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class ValueBounds:
         return Finding(violations, worst, margin)
 
     def _left(self, values: Floats) -> Floats:
-        """What is left to the nearer bound."""
+        """Distance of each value to the nearer bound, negative beyond it."""
         left = np.where(np.isnan(values), nan, inf)
         if self.below is not None:
             left = np.minimum(left, self.below - values)
@@ -78,7 +78,7 @@ class ValueBounds:
 
 def _violations(reports: Reports, left: Floats, length_ns: int) -> Iterator[Violation]:
     node, name, time_ns, values, said = reports
-    kept = left > 0                                         # nan is not
+    kept = left > 0                                         # false for nan
     starts = np.flatnonzero(new_group(kept.astype(np.int64)))
     ends = np.r_[starts[1:], time_ns.size]
     for start, end in zip(starts, ends, strict=True):

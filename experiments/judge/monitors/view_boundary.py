@@ -1,4 +1,4 @@
-"""The distance from a target to the boundary of what a camera sees: positive inside, negative outside.
+"""The distance from a target to the boundary of a camera's field of view: positive inside, negative outside.
 
     all around       d = R - r                                      r: from the camera, R: its range
     a sector, +-a    inside   d = min(R - r, way to the nearer side)
@@ -6,7 +6,7 @@
     way to a side at the angle b = a - |phi| from it:   r sin b if b < 90 degrees, else r
 
 A camera without a range sees to infinity. Horizontal distances, as in `netem.media.sensing.field_of_view`.
-Not modelled: obstacles; what they hide counts as in view here.
+Not modelled: obstacles; a target behind one counts as in view.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 
 def distance_m(view: FieldOfView, camera: tuple[Floats, Floats, Floats], target: tuple[Floats, Floats]) -> Floats:
-    """`camera`: x [m], y [m], heading [rad], one of each per instant; `target`: x and y."""
+    """Distances [m] for arrays over instants: `camera` is x [m], y [m], heading [rad]; `target` is x and y [m]."""
     to_x, to_y = target[0] - camera[0], target[1] - camera[1]
     r = np.hypot(to_x, to_y)
     if view.half_angle_deg >= 180:
@@ -35,12 +35,12 @@ def distance_m(view: FieldOfView, camera: tuple[Floats, Floats, Floats], target:
 
 
 def _to_side(r: Floats, angle: Floats) -> Floats:
-    """From a point to a ray that starts at the camera, `angle` [rad] aside of it."""
+    """Distance from a point to a ray from the camera; `angle` [rad] is between the ray and the point."""
     return np.where(np.abs(angle) < np.pi / 2, r * np.sin(np.abs(angle)), r)
 
 
 def _from_outside(range_m: float, r: Floats, angle: Floats) -> Floats:
-    """From a point that lies `angle` beyond a side to that side, which is as long as the range."""
+    """Distance from a point `angle` [rad] beyond a side of the sector to that side, which is `range_m` long."""
     if range_m == inf:
         return _to_side(r, angle)
     along = np.clip(r * np.cos(angle), 0.0, range_m)

@@ -1,5 +1,7 @@
-"""Which frames a bus carries: well-formed ones, CAN FD where there is a second bit rate, and declared ones where the
-scenario says that there are no others (`messages_only`)."""
+"""Decides which frames a bus carries.
+
+A frame has to be well-formed, CAN FD needs a data bit rate, and with `messages_only` the scenario has to declare it.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,7 @@ class Admission:
         self._messages_only = settings.messages_only
 
     def admit(self, sender: str, data: bytes) -> EncodedFrame:
-        """Raises `MalformedFrame`."""
+        """Return the encoded frame; raises `MalformedFrame` with the reason if the bus does not carry it."""
         encoded = encode_frame(data)
         if encoded.fd and not self._fd:
             raise MalformedFrame("CAN FD on a bus without data_bit_rate_bps")

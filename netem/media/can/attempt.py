@@ -1,7 +1,6 @@
-"""How one transmission ends: who is on the bus to its end, who fell silent, and which error frame there is, if any.
+"""Determines how one transmission ends: which senders stay to its end, which stop before, and the error frame, if any.
 
-Of several errors the first one counts, since the others lie in a frame that is over. The acknowledgement comes from
-any node that takes part and does not send.
+Of several errors the first one counts, as it ends the frame. Any node that takes part and does not send acknowledges.
 """
 
 from __future__ import annotations
@@ -17,21 +16,21 @@ from netem.media.can.same_identifier import clash
 
 @dataclass(frozen=True)
 class Outcome:
-    """Numbers of the frames, as in `Clash`; `error` None: the frame got through."""
+    """The end of a transmission. `left` and `silenced` are as in `Clash`; `error` is None if the frame was received."""
 
     left: tuple[int, ...]
     silenced: tuple[int, ...] = ()
     error: ErrorFrame | None = None
     unacknowledged: bool = False
-    clashed: bool = False               # they differ beyond the arbitration field, and got as far as that
+    clashed: bool = False               # the frames differ after the arbitration field, and no earlier error ended them
 
 
 def outcome(frames: Sequence[EncodedFrame], passive: Sequence[bool], hit_bit: int | None, *, acknowledged: bool,
             rivals_passive: bool = True) -> Outcome:
-    """Of frames with the same arbitration field (mostly one) that start together; `passive`: their senders are.
+    """Return the end of a transmission of frames (mostly one) with the same arbitration field that start together.
 
-    `hit_bit` is seen inverted by everybody; rivals in arbitration who sent that bit too are `rivals_passive`, all of
-    them, or answer with an active flag.
+    `passive` tells which of their senders are error-passive. All nodes see `hit_bit` inverted. `rivals_passive` is
+    false if a node that lost arbitration, but sent that bit too, is error-active and answers with an active flag.
     """
     if len(frames) == 1 and hit_bit is None and acknowledged:
         return Outcome((0,))
@@ -51,7 +50,7 @@ def outcome(frames: Sequence[EncodedFrame], passive: Sequence[bool], hit_bit: in
 
 
 def bits_to(sequence: BitSequence, error: ErrorFrame) -> tuple[int, int]:
-    """(nominal, data) bits from SOF to the last one before the error flags."""
-    if error.sender_receives:               # nobody sends, so nobody changes the rate
+    """(nominal, data) bits from SOF to the last bit before the error flags."""
+    if error.sender_receives:               # nobody sends, so the rate does not change
         return error.last_bit + 1, 0
     return sequence.rates_up_to(error.last_bit)

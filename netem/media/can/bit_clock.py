@@ -1,4 +1,4 @@
-"""Bits to nanoseconds without drift: an instant is the rounded sum of all bits since a start, never a sum of roundings.
+"""Converts bits to nanoseconds without drift: an instant is the rounded sum of all bits since a start.
 
     instant = start + (ticks + ticks_per_ns / 2) // ticks_per_ns        a tick divides a nanosecond and either bit time
 
@@ -15,13 +15,13 @@ SECOND_NS = 10**9
 
 @dataclass(frozen=True)
 class BitClock:
-    """`data_bit_rate_bps` None: there is none, and the nominal one stands for it."""
+    """The bit times of a bus; without `data_bit_rate_bps` data bits last as long as nominal ones."""
 
     bit_rate_bps: int
     data_bit_rate_bps: int | None = None
     ticks_per_ns: int = field(init=False)
-    nominal: int = field(init=False)        # ticks of a bit
-    data: int = field(init=False)
+    nominal: int = field(init=False)        # ticks per nominal bit
+    data: int = field(init=False)           # ticks per data bit
 
     def __post_init__(self) -> None:
         data_bps = self.data_bit_rate_bps or self.bit_rate_bps
@@ -31,13 +31,13 @@ class BitClock:
         object.__setattr__(self, "data", ticks * SECOND_NS // data_bps)
 
     def ns(self, ticks: int) -> int:
-        """To the nearest nanosecond, halves up."""
+        """Convert ticks to the nearest nanosecond, rounding halves up."""
         return (ticks + self.ticks_per_ns // 2) // self.ticks_per_ns
 
     def whole_ns(self, nominal_bits: int, data_bits: int = 0) -> int:
-        """So many bits last at least this long, whatever instants they are rounded to."""
+        """Lower bound on the time between the rounded instants of the start and the end of so many bits."""
         return (nominal_bits * self.nominal + data_bits * self.data) // self.ticks_per_ns
 
     def most_ns(self, nominal_bits: int, data_bits: int = 0) -> int:
-        """So many bits last at most this long."""
+        """Duration of so many bits, rounded up."""
         return -(-(nominal_bits * self.nominal + data_bits * self.data) // self.ticks_per_ns)

@@ -1,10 +1,10 @@
-"""Which bits of the bus are hit: by chance, each on its own, or by a script. Every node sees the same wrong bit.
+"""Chooses the bits of the bus that are inverted: independently at random, or by a script. All nodes see the same bits.
 
-    P(no bit of n is hit) = (1 - ratio)^n        the first bit hit: floor(ln(1 - u) / ln(1 - ratio)), one draw a frame
+    P(no bit of n is inverted) = (1 - ratio)^n        first one: floor(ln(1 - u) / ln(1 - ratio)), one draw a frame
 
-Only the first bit matters, since an error frame follows. `ratio` holds for transmissions that start within `during_ns`.
-Scripted: the transmission with that number on the bus, counted from 0 with repetitions, at that bit, counted from
-SOF = 0, or backwards from the last bit of the end of frame = -1.
+Only the first inverted bit of a frame matters, as an error frame follows. `ratio` applies to transmissions that start
+within `during_ns`. A script names the number of a transmission on the bus, counted from 0 with repetitions, and a bit
+of it, counted from SOF = 0, or backwards from -1, the last bit of the end of frame.
 
 Not modelled: bursts; hits between frames.
 """
@@ -32,7 +32,7 @@ class ScriptedBit:
 @dataclass(frozen=True)
 class BitErrorSettings:
     ratio: float = 0.0                                  # of bits
-    during_ns: tuple[Window, ...] | Window = ()         # one window or several; none: the whole run
+    during_ns: tuple[Window, ...] | Window = ()         # one window or several; (): the whole run
     scripted: tuple[ScriptedBit, ...] = ()
 
     def __post_init__(self) -> None:
@@ -60,7 +60,7 @@ class BitErrors:
         self.possible = bool(settings.ratio or settings.scripted)
 
     def first_hit(self, transmission: int, start_ns: int, bits: int) -> int | None:
-        """The first bit hit of a frame with so many bits."""
+        """The first inverted bit of a frame with so many bits, from SOF = 0; None if there is none."""
         hits = []
         scripted = self._scripted.get(transmission)
         if scripted is not None and -bits <= scripted < bits:

@@ -1,7 +1,7 @@
-"""A frame's bits one by one, as its sender puts them on the bus, with their fields: for what goes wrong.
+"""A frame's bits one by one, as its sender sends them, with their fields, for transmissions with errors.
 
-'0' is dominant, '1' recessive. The ACK slot stands as a receiver makes it: dominant. Slow; a frame that nothing
-disturbs never comes here, see `encoded_frame.py` for the fields and their source.
+'0' is dominant, '1' recessive. The ACK slot is dominant, as receivers make it. The bus encodes a frame without errors
+faster, in `encoded_frame.py`, which has the fields and their source.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ GRAY = (0b000, 0b001, 0b011, 0b010, 0b110, 0b111, 0b101, 0b100)
 
 
 class Field(Enum):
-    ARBITRATION = "arbitration field"       # SOF to RTR, RRS
+    ARBITRATION = "arbitration field"       # SOF up to RTR, or RRS of CAN FD
     CONTROL = "control field"
     DATA = "data field"
     CRC = "CRC sequence"                    # with the stuff count of CAN FD
@@ -31,11 +31,11 @@ class Field(Enum):
 
 @dataclass(frozen=True)
 class BitSequence:
-    """`fields[k]` is the field of `bits[k]`; a stuff bit belongs to the field of the bit before it."""
+    """The bits of one frame. `fields[k]` is the field of `bits[k]`; a stuff bit has the field of the bit before it."""
 
     bits: str
     fields: tuple[Field, ...]
-    stuff: frozenset[int]           # places of stuff bits, fixed ones too
+    stuff: frozenset[int]           # indices of stuff bits, including fixed ones
     fast_from: int                  # bits [fast_from, fast_until) are at the data bit rate
     fast_until: int
 
@@ -43,6 +43,7 @@ class BitSequence:
         return len(self.bits)
 
     def first(self, field: Field) -> int:
+        """Index of the first bit of `field`."""
         return self.fields.index(field)
 
     def rates_up_to(self, bit: int) -> tuple[int, int]:
@@ -53,7 +54,7 @@ class BitSequence:
 
 @lru_cache(maxsize=256)
 def bit_sequence(data: bytes) -> BitSequence:
-    """Of a well-formed struct as nodes hand it out."""
+    """Return the bits of a well-formed struct, as a node sends it."""
     frame = unpack(data)
     value, length = with_data(frame)
     arbitration = 33 if frame.extended else 13
@@ -84,7 +85,7 @@ def bit_sequence(data: bytes) -> BitSequence:
 
 
 def _dynamic(plain: str, *, at_end: bool) -> tuple[str, list[int]]:
-    """The bits with stuff bits, and the places of these."""
+    """Insert stuff bits; returns the bits and the indices of the stuff bits."""
     sent, places, run = "", [], 0
     for index, bit in enumerate(plain):
         run = run + 1 if sent and bit == sent[-1] else 1
@@ -104,12 +105,12 @@ def _with_stuff(fields: list[Field], places: list[int]) -> list[Field]:
 
 
 def _before(places: list[int]) -> list[int]:
-    """For each stuff bit, how many bits of the frame itself stand before it."""
+    """For each stuff bit, the number of bits before it that are no stuff bits."""
     return [place - earlier for earlier, place in enumerate(places)]
 
 
 def _crc_field(value: int, length: int, stuff_count: int, dlc: int, last: str) -> tuple[str, list[int]]:
-    """Stuff count and CRC with their fixed stuff bits, and the places of these within."""
+    """Return stuff count and CRC with their fixed stuff bits, and the indices of the stuff bits."""
     gray = GRAY[stuff_count % 8]
     count = gray << 1 | gray.bit_count() & 1
     covered = f"{stuffed(value, length)}{count:04b}"

@@ -1,4 +1,4 @@
-"""A controller that is bus-off counts 128 times 11 recessive bits in a row before it takes part again.
+"""Recovery from bus-off: a controller takes part again after 128 runs of 11 recessive bits.
 
     occurrences += (length of a recessive run) // 11 bits         counting starts anew after 11, and with every run
 
@@ -23,16 +23,16 @@ RUN_BITS = 11
 class BusOffRecovery:
     clock: BitClock
     since_ns: int                   # counting starts here at the earliest
-    run_ns: int                     # start of the present recessive run
+    run_ns: int                     # start of the current recessive run
     occurrences: int = field(default=0, init=False)
 
     def due_ns(self) -> int:
-        """When it is complete if the bus stays idle from now on."""
+        """Instant at which the recovery is complete if the bus stays idle from now on."""
         bits = (OCCURRENCES - self.occurrences) * RUN_BITS
         return max(self.since_ns, self.run_ns) + self.clock.ns(bits * self.clock.nominal)
 
     def interrupted(self, start_ns: int, next_run_ns: int) -> None:
-        """A frame starts at `start_ns`, before it is complete; the next recessive run begins at `next_run_ns`."""
+        """Count the recessive bits until a frame starts at `start_ns`; the next run begins at `next_run_ns`."""
         run_ns = start_ns - max(self.since_ns, self.run_ns)
         if run_ns > 0:
             bits = (run_ns + 1) * self.clock.ticks_per_ns // self.clock.nominal      # + 1: instants are rounded

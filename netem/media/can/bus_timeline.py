@@ -1,9 +1,10 @@
-"""When a bus is busy, free, and free for a node that has to wait 8 bits more; no instant is a sum of rounded ones.
+"""Keeps the instants at which a bus becomes free, and free for an error-passive sender, which waits 8 more bits.
 
     |<- frame or frame and error frame ->|<- intermission 3 ->|<- suspension 8, of an error-passive sender ->|
     origin .. start                     end                 free                                          resume
 
-Frames that follow each other share one origin, so their bits add up; a start after idle time is a new origin.
+Frames that follow each other without idle time share one origin, from which their bits are added before rounding; so
+rounding errors do not add up. A start after idle time is a new origin.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ class BusTimeline:
         self._resume_ticks = 0
 
     def start(self, now_ns: int) -> int:
-        """Ticks at a start."""
+        """Ticks from the origin to a frame that starts at `now_ns`, 0 if that is a new origin."""
         if now_ns == self.free_ns:
             return self._free_ticks
         if now_ns == self.resume_ns:
@@ -42,7 +43,7 @@ class BusTimeline:
         return self._origin_ns + self.clock.ns(ticks)
 
     def busy_until(self, end_ticks: int) -> None:
-        """End of frame, or of the error delimiter."""
+        """The bus is busy until the end of a frame or of an error delimiter; set `free_ns` and `resume_ns`."""
         clock = self.clock
         self._free_ticks = end_ticks + INTERMISSION_BITS * clock.nominal
         self._resume_ticks = self._free_ticks + SUSPENSION_BITS * clock.nominal

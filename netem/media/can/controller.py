@@ -1,4 +1,4 @@
-"""One node's CAN controller as the bus sees it."""
+"""The bus's record of one node's CAN controller."""
 
 from __future__ import annotations
 
@@ -16,7 +16,11 @@ COUNTERS: Final = ("queue_full", "malformed", "collisions", "transmit_errors", "
 
 
 class Controller:
-    """`retransmissions`: by frame number, how often a frame was received although it has to be transmitted again."""
+    """State of one controller.
+
+    `retransmissions` maps the number of a frame that receivers have taken, but whose sender has to repeat it, to how
+    often that happened.
+    """
 
     __slots__ = ("counters", "faults", "hears_itself", "name", "number", "queue", "ready_ns", "receivers", "recovery",
                  "retransmissions", "unacknowledged")
@@ -27,10 +31,10 @@ class Controller:
         self.hears_itself = hears_itself
         self.queue = queue
         self.faults = FaultConfinement()
-        self.ready_ns = 0               # suspended before
-        self.number = 0                 # of the next frame
+        self.ready_ns = 0               # end of its suspension: it starts no frame before
+        self.number = 0                 # number of its next frame
         self.recovery: BusOffRecovery | None = None
-        self.unacknowledged = False     # the last transmission was
+        self.unacknowledged = False     # whether its last transmission was
         self.retransmissions: dict[int, int] = {}
         self.counters: Counter[str] = Counter(dict.fromkeys(COUNTERS, 0))
 
@@ -42,7 +46,7 @@ class Controller:
         return len(self.receivers) + self.hears_itself
 
     def open_copies(self, frame: Frame) -> Iterator[str]:
-        """Receivers of which the copy has no fate yet."""
+        """Receivers whose copies have no fate yet."""
         if frame.number not in self.retransmissions:
             yield from self.receivers
         if self.hears_itself:

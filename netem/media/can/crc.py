@@ -4,8 +4,8 @@
     CRC-17  0x1685B     init 1 << 16    CAN FD up to 16 bytes of data, over SOF .. data with stuff bits, and stuff count
     CRC-21  0x102899    init 1 << 20    CAN FD beyond
 
-With init 0 leading zeros change nothing, so bits are filled up on the left to bytes and go through a table. An init of
-1 << (width - 1) is the same as the first bit inverted.
+With init 0 leading zeros do not change a checksum, so the bits are padded on the left to whole bytes and processed with
+a table. An init of 1 << (width - 1) has the same effect as inverting the first bit.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Crc:
         return value
 
     def of(self, bits: int, length: int) -> int:
-        """Checksum of `length` bits, the first one the most significant."""
+        """Checksum of `length` bits, of which the first is the most significant."""
         if self.inverts_first_bit:
             bits ^= 1 << length - 1
         table, shift, mask, value = self._table, self.width - 8, (1 << self.width) - 1, 0

@@ -1,11 +1,10 @@
-"""Reads a DBC file with cantools; what is wrong with one comes with file, line and remedy. Only this file imports it.
+"""Reads a DBC file with cantools, which only this file imports; an error names file, line and remedy.
 
-A vehicle's file holds messages that marconet never uses, some of them not DBC at all. A message that cannot be parsed
-is left out of the result, with the reason, and so is each line that refers to it; a message whose signals overlap or
-do not fit is there, and `usable_message` refuses it. Files are UTF-8, with or without a byte order mark, or
-Windows-1252.
+The file of a vehicle has messages that marconet never uses, some of them not valid DBC. A message that cannot be parsed
+is left out with the reason, and so is each line that refers to it. A message whose signals overlap or do not fit is
+kept; `usable_message` refuses it. Files are UTF-8, with or without a byte order mark, or Windows-1252.
 
-Not covered: what cantools takes although other tools would not.
+Not covered: files that cantools accepts and other tools do not.
 """
 
 from __future__ import annotations
@@ -37,12 +36,12 @@ _REFERENCE: Final = (r'^(?:CM_ (?:BO_|SG_)|BA_ "[^"]*" (?:BO_|SG_)|VAL_|SIG_VALT
 
 
 def load_library() -> None:
-    """Import cantools now: else the first file that is read does, in each process of its own."""
+    """Import cantools before processes are forked, which would otherwise each import it with their first file."""
     import cantools.database  # noqa: F401  # late everywhere: a scenario without DBC files needs none
 
 
 def cantools_error() -> type[Exception]:
-    """The exception that cantools raises for a layout, or for values, that it cannot use."""
+    """The exception that cantools raises for a layout or for values that it cannot use."""
     from cantools.database.errors import Error
 
     return Error
@@ -53,12 +52,12 @@ def _failures() -> tuple[type[Exception], ...]:
 
 
 class DbcError(ValueError):
-    """A DBC file that cannot be used: file, line, what is wrong, remedy."""
+    """A DBC file cannot be used; the message has file, line, reason and remedy."""
 
 
 @dataclass(frozen=True)
 class DbcFile:
-    """The messages of a DBC file. `left_out`: what is wrong with each message that cannot be parsed, by name."""
+    """The messages of a DBC file. `left_out` maps the name of each message that cannot be parsed to the reason."""
 
     file: Path
     text: str
@@ -66,7 +65,7 @@ class DbcFile:
     left_out: Mapping[str, str] = field(default_factory=dict)
 
     def message_with(self, name: str, signals: Iterable[str]) -> Message:
-        """The usable message `name`; DbcError unless it has just these signals, all of them always there."""
+        """Return the usable message `name`; raises DbcError unless it has exactly these signals, not multiplexed."""
         message = self.usable_message(name)
         line = self.lines_of(name)[0]
         there = {signal.name for signal in message.signals}
@@ -83,7 +82,7 @@ class DbcFile:
         return message
 
     def usable_message(self, name: str) -> Message:
-        """The message `name`; DbcError if it is not there, stands there twice, or its layout is wrong."""
+        """Return the message `name`; raises DbcError if it is missing or defined twice, or its layout is wrong."""
         if name in self.left_out:
             raise DbcError(f"{self.file}: {self.left_out[name]}; {REMEDY}")
         known = {message.name: message for message in self.database.messages}
@@ -107,12 +106,12 @@ class DbcFile:
         return message
 
     def lines_of(self, name: str) -> list[int]:
-        """Where the message `name` stands in the file."""
+        """Numbers of the lines at which the file defines the message `name`."""
         return [_line_at(self.text, found.start()) for found in _BLOCK.finditer(self.text) if found["name"] == name]
 
 
 def read_dbc(file: Path) -> DbcFile:
-    """The messages of a DBC file. DbcError if it cannot be read, or is wrong outside of single messages."""
+    """Read a DBC file; raises DbcError if it cannot be read, or has an error outside its messages."""
     text = _text_of(file)
     if not text.strip():
         raise DbcError(f"{file}: the file is empty; expected a DBC file")
@@ -150,7 +149,7 @@ def _parsed(text: str) -> Database:
 
 
 def _odd_messages(text: str) -> Iterator[tuple[str, str]]:
-    """Each message that cannot be parsed by itself, with what is wrong with it."""
+    """Yield (name, reason) for each message that cannot be parsed by itself."""
     for block in _BLOCK.finditer(text):
         try:
             _parsed(f'VERSION ""\n{block[0]}\n')
@@ -160,7 +159,7 @@ def _odd_messages(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _without(text: str, names: Iterable[str]) -> str:
-    """`text` with empty lines instead of the messages `names` and of the statements that refer to them."""
+    """Replace the messages `names`, and statements that refer to them, by empty lines."""
     unwanted = [block for block in _BLOCK.finditer(text) if block["name"] in set(names)]
     for block in reversed(unwanted):
         text = text[:block.start()] + "\n" * block[0].count("\n") + text[block.end():]
@@ -179,7 +178,10 @@ def _said(error: BaseException) -> str:
 
 
 def _complaint(said: str, text: str, lines_before: int = 0) -> str:
-    """An error of cantools with the line of `text` that it is about; its own lines count from after `lines_before`."""
+    """Return an error of cantools with the line of `text` that it is about.
+
+    `lines_before` is the number of lines of the file before the text that cantools has parsed.
+    """
     syntax = _SYNTAX.fullmatch(said)
     if syntax is not None:
         words = " ".join(syntax["text"].replace(">>!<<", " <here> ").split())
@@ -197,7 +199,7 @@ def _complaint(said: str, text: str, lines_before: int = 0) -> str:
 
 
 def _line_of(text: str, pattern: str, since: int = 0) -> int:
-    """Number of the first line that begins with `pattern`, 0 if there is none."""
+    """Number of the first line that matches `pattern` at its beginning, 0 if there is none."""
     found = re.compile(f"^{pattern}", re.MULTILINE).search(text, since)
     return _line_at(text, found.start()) if found else 0
 

@@ -1,11 +1,11 @@
-"""The messages that a DBC file declares for one bus: those that a node of the bus sends at a known cycle time.
+"""Finds the messages that a DBC file declares for one bus: those that a node of the bus sends at a known cycle time.
 
-    BO_ sender            the node of that name, capitals or not, or the one that `dbc_nodes` names for it
+    BO_ sender            the node of that name in any case, or the one to which `dbc_nodes` maps it
     GenMsgCycleTime       the period
-    CANFD_BRS             bit rate switch of CAN FD; on if the file does not say
+    CANFD_BRS             bit rate switch of CAN FD; on by default
 
-Every other message is passed over, with the reason: no cycle time, a sender that is not on the bus, a length that CAN
-does not have, an identifier that stands there twice, text that is not DBC. Signals do not matter here.
+Other messages are passed over with the reason: no cycle time, a sender that is not on the bus, a length that CAN does
+not have, an identifier that two messages have, text that is not DBC. Signals are not read.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ NS_PER_MS = 1_000_000
 
 class Declared(NamedTuple):
     messages: dict[str, CanMessage]
-    passed_over: dict[str, str]         # why, by name
+    passed_over: dict[str, str]         # name of a message -> the reason
 
 
 def declared_by(found: DbcFile, nodes: Sequence[str], dbc_nodes: Mapping[str, str]) -> Declared:
-    """`dbc_nodes` maps the file's names of control units to nodes of the bus."""
+    """Return the messages that `nodes` send; `dbc_nodes` maps the file's names of control units to nodes."""
     by_name = {node.lower(): node for node in nodes}
     senders = {unit: by_name[unit.lower()] for message in found.database.messages for unit in message.senders
                if unit.lower() in by_name} | dict(dbc_nodes)
@@ -45,7 +45,7 @@ def declared_by(found: DbcFile, nodes: Sequence[str], dbc_nodes: Mapping[str, st
 
 
 def _as_declared(message: Message, senders: Mapping[str, str]) -> CanMessage:
-    """Raises ValueError with the reason why the message is not one of the bus."""
+    """Return the message as declared; raises ValueError with the reason if it has to be passed over."""
     sender = next((senders[unit] for unit in message.senders if unit in senders), None)
     if sender is None:
         raise ValueError(f"sent by {', '.join(message.senders) or 'no control unit'}, not on this bus")

@@ -1,13 +1,13 @@
-"""Compares what nodes hand out with the messages that the scenario declares: the bounds hold only for those.
+"""Compares the frames that nodes send with the messages that the scenario declares, for which alone the bounds hold.
 
-    distance:  a frame of a message with period T and jitter J conforms if it is handed out at or after  due - J;
+    distance:  a frame of a message with period T and jitter J conforms if it is offered at or after  due - J;
                then  due <- max(due, now) + T (1 - CLOCK_TOLERANCE)
 
-so of n + 1 frames in a row the first and the last lie at least n T (1 - CLOCK_TOLERANCE) - J apart. The tolerance is
-for the clock of the sender, which the declared period does not know; the bounds neglect it.
+So the first and the last of n + 1 frames in a row lie at least n T (1 - CLOCK_TOLERANCE) - J apart. The tolerance
+allows for the error of the sender's clock, which the bounds neglect.
 Source: the virtual scheduling algorithm, ITU-T I.371 (2004), A.1.
 
-Each way in which a message is not as declared is told once; at most MOST_TOLD in all.
+Each difference of a message from its declaration is reported once, at most MOST_TOLD in all.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ class _Watched:
     name: str
     message: CanMessage
     step_ns: int
-    due_ns: int | None = None       # None: nothing has been handed out
+    due_ns: int | None = None       # None before its first frame
     last_ns: int = 0
 
 
 class DeclarationWatch:
-    """Knows the declared messages of one bus and when the next frame of each is due."""
+    """Holds the declared messages of one bus and the instant at which the next frame of each is due."""
 
     def __init__(self, messages: Mapping[str, CanMessage]) -> None:
         self._by_rank = {message.rank: _Watched(name, message, round(message.period_ns * (1 - CLOCK_TOLERANCE)))
@@ -45,7 +45,7 @@ class DeclarationWatch:
         self._told: set[tuple[int, str, str]] = set()
 
     def look(self, sender: str, encoded: EncodedFrame, now_ns: int) -> list[str]:
-        """Differences from the declaration, not told before, of a frame that `sender` hands out at `now_ns`."""
+        """Return the differences, not reported before, of a frame that `sender` offers at `now_ns`."""
         found = []
         for what, words in self._differences(sender, encoded, now_ns):
             key = (encoded.rank, sender, what)
@@ -55,7 +55,7 @@ class DeclarationWatch:
         return found
 
     def _differences(self, sender: str, encoded: EncodedFrame, now_ns: int) -> Iterator[tuple[str, str]]:
-        """Pairs of a key and words."""
+        """Yield (kind of difference, message)."""
         watched = self._by_rank.get(encoded.rank)
         if watched is None:
             yield "message", f"hands out a message that is not declared; {VOID}"

@@ -1,4 +1,4 @@
-"""What the bus has to know of a frame that nothing disturbs: its bits at either bit rate, and its rank in arbitration.
+"""Encodes a frame for a transmission without errors: its number of bits at either bit rate, and its arbitration rank.
 
     classical   SOF id RTR IDE r0 DLC data CRC-15 | CRC delimiter, ACK slot, ACK delimiter, EOF 7
                 \\___________ stuffed ____________/
@@ -6,12 +6,13 @@
                 \\______________ stuffed _____________/ \\__ a fixed stuff bit first, then after every 4 bits __/
                 nominal bit rate ----------> data bit rate (with BRS) ------------------------------> nominal
 
-The rate changes at the sample points of BRS and of the CRC delimiter; what the one gains the other loses, so BRS counts
-as nominal and the delimiter as data. No stuff bit follows the last data bit of CAN FD: the fixed one does its work. The
-stuff count is the number of stuff bits modulo 8 as a Gray code, with a bit of even parity.
+The rate changes at the sample points of BRS and of the CRC delimiter. The parts of both bits at either rate add up to a
+nominal BRS and a delimiter at the data rate, as which they are counted. A fixed stuff bit follows the last data bit of
+CAN FD instead of a dynamic one. The stuff count is the number of stuff bits modulo 8 as a Gray code, with a bit of even
+parity.
 
-Rank: bits of the arbitration field as a number, dominant = 0, so the lower one wins: a standard identifier beats an
-extended one with the same base, a data frame beats a remote one.
+The rank is the arbitration field as a number with dominant = 0, so the lower one wins: a standard identifier before an
+extended one with the same base, a data frame before a remote one.
 
 Source: ISO 11898-1:2015, 10.4.2 and 10.5.
 """
@@ -33,7 +34,7 @@ CACHED_FRAMES: Final = 1 << 15
 
 
 class EncodedFrame(NamedTuple):
-    rank: int                   # in arbitration: the lowest wins; equal only for the same arbitration field
+    rank: int                   # the lowest wins arbitration; equal only for the same arbitration field
     nominal_bits: int           # from SOF to the end of EOF, at the nominal bit rate
     data_bits: int              # at the data bit rate
     fd: bool
@@ -41,7 +42,7 @@ class EncodedFrame(NamedTuple):
 
 
 def rank_of(frame: CanFrame) -> int:
-    """Arbitration field as 32 bits: 11 identifier, RTR or SRR, IDE, 18 identifier, RTR."""
+    """The arbitration field as 32 bits: 11 of the identifier, RTR or SRR, IDE, 18 of the identifier, RTR."""
     if frame.extended:
         base, rest = frame.can_id >> 18, frame.can_id & 0x3FFFF
         return base << 21 | 3 << 19 | rest << 1 | frame.remote
@@ -49,7 +50,7 @@ def rank_of(frame: CanFrame) -> int:
 
 
 def header_of(frame: CanFrame) -> tuple[int, int]:
-    """SOF up to and including DLC, and how many bits that is."""
+    """(bits, number of bits) from SOF up to and including DLC."""
     can_id = frame.can_id
     if frame.extended:
         can_id = can_id >> 18 << 20 | 3 << 18 | can_id & 0x3FFFF        # SRR, IDE after the base
@@ -60,7 +61,7 @@ def header_of(frame: CanFrame) -> tuple[int, int]:
 
 
 def with_data(frame: CanFrame) -> tuple[int, int]:
-    """SOF up to and including the data, before stuffing."""
+    """(bits, number of bits) from SOF up to and including the data, before stuffing."""
     bits, length = header_of(frame)
     size = 8 * len(frame.data)
     return bits << size | int.from_bytes(frame.data, "big"), length + size
@@ -68,7 +69,7 @@ def with_data(frame: CanFrame) -> tuple[int, int]:
 
 @lru_cache(maxsize=CACHED_FRAMES)
 def encode_frame(data: bytes) -> EncodedFrame:
-    """Of the struct that a node handed out. Raises `MalformedFrame`."""
+    """Encode the struct that a node sends; raises `MalformedFrame`."""
     frame = unpack(data)
     if frame.error:
         raise MalformedFrame("an error message, which no node can send")
@@ -91,16 +92,16 @@ def _fd_bits(frame: CanFrame, bits: int, length: int) -> tuple[int, int]:
     return nominal + AFTER_FD_CRC_BITS, everything - nominal
 
 
-# Bounds over all frames of a kind.
+# Bounds over all frames of one format and length.
 
 def most_classical_bits(data_bytes: int, *, extended: bool) -> int:
-    """SOF to the end of EOF with the worst stuffing: Davis et al. 2007, eq. 1 and 2, without the intermission."""
+    """Bits from SOF to the end of EOF with the worst stuffing: Davis et al. 2007, eq. 1 and 2, less intermission."""
     stuffable = (54 if extended else 34) + 8 * data_bytes
     return stuffable + (stuffable - 1) // 4 + AFTER_CRC_BITS
 
 
 def most_fd_bits(data_bytes: int, *, extended: bool) -> tuple[int, int]:
-    """(nominal, data) bits of a CAN FD frame with a bit rate switch that takes the longest, stuffed at its worst."""
+    """(nominal, data) bits of the longest CAN FD frame with a bit rate switch, with the worst stuffing."""
     until_switch = 36 if extended else 17
     stuffable = until_switch + 5 + 8 * data_bytes
     everything = stuffable + (stuffable - 2) // 4 + FD_CRC_FIELD_BITS[data_bytes > 16] + 1

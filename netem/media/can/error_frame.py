@@ -1,13 +1,13 @@
-"""What follows when a bit of a frame is not what its sender sent: who notices where, and how long the error frame is.
+"""The error frame that follows an inverted bit: which nodes detect the error at which bit, and how long it lasts.
 
     .. bit k inverted | error flags, 6 to 12 bits superposed | error delimiter 8 | intermission 3
 
-Who sees it first sends its flag from the next bit on: dominant while error-active, recessive while error-passive. The
-others notice at k too (a stuff bit or a bit of fixed form) or by the flag itself, and then send theirs.
+The first node that detects the error sends its flag from the next bit on: dominant while error-active, recessive while
+error-passive. The others detect it at k too (a stuff bit or a bit of fixed form) or by the flag, and then send theirs.
 
-    field of bit k                       noticed by
-    arbitration, recessive, no stuff     the sender takes it for a lost arbitration and falls silent: a stuff error of
-                                         all as receivers at bit k + 6
+    field of bit k                       detected by
+    arbitration, recessive, no stuff     the sender takes it for lost arbitration and stops sending: all nodes detect a
+                                         stuff error as receivers at bit k + 6
     arbitration, a recessive stuff bit   all at k; the sender's counter stays (12.1.4.2, exception 2)
     other bits up to the CRC sequence    the sender at k; receivers at k (stuff bit) or by the flag
     ACK slot                             all at k: the sender misses the acknowledgement
@@ -16,8 +16,8 @@ others notice at k too (a stuff bit or a bit of fixed form) or by the flag itsel
 
 Source: ISO 11898-1:2015, 10.4.4, 10.9, 10.11.
 
-Not modelled: bits that only some nodes see inverted, errors within error frames and in the intermission, overload
-frames besides, the protocol exception of a recessive `res` bit.
+Not modelled: bits that only some nodes see inverted, errors within error frames and in the intermission, other overload
+frames, the protocol exception of a recessive `res` bit.
 """
 
 from __future__ import annotations
@@ -44,22 +44,22 @@ class Cause(Enum):
 @dataclass(frozen=True)
 class ErrorFrame:
     cause: Cause
-    field: Field                    # where the frame went wrong
+    field: Field                    # field of the error
     last_bit: int                   # the last bit before the first flag, from SOF = 0
     flag_bits: int                  # superposed flags, 6..12 bits
-    sender_counts: bool = True      # transmit error counter + 8
-    sender_receives: bool = False   # it had fallen silent: receive error counter + 1 like the others
-    receivers_count: bool = True    # receive error counters + 1
-    received: bool = False          # the receivers have taken the frame; it will come again
+    sender_counts: bool = True      # the sender's transmit error counter + 8
+    sender_receives: bool = False   # the sender had stopped sending: its receive error counter + 1, as the others'
+    receivers_count: bool = True    # the receivers' receive error counters + 1
+    received: bool = False          # the receivers have taken the frame, and the sender will repeat it
 
     @property
     def acknowledged(self) -> bool:
-        """The receivers had acknowledged the frame before: their receive error counters - 1."""
+        """Whether the receivers had acknowledged the frame before, which lowers their receive error counters by 1."""
         return self.field in (Field.ACK_DELIMITER, Field.EOF)
 
 
 def after_bit_error(sequence: BitSequence, bit: int, *, passive: bool) -> ErrorFrame:
-    """Bit `bit` of the frame (SOF = 0) is seen inverted by all nodes; `passive`: its sender is error-passive."""
+    """The error frame if all nodes see bit `bit` (SOF = 0) inverted; `passive` if the sender is error-passive."""
     field = sequence.fields[bit]
     if field is Field.EOF and bit == len(sequence) - 1:
         return ErrorFrame(Cause.BIT, field, bit, FLAG_BITS, receivers_count=False, received=True)
@@ -71,25 +71,27 @@ def after_bit_error(sequence: BitSequence, bit: int, *, passive: bool) -> ErrorF
         if bit in sequence.stuff:
             return ErrorFrame(Cause.STUFF, field, bit, FLAG_BITS, sender_counts=False)
         return ErrorFrame(Cause.STUFF, field, bit + 6, FLAG_BITS, sender_counts=False, sender_receives=True)
-    if bit == 0 and passive:                    # a start that nobody else has seen
+    if bit == 0 and passive:                    # no receiver has seen the start of the frame
         return ErrorFrame(Cause.BIT, field, bit, FLAG_BITS, receivers_count=False)
     seen = sequence.bits[:bit] + ("1" if sequence.bits[bit] == "0" else "0")
     return ErrorFrame(Cause.BIT, field, bit, flag_bits(seen, passive=passive))
 
 
 def without_acknowledgement(sequence: BitSequence, *, passive: bool) -> ErrorFrame:
-    """Nobody drives the ACK slot. The counter of an error-passive sender stays (12.1.4.2, exception 1)."""
+    """The error frame if nobody drives the ACK slot; an error-passive sender does not count (12.1.4.2, exception 1)."""
     slot = sequence.first(Field.ACK_SLOT)
     return ErrorFrame(Cause.ACK, Field.ACK_SLOT, slot, FLAG_BITS, sender_counts=not passive, receivers_count=False)
 
 
 def flag_bits(seen: str, *, passive: bool) -> int:
-    """Length of the superposed flags when the first one begins after the bits `seen` of a frame, the last of them being
-    wrong. A passive flag is recessive and lets receivers find out by themselves, at the latest by the checksum."""
+    """Length of the superposed flags, of which the first begins after the bits `seen`; the last of these is wrong.
+
+    A `passive` flag is recessive: the receivers detect the error by themselves, by the checksum at the latest.
+    """
     receiver = Receiver()
     for level in seen:
         receiver.sees(level)
-    alone = 0                       # bits of the first flag before the receivers notice
+    alone = 0                       # bits of the first flag before the receivers detect the error
     while not receiver.wrong:
         receiver.sees("1" if passive else "0")
         alone += 1

@@ -1,14 +1,14 @@
-"""Error counters of one controller and the state they put it in (ISO 11898-1:2015, 12.1).
+"""Error counters of one controller and the state that follows from them (ISO 11898-1:2015, 12.1).
 
                     TEC > 127 or REC > 127                 TEC > 255
     error-active <--------------------------> error-passive ---------> bus-off --128 x 11 recessive bits--> error-active
                     both <= 127
 
     sender of an error frame       TEC + 8      sent without error      TEC - 1
-    receiver of an error frame     REC + 1      received without error  REC - 1, and from beyond 127 down to 119
+    receiver of an error frame     REC + 1      received without error  REC - 1, but from above 127 down to 119
 
-Not modelled: REC + 8 for a receiver that alone sees an error and for errors within error flags, which need bits that
-only some nodes see wrong; the warning limit of 96.
+Not modelled: REC + 8 for a receiver that alone detects an error and for errors within error flags, as all nodes see the
+same bits; the warning limit of 96.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Final
 
 PASSIVE_ABOVE: Final = 127
 BUS_OFF_ABOVE: Final = 255
-BACK_FROM_PASSIVE: Final = 119          # the standard leaves 119..127
+BACK_FROM_PASSIVE: Final = 119          # the standard allows 119..127
 
 
 class State(Enum):
@@ -40,7 +40,7 @@ class FaultConfinement:
 
     @property
     def calm(self) -> bool:
-        """Nothing in it that a frame without errors would change."""
+        """Whether both counters are 0, so that a frame without errors does not change them."""
         return not self.transmit_errors and not self.receive_errors
 
     def sent(self) -> None:
@@ -64,7 +64,7 @@ class FaultConfinement:
         self._renew()
 
     def recovered(self) -> None:
-        """128 times 11 recessive bits have gone by."""
+        """Return to error-active, after 128 runs of 11 recessive bits."""
         self.transmit_errors = self.receive_errors = 0
         self.state = State.ERROR_ACTIVE
 

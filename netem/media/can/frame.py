@@ -4,8 +4,8 @@
     can_id: identifier, EFF 0x80000000 (29 bits), RTR 0x40000000 (remote), ERR 0x20000000 (message about an error)
     flags, of a canfd_frame: BRS 1, ESI 2, FDF 4          len8_dlc, of a can_frame with 8 bytes: a DLC of 9 to 15, or 0
 
-Source: include/uapi/linux/can.h. The size of the struct says which of the two it is. `pack` fills a CAN FD payload up
-with zeros to the next length that a DLC can name, as Linux does; bytes beyond the payload are zeros.
+Source: include/uapi/linux/can.h. The two structs differ in size. `pack` pads a CAN FD payload with zeros to the next
+length that a DLC can name, as Linux does; bytes beyond the payload are zeros.
 
 Not modelled: CAN XL.
 """
@@ -35,14 +35,14 @@ _DLC_OF = {length: dlc for dlc, length in enumerate(FD_LENGTHS)}
 
 
 class MalformedFrame(ValueError):
-    """No CAN frame."""
+    """Bytes or values that are no CAN frame."""
 
 
 class CanFrame(NamedTuple):
-    """One frame as programs see it.
+    """One frame as programs use it.
 
-    `dlc` is the data length code on the wire, 0..15; -1: what `data` needs. A remote frame has no data: `dlc` is what
-    it asks for. `error` marks a message of the controller about an error, which never goes over the bus.
+    `dlc` is the data length code on the wire, 0..15, or -1 for the one that `data` needs. A remote frame has no data;
+    its `dlc` is that of the data it requests. `error` marks a message of the node's own controller about an error.
     """
 
     can_id: int
@@ -57,14 +57,14 @@ class CanFrame(NamedTuple):
 
 
 def fd_length(length: int) -> int:
-    """The least length that a CAN FD frame can have for `length` bytes."""
+    """Shortest data length of CAN FD that holds `length` bytes; raises `MalformedFrame` above 64."""
     if not 0 <= length <= 64:
         raise MalformedFrame(f"data of {length} bytes: CAN FD carries at most 64")
     return next(known for known in FD_LENGTHS if known >= length)
 
 
 def pack(frame: CanFrame) -> bytes:
-    """The struct for a port. Raises `MalformedFrame`."""
+    """Return the struct to send on a port; raises `MalformedFrame`."""
     can_id, data, extended, remote, fd, switch, error_state, dlc, error = frame
     if not 0 <= can_id <= (EXTENDED_MASK if extended or error else STANDARD_MASK):
         raise MalformedFrame(f"can_id={can_id:#x}: expected {29 if extended or error else 11} bits"
@@ -87,7 +87,7 @@ def pack(frame: CanFrame) -> bytes:
 
 
 def unpack(data: bytes) -> CanFrame:
-    """The frame in a struct. Raises `MalformedFrame`, whose text is short enough for a ledger."""
+    """Return the frame in a struct; raises `MalformedFrame`, whose text is short enough for a ledger."""
     if len(data) == CLASSICAL_BYTES:
         can_id, length, _, _, len8_dlc, payload = _CLASSICAL.unpack(data)
         if length > 8:

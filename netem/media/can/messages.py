@@ -31,7 +31,7 @@ class CanMessage:
     """One entry of `[media.<name>.messages]`."""
 
     id: int
-    period_ns: int                          # its least distance, if it is not periodic
+    period_ns: int                          # least distance of its frames if it is not periodic
     sender: str
     length_bytes: int = 8
     extended: bool = False
@@ -60,14 +60,14 @@ class CanMessage:
         return rank_of(CanFrame(self.id, extended=self.extended))
 
     def most_bits(self) -> Bits:
-        """SOF to the end of EOF."""
+        """Most bits from SOF to the end of EOF, with the worst stuffing."""
         if not self.fd:
             return most_classical_bits(self.length_bytes, extended=self.extended), 0
         nominal, data = most_fd_bits(self.length_bytes, extended=self.extended)
         return (nominal, data) if self.bit_rate_switch else (nominal + data, 0)
 
     def fewest_bits(self) -> Bits:
-        """The same without any stuff bit that depends on the bits."""
+        """Fewest bits from SOF to the end of EOF: no stuff bits but the fixed ones."""
         if not self.fd:
             return (54 if self.extended else 34) + 8 * self.length_bytes + AFTER_CRC_BITS, 0
         nominal = (36 if self.extended else 17) + AFTER_FD_CRC_BITS
@@ -80,7 +80,7 @@ def by_priority(messages: Mapping[str, CanMessage]) -> dict[str, CanMessage]:
 
 
 def periodic(messages: Mapping[str, CanMessage], clock: BitClock, *, worst: bool = True) -> list[PeriodicMessage]:
-    """Highest priority first, each as long as it can get, or as short."""
+    """The messages for `response_time`, highest priority first, each with its `worst` or its shortest duration."""
     found = []
     for name, message in by_priority(messages).items():
         nominal, data = message.most_bits() if worst else message.fewest_bits()
@@ -90,13 +90,13 @@ def periodic(messages: Mapping[str, CanMessage], clock: BitClock, *, worst: bool
 
 
 def response_times_ns(messages: Mapping[str, CanMessage], clock: BitClock) -> dict[str, int | None]:
-    """Worst-case response time of each message, highest priority first, with a queue by priority; None: no bound."""
+    """Worst-case response time of each message, highest priority first, with a queue by priority; None if unbounded."""
     found = periodic(messages, clock)
     return {message.name: response_time_ns(found, index, clock.most_ns(1)) for index, message in enumerate(found)}
 
 
 def late_messages(messages: Mapping[str, CanMessage], clock: BitClock) -> list[str]:
-    """A line for each message whose worst-case response time is beyond its deadline, with a queue by priority."""
+    """Describe each message whose worst-case response time exceeds its deadline, with a queue by priority."""
     lines = []
     for name, worst_ns in response_times_ns(messages, clock).items():
         declared = messages[name]

@@ -1,8 +1,8 @@
-"""What a receiver makes of the bits of a frame that goes wrong: it follows stuffing, form and checksum by itself.
+"""A receiver that decodes the bits of a frame with an error: it checks stuffing, form and checksum by itself.
 
-Needed only where a bit was wrong: from there on a receiver may see another length and other stuff bits than were sent.
+After a wrong bit a receiver may decode another length and other stuff bits than the sender sent.
 
-    SOF .. data, CRC sequence    stuff error at a sixth equal bit; CAN FD: at a fixed stuff bit that is none
+    SOF .. data, CRC sequence    stuff error at a sixth equal bit; CAN FD: at a fixed stuff bit equal to the one before
     CRC delimiter                form error if dominant
     ACK slot                     no error of its own
     ACK delimiter                form error if dominant, or the checksum was wrong
@@ -17,16 +17,16 @@ _STANDARD_FD, _EXTENDED_FD = 14, 33            # place of the bit FDF or r0, r1 
 
 
 class Receiver:
-    """Fed from SOF on; `wrong` as soon as it has seen an error, with the bit that shows it."""
+    """Takes the bits from SOF on with `sees`; `wrong` is true from the bit on that shows an error."""
 
     def __init__(self) -> None:
         self.wrong = False
-        self._plain: list[str] = []             # without stuff bits
+        self._plain: list[str] = []             # the bits without stuff bits
         self._last, self._run = "", 0
-        self._stuffed_bits = _UNKNOWN           # how many plain bits are under the rule of five
-        self._crc_bits = 0                      # of CAN FD, with stuff count and fixed stuff bits
+        self._stuffed_bits = _UNKNOWN           # number of plain bits with dynamic stuffing
+        self._crc_bits = 0                      # length of stuff count and CRC of CAN FD, with fixed stuff bits
         self._crc_seen = 0
-        self._after = -1                        # bits since the CRC sequence
+        self._after = -1                        # number of bits since the CRC sequence, -1 before its end
 
     def sees(self, level: str) -> None:
         if self._after >= 0:
@@ -44,7 +44,7 @@ class Receiver:
             self.wrong = self._run > 1
         else:
             self._plain.append(level)
-            if self._plain[0] == "1":           # no start: the bus is idle for it
+            if self._plain[0] == "1":           # recessive instead of SOF: the receiver takes the bus for idle
                 self._plain.clear()
                 self._last, self._run = "", 0
             elif self._stuffed_bits == _UNKNOWN:
@@ -86,4 +86,4 @@ class Receiver:
         if self._after == 1:
             self.wrong = level == "0"
         elif self._after == 3:
-            self.wrong = True                   # dominant, or the checksum of bits that were hit
+            self.wrong = True                   # dominant, or the checksum fails

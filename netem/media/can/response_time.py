@@ -5,10 +5,10 @@
     queueing      w(q) = B + q C_m + sum over hp(m) of ceil((w(q) + J_k + bit) / T_k) C_k
     response      R  = max over q = 0 .. Q-1 of  J_m + w(q) - q T_m + C_m
 
-B is the longest frame of lower priority that may have just begun. Exact for messages of any phase and a queue by
-priority in every node; R runs from the event that queues a message to the end of its intermission. Looking at the
-first instance only, as analyses before did, is optimistic: an instance can be held up by what the one before it has
-pushed back.
+B is the longest frame of lower priority, which may just have begun. R lasts from the event that queues a message to the
+end of its intermission. The result is exact for messages of any phase and a queue by priority in every node. The first
+instance alone, as in earlier analyses, gives too small a bound: it can delay frames of higher priority, which then
+delay the next instance.
 
 Source: R. I. Davis, A. Burns, R. J. Bril, J. J. Lukkien, "Controller Area Network (CAN) schedulability analysis:
 Refuted, revisited and revised", Real-Time Systems 35, 2007, pages 239-272.
@@ -25,12 +25,15 @@ from math import lcm
 
 @dataclass(frozen=True)
 class PeriodicMessage:
-    """`frame_ns`: on the bus at the most, intermission included. Order of priority is the order in a sequence."""
+    """One message; a sequence of them is in order of priority. `frame_ns` is its longest time on the bus.
+
+    That time includes the intermission.
+    """
 
     name: str
     frame_ns: int               # C
     period_ns: int              # T
-    jitter_ns: int = 0          # J: queued at most this long after the event that it belongs to
+    jitter_ns: int = 0          # J: longest time from the event to the queueing of the message
 
     def __post_init__(self) -> None:
         if self.frame_ns < 1 or self.period_ns < 1 or self.jitter_ns < 0:
@@ -44,7 +47,10 @@ def utilization(messages: Sequence[PeriodicMessage]) -> float:
 
 
 def response_time_ns(messages: Sequence[PeriodicMessage], index: int, bit_ns: int) -> int | None:
-    """Worst-case response time of `messages[index]`, highest priority first. None: it has no bound. `bit_ns` >= 1."""
+    """Worst-case response time of `messages[index]`, None if it is unbounded.
+
+    The highest priority comes first; `bit_ns` >= 1 is the duration of a nominal bit.
+    """
     own, higher = messages[index], messages[:index]
     competing = messages[:index + 1]
     blocking_ns = _blocking_ns(messages, index)
@@ -69,7 +75,7 @@ def _releases(message: PeriodicMessage, within_ns: int) -> int:
 
 
 def _overloaded(messages: Sequence[PeriodicMessage], blocking_ns: int) -> bool:
-    """The busy period has no end: U > 1, or U = 1 and something waits besides."""
+    """Whether the busy period does not end: U > 1, or U = 1 and there is blocking or jitter."""
     cycle_ns = lcm(*(message.period_ns for message in messages))
     demand_ns = sum(message.frame_ns * (cycle_ns // message.period_ns) for message in messages)
     backlog = blocking_ns > 0 or any(message.jitter_ns for message in messages)

@@ -1,8 +1,8 @@
-"""Two controllers win the same arbitration: they sent one identifier at once, which CAN forbids and cannot prevent.
+"""Two controllers that send the same identifier at once both win arbitration, which CAN forbids and cannot prevent.
 
-Both go on. At the first bit in which they differ, who sends recessive sees dominant: a bit error. While that one is
-error-active its flag destroys the frame for all, and both try again, at the same instant; once it is error-passive
-its flag is recessive and the other frame gets through. Frames that are equal to the last bit are one frame to all.
+Both go on. At the first bit in which their frames differ, the controller that sends recessive detects a bit error.
+While it is error-active its flag destroys the frame for all nodes, and both retransmit at the same instant; once it is
+error-passive its flag is recessive and the other frame is received. Receivers see equal frames as one frame.
 
 Source: ISO 11898-1:2015, 10.4.2.1; K.-T. Cho, K. G. Shin, "Error handling of in-vehicle networks makes them
 vulnerable", CCS 2016, which uses it as an attack.
@@ -19,8 +19,11 @@ from netem.media.can.error_frame import Cause, ErrorFrame, flag_bits
 
 @dataclass(frozen=True)
 class Clash:
-    """Numbers of the frames, in the order given: `silenced` fell silent, `left` were on the bus to the end or to the
-    error frame. `clashed`: they were not all equal."""
+    """The result of frames that start together, by their index.
+
+    The senders of `silenced` stopped; those of `left` sent to the end or to the error frame. `clashed` if the frames
+    were not all equal.
+    """
 
     left: tuple[int, ...]
     silenced: tuple[int, ...]
@@ -32,7 +35,7 @@ class Clash:
 
 
 def clash(sequences: Sequence[BitSequence], passive: Sequence[bool]) -> Clash:
-    """What becomes of frames with the same arbitration field that start together; `passive`: their senders are."""
+    """Compare frames with the same arbitration field that start together; `passive` tells which senders are."""
     left, silenced = list(range(len(sequences))), list[int]()
     while (bit := _first_difference([sequences[number] for number in left])) is not None:
         recessive = [number for number in left if sequences[number].bits[bit] == "1"]

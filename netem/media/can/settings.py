@@ -17,7 +17,7 @@ from netem.media.can.response_time import utilization
 from netem.media.can.transmit_queue import Discipline
 
 FASTEST_NOMINAL_BPS: Final = 1_000_000      # ISO 11898-1:2015
-FASTEST_DATA_BPS: Final = 8_000_000         # what transceivers carry (CiA 601-4)
+FASTEST_DATA_BPS: Final = 8_000_000         # limit of transceivers (CiA 601-4)
 
 SHORTEST_BITS: Final = ((44, 0), (26, 33))  # SOF to the end of EOF: a remote frame without stuff bits; CAN FD, no data
 
@@ -37,10 +37,10 @@ class CanSettings(MediumSettings):
 
     queue: Discipline = "priority"
     queue_frames: int = 32                                  # of each node
-    own_frames_to: tuple[str, ...] = ()                     # nodes that hear their own frames when they got through
-    error_messages_to: tuple[str, ...] = ()                 # nodes that their controller tells its changes of state
+    own_frames_to: tuple[str, ...] = ()                     # nodes that receive their own frames after transmission
+    error_messages_to: tuple[str, ...] = ()                 # nodes that get messages about their controller's state
 
-    at_bus_off: Literal["drop", "keep"] = "drop"            # what happens to the frames that wait
+    at_bus_off: Literal["drop", "keep"] = "drop"            # treatment of the frames that wait
     recovery: Literal["automatic", "never"] = "automatic"   # from bus-off
     restart_delay_ns: int = 0                               # from bus-off to the start of the recovery
 
@@ -48,9 +48,9 @@ class CanSettings(MediumSettings):
 
     messages: dict[str, CanMessage] = field(default_factory=dict)
     dbc: Path | None = None                                 # a DBC file that declares further messages
-    dbc_nodes: dict[str, str] = field(default_factory=dict)     # its names of control units -> nodes of the bus
-    messages_only: bool = False                             # any other frame is malformed
-    overload: Literal["refuse", "report"] = "refuse"        # if the declared messages need more than there is
+    dbc_nodes: dict[str, str] = field(default_factory=dict)     # the file's names of control units -> nodes of the bus
+    messages_only: bool = False                             # frames that are no declared message are malformed
+    overload: Literal["refuse", "report"] = "refuse"        # if the declared messages need more than the bit rate
 
     load_window_ns: int = 100_000_000
     log: tuple[Literal["candump", "blf"], ...] = ()
@@ -73,9 +73,9 @@ class CanSettings(MediumSettings):
         self._check_messages()
 
     def with_declared(self, nodes: Sequence[str]) -> CanSettings:
-        """These settings with the messages of the DBC file under `messages`; an own message of `messages` goes first.
+        """Return the settings with the messages of the DBC file added to `messages`, whose own entries take precedence.
 
-        Raises DbcError, or ValueError if what is declared needs more than there is.
+        Raises DbcError, or ValueError if the messages need more than the bit rate.
         """
         if self.dbc is None:
             return self
@@ -85,7 +85,7 @@ class CanSettings(MediumSettings):
             name: message for name, message in found.items() if name not in self.messages and message.rank not in own})
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
-        """Load and worst-case response times of the declared messages, and what was passed over of a DBC file."""
+        """Tables of the declared messages, with load and worst-case response times, and of those passed over."""
         settings, clock = self.with_declared(nodes), self.clock
         tables = []
         if settings.messages:
@@ -115,8 +115,11 @@ class CanSettings(MediumSettings):
         return BitClock(self.bit_rate_bps, self.data_bit_rate_bps)
 
     def shortest_ns(self) -> int:
-        """From a start to the earliest instant at which anything of it reaches a node: the frame when its last bit but
-        one is over, a change of state at the end of an error frame with its intermission."""
+        """Shortest time from the start of a transmission to the first message of it that reaches a node.
+
+        Receivers take a frame at the end of its last bit but one; a controller reports a change of state at the end of
+        an error frame with its intermission.
+        """
         if self.messages_only:
             bits = [message.fewest_bits() for message in self.messages.values()]
         else:

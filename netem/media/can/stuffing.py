@@ -1,9 +1,9 @@
 """Stuff bits: after five equal bits the sender inserts one of the other polarity (ISO 11898-1:2015, 10.5).
 
-    state = (last bit, length of its run, 1..5)         a run of 5 inserts before the next bit, and starts a run of 1
+    state = (last bit, length of its run, 1..5)         after a run of 5 a stuff bit comes next and starts a run of 1
 
-The inserted bit counts in the run that follows. A table maps (state, byte) to (state, stuff bits, bits sent), so a
-frame takes a look-up a byte. Bits come before in recessive idle: the first one, SOF, starts a run.
+The stuff bit counts in the run that follows. A table maps (state, byte) to (state, stuff bits, bits sent), so a frame
+takes one look-up per byte. The bus is idle, recessive, before SOF, so SOF starts a run.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 _LONGEST: Final = 5
-_IDLE: Final = 0            # a run of one dominant bit, after which the filling 0101.. gets no stuff bit
+_IDLE: Final = 0            # a run of one dominant bit, after which the padding 0101.. gets no stuff bit
 
 
 class _Step(NamedTuple):
@@ -38,25 +38,27 @@ _STEPS: Final = [[_step(state, byte) for byte in range(256)] for state in range(
 _STATES: Final = [[step.state for step in steps] for steps in _STEPS]
 _STUFFED: Final = [[step.stuffed for step in steps] for steps in _STEPS]
 _SENT: Final = [[step.sent for step in steps] for steps in _STEPS]
-_FILLING: Final = [0, 0b1, 0b01, 0b101, 0b0101, 0b10101, 0b010101, 0b1010101]      # bits that end in recessive idle
+_PADDING: Final = [0, 0b1, 0b01, 0b101, 0b0101, 0b10101, 0b010101, 0b1010101]      # bits that end in recessive idle
 
 
 def stuff_bits(bits: int, length: int, *, at_end: bool) -> int:
-    """How many are inserted into `length` bits, the first one the most significant; `at_end`: after the last one too,
-    if it ends a run of five."""
+    """Number of stuff bits in `length` bits, of which the first is the most significant.
+
+    `at_end` if one is inserted after the last bit too, should that end a run of five.
+    """
     missing = -length & 7
     state, total = _IDLE, 0
-    for byte in (_FILLING[missing] << length | bits).to_bytes(length + missing >> 3, "big"):
+    for byte in (_PADDING[missing] << length | bits).to_bytes(length + missing >> 3, "big"):
         total += _STUFFED[state][byte]
         state = _STATES[state][byte]
     return total + 1 if at_end and state % _LONGEST == _LONGEST - 1 else total
 
 
 def stuffed(bits: int, length: int) -> str:
-    """The bits as sent, '0' and '1', with none inserted after the last one."""
+    """The bits as sent, as '0' and '1', with no stuff bit after the last one."""
     missing = -length & 7
     state, sent = _IDLE, []
-    for byte in (_FILLING[missing] << length | bits).to_bytes(length + missing >> 3, "big"):
+    for byte in (_PADDING[missing] << length | bits).to_bytes(length + missing >> 3, "big"):
         sent.append(_SENT[state][byte])
         state = _STATES[state][byte]
     return "".join(sent)[missing:]

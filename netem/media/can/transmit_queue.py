@@ -1,10 +1,10 @@
-"""What waits in one controller for the bus.
+"""The frames that wait for the bus in one controller.
 
-    priority    lowest identifier first, one identifier in order: a controller with many transmit buffers
-    fifo        in order: a driver with one queue, where a high identifier can keep a lower one waiting
-    mailbox     one place for each identifier, lowest first; a newer frame takes the place of one that still waits
+    priority    lowest identifier first, equal ones in order of arrival: a controller with many transmit buffers
+    fifo        in order of arrival: a driver with one queue, where a high identifier can delay a lower one
+    mailbox     one place for each identifier, lowest first; a newer frame replaces one that still waits
 
-The frame that is on the bus is no longer here. A frame that did not get through stays at its place.
+The frame that is on the bus is not in the queue. A frame that has to be retransmitted keeps its place.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FULL: Final = "transmit queue"
 
 
 class TransmitQueue:
-    """`capacity` frames wait at most."""
+    """Holds at most `capacity` frames."""
 
     __slots__ = ("_arrivals", "_by_rank", "_mailboxes", "capacity", "waiting")
 
@@ -38,7 +38,7 @@ class TransmitQueue:
         return bool(self.waiting)
 
     def put(self, frame: Frame, encoded: EncodedFrame) -> tuple[Frame, str] | None:
-        """Returns the frame that has no place (any more), and why."""
+        """Queue a frame; returns (frame, reason) if this frame or an older one has no place, otherwise None."""
         waiting = self.waiting
         place = encoded.rank if self._by_rank else 0
         if self._mailboxes:
@@ -59,7 +59,7 @@ class TransmitQueue:
         return heappop(self.waiting)
 
     def drain(self) -> list[Frame]:
-        """All that wait, in their order."""
+        """Remove and return all frames, in their order."""
         frames = [frame for _, _, frame, _ in sorted(self.waiting, key=lambda entry: entry[:2])]
         self.waiting.clear()
         return frames

@@ -1,7 +1,6 @@
-"""Decoding: what a receiver makes of frames that overlap.
+"""Decode rules: which of several overlapping frames a receiver can decode.
 
-A member of this kind has one verb, `fate`. It is asked at the end of a frame, if something was on the
-air with it.
+A member of this kind has one verb, `fate`. The medium calls it at the end of each frame that others overlapped.
 """
 
 from __future__ import annotations
@@ -17,4 +16,4 @@ class Decoding(Protocol):
     overlap_loses_both: bool        # whatever their power, wherever both are in range
 
     def fate(self, wanted: OnAir, receiver: str) -> Fate | None:
-        """Why `receiver`, who is in range, does not get `wanted`; None if it does."""
+        """Fate of `wanted` at `receiver`, which is in range, if it cannot decode the frame; None if it can."""

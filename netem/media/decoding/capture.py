@@ -1,13 +1,13 @@
-"""Capture: a frame survives an overlap if it is strong enough against all that is on the air with it.
+"""Capture: a receiver decodes a frame that exceeds the sum of all frames overlapping it by `capture_db`.
 
     rx(wanted) - 10 log10(sum of 10^(rx(rival)/10)) >= capture_db     at every instant of the wanted frame   [dBm, dB]
 
-The sum is over the rivals on the air at that instant, those too weak to be decoded included; rivals one after another
+The sum is over the rivals on the air at one instant, including those too weak to be decoded; rivals one after another
 do not add up. A receiver that transmits during any part of a frame is deaf to it. As capture_db > 0, a receiver decodes
 at most one of several overlapping frames.
 
-Not modelled: which frame the receiver locked to first (a later, stronger frame is decoded too), bit errors short of a
-lost frame, noise other than through the sensitivity.
+Not modelled: the preamble to which a receiver locks (a later, stronger frame is decoded too), bit errors that do not
+lose the frame, noise other than through the sensitivity.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Capture:
 
 
 def sum_dbm(powers_dbm: list[float]) -> float:
-    """Power of several signals together; exact for one."""
+    """Power of the sum of several signals; exact for one signal."""
     strongest_dbm = max(powers_dbm)
     if len(powers_dbm) == 1:
         return strongest_dbm

@@ -1,6 +1,6 @@
-"""The local model: media access is abstracted away. Everybody in range gets every frame.
+"""The local model, which abstracts from media access: every receiver in range decodes every frame.
 
-No collisions and no deafness: a node hears while it transmits. Airtime, range and the MAC stay as they are.
+There are no collisions and no deafness: a node receives while it transmits. Airtime, range and the MAC still apply.
 Source: the dissertation, subsection 1.2.5.
 """
 

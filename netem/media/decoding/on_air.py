@@ -1,4 +1,4 @@
-"""One transmission, as those see it who decode it or collide with it."""
+"""One transmission on a radio channel, with the frames that overlap it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from netem.topology.reach import Reach
 
 
 class OnAir:
-    """A frame of `sender`, on the air during [start_ns, end_ns). `rivals` are those that overlapped it so far."""
+    """A frame of `sender`, on the air during [start_ns, end_ns). `rivals` are the frames that overlapped it so far."""
 
     __slots__ = ("end_ns", "frame", "reach", "rivals", "sender", "start_ns")
 

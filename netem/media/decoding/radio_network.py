@@ -1,8 +1,8 @@
-"""The radio network model: any overlap of two in-range frames at a receiver loses both there, and nobody notices.
+"""The radio network model: a receiver loses both of two in-range frames that overlap, and no node detects it.
 
 A receiver that transmits during any part of a frame is deaf to it.
 Source: the dissertation, subsection 1.2.5, after Schneider and Wattenhofer 2009.
-Not modelled: power; a node out of range disturbs nobody.
+Not modelled: power; the frames of a node out of range do not interfere.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The decode rules that a scenario can name."""
+"""The decode rules that a scenario can name. A new one is a file and a line here."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Media access: when a radio puts on the air what its node handed out.
+"""Media access: decides when a radio transmits the frames that its node offers.
 
-A member of this kind has one verb, `submit`; the medium tells it what the radio of each node then goes through.
+A member of this kind has one verb, `submit`; by further calls the medium reports transmissions and carriers.
 
 Invariants:
 - every submitted frame goes to `Channel.start` or `Channel.drop`, exactly once, or is among `waiting()`;
-- a frame that has to wait starts in an event of priority OFFER: after all that ends or is sensed at that instant;
+- a frame that has to wait starts in an event of priority OFFER, after all ends and sensing events of that instant;
 - a node's random numbers come from its own stream.
 """
 
@@ -23,14 +23,14 @@ StreamFor = Callable[[str], Random]     # a node's own stream
 
 
 class Channel(Protocol):
-    """What a MAC may ask of the medium."""
+    """The methods of the medium that a MAC may call."""
 
     agenda: Agenda
 
     def transmitting(self, node: str) -> bool: ...
 
     def carriers(self, node: str) -> int:
-        """How many frames are on the air that `node` is in range of or sends itself; kept only if the MAC senses."""
+        """Number of frames on the air that `node` is in range of or sends itself; counted only if `Mac.senses`."""
 
     def start(self, frame: Frame, now_ns: int) -> None: ...
 
@@ -38,36 +38,36 @@ class Channel(Protocol):
 
 
 class Mac(Protocol):
-    senses: bool            # wants `heard` and `cleared`
-    min_wait_ns: int        # from handing out to the start on the air, at the least
+    senses: bool            # whether the medium has to call `heard` and `cleared`
+    min_wait_ns: int        # shortest time from an offer to the start of its transmission
 
     def submit(self, frame: Frame, now_ns: int) -> None: ...
 
     def sent(self, node: str, now_ns: int) -> None:
-        """`node`'s frame has left the air."""
+        """The transmission of `node` has ended."""
 
     def heard(self, node: str, now_ns: int) -> None:
-        """The air around `node` is no longer silent."""
+        """The channel at `node` has become busy."""
 
     def cleared(self, node: str, now_ns: int) -> None:
-        """The air around `node` is silent again."""
+        """The channel at `node` has become idle."""
 
     def waiting(self) -> Iterable[Frame]:
-        """Frames handed out and not yet on the air; as a truth value: is there any?"""
+        """Submitted frames that are not on the air yet; false if there are none."""
 
 
 @dataclass(frozen=True)
 class CarrierSense:
-    """Listen before talk. `unslotted` is that of IEEE 802.15.4, `dcf` that of IEEE 802.11."""
+    """Parameters of listen before talk, as in IEEE 802.15.4 (`unslotted`) or IEEE 802.11 (`dcf`)."""
 
     scheme: Literal["unslotted", "dcf"]
     slot_ns: int            # unit of the back-off
-    wait_ns: int            # silence before the back-off (DIFS)
-    cca_ns: int             # how long the channel is listened to; `dcf` listens all the time
+    wait_ns: int            # idle time before the back-off (DIFS)
+    cca_ns: int             # duration of a clear channel assessment; `dcf` listens all the time
     turnaround_ns: int      # from the decision to the first bit: two nodes that decide within it collide
-    min_exponent: int       # back-off drawn from 0 .. 2**exponent - 1 slots
-    max_exponent: int       # `unslotted` adds 1 after every busy channel, up to this
-    max_attempts: int       # `unslotted` gives a frame up when the channel was busy this often
+    min_exponent: int       # the back-off is drawn from 0 .. 2**exponent - 1 slots
+    max_exponent: int       # limit of the exponent, to which `unslotted` adds 1 after every busy channel
+    max_attempts: int       # busy assessments after which `unslotted` drops a frame
 
     def __post_init__(self) -> None:
         for name in ("slot_ns", "wait_ns", "cca_ns", "turnaround_ns"):

@@ -1,7 +1,7 @@
-"""Pure ALOHA: transmit at once, whoever else does (Abramson 1970). While the radio transmits, frames queue in order.
+"""Pure ALOHA: a radio transmits at once, even if others do (Abramson 1970). While it transmits, its frames queue.
 
-`queue_frames` wait at most, the one on the air not counted; more are dropped (`Fate.QUEUE_FULL`). The next frame starts
-at the instant at which the last one ends.
+At most `queue_frames` wait, not counting the one on the air; further ones are dropped (`Fate.QUEUE_FULL`). The next
+frame starts at the instant at which the last one ends.
 Not modelled: acknowledgement and retransmission, which a broadcast does not have.
 """
 
@@ -25,7 +25,7 @@ class Aloha:
         self._channel = channel
         self._queue_frames = queue_frames
         self._queues: dict[str, deque[Frame]] = {}      # only nodes whose queue is not empty
-        self._due: dict[str, Frame] = {}                # starts at this instant
+        self._due: dict[str, Frame] = {}                # frames that start at this instant
 
     def submit(self, frame: Frame, now_ns: int) -> None:
         sender = frame.sender

@@ -1,11 +1,11 @@
-"""The distributed coordination function of IEEE 802.11-2016, 10.3.4, for broadcast: silence, then a frozen countdown.
+"""The distributed coordination function of IEEE 802.11-2016, 10.3.4, for broadcast: a back-off that counts idle slots.
 
-    silent for wait_ns (DIFS) when the frame is handed out  ->  talk at once
-    otherwise: r slots, r from 0 .. 2^min_exponent - 1; they count down once the air has been silent for wait_ns, freeze
-    while it is not, and go on from where they were; at 0 the first bit goes out
+    channel idle for wait_ns (DIFS) at the offer   ->   transmit at once
+    otherwise draw r from 0 .. 2^min_exponent - 1 slots and count them down; counting starts when the channel has been
+    idle for wait_ns, stops while it is busy, and resumes from there; at 0 the first bit is sent
 
 A node decides turnaround_ns before its first bit and then no longer listens: two countdowns that end within it collide.
-A broadcast is never repeated, so the contention window stays at its minimum and no frame is given up.
+A broadcast is never repeated, so the contention window stays at its minimum and no frame is dropped after attempts.
 Not modelled: back-off after a transmission by a node with nothing more to send, EIFS after a collision, RTS/CTS.
 """
 
@@ -22,9 +22,9 @@ from netem.media.mac.listening_stations import ListeningStations, Station
 
 @dataclass
 class CountingStation(Station):
-    slots: int = 0                      # still to count down
-    decided: bool = False               # between the decision and the first bit
-    countdown: int = 0                  # number of the countdown under way: a timer of an earlier one is void
+    slots: int = 0                      # idle slots that remain to be counted
+    decided: bool = False               # true between the decision and the first bit
+    countdown: int = 0                  # number of the current countdown; timers of earlier ones have no effect
 
 
 class Dcf(ListeningStations[CountingStation]):

@@ -1,6 +1,7 @@
-"""What both kinds of carrier sense share: for each node one frame in service, and a queue behind it.
+"""The part that both carrier sense schemes share: for each node one frame in service, and a queue behind it.
 
-Invariants: a frame is in service or queued or gone to the channel, never two of these; the queue holds `queue_frames`.
+Invariants: a frame is in service, queued, or passed to the channel, never two of these; a queue holds at most
+`queue_frames`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ LONG_AGO_NS = -(1 << 62)
 @dataclass
 class Station:
     rng: Random
-    frame: Frame | None = None          # in service, not yet on the air
+    frame: Frame | None = None          # the frame in service, not yet on the air
     silent_since_ns: int = LONG_AGO_NS
     queue: deque[Frame] = field(default_factory=deque)
 
@@ -31,7 +32,7 @@ AnyStation = TypeVar("AnyStation", bound=Station)
 
 
 class ListeningStations(ABC, Generic[AnyStation]):
-    """The part of a MAC that does not depend on how it waits; `kind` is its class of stations."""
+    """Base class of the schemes, which implement the back-off; `kind` is their class of stations."""
 
     senses = True
 
@@ -72,4 +73,4 @@ class ListeningStations(ABC, Generic[AnyStation]):
 
     @abstractmethod
     def _begin(self, station: AnyStation, frame: Frame, now_ns: int) -> None:
-        """Take `frame` into service."""
+        """Take `frame` into service: start its back-off."""

@@ -1,6 +1,6 @@
-"""No media access: the firmware decides when. A frame starts the moment it is handed out.
+"""No media access: a frame's transmission starts at its offer, so the firmware decides when.
 
-A frame handed out while the sender is still transmitting is gone (`Fate.SENDER_BUSY`); the one on the air goes on.
+A frame that is offered while its sender is transmitting is dropped (`Fate.SENDER_BUSY`); the one on the air goes on.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Unslotted CSMA-CA as in IEEE 802.15.4-2011, 5.1.1.4: back off blindly, look once, then talk or try again.
+"""Unslotted CSMA-CA as in IEEE 802.15.4-2011, 5.1.1.4: back off, assess the channel, then transmit or back off again.
 
     back-off: wait_ns + r slots, r from 0 .. 2^BE - 1     ->  listen for cca_ns
-    silent all the time  ->  first bit turnaround_ns later
+    idle all the time    ->  first bit turnaround_ns later
     busy at any time     ->  BE + 1 up to max_exponent, back-off again; the max_attempts-th time: `Fate.CHANNEL_BUSY`
 
-The back-off is not frozen while others talk. A frame that starts at the very end of the listening is not noticed.
+The back-off goes on while others transmit. A frame that starts at the instant at which listening ends is not detected.
 Not modelled: acknowledgement (a broadcast has none), battery life extension, beacons.
 """
 

@@ -1,1 +1,1 @@
-"""Sensing: bodies show where they are, observers look, and learn what their cameras see."""
+"""Sensing: bodies offer their poses, observers request looks, and receive what their cameras detect."""

@@ -1,10 +1,10 @@
-"""What a camera sees: a disk or a sector of it on the ground, less the shadows of round obstacles.
+"""The field of view of a camera: a disk or sector on the ground, less the shadows of round obstacles.
 
     in view     |p - c| <= range  and  |angle of (p - c) from the heading| <= half angle
-    occluded    the straight way from c to p passes an obstacle's centre closer than its radius
+    occluded    the line from the camera c to the body p passes an obstacle's centre closer than its radius
 
-Distances are horizontal: a camera above the ground looks down on what it sees.
-Not modelled: what hides behind other bodies; distortion; a size of what is seen.
+Distances are horizontal: a camera above the ground looks down.
+Not modelled: bodies that hide others; distortion; the size of bodies.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class FieldOfView:
             raise ValueError(f"half_angle_deg={self.half_angle_deg}: expected more than 0, at most 180")
 
     def fate(self, camera: Body, body: Body) -> Fate | None:
-        """Why `camera` does not see `body`; None: it does."""
+        """Fate of a detection of `body` that `camera` cannot make; None if it can."""
         to_x, to_y = body.x_m - camera.x_m, body.y_m - camera.y_m
         if hypot(to_x, to_y) > self.range_m:
             return Fate.OUT_OF_VIEW

@@ -1,21 +1,22 @@
-"""Sensing: exposures at 0, period, 2 period, ...; who asked until then learns what its camera saw, a latency later.
+"""Sensing: cameras expose at 0, period, 2 period, ..., and report their detections to observers.
 
     body ---pose at exposure F---> medium <---look, at or before F--- observer
                                      |---detection with noise, at F + latency---> observer
 
-An observer's camera is on the body that `cameras` names, by default on itself if it is a body too; without either it
-hangs at the origin. A body is not seen by the camera that it carries. With `fixed_cameras` an observer's camera hangs
-at the origin whatever the observer is, and shows it itself too; with `every_exposure_to` nobody needs to ask. Both
-together are motion capture.
+Every observer that requested a look at or before an exposure receives its detections `latency_ns` after it. The body
+that `cameras` names carries the observer's camera, by default the observer itself if it is a body; otherwise the camera
+is fixed at the origin. A camera does not see the body that carries it. The cameras of observers in `fixed_cameras` are
+fixed at the origin and see all bodies, including the observer; observers in `every_exposure_to` need not request looks.
+Both together are motion capture.
 
 Invariants:
-- the ledger expects one copy for each pair of a body and a looking observer at an exposure; requests are no frames;
-- all poses and requests of an exposure F are there when it is evaluated, at F + 1 ns, and its news arrive no earlier
-  than F + latency >= F + 2 ns;
-- noise comes from a stream for each pair (body, observer), so a further observer changes no other's draw.
+- the ledger expects one copy for each body and each observer that looks at an exposure; requests are no frames;
+- an exposure F is evaluated at F + 1 ns, after all its poses and requests, and its detections arrive no earlier than
+  F + latency >= F + 2 ns;
+- each pair (body, observer) has its own stream of noise, so a further observer does not change the draws of others.
 
-Not modelled: false detections, bodies taken for one another, motion during an exposure. Lost exposures and blackouts
-are impairments on the link from body to observer.
+Not modelled: false detections, confused bodies, motion during an exposure. Lost exposures and blackouts are impairments
+on the link from body to observer.
 """
 
 from __future__ import annotations
@@ -50,8 +51,8 @@ class Sensing(Medium):
         self._agenda, self._ledger, self._links, self._rng_for = agenda, ledger, links, rng_for
         self._rngs: dict[tuple[str, str], Random] = {}
         self._bodies: dict[int, dict[str, Body]] = {}           # by exposure
-        self._looking: dict[int, set[str]] = {}                 # by exposure, who asked
-        self._waiting: list[int] = []                           # exposures that are still to be evaluated, in order
+        self._looking: dict[int, set[str]] = {}                 # by exposure, the observers that requested a look
+        self._waiting: list[int] = []                           # exposures to be evaluated, in order
         self._numbers: Counter[str] = Counter()
         self._counters = {node: Counter(dict.fromkeys(COUNTERS, 0)) for node in self.nodes}
 
@@ -77,12 +78,12 @@ class Sensing(Medium):
             self._wait_for(exposure_ns)
 
     def lookahead_ns(self, t0_ns: int) -> int:
-        """As in `Medium`: the news of the exposure that waits, or of the next one."""
+        """See `Medium`: the detections of the exposure to be evaluated, or else of the next one."""
         exposure_ns = self._waiting[0] if self._waiting else self._next_exposure_ns(t0_ns)
         return max(t0_ns, min(exposure_ns, self._next_exposure_ns(t0_ns)) + self._settings.latency_ns)
 
     def finish(self, end_ns: int) -> None:
-        """Exposures that were not evaluated have no copies yet."""
+        """Forget exposures that were not evaluated: their copies are not in the ledger."""
         self._waiting.clear()
 
     def _next_exposure_ns(self, now_ns: int) -> int:

@@ -14,21 +14,21 @@ from netem.media.sensing.field_of_view import FieldOfView, Obstacle
 @dataclass(frozen=True)
 class SensingSettings(MediumSettings):
     exposure_period_ns: int                                 # exposures at 0, period, 2 period, ...
-    latency_ns: int                                         # from an exposure until the observer knows
+    latency_ns: int                                         # from an exposure to the arrival of its detections
     noise_m: float = 0.0                                    # standard deviation of x, y and z each
-    range_m: float | None = None                            # None: sees all
+    range_m: float | None = None                            # None: unlimited
     half_angle_deg: float = 180.0                           # to both sides of the camera's heading
-    bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)    # who is seen -> outputs of its plant
+    bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)    # body -> outputs of its plant with its pose
     cameras: dict[str, str] = field(default_factory=dict)   # observer -> body that carries its camera
-    fixed_cameras: tuple[str, ...] = ()                     # observers whose cameras hang in the room: see them too
-    every_exposure_to: tuple[str, ...] = ()                 # observers that need not ask: motion capture
+    fixed_cameras: tuple[str, ...] = ()                     # observers whose cameras are fixed, and see them as well
+    every_exposure_to: tuple[str, ...] = ()                 # observers that need not request looks
     obstacles: tuple[Obstacle, ...] = ()
 
     def __post_init__(self) -> None:
         if self.exposure_period_ns < 1:
             raise ValueError(f"exposure_period_ns={self.exposure_period_ns}: expected at least 1")
         if self.latency_ns < 2:
-            raise ValueError(f"latency_ns={self.latency_ns}: expected at least 2, nobody knows at the instant itself")
+            raise ValueError(f"latency_ns={self.latency_ns}: expected at least 2: an exposure is evaluated after 1 ns")
         if not (isfinite(self.noise_m) and self.noise_m >= 0):
             raise ValueError(f"noise_m={self.noise_m}: expected 0 or more")
         for name, outputs in self.bodies.items():
@@ -61,7 +61,7 @@ class SensingSettings(MediumSettings):
         lines = [f"bodies: {name}: {there}" for name in self.bodies if name not in nodes]
         lines += [f"cameras: {name}: {there}" for pair in self.cameras.items() for name in pair if name not in nodes]
         lines += [f"fixed_cameras={name}: {there}" for name in self.fixed_cameras if name not in nodes]
-        lines += [f"fixed_cameras={name}: by cameras its camera rides on {self.cameras[name]}; name it in one of them"
+        lines += [f"fixed_cameras={name}: cameras puts its camera on {self.cameras[name]}; name it in one of both keys"
                   for name in self.fixed_cameras if name in self.cameras]
         lines += [f"every_exposure_to={name}: {there}" for name in self.every_exposure_to if name not in nodes]
         lines += [f"cameras: {observer}: {body} is not one of the bodies: {', '.join(self.bodies) or 'there are none'}"

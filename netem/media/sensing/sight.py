@@ -1,9 +1,9 @@
-"""What passes over a sensing medium, all little endian.
+"""The messages of a sensing medium, all little endian.
 
     body -> medium        'B'  x, y, z [m], heading [rad]       each a double; at every exposure
     observer -> medium    'L'                                   look at the next exposure
     medium -> observer    'D'  exposure [ns], x, y, z [m], name of the body in UTF-8
-    medium -> observer    'N'  exposure [ns]                    looked, and nothing was in view
+    medium -> observer    'N'  exposure [ns]                    no body was in view
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _BODY, _DETECTION, _NOTHING = Struct("<c4d"), Struct("<cq3d"), Struct("<cq")
 
 
 class Body(NamedTuple):
-    """Where something is, and where it points: heading counts from the x axis towards the y axis."""
+    """Pose of a body; the heading counts from the x axis towards the y axis."""
 
     x_m: float
     y_m: float
@@ -42,7 +42,7 @@ def pack_body(body: Body) -> bytes:
 
 
 def unpack_body(data: bytes) -> Body | None:
-    """None: not a body, or not at a finite place."""
+    """Read the message of a body; None if it is malformed or a number is not finite."""
     if len(data) != _BODY.size or data[:1] != b"B":
         return None
     body = Body(*_BODY.unpack(data)[1:])
@@ -58,7 +58,7 @@ def pack_nothing(exposed_ns: int) -> bytes:
 
 
 def unpack_sight(data: bytes) -> Detection | NothingSeen | None:
-    """What an observer received; None: unreadable."""
+    """Read a message to an observer; None if it is malformed."""
     if data[:1] == b"N" and len(data) == _NOTHING.size:
         return NothingSeen(_NOTHING.unpack(data)[1])
     if data[:1] != b"D" or len(data) < _DETECTION.size:

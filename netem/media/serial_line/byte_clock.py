@@ -1,9 +1,9 @@
-"""How long bytes last on a serial line: asynchronous characters, sent back to back.
+"""Durations of bytes on a serial line: asynchronous characters, sent back to back.
 
     start bit, data bits (least significant first), parity bit or none, stop bits         8N1: 10 bits a byte
     end of the k-th byte of a stretch without a gap = begin + ceil(k bits_per_byte / baud)
 
-Each end comes from k, so no rounding adds up. Source: the character frame of EIA/TIA-232 and every UART since.
+Each end is computed from k, so rounding errors do not add up. Source: the character frame of EIA/TIA-232.
 Not modelled: a difference between the two ends' baud rates, break conditions.
 """
 
@@ -20,9 +20,9 @@ class ByteClock:
     bits_per_byte: int
 
     def end_ns(self, count: int) -> int:
-        """When `count` bytes without a gap are over, from their begin."""
+        """Duration of `count` bytes without a gap."""
         return -(-count * self.bits_per_byte * SECOND_NS // self.baud_bps)
 
     def begun(self, elapsed_ns: int) -> int:
-        """How many bytes of a stretch without a gap have begun within [0, elapsed_ns], `elapsed_ns` >= 0."""
+        """Number of bytes without a gap that have begun within [0, elapsed_ns], `elapsed_ns` >= 0."""
         return elapsed_ns * self.baud_bps // (self.bits_per_byte * SECOND_NS) + 1

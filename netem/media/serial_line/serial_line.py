@@ -1,18 +1,20 @@
-"""A point-to-point UART: full duplex, a transmit buffer at each end, bytes that take their time.
+"""A point-to-point UART: full duplex, with a transmit buffer at each end.
 
     write --room in the buffer?--> buffer --> shift register, byte by byte --> line --> chunk --> node
               no: QUEUE_FULL                  chunk: at the end of its last byte + receive latency
 
-What a program hands out at once is one write. It is taken as a whole or refused as a whole, as drivers of message
-protocols do that ask for room first. It arrives when its last byte is over, or in chunks of `chunk_bytes` as they come.
-A chunk is one frame of the ledger, `on_air_ns` the begin of its first byte, `end_ns` the end of its last.
+The bytes that a program sends in one call are one write. The buffer takes a write as a whole or refuses it, as drivers
+of message protocols do that first ask for room. It is delivered at the end of its last byte, or in chunks of
+`chunk_bytes`, each at the end of its own. A chunk is one frame of the ledger; `on_air_ns` is the start of its first
+byte, `end_ns` the end of its last.
 
 Invariants:
 - bytes of one direction never overtake each other or overlap, and the line is never idle while bytes wait;
-- every arrival is known, and handed to the links, when the write is taken.
+- the medium knows every arrival, and tells the links, when the buffer takes the write.
 
-Bits above `data_bits` are not on the line: they arrive as 0. There is no checksum: a corrupted chunk is delivered
-corrupt. Not modelled: flow control, framing and parity errors (noise is an impairment), overrun of the receiver.
+Bits above `data_bits` are not sent: they arrive as 0. There is no checksum: a corrupted chunk is delivered corrupt.
+
+Not modelled: flow control, framing and parity errors (noise is an impairment), overrun of the receiver.
 """
 
 from __future__ import annotations
@@ -53,7 +55,7 @@ class SerialLine(Medium):
         self._counters: dict[str, Counter[str]] = {end: Counter(dict.fromkeys(COUNTERS, 0)) for end in ends}
 
     def counters(self) -> Mapping[str, Mapping[str, int]]:
-        """Bytes by end of the line, under names that carry the line's."""
+        """Bytes sent and refused by each node; the names of the counters begin with that of the line."""
         return {end: {f"{self.name} {what}": count for what, count in found.items()}
                 for end, found in self._counters.items()}
 
@@ -82,14 +84,14 @@ class SerialLine(Medium):
             begin_ns = end_ns
 
     def lookahead_ns(self, t0_ns: int) -> int:
-        """As in `Medium`: one byte, behind those that are already on their way in the same direction."""
+        """See `Medium`: the end of one more byte behind those that the same direction has to send already."""
         free_ns = min(transmitter.free_ns() for transmitter in self._transmitters.values())
         if free_ns <= t0_ns:
             return t0_ns + self._byte_ns + self._latency_ns
         return free_ns + self._byte_ns - 1 + self._latency_ns       # -1: the byte's end is rounded with its stretch
 
     def finish(self, end_ns: int) -> None:
-        """Nothing is open: what arrives after the end is closed by its link."""
+        """Do nothing: the links close the copies that arrive after the end."""
 
     def _refuse(self, sender: str, data: bytes, now_ns: int, fate: Fate, cause: str) -> None:
         self._counters[sender]["bytes refused"] += len(data)

@@ -10,7 +10,7 @@ from netem.media import MediumSettings
 from netem.media.answers import SerialFormat
 from netem.media.serial_line.byte_clock import ByteClock
 
-FASTEST_BPS: Final = 20_000_000     # what transceivers for RS-485 carry; UARTs of microcontrollers reach 12.5 Mbit/s
+FASTEST_BPS: Final = 20_000_000     # limit of RS-485 transceivers; UARTs of microcontrollers reach 12.5 Mbit/s
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class SerialLineSettings(MediumSettings):
     parity: Literal["none", "even", "odd"] = "none"
     stop_bits: int = 1
     buffer_bytes: int = 1024        # of each end's transmit buffer
-    chunk_bytes: int = 0            # most that the receiver gets at once; 0: all of a write together
+    chunk_bytes: int = 0            # most bytes that the receiver gets at once; 0: a whole write
     receive_latency_ns: int = 0     # from the end of a chunk's last byte to the program
 
     def __post_init__(self) -> None:

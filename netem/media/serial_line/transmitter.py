@@ -1,7 +1,7 @@
 """One end of a serial line: a transmit buffer, and a shift register that holds the byte being sent.
 
 Invariants:
-- `begin_ns` and `sent` describe the last stretch without a gap: its k-th byte is over at begin_ns + clock.end_ns(k);
+- `begin_ns` and `sent` describe the last run of bytes without a gap: its k-th byte ends at begin_ns + clock.end_ns(k);
 - a byte leaves the buffer when it begins on the line, so `waiting` counts those that have not begun.
 """
 
@@ -17,10 +17,10 @@ class Transmitter:
     clock: ByteClock
     buffer_bytes: int
     begin_ns: int = 0
-    sent: int = 0           # bytes of the stretch, those that wait included
+    sent: int = 0           # bytes of the run, including those that wait
 
     def free_ns(self) -> int:
-        """When the last byte taken so far is over."""
+        """Instant at which the last byte taken so far ends."""
         return self.begin_ns + self.clock.end_ns(self.sent)
 
     def waiting(self, now_ns: int) -> int:
@@ -30,7 +30,7 @@ class Transmitter:
         return max(0, self.sent - self.clock.begun(now_ns - self.begin_ns))
 
     def room(self, now_ns: int) -> int:
-        """How many bytes can be taken at `now_ns`: an idle register takes one at once."""
+        """Number of bytes that can be taken at `now_ns`; an idle shift register takes one at once."""
         return self.buffer_bytes - self.waiting(now_ns) + (now_ns >= self.free_ns())
 
     def take(self, count: int, now_ns: int) -> int:
@@ -42,5 +42,5 @@ class Transmitter:
         return first_ns
 
     def end_ns(self, back: int = 0) -> int:
-        """When the byte that is `back` before the last one taken is over."""
+        """Instant at which the byte `back` bytes before the last one taken ends."""
         return self.begin_ns + self.clock.end_ns(self.sent - back)

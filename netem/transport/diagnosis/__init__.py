@@ -1,7 +1,7 @@
-"""Diagnosis of a crashed or hanging process, in the same words for nodes with a process each and for inline runs.
+"""Diagnosis of a crashed or hanging process, with the same messages for the process of a node and an inline run.
 
-    under_way.py    memory outside the process: the node and the FMI call whose code runs
-    stack_dump.py   Python's fault handler writes the stacks of all threads there, at a crash and when asked
-    stack.py        from such a dump to the user's own line
-    words.py        the sentence
+    under_way.py    memory shared with the emulator: the node and the FMI call whose code runs
+    stack_dump.py   Python's fault handler writes the stacks of all threads there, at a crash or on request
+    stack.py        finds the user's line in such a dump
+    words.py        writes the message
 """

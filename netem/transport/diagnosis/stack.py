@@ -1,4 +1,4 @@
-"""The stacks that Python's fault handler wrote: which thread, which line is the user's.
+"""Reads the stacks that Python's fault handler wrote, and finds the user's thread and line in them.
 
     Current thread 0x00007f3c (most recent call first):
       File "/home/me/robots.py", line 72 in act
@@ -28,8 +28,10 @@ class Frame(NamedTuple):
 
 
 def threads_of(dump: str) -> list[list[Frame]]:
-    """Each thread's frames, innermost first; the thread at which the signal arrived comes first. Of several dumps, the
-    last."""
+    """Return each thread's frames, innermost first; the thread that received the signal comes first.
+
+    If the text holds several dumps, the thread of the last one comes first.
+    """
     threads: list[list[Frame]] = []
     current: list[list[Frame]] = []
     for line in dump.splitlines():
@@ -44,24 +46,26 @@ def threads_of(dump: str) -> list[list[Frame]]:
 
 
 def frames_to_show(dump: str) -> list[Frame]:
-    """The thread in which the user's code runs; without one, the thread at which the signal arrived."""
+    """Frames of the thread in which the user's code runs; if there is none, of the one that received the signal."""
     threads = [frames for frames in threads_of(dump) if frames]
     return next((frames for frames in threads if any(map(is_users, frames))), threads[0] if threads else [])
 
 
 def place_of(frames: Sequence[Frame]) -> Frame | None:
-    """The innermost line of the user's; without one, the innermost of all."""
+    """The innermost frame of the user's code; if there is none, the innermost of all."""
     return next((frame for frame in frames if is_users(frame)), frames[0] if frames else None)
 
 
 def is_users(frame: Frame) -> bool:
-    """Whether a line is neither marconet's nor that of Python or an installed package."""
+    """Whether a frame belongs neither to marconet nor to Python or an installed package."""
     return is_authors(frame.file)
 
 
 def as_traceback(frames: Sequence[Frame]) -> str:
-    """As Python writes it: the innermost last, with the source where it can be read. What called the user's code is
-    left out."""
+    """Write the frames as Python does, innermost last, with the source line if its file can be read.
+
+    Frames that called the user's code are left out.
+    """
     first = max((index for index, frame in enumerate(frames) if is_users(frame)), default=len(frames) - 1)
     lines = []
     for file, number, function in reversed(frames[:first + 1]):

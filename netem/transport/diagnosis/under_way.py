@@ -1,7 +1,7 @@
 """A record of the code that a process runs, in memory that another process can read after a crash.
 
-    word 0                  the node whose code runs in an inline run, counted from 1; 0 between nodes
-    word 1                  where below the name of the FMI call under way starts; 0 between calls
+    word 0                  number of the node whose code runs in an inline run, from 1; 0 between nodes
+    word 1                  offset of the name of the FMI call that runs; 0 between calls
     names                   UTF-8, each ended by a zero byte
     -- MEMORY_BYTES --
     stacks                  what Python's fault handler wrote (`stack_dump.py`)
@@ -26,9 +26,9 @@ LONGEST_STACKS: Final = 1 << 18
 
 
 class UnderWay:
-    """Memory of its own, or that of `file`, the descriptor of another one's memory.
+    """Memory of this process, or the memory of another `UnderWay` whose descriptor is `file`.
 
-    `shared`: another process reads it, and says what it finds there; without, there is no descriptor.
+    If `shared`, another process reads the memory through its descriptor; otherwise there is no descriptor.
     """
 
     def __init__(self, file: int | None = None, *, shared: bool = True) -> None:
@@ -38,7 +38,7 @@ class UnderWay:
             if shared:
                 file = os.memfd_create("under way", os.MFD_CLOEXEC)
                 os.ftruncate(file, MEMORY_BYTES)
-                os.lseek(file, MEMORY_BYTES, os.SEEK_SET)       # stacks are written from here on
+                os.lseek(file, MEMORY_BYTES, os.SEEK_SET)       # the fault handler writes from here on
         self.file = file
         self._places: dict[str, int] = {}
         self._end = WORDS_BYTES
@@ -49,8 +49,7 @@ class UnderWay:
 
     @cached_property
     def _memory(self) -> memoryview:
-        """For the process that writes; one that only reads has no use for the second descriptor that a mapping takes.
-        """
+        """The memory for writing. A process that only reads does without, as a mapping takes a second descriptor."""
         return memoryview(self._mapping)
 
     @cached_property
@@ -58,10 +57,9 @@ class UnderWay:
         return self._memory[:WORDS_BYTES].cast("q")
 
     def word_0(self, most: int) -> Any:
-        """An object whose item 0 is word 0, for numbers from 0 to `most`.
+        """Return an object whose item 0 is word 0, for numbers from 0 to `most`.
 
-        For small numbers it is the mapping itself, whose items are bytes: setting one costs less than an item of
-        `words`.
+        If these fit into a byte it is the mapping itself, as setting a byte costs less than setting an item of `words`.
         """
         return self._mapping if most < 256 and sys.byteorder == "little" else self.words
 
@@ -70,7 +68,7 @@ class UnderWay:
         return self.words[1:2]
 
     def place(self, call: str) -> int:
-        """The number that stands for this name in word 1; 0, so no name, when the memory is full."""
+        """Return the value of word 1 for an FMI call of this name; 0, which stands for no name, if memory is full."""
         if call not in self._places:
             name = call.encode(errors="replace")[:LONGEST_NAME] + b"\0"
             if self._end + len(name) > MEMORY_BYTES:
@@ -81,15 +79,14 @@ class UnderWay:
         return self._places[call]
 
     def call(self) -> str:
-        """The name of the FMI call under way, "" between calls. A process may have written anything: none is an error.
-        """
+        """Name of the FMI call that runs, "" between calls or if the process has overwritten the memory."""
         _, start = self._words_read()
         if not WORDS_BYTES <= start < MEMORY_BYTES:
             return ""
         return self._read(start, min(start + LONGEST_NAME, MEMORY_BYTES)).partition(b"\0")[0].decode(errors="replace")
 
     def running(self) -> int:
-        """Word 0."""
+        """Word 0: the number of the node whose code runs, 0 between nodes."""
         return self._words_read()[0]
 
     def _words_read(self) -> tuple[int, int]:
@@ -106,6 +103,6 @@ class UnderWay:
         return os.pread(self.file, LONGEST_STACKS, MEMORY_BYTES).decode(errors="replace")
 
     def close(self) -> None:
-        """Close the descriptor; the memory goes when no plant writes to it any more."""
+        """Close the descriptor; the system frees the memory when no plant's mapping of it is left."""
         with suppress(OSError):
             os.close(self.file)

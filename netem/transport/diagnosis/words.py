@@ -1,4 +1,4 @@
-"""The end of a process in words: the same for the process of one node and for that of an inline run.
+"""Messages about the end of a process, the same for the process of a node and for that of an inline run.
 
     its process was ended by SIGSEGV in fmi3DoStep of plant cart, called at /home/me/carts.py:19 in measure
     no answer in window 21 within node_timeout_s = 30 s: it hangs at /home/me/robots.py:72 in act
@@ -24,7 +24,7 @@ def signal_name(number: int) -> str:
 
 
 def ended(exit_code: int, under_way: UnderWay | None = None) -> str:
-    """How a process ended; `exit_code` is -N for signal N."""
+    """Tell how a process ended; `exit_code` is -N for signal N."""
     where = location(under_way) if under_way is not None else ""
     if exit_code < 0:
         return f"was ended by {signal_name(-exit_code)}{where}{_HINTS.get(-exit_code, '')}"
@@ -33,15 +33,17 @@ def ended(exit_code: int, under_way: UnderWay | None = None) -> str:
 
 def hangs(what: str, timeout_s: float, under_way: UnderWay, *, stopped: bool = False,
           frames: Sequence[Frame] | None = None) -> str:
-    """`what` did not come within the time-out; `stopped`: the process is stopped, as by SIGSTOP."""
+    """Tell that `what` did not arrive within the time-out; `stopped` if the process is stopped, as by SIGSTOP."""
     where = location(under_way, frames)
     state = f": it is stopped (SIGSTOP){where}" if stopped else f": it hangs{where}" if where else ""
     return f"{what} within node_timeout_s = {timeout_s:g} s{state}"
 
 
 def location(under_way: UnderWay, frames: Sequence[Frame] | None = None) -> str:
-    """Where the code under way is: the FMI call, and the user's line that led to it. Without `frames`, by the stacks
-    that were written."""
+    """Name the FMI call that runs and the user's line that led to it.
+
+    `frames` is the stack of the code, by default the one that the fault handler has written.
+    """
     call, place = under_way.call(), place_of(frames_to_show(under_way.stacks()) if frames is None else frames)
     if call:
         return f" in {call}" + (f", called at {place}" if place is not None else "")
@@ -49,5 +51,5 @@ def location(under_way: UnderWay, frames: Sequence[Frame] | None = None) -> str:
 
 
 def stack(under_way: UnderWay) -> str:
-    """The Python stack of the thread in question, "" if there is none."""
+    """The stack of the user's thread as text, "" if the fault handler has written none."""
     return as_traceback(frames_to_show(under_way.stacks()))

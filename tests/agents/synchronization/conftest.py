@@ -1,6 +1,6 @@
 """The five agents and the two topologies of section 6.5.
 
-The scan lost agents 2 to 4; this set reproduces every printed figure.
+Agents 2 to 4 cannot be read in the scan of the dissertation; this set reproduces every printed figure.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ def five_agents() -> tuple[LinearAgent, ...]:
 
 @pytest.fixture(scope="session")
 def l1() -> Floats:
-    """(6.15)."""
+    """Laplacian of topology 1, equation (6.15)."""
     return np.array([[2., -1, 0, -1, 0], [0, 1, -1, 0, 0], [0, 0, 1, 0, -1], [-1, -1, 0, 2, 0], [0, 0, -1, -1, 2]])
 
 
 @pytest.fixture(scope="session")
 def l2() -> Floats:
-    """(6.37)."""
+    """Laplacian of topology 2, equation (6.37)."""
     return np.array([[1., -1, 0, 0, 0], [0, 1, -1, 0, 0], [0, 0, 1, 0, -1], [-1, 0, 0, 1, 0], [0, 0, -1, -1, 2]])
 
 

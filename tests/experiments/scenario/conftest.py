@@ -1,4 +1,4 @@
-"""A small valid scenario and the robots it needs, in a folder of their own; tests change a word or two of it."""
+"""A small valid scenario with its robots in a temporary folder, of which tests change a word or two."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 
 
 class Talker:
-    """A program as far as the loader looks at it."""
+    """A program with the parts that the loader reads."""
 
     @dataclass
     class Settings:
@@ -95,7 +95,7 @@ def valid() -> str:
 
 @pytest.fixture
 def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Write]:
-    """Writes a scenario beside its robots and gives its path."""
+    """Function that writes a scenario beside its robots and returns its path."""
     (tmp_path / "robots_of_the_tests.py").write_text(ROBOTS)
     monkeypatch.setattr(sys, "path", [*sys.path])
 

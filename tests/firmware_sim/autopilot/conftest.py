@@ -1,4 +1,4 @@
-"""A quadrotor on a bench: the real plant, the board's program, and a scripted motion capture and link."""
+"""A bench for a quadrotor: the plant's FMU, the board's program, and a scripted motion capture and link."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ PRESETS = read_presets(MODELS / "quadrotor", read_model(MODELS / "quadrotor/vari
 
 
 class FlightBench:
-    """Goes on in steps of an exposure; `captured`, `heard` and `commanded` say what happens meanwhile."""
+    """Advances in steps of an exposure.
+
+    `captured` and `heard` turn motion capture and link on; the target `commanded` is repeated at every step.
+    """
 
     def __init__(self, plant: Mapping[str, Any] | None = None, clock: ClockSettings = ClockSettings(),
                  clock_steps: tuple[tuple[int, int], ...] = (), noise_m: float = 0.001,
@@ -80,12 +83,12 @@ class FlightBench:
         self._deliveries.append((at_ns, 0, data))
 
     def ned(self) -> Vector:
-        """The truth."""
+        """True position (north, east, down) in m."""
         x, y, z = self._position.read()
         return y, x, -z
 
     def flying(self, height_m: float = 1.0) -> FlightBench:
-        """Take off and settle."""
+        """Take off, and hold the height until the vehicle has settled."""
         self.run(0.2)
         assert self.controller.arm() is Result.ACCEPTED
         assert self.controller.take_off(height_m) is Result.ACCEPTED

@@ -1,4 +1,4 @@
-"""Blocking programs on nodes of this process: what a test lets a function do, in virtual time."""
+"""Runs functions of tests as blocking programs, on nodes of this process in virtual time."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def a_program(function: Callable[..., object], clock_steps: Sequence[tuple[int, 
 
 @pytest.fixture
 def begin() -> Iterator[Begin]:
-    """begin(function, drift_ppm=...): the program has been loaded and waits for its node to run."""
+    """begin(function, drift_ppm=...) returns the program, loaded and waiting for its node to run."""
     begun: list[BlockingProgram] = []
 
     def program(function: Callable[..., object], clock_steps: Sequence[tuple[int, int]] = (),

@@ -30,7 +30,7 @@ CAN_BUSES = ("can0", "can1")
 
 @dataclass
 class Robots:
-    """`run` lets programs meet on a bus of 500 kbit/s; `alone` gives one a node whose ports the test feeds."""
+    """`run` runs programs on one bus of 500 kbit/s; `alone` runs one program with deliveries from the test."""
 
     programs: list[BlockingProgram] = field(default_factory=list)
 
@@ -47,7 +47,7 @@ class Robots:
 
     def alone(self, function: Callable[..., object], deliveries: Sequence[tuple[int, bytes]] = (),
               until_ns: int = 10 * SECOND_NS, **rest: Any) -> tuple[list[tuple[int, bytes]], dict[str, int]]:
-        """Runs `function`, with (time, bytes) arriving at `can0`; returns what it handed out, and its counters."""
+        """Run `function` with deliveries (time, bytes) at `can0`; returns its offers (time, bytes) and counters."""
         node = self.begin("robot", function, **rest)
         report = node.advance(Grant(1, until_ns, False, True, [(time_ns, 0, data) for time_ns, data in deliveries]))
         return [(time_ns, data) for time_ns, _, data in report.offers], report.counters
@@ -71,7 +71,7 @@ class Robots:
 
 @pytest.fixture
 def robots(caplog: pytest.LogCaptureFixture) -> Iterator[Robots]:
-    caplog.set_level("ERROR", "can")            # programs of tests do not care to close their buses
+    caplog.set_level("ERROR", "can")            # python-can warns of buses that programs of tests do not close
     with library_in_virtual_time():
         found = Robots()
         try:

@@ -1,4 +1,4 @@
-"""A drive controller on a bench: scripted frames in at true instants, its frames with their instants out."""
+"""A bench for a drive controller: delivers scripted frames at true instants, and records its frames with theirs."""
 
 from __future__ import annotations
 

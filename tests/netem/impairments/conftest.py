@@ -1,4 +1,4 @@
-"""What the tests of impairments share: a stream of frame copies as a link hands them out."""
+"""Frame copies that enter a link at regular intervals, for the tests of impairments."""
 
 from __future__ import annotations
 

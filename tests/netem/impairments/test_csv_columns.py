@@ -111,7 +111,7 @@ def test_others_names_and_units_are_mapped(read):
 @pytest.mark.parametrize(("columns", "message"), [
     ({"delay_ms": "rt"}, r"values.csv:1: no column 'rt', as columns.delay_ms says; nearest: rtt$"),
     ({"delai_ms": "rtt"}, r"^columns=delai_ms: no column of this kind; nearest: delay_ms$"),
-    ({}, r"values.csv:1: none of its columns is known \(t, rtt; separated by comma\): expected of time_s, "),
+    ({}, r"values.csv:1: none of its columns is known \(t, rtt; separated by comma\): expected one of time_s, "),
 ])
 def test_a_name_that_is_not_there_is_refused_with_the_nearest(read, columns, message):
     with pytest.raises(RecordingError, match=message):
@@ -126,9 +126,9 @@ def test_a_long_list_of_problems_is_cut(read):
 @pytest.mark.parametrize(("text", "message"), [
     ("", "empty: expected a header and rows"),
     ("delay_s\n", "no rows below the header"),
-    ("delay\n1\n", "none of its columns is known .delay; separated by comma.: expected of time_s, "),
+    ("delay\n1\n", "none of its columns is known .delay; separated by comma.: expected one of time_s, "),
     ("delay_s,delay_ms\n1,1\n", "column 'delay_ms': delay stands there twice, also as 'delay_s'; name the one to use"),
-    ("delay_s,lost,received\n1,1,0\n", "columns 'lost' and 'received': one says the other; take out one"),
+    ("delay_s,lost,received\n1,1,0\n", "columns 'lost' and 'received' both tell which copies are lost; remove one"),
     (b"\xff\xfe\x00", "cannot be read as CSV"),
     (b"delay_s\n\xff\n", "cannot be read as CSV: .* invalid UTF8"),
 ])

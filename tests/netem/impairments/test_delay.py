@@ -174,7 +174,7 @@ def test_a_files_own_names_are_mapped_and_other_columns_passed_over(tmp_path, fr
 
 
 @pytest.mark.parametrize(("text", "message"), [
-    ("lost\n0\n", "none of its columns is known .lost; separated by comma.: expected of delay_s"),
+    ("lost\n0\n", "none of its columns is known .lost; separated by comma.: expected one of delay_s"),
     ("probability\n0\n1\n", "no column delay_s, delay_ms, delay_us or delay_ns"),
     ("probability,delay_s\n0.1,0\n1,1\n", "expected two or more values that rise from 0 to 1"),
     ("probability,delay_s\n0,2\n1,1\n", "quantiles do not fall"),

@@ -97,8 +97,8 @@ def test_a_row_that_repeats_the_graph_before_is_no_change():
 
 @pytest.mark.parametrize(("changes", "repeat_ns", "message"), [
     ([(0, "ones")], None, r"schedule\[0\].graph='ones': no such graph: did you mean 'one'"),
-    ([(5, "one")], None, "starts with the graph that holds at_ns = 0"),
-    ([], None, "starts with the graph that holds at_ns = 0"),
+    ([(5, "one")], None, "expected a first entry with at_ns = 0"),
+    ([], None, "expected a first entry with at_ns = 0"),
     ([(0, "one"), (7, "two"), (7, "one")], None, r"schedule\[2\].at_ns=7: expected later than the one before \(7\)"),
     ([(0, "one"), (7, "two")], 7, r"repeat_ns=7: expected later than the last change \(7\)"),
 ])

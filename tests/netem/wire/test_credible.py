@@ -30,7 +30,7 @@ def test_what_a_node_can_say_is_passed_on() -> None:
     (Hello("a", 0, 0, ["radio"], [("s" * 10**6, "m")] * 2), f"signal {'s' * 40!r} twice"),
 ])
 def test_nonsense_names_the_node_and_what_it_said(hello: Hello, said: str) -> None:
-    with pytest.raises(NodeFailure, match=rf"node a: says nonsense of itself: {re.escape(said)}") as failure:
+    with pytest.raises(NodeFailure, match=rf"node a: sent an invalid hello: {re.escape(said)}") as failure:
         credible("a", hello)
 
     assert failure.value.exit_code == 3

@@ -1,6 +1,6 @@
-"""A synthetic run folder: five robots in round-robin slots on a switching graph, with loss and a stretch of collisions.
+"""A synthetic run folder: five robots in round-robin slots on a switching graph, with loss and a phase of collisions.
 
-Nothing of it is simulated; it has the shape and the size of a real run, so that the report can be built without one.
+The records are written without a run; they have the form and the size of real ones, so that a report can be built.
 """
 
 from __future__ import annotations
@@ -99,5 +99,5 @@ def make_run() -> Callable[[Path, float], Path]:
 
 @pytest.fixture(scope="session")
 def whole_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """13 s of it, for reading only."""
+    """Folder of a synthetic run of 13 s, which tests must not change."""
     return write_synthetic_run(tmp_path_factory.mktemp("runs") / "synthetic")

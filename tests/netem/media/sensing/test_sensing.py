@@ -167,7 +167,7 @@ def test_bytes_that_are_no_pose_and_poses_between_exposures_are_counted():
     ({"cameras": {"pursuer": "nobody"}}, "no such node"),
     ({"every_exposure_to": ("nobody",)}, "no such node"),
     ({"fixed_cameras": ("nobody",)}, "no such node"),
-    ({"fixed_cameras": ("pursuer",), "cameras": {"pursuer": "evader"}}, "rides on evader"),
+    ({"fixed_cameras": ("pursuer",), "cameras": {"pursuer": "evader"}}, "cameras puts its camera on evader"),
     ({"bodies": {"evader": ("x", "y", "t")}, "cameras": {"evader": "pursuer"}}, "not one of the bodies"),
 ])
 def test_settings_that_make_no_sense_are_refused(wrong, says):
