@@ -12,27 +12,21 @@ microcontroller. After a step back the program waits on; after a step forward it
 to a frame. The promise is firm if every port is `listen_only`. Otherwise a frame that arrives ends it, and a new one
 follows; so a reply from `on_receive` breaks no promise. A timer that leads to no frame says so (`sends=False`,
 `silent_until_ns`), and the emulator need not ask this robot earlier. A frame within the promise raises PromiseBroken.
-
-*Invariants*
-- `_silences` holds for each armed timer the true instant before which it leads to no frame.
-- No promise reaches beyond the next step of the clock by fault: the program may plan anew there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
-from functools import partial
 from random import Random
 from typing import Any, Final
 
 from simpy.events import Event, Process, Timeout
 
-from firmware_sim.board_timers import Repetition, Timer
+from firmware_sim.board_timers import Repetition, Timer, Timers
 from firmware_sim.local_clock import LocalClock
 from firmware_sim.old_names import renamed
 from fmus.plant import InputGroup, OutputGroup, Plant
 from netem.node.node import Node, Port
-from netem.wire.instants import NEVER_NS
 from netem.wire.level import Level
 
 MAX_WAITS_AT_ONE_INSTANT: Final = 100_000
@@ -50,14 +44,8 @@ class Board:
         self.team = team
         self.rng = rng
         self._node, self._clock, self._plant, self._parameters = node, clock, plant, parameters
-        instants = [true_ns for true_ns, _ in clock_steps]
-        if any(true_ns < node.now_ns for true_ns in instants) or instants != sorted(instants):
-            raise ValueError(f"{node.name}: clock_steps at {instants} ns: expected instants from now on, in order")
-        self._steps_ahead = list(clock_steps)
-        self._silences: list[int] = []
+        self._timers = Timers(node, clock, clock_steps)
         self._waits_over, self._waited_at_ns = 0, -1
-        if self._steps_ahead:
-            node.env.process(self._step_clock())
 
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(renamed(name))
@@ -97,7 +85,7 @@ class Board:
 
         Unless it `sends`, the action hands out no frame and leads to none before those that are planned otherwise.
         """
-        return Timer(self, local_ns, action, sends)
+        return Timer(self._timers, local_ns, action, sends)
 
     def every(self, period_ns: int, action: Callable[[], object], *, offset_ns: int = 0,
               sends: bool = True) -> Repetition:
@@ -105,14 +93,11 @@ class Board:
 
         ValueError for a period of less than 1 ns or a negative offset.
         """
-        return Repetition(self, period_ns, action, offset_ns, sends)
+        return Repetition(self._timers, period_ns, action, offset_ns, sends)
 
     def after(self, delay_ns: int, action: Callable[[], object], *, sends: bool = True) -> None:
         """Call `action` after `delay_ns` by another clock than this robot's: the interrupt of a radio or a UART."""
-        true_ns = self._node.env.time_ns() + delay_ns
-        if sends:
-            self.note_silence(true_ns)
-        self._node.call_in(delay_ns, partial(self._after, true_ns, action, sends))
+        self._timers.after(delay_ns, action, sends)
 
     def sleep_until(self, local_ns: int, *, silent_until_ns: int | None = None) -> Generator[Event, Any, None]:
         """`yield from` this: go on when the clock reads at least `local_ns`, whatever is done to it meanwhile.
@@ -123,29 +108,16 @@ class Board:
         if self._clock.now_ns() >= local_ns:
             self._note_wait_that_is_over(local_ns)
             return
-        yield self.until(local_ns, silent_until_ns=silent_until_ns)
+        yield self._timers.until(local_ns, silent_until_ns)
         while self._clock.now_ns() < local_ns:
-            yield self.until(local_ns, silent_until_ns=silent_until_ns)
+            yield self._timers.until(local_ns, silent_until_ns)
 
     def until(self, local_ns: int, *, silent_until_ns: int | None = None) -> Timeout:
         """SimPy event at the instant at which the clock, as it runs now, reads `local_ns`; or at once.
 
         For `yield port.receive() | board.until(local_ns)`, and for a hardware timer that no step of the clock moves.
         """
-        env, clock = self._node.env, self._clock
-        true_ns = clock.true_at(local_ns)
-        timeout = Timeout(env, max(0, true_ns - env.time_ns()))
-        if silent_until_ns is None:
-            silent_ns = true_ns
-        elif silent_until_ns >= NEVER_NS:
-            return timeout
-        else:
-            silent_ns = clock.true_at(silent_until_ns)
-        self._silences.append(silent_ns)
-        callbacks = timeout.callbacks
-        assert callbacks is not None
-        callbacks.append(partial(self._silence_over, silent_ns))
-        return timeout
+        return self._timers.until(local_ns, silent_until_ns)
 
     def start(self, process: Generator[Event, Any, Any]) -> Process:
         """Run one more generator of this program, from now on."""
@@ -161,11 +133,11 @@ class Board:
 
     def promise_firm(self, local_ns: int) -> None:
         """Hand out nothing before `local_ns`, whatever is heard: beyond what the timers promise by themselves."""
-        self._node.promise_firm(self._no_later_than_a_step(self._clock.true_at(local_ns)))
+        self._node.promise_firm(self._timers.no_later_than_a_step(self._clock.true_at(local_ns)))
 
     def promise_soft(self, local_ns: int) -> None:
         """Hand out nothing before `local_ns`, unless something is heard: beyond what the timers promise."""
-        self._node.promise_soft(self._no_later_than_a_step(self._clock.true_at(local_ns)))
+        self._node.promise_soft(self._timers.no_later_than_a_step(self._clock.true_at(local_ns)))
 
     # --- the plant
 
@@ -214,41 +186,11 @@ class Board:
         """What the scenario gives in this robot's `parameters`, times in ns; UnknownName if it is not there."""
         return self._parameters[name]
 
-    # --- for timers and for who builds the node
+    # --- for the code that builds the node
 
     def keep_promises(self) -> None:
         """Let the node's promise follow from the timers of this board."""
-        self._node.next_frame_ns = self._next_frame_ns
-
-    def call_at(self, local_ns: int, action: Callable[[Any], None]) -> int:
-        """Call `action` when the clock, as it runs now, reads `local_ns`; gives that true instant."""
-        now_ns = self._node.env.time_ns()
-        true_ns = max(now_ns, self._clock.true_at(local_ns))
-        self._node.call_in(true_ns - now_ns, action)
-        return true_ns
-
-    def note_silence(self, true_ns: int) -> None:
-        """A timer was armed that leads to no frame before `true_ns`."""
-        self._silences.append(true_ns)
-
-    def withdraw_silence(self, true_ns: int) -> None:
-        """A timer with that silence rang or was cancelled."""
-        self._silences.remove(true_ns)
-
-    def _silence_over(self, true_ns: int, event: Event) -> None:
-        self._silences.remove(true_ns)
-
-    def _next_frame_ns(self) -> int:
-        first_ns = min(self._silences) if self._silences else NEVER_NS
-        return self._no_later_than_a_step(first_ns) if self._steps_ahead else first_ns
-
-    def _no_later_than_a_step(self, true_ns: int) -> int:
-        return min(true_ns, self._steps_ahead[0][0]) if self._steps_ahead else true_ns
-
-    def _after(self, true_ns: int, action: Callable[[], object], sends: bool, event: Event) -> None:
-        if sends:
-            self._silences.remove(true_ns)
-        action()
+        self._node.next_frame_ns = self._timers.next_frame_ns
 
     def _body(self) -> Plant:
         if self._plant is None:
@@ -264,12 +206,3 @@ class Board:
             raise RuntimeError(f"{MAX_WAITS_AT_ONE_INSTANT} waits in a row at {now_ns} ns for instants that had passed"
                                f", the last for {local_ns} ns of local time: no robot time passes; wait for later "
                                "ones, as with a period of more than 0")
-
-    def _step_clock(self) -> Generator[Event, Any, None]:
-        env = self._node.env
-        while self._steps_ahead:
-            true_ns, delta_ns = self._steps_ahead[0]
-            yield env.timeout(true_ns - env.now)
-            self._clock.step(delta_ns)
-            del self._steps_ahead[0]
-            self._node.event("clock step", f"{delta_ns} ns")

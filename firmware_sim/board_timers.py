@@ -1,22 +1,118 @@
-"""Timers of a board: an action at an instant of the local clock, or again and again."""
+"""Timers on a robot's clock, and the promise of silence that follows from them.
+
+*Invariants*
+- `_silences` holds for each armed timer the true instant [ns] before which it leads to no frame.
+- No promise reaches beyond the next step of the clock by fault: the program may plan anew there.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Generator, Sequence
+from functools import partial
+from typing import Any
 
-if TYPE_CHECKING:
-    from firmware_sim.board import Board
+from simpy.events import Event, Timeout
+
+from firmware_sim.local_clock import LocalClock
+from netem.node.node import Node
+from netem.wire.instants import NEVER_NS
+
+
+class Timers:
+    """All timers of one board. `clock_steps` are faults: (true_ns, delta_ns) in order."""
+
+    def __init__(self, node: Node, clock: LocalClock, clock_steps: Sequence[tuple[int, int]]) -> None:
+        instants = [true_ns for true_ns, _ in clock_steps]
+        if any(true_ns < node.now_ns for true_ns in instants) or instants != sorted(instants):
+            raise ValueError(f"{node.name}: clock_steps at {instants} ns: expected instants from now on, in order")
+        self._node, self._clock = node, clock
+        self._steps_ahead = list(clock_steps)
+        self._silences: list[int] = []
+        if self._steps_ahead:
+            node.env.process(self._step_clock())
+
+    def call_at(self, local_ns: int, action: Callable[[Any], None]) -> int:
+        """Call `action` when the clock, as it runs now, reads `local_ns`; gives that true instant."""
+        now_ns = self._node.env.time_ns()
+        true_ns = max(now_ns, self._clock.true_at(local_ns))
+        self._node.call_in(true_ns - now_ns, action)
+        return true_ns
+
+    def reached(self, local_ns: int) -> bool:
+        """Whether the clock reads at least `local_ns`."""
+        return self._clock.now_ns() >= local_ns
+
+    def now_ns(self) -> int:
+        """Local time."""
+        return self._clock.now_ns()
+
+    def until(self, local_ns: int, silent_until_ns: int | None) -> Timeout:
+        """SimPy event when the clock, as it runs now, reads `local_ns`; no frame before `silent_until_ns`, if given."""
+        env, clock = self._node.env, self._clock
+        true_ns = clock.true_at(local_ns)
+        timeout = Timeout(env, max(0, true_ns - env.time_ns()))
+        if silent_until_ns is None:
+            silent_ns = true_ns
+        elif silent_until_ns >= NEVER_NS:
+            return timeout
+        else:
+            silent_ns = clock.true_at(silent_until_ns)
+        self._silences.append(silent_ns)
+        callbacks = timeout.callbacks
+        assert callbacks is not None
+        callbacks.append(partial(self._over, silent_ns))
+        return timeout
+
+    def after(self, delay_ns: int, action: Callable[[], object], sends: bool) -> None:
+        """Call `action` after `delay_ns` of true time."""
+        true_ns = self._node.env.time_ns() + delay_ns
+        if sends:
+            self._silences.append(true_ns)
+        self._node.call_in(delay_ns, partial(self._after, true_ns, action, sends))
+
+    def note_silence(self, true_ns: int) -> None:
+        """Take note of a timer that leads to no frame before `true_ns`."""
+        self._silences.append(true_ns)
+
+    def withdraw_silence(self, true_ns: int) -> None:
+        """Forget a timer with that silence: it rang or was cancelled."""
+        self._silences.remove(true_ns)
+
+    def next_frame_ns(self) -> int:
+        """The true instant before which no armed timer leads to a frame."""
+        first_ns = min(self._silences) if self._silences else NEVER_NS
+        return self.no_later_than_a_step(first_ns) if self._steps_ahead else first_ns
+
+    def no_later_than_a_step(self, true_ns: int) -> int:
+        """`true_ns`, or the next step of the clock by fault if that is earlier."""
+        return min(true_ns, self._steps_ahead[0][0]) if self._steps_ahead else true_ns
+
+    def _over(self, true_ns: int, event: Event) -> None:
+        self._silences.remove(true_ns)
+
+    def _after(self, true_ns: int, action: Callable[[], object], sends: bool, event: Event) -> None:
+        if sends:
+            self._silences.remove(true_ns)
+        action()
+
+    def _step_clock(self) -> Generator[Event, Any, None]:
+        env = self._node.env
+        while self._steps_ahead:
+            true_ns, delta_ns = self._steps_ahead[0]
+            yield env.timeout(true_ns - env.now)
+            self._clock.step(delta_ns)
+            del self._steps_ahead[0]
+            self._node.event("clock step", f"{delta_ns} ns")
 
 
 class Timer:
     """Calls its action once, when the clock reads at least `local_ns`; `cancel` withdraws it."""
 
-    __slots__ = ("_action", "_armed_ns", "_board", "_over", "_sends", "local_ns")
+    __slots__ = ("_action", "_armed_ns", "_over", "_sends", "_timers", "local_ns")
 
-    def __init__(self, board: Board, local_ns: int, action: Callable[[], object], sends: bool) -> None:
+    def __init__(self, timers: Timers, local_ns: int, action: Callable[[], object], sends: bool) -> None:
         self.local_ns = local_ns
-        self._board, self._action, self._sends = board, action, sends
+        self._timers, self._action, self._sends = timers, action, sends
         self._armed_ns = 0              # true
         self._over = False
         self._arm()
@@ -26,19 +122,19 @@ class Timer:
         if not self._over:
             self._over = True
             if self._sends:
-                self._board.withdraw_silence(self._armed_ns)
+                self._timers.withdraw_silence(self._armed_ns)
 
     def _arm(self) -> None:
-        self._armed_ns = self._board.call_at(self.local_ns, self._ring)
+        self._armed_ns = self._timers.call_at(self.local_ns, self._ring)
         if self._sends:
-            self._board.note_silence(self._armed_ns)
+            self._timers.note_silence(self._armed_ns)
 
     def _ring(self, event: object) -> None:
         if self._over:
             return
         if self._sends:
-            self._board.withdraw_silence(self._armed_ns)
-        if self._board.now_ns < self.local_ns:          # the clock was set back meanwhile
+            self._timers.withdraw_silence(self._armed_ns)
+        if not self._timers.reached(self.local_ns):      # the clock was set back meanwhile
             self._arm()
             return
         self._over = True
@@ -48,17 +144,17 @@ class Timer:
 class Repetition:
     """Calls its action at offset, offset + period, ... of the local clock; the k-th instant follows from k."""
 
-    __slots__ = ("_action", "_board", "_k", "_offset_ns", "_period_ns", "_sends", "_timer")
+    __slots__ = ("_action", "_k", "_offset_ns", "_period_ns", "_sends", "_timer", "_timers")
 
-    def __init__(self, board: Board, period_ns: int, action: Callable[[], object], offset_ns: int,
+    def __init__(self, timers: Timers, period_ns: int, action: Callable[[], object], offset_ns: int,
                  sends: bool) -> None:
         if period_ns < 1:
             raise ValueError(f"period_ns={period_ns}: expected at least 1")
         if offset_ns < 0:
             raise ValueError(f"offset_ns={offset_ns}: expected 0 or more")
-        self._board, self._action, self._sends = board, action, sends
+        self._timers, self._action, self._sends = timers, action, sends
         self._period_ns, self._offset_ns = period_ns, offset_ns
-        self._k = max(0, -((offset_ns - board.now_ns) // period_ns))      # the first instant that is not over
+        self._k = max(0, -((offset_ns - timers.now_ns()) // period_ns))      # the first instant that is not over
         self._timer = self._next()
 
     def cancel(self) -> None:
@@ -66,7 +162,7 @@ class Repetition:
         self._timer.cancel()
 
     def _next(self) -> Timer:
-        return Timer(self._board, self._offset_ns + self._k * self._period_ns, self._act, self._sends)
+        return Timer(self._timers, self._offset_ns + self._k * self._period_ns, self._act, self._sends)
 
     def _act(self) -> None:
         self._k += 1

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from agents.tracking.team_policy import make_policy
+from agents.tracking.tracking_settings import TrackingSettings
 from firmware_sim.scenario_view import Own, OwnAgent, ScenarioView
-
-if TYPE_CHECKING:
-    from agents.tracking.tracking_robot import TrackingSettings
 
 ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
 

@@ -17,8 +17,7 @@ Not modelled: computing time between an answer and the setpoint; a tracking erro
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 from math import pi, remainder
 
 from agents.tracking.assumption_watch import IN_TIME, AssumptionWatch
@@ -30,6 +29,7 @@ from agents.tracking.error_system import LIMITS
 from agents.tracking.look_frames import UNASKED, ReferenceState, pack_request, unpack_answer
 from agents.tracking.noise import Noise
 from agents.tracking.team_policy import gains_of, make_policy
+from agents.tracking.tracking_settings import TrackingSettings
 from agents.triggering.assumptions import (
     announcement_violations,
     input_violations,
@@ -38,7 +38,6 @@ from agents.triggering.assumptions import (
 )
 from agents.triggering.error_gain import horizon_s
 from agents.triggering.policies import Decision
-from agents.triggering.policies.table import PolicySettings
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
 from firmware_sim.scenario_view import Own, ScenarioView
@@ -46,23 +45,6 @@ from firmware_sim.scenario_view import Own, ScenarioView
 COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
             "unreadable frames", "unreadable CAN frames", "violated assumptions")
 RETRY_NS = 20_000_000           # before the first measurement: no interval is certified yet
-
-
-@dataclass(frozen=True)
-class TrackingSettings:
-    policy: str = "individual_gains"
-    max_successive_losses: int = 0
-    certified_radius: float = 10.0                  # [m, m, rad]: the |x| that a periodic policy has to serve
-    measurement_noise: float = 0.15
-    start: Sequence[float] = (0.0, 0.0, 0.0)        # x [m], y [m], heading [rad] of R1
-    refresh_ns: int = 50_000_000                    # the setpoint is repeated: the drive knows that somebody is there
-    odometry_age_ns: int = 0                        # from the reading of the wheels to the end of the frame with it
-    # What the way to the wheels and back may take. Section 4.6 neglects it; so the trigger does, but an assumption that
-    # fails by no more than this is not reported.
-    actuation_ns: int = 5_000_000
-
-    def policy_settings(self) -> PolicySettings:
-        return PolicySettings(max_successive_losses=self.max_successive_losses, radius=self.certified_radius)
 
 
 class TrackingRobot:

@@ -40,6 +40,7 @@ MODULES: Final = (
     "netem.transport.zenoh_session",
     "netem.node.turn",
     "firmware_sim.board",
+    "firmware_sim.board_timers",
     "firmware_sim.local_clock",
     "firmware_sim.schedules.slotted_broadcast",
     "agents.synchronization.agreement_law",
