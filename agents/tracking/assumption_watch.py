@@ -11,13 +11,9 @@ from collections.abc import Collection, Iterable
 from typing import Final, Protocol
 
 from agents.triggering.assumptions import Assumption, Violation
+from agents.triggering.policies.table import POLICIES
 
 IN_TIME: Final = frozenset((Assumption.FRESH, Assumption.SMALL_GAIN, Assumption.LOSSES))
-MEASURABLE: Final = {           # what a measurement tells of what a policy assumes
-    "individual_gains": frozenset((Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.GAIN)),
-    "unified_gain": frozenset((Assumption.INPUTS, Assumption.ANNOUNCED)),
-    "periodic": frozenset((Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.RADIUS)),
-}
 
 
 class NodeLike(Protocol):
@@ -31,7 +27,7 @@ class NodeLike(Protocol):
 class AssumptionWatch:
     def __init__(self, node: NodeLike, policy: str) -> None:
         self._node = node
-        self._measurable = MEASURABLE[policy]
+        self._measurable = POLICIES[policy].measurable
         self._broken: set[Assumption] = set()
 
     def fail(self, violations: Iterable[Violation]) -> None:

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from agents.tracking.assumption_watch import MEASURABLE
 from agents.tracking.controller import Inputs, State
 from agents.tracking.error_system import LIMITS, TrackingErrorSystem
 from agents.tracking.section_4_6 import GAINS
 from agents.triggering.gain_table import GainTable
 from agents.triggering.policies import Policy
-from agents.triggering.policies.table import PolicySettings, build_policy
+from agents.triggering.policies.table import POLICIES, PolicySettings, build_policy
 
 
 def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings) -> Policy[State, Inputs]:
     """The policy with the team's gains, else those of section 4.6. ValueError if they do not fit."""
-    if name not in MEASURABLE:
-        raise ValueError(f"policy={name!r}: expected one of {', '.join(MEASURABLE)}; others need to see the "
-                         "reference all the time, which costs a transmission here")
+    known = [policy for policy, kind in POLICIES.items() if kind.measurable]
+    if name not in known:
+        raise ValueError(f"policy={name!r}: expected one of {', '.join(known)}; others need to see the reference all "
+                         "the time, which costs a transmission here")
     return build_policy(name, TrackingErrorSystem(limits=LIMITS), gains_of(team), settings)
 
 

@@ -11,7 +11,7 @@ A member inherits `Impairment`, which answers everything else by a default. A cl
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar
 
 from netem.core.fate import Fate
 from netem.core.transit import Transit
@@ -20,15 +20,12 @@ if TYPE_CHECKING:
     from netem.impairments.flow import Flow
 
 
-class Impairment(Protocol):
+class Impairment:
+    loses_as: ClassVar[Fate]                # the fate of a copy for which `carry` yields nothing
     most_copies: ClassVar[int] = 1          # come out for one that goes in
 
-    @property
-    def loses_as(self) -> Fate:
-        """The fate of a copy for which `carry` yields nothing; members have it as a class constant."""
-        ...
-
-    def carry(self, transit: Transit) -> Iterable[Transit]: ...
+    def carry(self, transit: Transit) -> Iterable[Transit]:
+        raise NotImplementedError
 
     def carry_outside(self, transit: Transit) -> Transit:
         """What becomes of a copy that enters outside the impairment's time window."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final, NamedTuple
 
+from agents.triggering.assumptions import Assumption
 from agents.triggering.error_gain import KAPPA
 from agents.triggering.error_system import ErrorSystem
 from agents.triggering.gain_table import GainTable
@@ -28,11 +29,23 @@ class PolicySettings:
 
 
 System = ErrorSystem[Any, Any]
-POLICIES: dict[str, Callable[[System, GainTable, PolicySettings], Policy[Any, Any]]] = {
-    "individual_gains": lambda system, gains, s: IndividualGains(system, gains, s.kappa),
-    "unified_gain": lambda system, gains, s: UnifiedGain(system, gains, s.kappa),
-    "periodic": lambda system, gains, s: Periodic(IndividualGains(system, gains, s.kappa), s.radius, s.period_ns),
-    "event_triggered": lambda system, gains, s: EventTriggered(IndividualGains(system, gains, s.kappa), s.watch_ns),
+
+
+class PolicyKind(NamedTuple):
+    build: Callable[[System, GainTable, PolicySettings], Policy[Any, Any]]
+    measurable: frozenset[Assumption]       # of what it assumes, what a measurement shows; none: it needs looks as well
+
+
+POLICIES: Final = {
+    "individual_gains": PolicyKind(lambda system, gains, s: IndividualGains(system, gains, s.kappa), frozenset(
+        (Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.GAIN))),
+    "unified_gain": PolicyKind(lambda system, gains, s: UnifiedGain(system, gains, s.kappa), frozenset(
+        (Assumption.INPUTS, Assumption.ANNOUNCED))),
+    "periodic": PolicyKind(lambda system, gains, s: Periodic(
+        IndividualGains(system, gains, s.kappa), s.radius, s.period_ns), frozenset(
+        (Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.RADIUS))),
+    "event_triggered": PolicyKind(lambda system, gains, s: EventTriggered(
+        IndividualGains(system, gains, s.kappa), s.watch_ns), frozenset()),
 }
 
 
@@ -42,5 +55,5 @@ def build_policy(name: str, system: System, gains: GainTable,
     if name not in POLICIES:
         raise ValueError(f"policy={name!r}: expected one of {', '.join(POLICIES)}")
     settings = PolicySettings() if settings is None else settings
-    policy = POLICIES[name](system, gains, settings)
+    policy = POLICIES[name].build(system, gains, settings)
     return LossTolerant(policy, settings.max_successive_losses) if settings.max_successive_losses else policy

@@ -123,7 +123,7 @@ def test_one_sample_is_enough_to_judge_by() -> None:
 def test_nobody_can_say_what_was_never_sampled() -> None:
     assert not InView().watch([SIGHT], sight(length=30, evader=table("evader", [], []))).judged
     assert not InView().watch([SIGHT], Records(30, records([], 30).ledger, {}, (), sight(
-        length=30, evader=table("evader", [], [])).sensing)).judged
+        length=30, evader=table("evader", [], [])).sights)).judged
 
 
 # --- between samples

@@ -2,6 +2,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -10,13 +11,16 @@ from experiments.show.report import plane as plane_module
 from experiments.show.report.plane import MOST_INSTANTS, plane
 from netem.core.fate import Fate
 from netem.core.frame import Frame
+from netem.media.sensing.field_of_view import Obstacle
+from netem.media.sensing.settings import SensingSettings
 from netem.records.ledger import Ledger
 from netem.records.signal_table import SignalTable
 from netem.records.signals import SignalFile
 
 MS = 1_000_000
-SETTINGS = {"range_m": 2.0, "half_angle_deg": 60.0, "cameras": {"companion": "drive"},
-            "obstacles": [{"at_m": [1.0, 2.0], "radius_m": 0.5}]}
+SETTINGS = SensingSettings(10 * MS, MS, range_m=2.0, half_angle_deg=60.0, cameras={"companion": "drive"},
+                           obstacles=(Obstacle((1.0, 2.0), 0.5),))
+PLAN = msgspec.to_builtins(SETTINGS.floor_plan())
 
 
 def a_run(folder: Path, signals: dict[str, list[tuple[str, str]]]) -> RunData:
@@ -33,7 +37,7 @@ def a_run(folder: Path, signals: dict[str, list[tuple[str, str]]]) -> RunData:
         ledger.close(Frame("view", "evader", number, at_ns, b"", at_ns, at_ns), "companion", fate,
                      delivered_ns=at_ns + MS if fate is Fate.DELIVERED else -1)
     ledger.finish()
-    scenario = {"name": "plane", "length_ns": 1_000 * MS, "media": {"view": {"kind": "sensing", "settings": SETTINGS}}}
+    scenario = {"name": "plane", "length_ns": 1_000 * MS, "media": {"view": {"floor_plan": PLAN}}}
     recorder.finish({}, json.dumps(scenario).encode())
     (folder / "scenario.json").write_text(json.dumps(scenario))
     return load_run(folder)
@@ -108,7 +112,7 @@ def test_looks_are_where_the_body_was_at_the_exposure(drawn):
 
 def test_motion_capture_is_no_look(tmp_path):
     data = a_run(tmp_path / "run", {"evader": POSE, "drive": POSE})
-    data.scenario["media"]["view"]["settings"] = {**SETTINGS, "every_exposure_to": ["companion"]}
+    data.scenario["media"]["view"]["floor_plan"] = {**PLAN, "unasked": ["companion"]}
 
     assert plane(data)["looks_total"] == 0
 
