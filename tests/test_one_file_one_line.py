@@ -10,6 +10,7 @@ import pytest
 import marconet
 from netem.impairments.table import IMPAIRMENTS
 from netem.media.table import MEDIA
+from netem.records.table import RECORDERS
 from tests.members.every_second import EverySecond
 
 PROGRAM = '''
@@ -34,6 +35,7 @@ TABLES: dict[str, Any] = {
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setitem(MEDIA._paths, "ring", "tests.members.ring:Ring")
+    monkeypatch.setitem(RECORDERS._paths, "ring_log", "tests.members.ring:RingLog")
     monkeypatch.setitem(IMPAIRMENTS, "every_second", EverySecond)
     (tmp_path / "talker.py").write_text(PROGRAM)
     return tmp_path
@@ -48,7 +50,7 @@ def test_a_new_medium_is_carried_counted_recorded_and_logged(folder: Path) -> No
     assert run.counters["b"]["heard"] == 10
     assert run.signals["ring"]["bytes"].to_list() == [4.0] * 30
     assert run.events.filter(kind="handed on").height == 30
-    assert (folder / "run" / "ring.txt").read_text().splitlines()[0] == "0 a b"
+    assert (folder / "run" / "ring.txt").read_text().splitlines()[0] == "0 a four"
     assert "ring" in run.report().read_text()
 
 

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from random import Random
 from typing import ClassVar
 
@@ -15,13 +14,23 @@ from netem.core.frame import Frame
 from netem.media import MediumSettings
 from netem.media.links import Links
 from netem.media.medium import Medium
-from netem.media.observation import MediumLog, MediumObserver
+from netem.media.observation import MediumObserver
+from netem.records import Feed, Place, Recorder
+from netem.records.events import Event
 from netem.records.ledger import Ledger
+
+
+@dataclass(frozen=True)
+class RingLogSettings:
+    ring: str
 
 
 @dataclass(frozen=True)
 class RingSettings(MediumSettings):
     latency_ns: int
+
+    def recorders(self, medium: str) -> Mapping[str, object]:
+        return {"ring_log": RingLogSettings(medium)}
 
 
 class Ring(Medium):
@@ -35,7 +44,6 @@ class Ring(Medium):
         self._next = dict(pairwise((*self.nodes, self.nodes[0])))
         self._sent: Counter[str] = Counter()
         self._observer = MediumObserver()
-        self._log: list[str] = []
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
         receiver, arrival_ns = self._next[sender], now_ns + self._latency_ns
@@ -44,8 +52,9 @@ class Ring(Medium):
         self._ledger.expect(1, self.name)
         self._links.receive(frame, receiver, arrival_ns, checksum=True)
         self._observer.sample(self.name, now_ns, [float(len(data))])
-        self._observer.event(now_ns, sender, "handed on", f"to {receiver}")
-        self._log.append(f"{now_ns} {sender} {receiver}\n")
+        self._observer.event(Event(now_ns, sender, "handed on", f"to {receiver}"))
+        for tap in self.taps:
+            tap.frame(frame, arrival_ns)
 
     def lookahead_ns(self, t0_ns: int) -> int:
         return t0_ns + self._latency_ns
@@ -62,14 +71,25 @@ class Ring(Medium):
     def counters(self) -> Mapping[str, Mapping[str, int]]:
         return {self.name: {"frames": self._sent.total()}}
 
-    def open_logs(self, folder: Path, end_ns: int) -> Sequence[MediumLog]:
-        return [_Log(folder / f"{self.name}.txt", self._log)]
 
+class RingLog(Recorder):
+    """The recorder that a ring asks for."""
 
-@dataclass
-class _Log:
-    path: Path
-    lines: list[str]
+    Settings = RingLogSettings
+    FILES = ("{medium}.txt",)
+
+    def __init__(self, settings: RingLogSettings, place: Place) -> None:
+        super().__init__(settings, place)
+        self._lines: list[str] = []
+
+    def record(self, run: Feed) -> None:
+        run.frames[self.settings.ring].append(self)
+
+    def frame(self, frame: Frame, seen_ns: int) -> None:
+        self._lines.append(f"{frame.on_air_ns} {frame.sender} {frame.data.decode()}\n")
+
+    def error_frame(self, medium: str, time_ns: int) -> None:
+        """There are none."""
 
     def finish(self) -> None:
-        self.path.write_text("".join(self.lines))
+        (self.place.folder / f"{self.settings.ring}.txt").write_text("".join(self._lines))

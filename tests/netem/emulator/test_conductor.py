@@ -16,6 +16,7 @@ from netem.node.environment import Alarm
 from netem.node.node import Node
 from netem.wire.errors import InstantLoop, NodeFailure
 from netem.wire.instants import NEVER_NS
+from netem.wire.level import Level
 from netem.wire.messages import Event, Grant, Hello, Offer, Report, Sample
 
 Conduct = Callable[..., Conductor]
@@ -210,7 +211,7 @@ def test_an_offer_outside_the_promise_or_the_grant_is_refused_with_its_numbers(c
     (ForeignHost(samples=[(50, [1.0, 2.0])]), "2 values of its 1 signals at 50 ns, expected 1"),
     (ForeignHost(samples=[(-1, [1.0])]), r"1 values of its 1 signals at -1 ns, .* 0 <= time <= 105 ns"),
     (ForeignHost(samples=[(2 ** 64 - 1, [1.0])]), r"signals at 18446744073709551615 ns, .* 0 <= time <= 105 ns"),
-    (ForeignHost(events=[(106, "turn", "")]), r"its event 'turn' at 106 ns, expected 0 <= time <= 105 ns"),
+    (ForeignHost(events=[(106, "turn", "", Level.INFO)]), r"its event 'turn' at 106 ns, expected 0 <= time <= 105 ns"),
 ])
 def test_samples_and_events_that_cannot_be_are_refused_before_they_reach_a_record(conduct: Conduct, host: ForeignHost,
                                                                                   told: str) -> None:
