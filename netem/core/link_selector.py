@@ -1,8 +1,9 @@
-"""Selects directed links by name: `medium: sender -> receiver`, or `<->` for both directions.
+"""Which directed links a scenario means: `medium: sender -> receiver`, or `<->` for both directions.
 
 Each of the three names may be a shell pattern (`*`, `?`, `[abc]`, case matters): `radio: * -> rover_[12]`. A name that
-exists is taken literally. A link joins two nodes on one medium; it leads from a node to itself only on a medium that
-observes nodes for themselves, as motion capture does. If the medium is a pattern, media without such nodes are skipped.
+exists is taken literally. A link leads from one node to another one on the same medium, and to the node itself only
+where the medium shows it to itself, as motion capture does. Where the medium is a pattern, media without such nodes are
+passed over.
 
 Not modelled: exceptions ("all but"), selection by anything else than names.
 """
@@ -75,7 +76,6 @@ class LinkSelector:
 
 
 def parse(text: str) -> LinkSelector:
-    """Read a selection; raises `LinkSelectorError` for text of another form."""
     form = FORM.fullmatch(text)
     if form is None:
         raise LinkSelectorError(f'{text!r}: expected "medium: sender -> receiver" or "medium: one <-> other"')

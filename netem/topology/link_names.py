@@ -1,7 +1,4 @@
-"""Reads links of a topology: `a -> b` one way, `a <-> b` both ways; `*` and `?` match parts of node names.
-
-A pattern never joins a node to itself.
-"""
+"""Links by name: `a -> b` one way, `a <-> b` both ways; `*` and `?` match parts of node names, nobody hears itself."""
 
 from __future__ import annotations
 
@@ -13,7 +10,7 @@ from netem.topology import Edge
 
 
 def edges(link: str, nodes: Sequence[str]) -> tuple[list[Edge], list[str]]:
-    """Return the edges that `link` names, and the problems found in it."""
+    """The edges that `link` names and what is wrong with it (empty: nothing)."""
     arrow = "<->" if "<->" in link else "->"
     left, found, right = (part.strip() for part in link.partition(arrow))
     if not found or not left or not right or "->" in right:
@@ -34,7 +31,6 @@ def edges(link: str, nodes: Sequence[str]) -> tuple[list[Edge], list[str]]:
 
 
 def all_edges(links: Iterable[str], nodes: Sequence[str]) -> tuple[set[Edge], list[str]]:
-    """Return the edges of all links, and the problems found in them."""
     found: set[Edge] = set()
     problems: list[str] = []
     for link in links:

@@ -1,4 +1,4 @@
-"""Instants that messages of the emulator and of the nodes name."""
+"""Instants that the emulator and the nodes both name."""
 
 from __future__ import annotations
 

@@ -5,11 +5,10 @@
     queueing      w(q) = B + q C_m + sum over hp(m) of ceil((w(q) + J_k + bit) / T_k) C_k
     response      R  = max over q = 0 .. Q-1 of  J_m + w(q) - q T_m + C_m
 
-B is the longest frame of lower priority, which may just have begun. R lasts from the event that queues a message to the
-end of its intermission. The result is exact for messages of any phase and a queue by priority in every node. The first
-instance alone, as in earlier analyses, gives too small a bound: it can delay frames of higher priority, which then
-delay the next instance. The sufficient test needs one fixed point, with max(B, C_m) for B, and deadlines within the
-period.
+B is the longest frame of lower priority that may have just begun. Exact for messages of any phase and a queue by
+priority in every node; R runs from the event that queues a message to the end of its intermission. Looking at the
+first instance only, as analyses before did, is optimistic: an instance can be held up by what the one before it has
+pushed back. The sufficient test needs one fixed point, with max(B, C_m) for B, and deadlines within the period.
 
 Source: R. I. Davis, A. Burns, R. J. Bril, J. J. Lukkien, "Controller Area Network (CAN) schedulability analysis:
 Refuted, revisited and revised", Real-Time Systems 35, 2007, pages 239-272.
@@ -68,7 +67,7 @@ def response_time_ns(messages: Sequence[PeriodicMessage], index: int, bit_ns: in
 
 
 def sufficient_response_time_ns(messages: Sequence[PeriodicMessage], index: int, bit_ns: int) -> int | None:
-    """An upper bound of the worst-case response time if it lies within the period, otherwise None."""
+    """An upper bound of it if it comes out within the period; None if it does not."""
     own, higher = messages[index], messages[:index]
     start_ns = max(_blocking_ns(messages, index), own.frame_ns)
     wait_ns = start_ns

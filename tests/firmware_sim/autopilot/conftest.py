@@ -79,7 +79,7 @@ class FlightBench:
         self._deliveries.append((at_ns, 0, data))
 
     def ned(self) -> Vector:
-        """True position (north, east, down) in m."""
+        """The truth."""
         self.plant.advance_to(max(self.now_ns, self.plant.now_ns))
         x, y, z = self._position.read()
         return y, x, -z
