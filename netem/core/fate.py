@@ -12,7 +12,7 @@ from enum import Enum
 
 
 class Fate(Enum):
-    """How one frame copy ended at one intended receiver."""
+    """The end of one frame copy at one intended receiver."""
 
     meaning: str
 

@@ -73,7 +73,7 @@ class RateLimit(Impairment):
         return self._sending_ns(size_bytes + self.overhead_bytes)
 
     def most_delay_ns(self, flow: Flow) -> int:
-        """By Lindley's recursion: the sending time of all frames of one interval, if the interval is that long.
+        """The sending time of all frames of one interval, if they fit into the interval (Lindley's recursion).
 
         Otherwise the queue fills up, and a copy waits for the one being sent and for a full queue, itself included.
         """

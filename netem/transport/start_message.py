@@ -15,7 +15,7 @@ ABANDONED = 4       # exit code of a node whose emulator has ended
 
 
 class StartMessage(msgspec.Struct):
-    """How to reach the emulator, and `specification`, the argument of the function that builds the node.
+    """Tells a node how to reach the emulator; `specification` is the argument of the function that builds the node.
 
     `secret` is the password of the emulator's Zenoh session. In virtual time an `OutsideGuard` watches the program.
     """
