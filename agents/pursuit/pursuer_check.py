@@ -1,4 +1,4 @@
-"""What makes a pursuit scenario impossible: said before a run, one line each, with what to do."""
+"""Problems of a pursuit scenario, found before a run: one sentence each, with the remedy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
 
 
 class LooksLike(Protocol):
-    """What a pursuer takes for granted of its sensor."""
+    """What a pursuer assumes of its sensor; `view_problems` compares it with the sensing medium."""
 
     @property
     def step_ns(self) -> int: ...
@@ -25,7 +25,7 @@ class LooksLike(Protocol):
 
 
 def pursuer_problems(scenario: ScenarioView, own: Own[PursuerSettings]) -> Iterator[str]:
-    """Wheels that nobody knows, ports that it lacks, a view that is not as it thinks."""
+    """Yield a problem for each missing wheel parameter or port, and each setting that contradicts the sensing medium."""
     for name, agent in own.items():
         if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
             yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"
@@ -39,7 +39,7 @@ def pursuer_problems(scenario: ScenarioView, own: Own[PursuerSettings]) -> Itera
 
 
 def view_problems(settings: LooksLike, name: str, view: MediumView) -> Iterator[str]:
-    """What it takes for granted of its sensor, and is not so."""
+    """Yield a problem for each of `settings` that contradicts the medium `view`."""
     if view.kind != "sensing" or view.settings is None:
         yield f"view={name!r}: expected a medium of kind sensing"
         return
