@@ -30,7 +30,7 @@ class Tuning(NamedTuple):
 class UnscentedKalman:
     def __init__(self, mean: tuple[float, float, float], variances: tuple[float, float, float], t_ns: int = 0,
                  inputs: Inputs = Inputs(0.0, 0.0), tuning: Tuning = Tuning()) -> None:
-        """Start from `mean` (x, y, theta) [m, m, rad] at t_ns and a diagonal covariance of `variances`, each above 0."""
+        """Start at t_ns from `mean` (x, y, theta) [m, m, rad]; `variances`, the covariance's diagonal, are above 0."""
         if not all(variance > 0 for variance in variances):
             raise ValueError(f"variances={variances}: expected more than 0 each")
         if not (tuning.process_m2 >= 0 and tuning.measured_m2 > 0 and tuning.alpha > 0 and L + tuning.kappa > 0):

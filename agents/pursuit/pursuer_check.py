@@ -25,7 +25,7 @@ class LooksLike(Protocol):
 
 
 def pursuer_problems(scenario: ScenarioView, own: Own[PursuerSettings]) -> Iterator[str]:
-    """Yield a problem for each missing wheel parameter or port, and each setting that contradicts the sensing medium."""
+    """Yield a problem for each missing wheel parameter or port, and each setting that contradicts the medium."""
     for name, agent in own.items():
         if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
             yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"

@@ -128,7 +128,7 @@ class ClosedLoop:
         return self.C_cl @ self.equilibrium(bias)
 
     def remark_13_problems(self) -> list[str]:
-        """Return where the sufficient (not necessary) conditions (i), (ii) of Remark 13 fail; empty: A_cl is Hurwitz."""
+        """Return where the sufficient conditions (i), (ii) of Remark 13 fail; empty: A_cl is Hurwitz."""
         found = []
         heard = neighbours(self.laplacian)
         for i, agent in enumerate(self.agents):

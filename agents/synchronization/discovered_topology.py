@@ -5,7 +5,7 @@ neighbour. It starts the flooding of `discovery.py` in the control sub-slots; th
 end of a round after the flooding's common end.
 
 A robot evaluates the frames that it received only when it wakes for a slot of its own: that keeps its promise of
-silence firm. So it may join a discovery one cycle later than `discovery.py` assumes, at each of the N - 1 links at most.
+silence firm. So it may join a discovery one cycle later than `discovery.py` assumes, at each of at most N - 1 links.
 
 Differs from the dissertation: Delta_u is not neglected; the old topology holds while the new one is discovered.
 If a discovery ends without the whole graph, or a control frame arrives in a slot that is not its sender's, the robots

@@ -11,7 +11,7 @@ End of a discovery. Let R = N^D + 1: of R successive frames on a link at least o
 first initiator sends from cycle start + k R on at the latest. As k <= N - 1, all send from start + (N - 1) R on, and by
 start + N R every link has carried a frame: each node's own record is complete. N - 1 further links, at most R cycles
 each, bring every record to every node. So all end together at start + (2N - 1) R, with the same complete graph, if the
-graph was strongly connected and constant. Initiators of one epoch agree on the least start, which floods with the epoch.
+graph was strongly connected and constant. Initiators of one epoch agree on the least start; it floods with the epoch.
 If a silent node's driver evaluates received frames up to J cycles later, joining takes J more on each of N - 1 links.
 In the last (N - 1) R cycles no node extends its own record: the extension would not reach all others.
 
@@ -91,7 +91,7 @@ class Discovery:
                  join_delay_cycles: int = 0) -> None:
         """`epoch` is that of the last discovery in which this node took part; after a restart any number will do.
 
-        `join_delay_cycles`: the driver passes a frame that a silent node received in cycle c to `hear` before the node's
+        `join_delay_cycles`: the driver passes a frame that a silent node received in cycle c to `hear` before its
         control slot of cycle c + 1 + join_delay_cycles; to an armed or running node, before its next control slot.
         Raises ValueError for a number out of range.
         """
@@ -137,7 +137,7 @@ class Discovery:
         self.outcome = None
 
     def fits(self, frame: DiscoveryFrame, owner: int, cycle: int) -> bool:
-        """Return whether a frame in the control slot of `owner` can be from a node that counts slots as this one does."""
+        """Return whether a frame in the control slot of `owner` can be from a node that counts slots alike."""
         return frame.sender == owner and frame.start_cycle <= cycle < frame.start_cycle + self.cycles
 
     def frame_to_send(self, cycle: int) -> bytes | None:
@@ -150,8 +150,7 @@ class Discovery:
         return DiscoveryFrame(self.node, self.epoch, self.start_cycle, tuple(self.records)).encode()
 
     def hear(self, sender: int, data: bytes, cycle: int) -> bool:
-        """Apply bytes received in `cycle` in the control slot of `sender`; return whether they are of the running epoch.
-        """
+        """Apply bytes received in `cycle` in the control slot of `sender`; return whether the running epoch's."""
         self._end_if_due(cycle)
         frame = decode(data, self.size)
         if frame is None or sender == self.node or not self.fits(frame, sender, cycle):

@@ -37,7 +37,7 @@ RATE_KEPT = 0.999                               # share of the rate found that i
 
 @dataclass(frozen=True, eq=False)
 class RoundMap:
-    """The map of one complete round of topology `plan`: of any round, or of the first one after a switch from `after`."""
+    """The map of a complete round of topology `plan`: of any round, or of the first after a switch from `after`."""
 
     plan: int
     M: Floats
@@ -100,7 +100,7 @@ class CommonCertificate:
 
 @dataclass(frozen=True, eq=False)
 class DwellCertificate:
-    """If `problems` is empty, the state converges if each topology stays in force for at least `dwell_rounds` rounds."""
+    """If `problems` is empty, the state converges if each topology holds for at least `dwell_rounds` rounds."""
 
     maps: tuple[RoundMap, ...]
     P: tuple[Floats, ...]       # one per topology

@@ -15,7 +15,7 @@ from agents.triggering.policies.table import PolicySettings, build_policy
 
 
 def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings) -> Policy[State, Inputs]:
-    """The policy with the team's gains, else those of section 4.6. ValueError if they do not fit."""
+    """Return the policy `name` with the gains of `gains_of`; ValueError if the name or a setting does not fit."""
     if name not in MEASURABLE:
         raise ValueError(f"policy={name!r}: expected one of {', '.join(MEASURABLE)}; others need to see the "
                          "reference all the time, which costs a transmission here")
@@ -23,7 +23,7 @@ def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings) ->
 
 
 def gains_of(team: Mapping[str, Any]) -> GainTable:
-    """Those of the team, else those of section 4.6."""
+    """Return the gains of the team's table, or those of section 4.6 if it has none."""
     if "gains" not in team:
         return GAINS
     table = team["gains"]

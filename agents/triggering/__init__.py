@@ -1,8 +1,8 @@
-"""Input-output triggering (Chapter 4): when must the next measurement be taken so that stability is proved beforehand?
+"""Input-output triggering (Chapter 4): computes when the next measurement is due so that the loop is certified stable.
 
 A pure library: no network, no scenario, no clock. `error_gain` has the gain of the error system over a finite horizon
 and the horizon tau that the small-gain condition certifies; `policies` decide from a measurement when the next is due;
-`assumptions` says whether what a decision rests on still holds; `l2_gain` estimates gains of nominal systems and
-`convex_program` solves (4.32) for any system. What a loop has to tell a trigger is an `ErrorSystem`; that of the
+`assumptions` checks whether the assumptions of a decision still hold; `l2_gain` estimates gains of nominal systems and
+`convex_program` solves (4.32) for any system. A loop describes itself to a trigger by an `ErrorSystem`; that of the
 tracking robots, with the reachable set and the matrix A of (4.47), is in `agents.tracking`.
 """

@@ -6,7 +6,7 @@ Linear constraints and a convex objective: Kelley's cutting planes (1960) over l
 nonnegative symmetric A the norm is the largest z'A z over unit z >= 0, so every eigenvector found is a cut.
 
 Finitely many samples relax (4.32c), so the optimum found is a lower bound of the program's, and the matrix found need
-not be valid between samples. It says how much a matrix in closed form could still gain.
+not be valid between samples. The bound shows how far a matrix in closed form is from the optimum.
 """
 
 from __future__ import annotations
@@ -23,14 +23,16 @@ MOST_CUTS = 200
 
 @dataclass(frozen=True, eq=False)
 class LeastNorm:
-    lower: float        # no symmetric A >= 0 that satisfies the samples has a smaller norm
-    matrix: Floats      # one that satisfies them, with a norm of at most `upper`
-    upper: float
+    lower: float        # lower bound of the norm of every symmetric A >= 0 that satisfies the samples
+    matrix: Floats      # an A that satisfies the samples
+    upper: float        # upper bound of the norm of `matrix`
 
 
 def least_norm(error_magnitudes: Floats, required: Floats, *, accuracy: float = 1e-4) -> LeastNorm:
-    """Samples |e| and |g| - y~, each (samples, n); `accuracy` is relative. ValueError if no A satisfies them."""
-    from scipy.optimize import linprog  # here: a robot that only decides need not load SciPy
+    """Solve the program for samples |e| and |g| - y~, each of shape (samples, n), to a relative `accuracy`.
+
+    Raises ValueError for bad samples, or if no A satisfies them."""
+    from scipy.optimize import linprog  # here: a robot that only decides does not load SciPy
 
     errors, needed = np.asarray(error_magnitudes, dtype=np.float64), np.asarray(required, dtype=np.float64)
     if errors.ndim != 2 or errors.shape != needed.shape or not len(errors):
@@ -72,7 +74,7 @@ def least_norm(error_magnitudes: Floats, required: Floats, *, accuracy: float = 
 
 
 def _cut(z: Floats, place: dict[tuple[int, int], int]) -> Floats:
-    """z'A z <= t as a row over (entries of A, t)."""
+    """Return the cut z'A z <= t as a row over (entries of A, t)."""
     row = np.zeros((1, len(place) + 1))
     for (i, j), k in place.items():
         row[0, k] = z[i] * z[j] * (1 if i == j else 2)
