@@ -1,4 +1,4 @@
-"""Timers of a board: an action at an instant of the local clock, or again and again."""
+"""Timers of a board: an action at one instant of the local clock, or periodically."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ class Timer:
     def __init__(self, board: Board, local_ns: int, action: Callable[[], object], sends: bool) -> None:
         self.local_ns = local_ns
         self._board, self._action, self._sends = board, action, sends
-        self._armed_ns = 0              # true
+        self._armed_ns = 0              # true time for which it is armed
         self._over = False
         self._arm()
 
     def cancel(self) -> None:
-        """Withdraw the action, if it was not called yet."""
+        """Withdraw the action if it has not been called yet."""
         if not self._over:
             self._over = True
             if self._sends:
@@ -46,7 +46,7 @@ class Timer:
 
 
 class Repetition:
-    """Calls its action at offset, offset + period, ... of the local clock; the k-th instant follows from k."""
+    """Calls its action at offset, offset + period, ... of the local clock; the k-th instant is computed from k."""
 
     __slots__ = ("_action", "_board", "_k", "_offset_ns", "_period_ns", "_sends", "_timer")
 
@@ -58,11 +58,11 @@ class Repetition:
             raise ValueError(f"offset_ns={offset_ns}: expected 0 or more")
         self._board, self._action, self._sends = board, action, sends
         self._period_ns, self._offset_ns = period_ns, offset_ns
-        self._k = max(0, -((offset_ns - board.now_ns) // period_ns))      # the first instant that is not over
+        self._k = max(0, -((offset_ns - board.now_ns) // period_ns))      # index of the first instant not before now
         self._timer = self._next()
 
     def cancel(self) -> None:
-        """Call the action no more."""
+        """Stop the repetition."""
         self._timer.cancel()
 
     def _next(self) -> Timer:

@@ -1,4 +1,4 @@
-"""How a board's clock is off: what a scenario says of it."""
+"""The errors of a board's clock, as a scenario gives them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ClockSettings:
-    """An ideal clock unless told otherwise."""
+    """Offset, drift and tick of a clock; the default is an ideal clock. ValueError for numbers out of range."""
 
     offset_ns: int = 0          # reading at true time 0, before the tick
     drift_ppm: float = 0.0      # > 0 runs fast
@@ -21,7 +21,7 @@ class ClockSettings:
 
     @classmethod
     def from_seconds(cls, offset_s: float = 0.0, drift_ppm: float = 0.0, tick_s: float = 1e-9) -> ClockSettings:
-        """As a scenario writes it: `clock = { offset_s = 0.002, drift_ppm = 20.0, tick_s = 1e-6 }`."""
+        """Make settings from a scenario's `clock = { offset_s = 0.002, drift_ppm = 20.0, tick_s = 1e-6 }`."""
         tick_ns = round(tick_s * 1e9)
         if tick_ns < 1:
             raise ValueError(f"tick_s={tick_s}: expected at least 1e-9, the resolution of simulated time")

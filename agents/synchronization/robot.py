@@ -138,8 +138,8 @@ class SyncRobot:
             self._port.send(frame)
 
     def _adopt(self, at_ns: int) -> None:
-        """Adopt the topology source's topology at `at_ns`, the exact end of the round, on which all robots have to agree;
-        the local clock may show it a tick later."""
+        """Adopt the topology source's topology at `at_ns`, the exact end of the round, on which all robots agree; the
+        local clock may show it a tick later."""
         board = self._board
         laplacian = self._source.adopt(at_ns)
         if laplacian is None:

@@ -21,7 +21,7 @@ FAR = 1e6                       # a larger tracking error is refused as a broken
 
 
 class TrackingPrediction:
-    """A measurement and the command held from it on; ValueError for a tracking error that is not finite or too large."""
+    """A measurement and the command held from it on; ValueError for a tracking error not finite or above FAR."""
 
     def __init__(self, system: TrackingErrorSystem, x: State, command: Command, v_mps: float) -> None:
         self.command = command
@@ -87,13 +87,13 @@ class TrackingErrorSystem:
         return TrackingPrediction(self, x, self.controller.command(x, inputs), bounded_by.v_mps)
 
     def growth_within(self, inputs: Inputs, radius: float) -> Callable[[float], float]:
-        """Return tau [s] -> growth [1/s] over [0, tau] for any measurement of a true error |x| <= radius [m, m, rad]."""
+        """Return tau [s] -> growth [1/s] over [0, tau], for any measurement of a true error |x| <= radius."""
         k1, v_most = self.controller.k1_per_s, self.limits.v_mps
         measured = radius + self.noise
         speed_mps = 2 * v_most + k1 * measured          # R2's, and R1's by (4.4): |v_R1| <= |v_R2| + k1 |x1|
 
         def growth(tau_s: float) -> float:
-            away_m = radius + 2 * SQRT_2 * self.noise + speed_mps * tau_s       # noise of measurement and of reachability
+            away_m = radius + 2 * SQRT_2 * self.noise + speed_mps * tau_s       # noise counts twice: measured, reached
             return self.error_bound.growth_per_s(inputs.v_mps, (away_m, away_m, pi))
 
         return growth

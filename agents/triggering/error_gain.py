@@ -67,9 +67,9 @@ class Horizon(NamedTuple):
 def largest_horizon(growth_until: Callable[[float], float], gain_per_s: float, kappa: float = KAPPA) -> Horizon:
     """Return the largest tau with tau <= tau*(a(tau)), a = `growth_until`: from below, to SETTLED kappa / gain.
 
-    a does not decrease, so tau*(a(tau)) does not increase and crosses tau once. For a tau that is too long, tau*(a(tau))
-    is safe, since the a of a long interval holds over a short one; for a safe tau it is too long. Both mostly converge
-    to the crossing in a few steps; if not, the interval is bisected.
+    a does not decrease, so tau*(a(tau)) does not increase and crosses tau once. For a tau that is too long,
+    tau*(a(tau)) is safe, since the a of a long interval holds over a short one; for a safe tau it is too long. Both
+    mostly converge to the crossing in a few steps; if not, the interval is bisected.
     """
     high = kappa / gain_per_s
     settled = SETTLED * high

@@ -8,9 +8,9 @@ HOLD, TAKEOFF, MISSION, RETURN, LAND and position targets need motion capture; S
 landing goes on without it. After LAND the motors stop and the mode is HOLD.
 
 Invariants:
-- motors turn only while armed; nothing but `arm` arms;
-- a mode changes by a command, by its own end (TAKEOFF, RETURN, MISSION, LAND) or by a failsafe, each told by a notice;
-- an exception never comes from a target, a frame or a parameter.
+- motors turn only while armed; only `arm` arms;
+- a mode changes by a command, by its own end (TAKEOFF, RETURN, MISSION, LAND) or by a failsafe, each with a notice;
+- no target, frame or parameter raises an exception.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ from firmware_sim.autopilot.vehicle import (
     VehicleState,
 )
 
-OFF_GROUND_M = 0.1          # higher than this it flies
-STANDS_BELOW_M = 0.25       # of the ground where it was armed, for the ground is flat
-LIFTS_OFF = 0.3             # of its weight: more thrust of an attitude target than this is meant to fly
+OFF_GROUND_M = 0.1          # height above which the vehicle flies
+STANDS_BELOW_M = 0.25       # largest height at which it can stand; the ground is assumed flat
+LIFTS_OFF = 0.3             # share of the hovering thrust above which an attitude target requests a lift-off
 STAY = PositionTarget()
 TOLD = (Mode.OFFBOARD, Mode.STABILIZE)      # modes that follow a stream of targets
 
@@ -66,17 +66,17 @@ class FlightController:
         self._now_ns = 0
         self._armed, self._mode, self._landed = False, Mode.HOLD, Landed.ON_GROUND
         self._run = MissionRun()
-        self._goal = STAY                       # of all other modes
-        self._positional = False                # the ramps are in use
+        self._goal = STAY                       # target of all modes but OFFBOARD, STABILIZE and MISSION
+        self._positional = False                # True while the position ramps are in use
         self._home: Vector = (0.0, 0.0, 0.0)
         self._target: Target | None = None
         self._target_ns = self._link_ns = LONG_AGO_NS
         self._ground_ns = 0                     # since when it stands armed
 
-    # --- what its tasks call
+    # --- calls of the board's tasks
 
     def tick(self, now_ns: int, quaternion: Quaternion, rates: Vector, force: Vector) -> Motors:
-        """Once every period: what the sensors say in, motor speeds out."""
+        """Take the sensors' values and return the motor speeds; called once every period."""
         loops = self.loops
         loops.quaternion, loops.rates, loops.force = quaternion, rates, force
         if self._ticks % self._every == 0:
@@ -86,7 +86,7 @@ class FlightController:
         return loops.motors()
 
     def captured(self, exposed_ns: int, position_ned_m: Vector, now_ns: int) -> bool:
-        """A frame of motion capture; False: too old, doubled, from the future or not finite."""
+        """Take a frame of motion capture; False if it is refused: too old, repeated, from the future or not finite."""
         return self.loops.estimate.correct(exposed_ns, position_ned_m, now_ns)
 
     # --- Vehicle
@@ -138,7 +138,7 @@ class FlightController:
     def take_off(self, height_m: float) -> Result:
         if not isfinite(height_m) or height_m <= OFF_GROUND_M:
             return self._refused(f"take-off to {height_m:g} m", Result.DENIED)
-        if self._armed and self._mode is Mode.TAKEOFF:      # a command that was sent twice
+        if self._armed and self._mode is Mode.TAKEOFF:      # a repeated command
             return Result.ACCEPTED
         most = self.parameters.get("FENCE_ALT") + self._home[2]
         if height_m > most:
@@ -193,7 +193,7 @@ class FlightController:
         self._watch(now_ns)
         if not self._armed:
             return
-        if self._landed is Landed.ON_GROUND and not self._wants_to_fly():
+        if self._landed is Landed.ON_GROUND and not self._requests_flight():
             loops.idle()
             idle_s = self.parameters.get("DISARM_IDLE")
             if idle_s and now_ns - self._ground_ns > idle_s * 1e9:
@@ -204,21 +204,21 @@ class FlightController:
             self._detector.restart()
             loops.begin(fresh=True)
         self._fly()
-        self._see_where_it_is(now_ns)
+        self._update_phase(now_ns)
 
     def _watch(self, now_ns: int) -> None:
-        """Failsafes."""
+        """Change the mode if a failsafe requires it."""
         self._link_ns, self._target_ns = min(self._link_ns, now_ns), min(self._target_ns, now_ns)  # clock set back
-        told_ns = self._target_ns if self._mode is Mode.OFFBOARD or self._attitude_told else LONG_AGO_NS
+        told_ns = self._target_ns if self._mode is Mode.OFFBOARD or self._follows_attitude else LONG_AGO_NS
         silences = Silences(now_ns - self._link_ns, 0 if self._landed is Landed.ON_GROUND else now_ns - told_ns,
-                            self.position_valid, needs_position(self._mode, self._attitude_told))
+                            self.position_valid, needs_position(self._mode, self._follows_attitude))
         before = self._failsafe.acting
         mode = self._failsafe.look(now_ns, self._mode, silences)
         acting = self._failsafe.acting
         if mode is not None and self._landed is Landed.ON_GROUND:
             self._stop(f"disarmed: {acting}")
         elif mode is not None:
-            self._goal = STAY if mode is not Mode.RETURN else self._way_home()
+            self._goal = STAY if mode is not Mode.RETURN else self._return_target()
             self._enter(mode, acting, Severity.CRITICAL)
         elif before and not acting:
             self.on_notice(Severity.NOTICE, f"over: {before}")
@@ -236,9 +236,9 @@ class FlightController:
         if not self._positional:
             self._positional = True
             loops.begin(fresh=False)
-        loops.follow(self._where_to())
+        loops.follow(self._current_target())
 
-    def _where_to(self) -> PositionTarget:
+    def _current_target(self) -> PositionTarget:
         mode, land_speed = self._mode, self.parameters.get("LAND_SPEED")
         if mode is Mode.OFFBOARD and isinstance(self._target, PositionTarget):
             return self._target
@@ -249,21 +249,21 @@ class FlightController:
             return self._run.goal(land_speed)
         return self._goal
 
-    def _wants_to_fly(self) -> bool:
+    def _requests_flight(self) -> bool:
         if self._mode in TOLD and not self._targets_fresh:
             return False
         if self._mode in TOLD and isinstance(self._target, AttitudeTarget):
             return self._target.thrust * self.loops.airframe.full_thrust_n > LIFTS_OFF * self.loops.hover_n
-        goal = self._where_to()
+        goal = self._current_target()
         down, climb = goal.position_ned_m[2], goal.velocity_ned_mps[2]
         return down < self.loops.ground_down - OFF_GROUND_M if down is not None else (climb or 0.0) < 0
 
-    def _see_where_it_is(self, now_ns: int) -> None:
-        """Ends of phases: off the ground, arrived, landed."""
+    def _update_phase(self, now_ns: int) -> None:
+        """End the phase of flight if the vehicle has left the ground, arrived or landed."""
         loops = self.loops
         descends = self._mode is Mode.LAND
         low = loops.height_m < STANDS_BELOW_M or not self.position_valid
-        if low and (descends or self._landed is not Landed.TAKING_OFF or not self._wants_to_fly()):
+        if low and (descends or self._landed is not Landed.TAKING_OFF or not self._requests_flight()):
             if self._detector.stands(now_ns, loops.thrust_n, loops.hover_n, loops.force, loops.rates):
                 self._on_the_ground(now_ns)
                 return
@@ -291,7 +291,7 @@ class FlightController:
             self._enter(Mode.HOLD, "mission done")
         elif run.item.kind is ItemKind.RETURN:
             run.landed(position)
-            self._goal = self._way_home()
+            self._goal = self._return_target()
             self._enter(Mode.RETURN, "mission: returning home")
 
     def _on_the_ground(self, now_ns: int) -> None:
@@ -315,7 +315,7 @@ class FlightController:
     def _facts(self) -> Facts:
         link_lost_ns = self.parameters.get("LINK_LOSS") * 1e9
         return Facts(self._armed, self._landed is Landed.ON_GROUND, self.position_valid, self._targets_fresh,
-                     self._attitude_told,
+                     self._follows_attitude,
                      not self.parameters.get("LINK_LOSS_ACT") or self._now_ns - self._link_ns <= link_lost_ns,
                      acos(max(-1.0, min(1.0, down_axis(self.loops.quaternion)[2]))))
 
@@ -324,10 +324,10 @@ class FlightController:
         return self._target is not None and self._now_ns - self._target_ns <= self.parameters.get("OFFB_LOSS") * 1e9
 
     @property
-    def _attitude_told(self) -> bool:
+    def _follows_attitude(self) -> bool:
         return isinstance(self._target, AttitudeTarget)
 
-    def _way_home(self) -> PositionTarget:
+    def _return_target(self) -> PositionTarget:
         least = self._home[2] - self.parameters.get("RTL_RETURN_ALT")
         return PositionTarget((self._home[0], self._home[1], min(least, self.loops.estimate.position[2])))
 
@@ -336,10 +336,10 @@ class FlightController:
         return dist(goal, position) < self.parameters.get("NAV_ACC_RAD")
 
     def _try(self, mode: Mode) -> Result:
-        """A mode that somebody asks for."""
+        """Enter `mode`, by a command, or refuse it."""
         if why := refusals.entering(mode, self._facts()):
             return self._refused(f"{mode.value}: {why}")
-        self._goal = self._way_home() if mode is Mode.RETURN else STAY
+        self._goal = self._return_target() if mode is Mode.RETURN else STAY
         self._failsafe.clear()
         self._ground_ns = self._now_ns
         self._enter(mode, f"mode {mode.value}")

@@ -1,6 +1,6 @@
 """The flight controller's parameters, as the ground reads and sets them; the table is the only list of them.
 
-Each change is checked against its bounds; who uses values asks for them again when `on_change` is called.
+A change outside its bounds is refused; after an accepted one `on_change` is called, upon which users read the values.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class ParameterTable:
     """Implements `Parameters`."""
 
     def __init__(self, values: Mapping[str, float], on_change: Callable[[], None]) -> None:
-        """ValueError, one line a mistake, for values that `set` would refuse."""
+        """Set `values` over the defaults; raises ValueError, a line for each, if `set` would refuse any."""
         self._values = {name: info.default for name, info in TABLE.items()}
         self._on_change: Callable[[], None] = lambda: None
         if problems := [problem for name, value in values.items() if (problem := self.set(name, value))]:
@@ -67,7 +67,7 @@ class ParameterTable:
         return self._values[name]
 
     def set(self, name: str, value: float) -> str:
-        """As in `Parameters`."""
+        """Set a parameter; return "", or why it was refused (`Parameters.set`)."""
         info = TABLE.get(name)
         if info is None:
             return f"{name}: no such parameter"

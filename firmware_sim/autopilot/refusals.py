@@ -1,4 +1,4 @@
-"""Why something cannot be done now, in words for people; "" where it can.
+"""Reasons why arming or a mode is refused now, as text for the operator; "" if it is allowed.
 
 | | armed | in the air | motion capture | fresh targets |
 |---|---|---|---|---|
@@ -10,7 +10,7 @@
 | LAND | needed | needed | | |
 | RETURN | needed | needed | needed | |
 
-Arming also needs a level stand and, while LINK_LOSS_ACT asks for one, a link: what `force` passes over.
+Arming also needs a level stand and, unless LINK_LOSS_ACT is 0, a link; `force` skips these two.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Facts:
     position_valid: bool
     targets_fresh: bool
     attitude_told: bool         # the last target was an attitude or rates
-    link_ready: bool            # heard, or nobody asks for one
+    link_ready: bool            # the link is heard, or LINK_LOSS_ACT is 0
     tilt_rad: float
 
 

@@ -1,6 +1,6 @@
-"""Which blocking program the calling thread belongs to: what `can.Bus(...)` and `time.sleep` have to find out.
+"""The blocking program to which the calling thread belongs, for `can.Bus(...)` and `time.sleep`.
 
-Differs from the house rule against module-level state: code that is not ours calls with nothing in hand but its thread.
+Differs from the rule against module-level state: other code calls these functions, and only its thread identifies it.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ _here = _Here()
 
 
 def running() -> BlockingProgram | None:
-    """The program that the calling thread belongs to, None for any other thread of the process."""
+    """Return the program to which the calling thread belongs; None for any other thread of the process."""
     return _here.program
 
 
 def this_program() -> BlockingProgram:
-    """The same for code that makes sense within a program only: `this_program().board.count("laps")`."""
+    """Return the program of the calling thread; RuntimeError if there is none. `this_program().board.count("laps")`"""
     program = _here.program
     if program is None:
         raise RuntimeError("this thread belongs to no blocking program: there is one only inside `marconet run`, in "
@@ -34,5 +34,5 @@ def this_program() -> BlockingProgram:
 
 
 def enter(program: BlockingProgram) -> None:
-    """The calling thread belongs to `program` from now on."""
+    """Make the calling thread one of `program`."""
     _here.program = program

@@ -1,4 +1,4 @@
-"""What a controller says of itself in error messages, as SocketCAN's drivers do.
+"""The state of a CAN controller as its error messages report it, in the format of SocketCAN's drivers.
 
     class in can_id    CRTL 0x004, data[1]: 0x40 back to error-active, 0x10 error-passive as receiver, 0x20 as sender
                        BUSOFF 0x040         RESTARTED 0x100
@@ -27,7 +27,7 @@ class ControllerState(Enum):
 
 
 def state_after(message: CanFrame, before: ControllerState) -> ControllerState:
-    """The controller's state after its error message; a message about something else leaves it as it was."""
+    """Return the controller's state after an error message; `before` if the message is about something else."""
     if message.can_id & BUS_OFF:
         return ControllerState.BUS_OFF
     if message.can_id & RESTARTED:

@@ -53,7 +53,7 @@ class Policy(Protocol[X, W]):
         ...
 
     def decide(self, measured_ns: int, x: X, inputs: W) -> Decision:
-        """Return the decision for x, measured at `measured_ns`; ValueError if x or inputs are not finite or too large."""
+        """Return the decision for x, measured at `measured_ns`; ValueError for x or inputs not finite or too large."""
         ...
 
     def look(self, now_ns: int, x: X) -> Decision:

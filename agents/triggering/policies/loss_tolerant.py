@@ -1,7 +1,7 @@
 """Wraps a policy so that up to N^D requests in a row may be lost: one is sent every tau_i / (N^D + 1).
 
-Differs from the dissertation: Remark 6 says tau_i / N^D. With N^D losses in a row, successes are N^D + 1 requests apart,
-so by the printed rule the last request is sent at tau_i (N^D + 1) / N^D, too late; for N^D = 1 it changes nothing.
+Differs from the dissertation: Remark 6 says tau_i / N^D. With N^D losses in a row, successes are N^D + 1 requests
+apart, so by the printed rule the last request is sent at tau_i (N^D + 1) / N^D, too late; N^D = 1 changes nothing.
 """
 
 from __future__ import annotations

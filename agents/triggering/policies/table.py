@@ -38,7 +38,7 @@ POLICIES: dict[str, Callable[[System, GainTable, PolicySettings], Policy[Any, An
 
 def build_policy(name: str, system: System, gains: GainTable,
                  settings: PolicySettings | None = None) -> Policy[Any, Any]:
-    """Return the policy `name`, wrapped by LossTolerant if the settings allow losses; ValueError for an unknown name."""
+    """Return the policy `name`, as LossTolerant if the settings allow losses; ValueError for an unknown name."""
     if name not in POLICIES:
         raise ValueError(f"policy={name!r}: expected one of {', '.join(POLICIES)}")
     settings = PolicySettings() if settings is None else settings
