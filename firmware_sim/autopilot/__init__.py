@@ -1,16 +1,16 @@
 """The flight controller of a quadrotor: attitude and position loops, modes and failsafes on the board's local clock.
 
-    vehicle.py               what the MAVLink front calls: the contract between the two halves
+    vehicle.py               the interface that the MAVLink front calls
     autopilot.py             the board's program: sensors and motion capture in, motor commands out
-    autopilot_settings.py    the keys of a scenario
-    flight_controller.py     modes, arming, commands; implements the contract
-    refusals.py              why something cannot be done now
-    failsafe.py              what to do when something falls silent
-    mission_run.py           how far a mission is
-    landing_detector.py      whether it stands
-    target_limits.py         targets from a link, clipped
+    autopilot_settings.py    the settings in a scenario
+    flight_controller.py     modes, arming, commands; implements `Vehicle`
+    refusals.py              reasons why arming or a mode is refused
+    failsafe.py              reactions to a lost link, motion capture or stream of targets
+    mission_run.py           progress of a mission
+    landing_detector.py      detects that the vehicle stands
+    target_limits.py         clips or refuses targets from a link
     parameters.py            the table of parameters
-    flight_loops.py          the loops in their order:
+    flight_loops.py          the control loops in their order:
     exposure_clock.py            stamps of motion capture on the board's clock
     position_estimator.py        position and velocity
     ramp.py                      from target to target

@@ -8,8 +8,8 @@ own queue and filters. A message that one of them sends is received by the other
 receives CAN FD frames. Error messages of the controller pass all filters. `send_periodic` copies its messages when it
 is started or modified.
 
-Not modelled: a full transmit queue (`send` never blocks; the ledger has the frames that the controller drops), listening
-only, `bitrate` and `timing` (the scenario sets those of the bus).
+Not modelled: a full transmit queue (`send` never blocks; the ledger has the frames that the controller drops),
+listening only, `bitrate` and `timing` (the scenario sets those of the bus).
 """
 
 from __future__ import annotations
@@ -144,11 +144,11 @@ class MarconetBus(BusABC):
 
     @staticmethod
     def _detect_available_configs() -> list[AutoDetectedConfig]:
-        """The CAN buses of the node, none outside of a run."""
+        """Return the CAN buses of the node; none outside of a run."""
         program = running()
         return [] if program is None else [{"interface": "marconet", "channel": name} for name in _names(program)]
 
-    # --- of the channel and of periodic tasks, in whichever thread
+    # --- calls of the channel and of periodic tasks, from any thread
 
     def transmit(self, data: bytes) -> None:
         self._channel.send(self, data)

@@ -110,8 +110,7 @@ class DriveController:
                           self._loops[1].command(ramp.right_radps, right.speed_radps, elapsed_ns))
 
     def _read_encoders(self, now_ns: int) -> int:
-        """Read the encoders; return the time since the last reading, 0 for the first and after a step back of the clock.
-        """
+        """Read the encoders; return the time since the last reading, 0 for the first or if the clock was set back."""
         angles = self._angles.read()
         elapsed_ns = 0 if self._sampled_ns is None else max(0, now_ns - self._sampled_ns)
         for encoder, angle in zip(self._encoders, angles, strict=True):

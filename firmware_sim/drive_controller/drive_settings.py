@@ -23,7 +23,7 @@ class DriveSettings:
     status_every: int = 10                  # publications of odometry per status
     stale_after_ns: int = 200_000_000       # time without a setpoint after which the drive is stale
     stop_ramp_radps2: float = 20.0          # deceleration of the faster wheel when stopped or stale
-    ramp_radps2: float = 0.0                # acceleration of the wheel with the larger change, while running; 0: no limit
+    ramp_radps2: float = 0.0                # acceleration of the wheel with the larger change; 0: no limit
     kp: float = 0.5                         # [1]
     ki: float = 5.0                         # [1/s]
     feedforward: float = 1.0                # [1]

@@ -1,4 +1,4 @@
-"""The numbers of common.xml that are used here; a test compares each with pymavlink's."""
+"""Numbers of common.xml that this package uses; a test compares each with pymavlink's."""
 
 from __future__ import annotations
 
@@ -148,4 +148,4 @@ AUTOPILOT_PX4 = 12              # MAV_AUTOPILOT
 PARAM_TYPE_REAL32 = 9           # MAV_PARAM_TYPE
 MISSION_TYPE_MISSION = 0        # MAV_MISSION_TYPE
 GPS_FIX_TYPE_3D_FIX = 3         # GPS_FIX_TYPE
-FORCE_ARM = 21196.0             # second parameter of COMPONENT_ARM_DISARM: pass over the checks
+FORCE_ARM = 21196.0             # second parameter of COMPONENT_ARM_DISARM: skip the checks
