@@ -69,7 +69,7 @@ class SlotSync:
             raise ValueError(f"rate_gain={self.rate_gain}: expected 0 <= rate_gain < 2")
 
     def heard(self, sender: str, expected_ns: int, arrived_ns: int, airtime_ns: int, latency_ns: int = 0) -> None:
-        """Note the arrival of a frame of `sender`, in local time; of several the earliest counts: it has least delay."""
+        """Note the arrival of a frame of `sender`, in local time; of several the earliest, least delayed one counts."""
         error_ns = arrived_ns - airtime_ns - latency_ns - expected_ns
         self.errors_ns[sender] = min(error_ns, self.errors_ns.get(sender, error_ns))
 

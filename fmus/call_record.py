@@ -17,7 +17,7 @@ class CallRecord(Protocol):
 
 
 class NoRecord:
-    """The record of a plant whose process nobody watches: one private word, which no other process reads."""
+    """The record of a plant whose process is not watched: one private word, which no other process reads."""
 
     def __init__(self) -> None:
         self.call_word = memoryview(bytearray(ctypes.sizeof(ctypes.c_int64))).cast("q")

@@ -124,7 +124,7 @@ def _variables(found: list[Any], bounds: Mapping[str, _Bounds]) -> dict[str, Var
     variables: dict[str, Variable] = {}
     for v in found:
         if v.name in variables:
-            raise ValueError(f"variable {shown(v.name)} stands there twice: names are unique")
+            raise ValueError(f"variable {shown(v.name)} appears twice: names are unique")
         if not 0 <= v.valueReference < 2**32:
             raise ValueError(f"variable {shown(v.name)}: valueReference={v.valueReference}: expected 0 to 2^32 - 1")
         variables[v.name] = _variable(v, names, bounds)

@@ -85,7 +85,7 @@ class FusionCenter:
             raise ValueError(f"{reading.sensor}: {reading.target} seen at {reading.seen_ns} ns: it has told of this "
                              f"instant already; keep one of them")
         readings.append(reading)
-        if len(target.open) > self._keep:           # nobody is in charge of it
+        if len(target.open) > self._keep:           # no sensor is in charge of the target
             del target.open[min(target.open)]
         return True
 

@@ -52,5 +52,5 @@ def view_problems(settings: LooksLike, name: str, view: MediumView) -> Iterator[
     if known.noise_m > settings.sigma_m:
         yield f"sigma_m={settings.sigma_m}: media.{name} has noise_m={known.noise_m}; take that much or more"
     if known.latency_ns > settings.latency_ns:
-        yield (f"latency_ns={settings.latency_ns}: the news of media.{name} take {known.latency_ns} ns, and what the "
-               f"program computes more; allow for it")
+        yield (f"latency_ns={settings.latency_ns}: the news of media.{name} take {known.latency_ns} ns from an "
+               "exposure; take that plus the program's computing time")

@@ -137,7 +137,7 @@ def _clock_problems(team: Team, plan: RoundPlan, layout: Layout) -> Iterator[str
         airtime_share=min(1.0, layout.data_airtime_ns / plan.slot_ns))
     if contraction >= 1:
         yield (f"team.resynchronize: the clocks do not settle: their differences change by a factor of "
-               f"{contraction:.4g} per round, expected below 1; nobody may be without somebody to hear")
+               f"{contraction:.4g} per round, expected below 1; let every robot hear at least one other")
 
 
 def _late_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans: RoundPlans) -> Iterator[str]:
