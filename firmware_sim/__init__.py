@@ -1,1 +1,1 @@
-"""What runs on the robot's microcontrollers: the local clock, schedules on it, resynchronization, boards."""
+"""The robot's microcontrollers: boards and the programs on them, local clocks, schedules, resynchronization."""

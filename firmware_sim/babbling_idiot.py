@@ -1,8 +1,7 @@
 """A node that floods its CAN bus: a babbling idiot, the fault that arbitration by priority cannot contain.
 
-It hands out frames of one identifier, more than the bus can carry, from one instant to another; identifiers above its
-own starve. Source of the name: Temple 1998, "Avoiding the babbling-idiot failure in a time-triggered communication
-system", FTCS-28.
+It sends more frames of one identifier than the bus can carry, over some time; identifiers above its own starve. Source
+of the name: Temple 1998, "Avoiding the babbling-idiot failure in a time-triggered communication system", FTCS-28.
 """
 
 from __future__ import annotations

@@ -1,12 +1,13 @@
-"""What a robot's program gets: its ports, timers on its own clock, its sensors and actuators, and its records.
+"""The interface of a robot's program: its ports, timers on its clock, its sensors and actuators, and its records.
 
-    board.port(name)                        hands frames out, takes frames in
+    board.port(name)                        send and receive frames
     board.at / every / sleep_until          act at an instant of the local clock
     board.sense / actuate                   read and drive the plant, at the present
-    board.count / record / event / warn     what the records of the run say of this robot
+    board.count / record / event / warn     write to the records of the run
 
-All times are local: what this robot's clock shows. A timer is armed with the clock as it runs at that moment, as in a
-microcontroller. After a step back the program waits on; after a step forward it acts late, by the step.
+All times are local: readings of this robot's clock. A timer is armed at the instant computed from the clock's present
+offset and rate, as in a microcontroller. If the clock is set back meanwhile, the timer waits until the clock reads its
+time; if it is set forward, the timer acts late, by the step.
 
 **The promise of silence** follows from the timers: this robot hands out nothing before the first of them that may lead
 to a frame. The promise is firm if every port is `listen_only`. Otherwise a frame that arrives ends it, and a new one
@@ -33,7 +34,7 @@ MAX_WAITS_AT_ONE_INSTANT: Final = 100_000
 
 
 class NoPlant(ValueError):
-    """A program asks for a sensor or an actuator, and its robot has no plant."""
+    """A program uses a sensor or an actuator, but its robot has no plant."""
 
 
 class Board:
@@ -54,12 +55,11 @@ class Board:
 
     def port(self, name: str, on_receive: Callable[[bytes], None] | None = None, *,
              listen_only: bool = False) -> Port:
-        """The port on the medium `name`. Each frame that arrives is passed to `on_receive`; without one it waits for
-        `yield port.receive()`.
+        """Return the port on the medium `name`; raises UnknownName if the robot is on no such medium.
 
-        `listen_only`, said before the run starts: no frame that arrives here makes this program hand out a frame
-        earlier than it has planned. The emulator then delivers such frames with the program's next turn, each acting
-        at its own time. UnknownName if the robot is on no such medium.
+        The inbox passes each arriving frame to `on_receive`; without one it keeps the frame for `yield port.receive()`.
+        `listen_only`, given before the run starts, says that no frame arriving here makes this program send a frame
+        earlier than planned. The emulator then delivers such frames with the next grant, each at its own time.
         """
         port = self._node.ports[name]
         if on_receive is not None:
@@ -77,13 +77,13 @@ class Board:
 
     @property
     def now_ns(self) -> int:
-        """Local time; within `record`, that of the sample."""
+        """The local time; within `record`, that of the sample."""
         return self._clock.now_ns()
 
     def at(self, local_ns: int, action: Callable[[], object], *, sends: bool = True) -> Timer:
-        """Call `action` when the clock reads at least `local_ns`, at once if it does; `cancel()` withdraws it.
+        """Call `action` when the clock reads at least `local_ns`, at once if it does already; `cancel()` withdraws it.
 
-        Unless it `sends`, the action hands out no frame and leads to none before those that are planned otherwise.
+        With `sends=False` the program says that the action sends no frame and causes none before the other timers do.
         """
         return Timer(self._timers, local_ns, action, sends)
 
@@ -91,7 +91,7 @@ class Board:
               sends: bool = True) -> Repetition:
         """Call `action` at `offset_ns`, `offset_ns + period_ns`, ... of local time, from now on; `sends` as in `at`.
 
-        ValueError for a period of less than 1 ns or a negative offset.
+        Raises ValueError for a period of less than 1 ns or a negative offset.
         """
         return Repetition(self._timers, period_ns, action, offset_ns, sends)
 
@@ -100,22 +100,22 @@ class Board:
         self._timers.after(delay_ns, action, sends)
 
     def sleep_until(self, local_ns: int, *, silent_until_ns: int | None = None) -> Generator[Event, Any, None]:
-        """`yield from` this: go on when the clock reads at least `local_ns`, whatever is done to it meanwhile.
+        """Wait, by `yield from`, until the clock reads at least `local_ns`, also if the clock is changed meanwhile.
 
-        The program hands out nothing before it wakes. If it hands out nothing before a later `silent_until_ns` either,
-        it says so here.
+        The program promises to send nothing before it wakes or, if given, before a later `silent_until_ns`.
         """
         if self._clock.now_ns() >= local_ns:
-            self._note_wait_that_is_over(local_ns)
+            self._count_past_wait(local_ns)
             return
         yield self._timers.until(local_ns, silent_until_ns)
         while self._clock.now_ns() < local_ns:
             yield self._timers.until(local_ns, silent_until_ns)
 
     def until(self, local_ns: int, *, silent_until_ns: int | None = None) -> Timeout:
-        """SimPy event at the instant at which the clock, as it runs now, reads `local_ns`; or at once.
+        """Return a SimPy event at the instant at which the clock, with its present rate and offset, reads `local_ns`.
 
         For `yield port.receive() | board.until(local_ns)`, and for a hardware timer that no step of the clock moves.
+        The event occurs at once if the clock reads `local_ns` or more already.
         """
         return self._timers.until(local_ns, silent_until_ns)
 
@@ -124,9 +124,9 @@ class Board:
         return self._node.start(process)
 
     def adjust_clock(self, step_ns: int = 0, trim_ppm: float = 0.0) -> None:
-        """Set the clock `step_ns` forward and let it run `trim_ppm` faster from now on: a synchronization.
+        """Synchronize the clock: set it forward by `step_ns` and let it run `trim_ppm` faster from now on.
 
-        A promise that was given before stands in true time: adjust first, set timers afterwards.
+        Earlier promises hold in true time, so a program adjusts the clock first and sets timers afterwards.
         """
         self._clock.adjust(step_ns)
         self._clock.trim(trim_ppm)
@@ -142,28 +142,28 @@ class Board:
     # --- the plant
 
     def sense(self, variable: str) -> Any:
-        """The plant's variable at the present: float, int, bool or str by its type, a tuple for an array, rows first.
+        """Return the plant's variable at the present: float, int, bool or str by type; of an array a tuple, rows first.
 
-        NoPlant without a plant; PlantError names an unknown variable.
+        Raises NoPlant without a plant, PlantError for an unknown variable.
         """
-        return self._body().get(variable)
+        return self._required_plant().get(variable)
 
     def actuate(self, variable: str, value: Any) -> None:
         """Set an input of the plant from now on; an array as a sequence of rows."""
-        self._body().set(variable, value)
+        self._required_plant().set(variable, value)
 
     def sensors(self, variables: Sequence[str], units: Sequence[str | None] | None = None) -> OutputGroup:
-        """Variables that are read together, fast: `.read()` gives them at the present. `units` have to be the FMU's."""
-        return self._body().output_group(variables, units)
+        """Return variables to be read together, fast, by `.read()`; PlantError if `units` are not the FMU's."""
+        return self._required_plant().output_group(variables, units)
 
     def actuators(self, variables: Sequence[str], units: Sequence[str | None] | None = None) -> InputGroup:
-        """Inputs that are set together, fast: `.write(values)` sets them from now on."""
-        return self._body().input_group(variables, units)
+        """Return inputs to be set together, fast, by `.write(values)`; PlantError if `units` are not the FMU's."""
+        return self._required_plant().input_group(variables, units)
 
     # --- the records
 
     def count(self, name: str, by: int = 1) -> None:
-        """Add `by` to the counter `name`: "count.ROBOT.name" in [expect]. With 0 it is there before it counts."""
+        """Add `by` to the counter `name`, "count.ROBOT.name" in [expect]; 0 makes the counter exist."""
         self._node.count(name, by)
 
     def record(self, signal: str, unit: str, read: Callable[[], float]) -> None:
@@ -171,7 +171,7 @@ class Board:
         self._node.signals([(signal, unit)], lambda: (read(),))
 
     def record_all(self, signals_and_units: Sequence[tuple[str, str]], read: Callable[[], Sequence[float]]) -> None:
-        """Record several signals whose values `read()` gives together."""
+        """Record several signals; `read()` returns all their values."""
         self._node.signals(signals_and_units, read)
 
     def event(self, kind: str, detail: str = "", level: Level = Level.INFO) -> None:
@@ -183,7 +183,7 @@ class Board:
         self._node.warn(kind, detail)
 
     def parameter(self, name: str) -> Any:
-        """What the scenario gives in this robot's `parameters`, times in ns; UnknownName if it is not there."""
+        """Return an entry of this robot's `parameters` in the scenario, times in ns; UnknownName if it is missing."""
         return self._parameters[name]
 
     # --- for the code that builds the node
@@ -192,13 +192,13 @@ class Board:
         """Let the node's promise follow from the timers of this board."""
         self._node.next_frame_ns = self._timers.next_frame_ns
 
-    def _body(self) -> Plant:
+    def _required_plant(self) -> Plant:
         if self._plant is None:
             raise NoPlant(f"{self.name} has no plant; give it one, as agents.{self.name}.plant = {{ fmu = \"cart\" }}")
         return self._plant
 
-    def _note_wait_that_is_over(self, local_ns: int) -> None:
-        """RuntimeError for a program that waits again and again for instants that have passed: it would never end."""
+    def _count_past_wait(self, local_ns: int) -> None:
+        """Count waits for instants that have passed; RuntimeError for too many at one instant, a loop without end."""
         now_ns = self._node.env.time_ns()
         self._waits_over = self._waits_over + 1 if now_ns == self._waited_at_ns else 1
         self._waited_at_ns = now_ns

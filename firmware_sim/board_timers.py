@@ -118,7 +118,7 @@ class Timer:
         self._arm()
 
     def cancel(self) -> None:
-        """Withdraw the action, if it was not called yet."""
+        """Withdraw the action if it has not been called yet."""
         if not self._over:
             self._over = True
             if self._sends:
@@ -142,7 +142,7 @@ class Timer:
 
 
 class Repetition:
-    """Calls its action at offset, offset + period, ... of the local clock; the k-th instant follows from k."""
+    """Calls its action at offset, offset + period, ... of the local clock; the k-th instant is computed from k."""
 
     __slots__ = ("_action", "_k", "_offset_ns", "_period_ns", "_sends", "_timer", "_timers")
 
@@ -158,7 +158,7 @@ class Repetition:
         self._timer = self._next()
 
     def cancel(self) -> None:
-        """Call the action no more."""
+        """Stop the repetition."""
         self._timer.cancel()
 
     def _next(self) -> Timer:

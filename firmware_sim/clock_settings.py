@@ -1,4 +1,4 @@
-"""How a board's clock is off: what a scenario says of it."""
+"""The errors of a board's clock, as a scenario gives them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ClockSettings:
-    """An ideal clock unless told otherwise."""
+    """Offset, drift and tick of a clock; the default is an ideal clock. ValueError for numbers out of range."""
 
     offset_ns: int = 0          # reading at true time 0, before the tick
     drift_ppm: float = 0.0      # > 0 runs fast

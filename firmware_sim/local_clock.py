@@ -1,13 +1,13 @@
-"""A microcontroller's clock: what the firmware reads instead of true time.
+"""A microcontroller's clock, which the firmware reads instead of true time.
 
     local(t) = tick * floor((offset + (1 + drift) t) / tick)          t, offset, tick in ns, drift = ppm * 1e-6
 
-The line is kept as two integers over UNIT = 10^12: (phase + rate * t) / UNIT. Nothing is rounded but the reading
-itself, however long the run and however often the clock is adjusted. Rates have a resolution of 1e-6 ppm.
+The affine function is kept as two integers over UNIT = 10^12: (phase + rate * t) / UNIT. Only the reading is rounded,
+however long the run and however often the clock is adjusted. Rates have a resolution of 1e-6 ppm.
 
 Source: the affine clock of Schenato & Fiorentin, "Average TimeSynch", Automatica 47 (2011), eq. (1), with a tick.
-Not modelled: drift that wanders with temperature or age, read jitter, wrap-around of a counter; a trim adds to the
-drift instead of multiplying with it (differs by drift * trim, 1e-8 for 100 ppm each).
+Not modelled: drift that varies with temperature or age, read jitter, wrap-around of a counter; a trim is added to the
+drift, not multiplied with it (a difference of drift * trim, 1e-8 for 100 ppm each).
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ PARTS_PER_PPM: Final = 10**6
 
 
 def rate_parts(ppm: float) -> int:
-    """`ppm` in parts per 10^12, to the nearest part."""
+    """Return `ppm` in parts per 10^12, rounded; ValueError unless -1e6 < ppm < 1e6."""
     if not -1e6 < ppm < 1e6:
         raise ValueError(f"{ppm} ppm: expected more than -1e6 and less than 1e6, so that the clock runs forward")
     return round(ppm * PARTS_PER_PPM)
 
 
 class LocalClock:
-    """Reads `true_now` and shows local time.
+    """Converts between local time and the true time that `true_now` returns.
 
     Invariants:
-    - between two changes the reading never runs backwards, and `true_at` inverts it exactly;
-    - `trim` leaves the reading at the instant of the change as it is, to less than 1e-12 ns;
-    - `adjust` with a negative step sets local time back: instants come twice. Whoever must act once per slot or period
-      remembers which it was (`SlottedBroadcast.next_slot_of(..., after_slot=)`), not when.
+    - between two changes the reading never decreases, and `true_at` inverts it exactly;
+    - `trim` does not change the reading at its instant, to less than 1e-12 ns;
+    - after `adjust` with a negative step, local instants occur twice. A program that must act once per slot or period
+      remembers the slot's number (`SlottedBroadcast.next_slot_of(..., after_slot=)`), not its time.
     """
 
     __slots__ = ("_ideal", "_phase", "_rate", "_tick_ns", "_true_now", "settings")
@@ -49,21 +49,21 @@ class LocalClock:
         self._note_ideal()
 
     def now_ns(self) -> int:
-        """The reading."""
+        """Return the local time in ns, rounded down to the tick."""
         if self._ideal:
             return self._true_now()
         reading = (self._phase + self._rate * self._true_now()) // UNIT
         return reading - reading % self._tick_ns
 
     def reading_at(self, true_ns: int) -> int:
-        """The reading at another true instant, if nothing changes the clock until then."""
+        """Return the local time at the true instant `true_ns`, with the clock's present offset and rate."""
         reading = (self._phase + self._rate * true_ns) // UNIT
         return reading - reading % self._tick_ns
 
     def true_at(self, local_ns: int) -> int:
-        """The earliest true instant at which the clock, as it runs now, reads at least `local_ns`.
+        """Return the earliest true instant at which the clock, with its present offset and rate, reads >= `local_ns`.
 
-        It lies in the past if local time is there already.
+        The instant is in the past if the clock reads more already.
         """
         if self._ideal:
             return local_ns
@@ -76,11 +76,11 @@ class LocalClock:
         self._note_ideal()
 
     def step(self, delta_ns: int) -> None:
-        """A fault's `adjust`: the clock jumps and the firmware is not told."""
+        """Add `delta_ns` to local time from now on, by a fault: the firmware does not know."""
         self.adjust(delta_ns)
 
     def trim(self, ppm: float) -> None:
-        """Run `ppm` faster than until now, from now on; trims add up."""
+        """Run faster by `ppm` from now on; trims add up. ValueError if the clock would no longer run forward."""
         change = rate_parts(ppm)
         if self._rate + change <= 0:
             raise ValueError(f"trim of {ppm} ppm: the clock would stand still or run backwards "
@@ -91,7 +91,7 @@ class LocalClock:
 
     @property
     def drift_ppm(self) -> float:
-        """Drift with all trims. For records: firmware cannot know it."""
+        """Drift with all trims [ppm], for records: firmware cannot know it."""
         return (self._rate - UNIT) / PARTS_PER_PPM
 
     def _note_ideal(self) -> None:

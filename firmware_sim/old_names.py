@@ -1,4 +1,4 @@
-"""What the methods and attributes of a board and a port were called before, and what a program writes today."""
+"""Former names of a board's and a port's attributes, with what a program writes today, for error messages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ANSWERS: Final = ("Port has no 'answers': what was `answers = False` is `board.p
 
 
 def renamed(name: str) -> str:
-    """The message of the AttributeError for an attribute `name` that a board does not have."""
+    """Return the text of the AttributeError for an attribute `name` that a board does not have."""
     if name in BOARD:
         return f"Board has no {name!r} any more: {BOARD[name]}"
     return f"Board has no {name!r}"

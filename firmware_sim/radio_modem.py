@@ -1,16 +1,16 @@
-"""A transparent radio modem, as an XBee in its default mode: what comes in over the serial line goes out on the radio.
+"""A transparent radio modem, as an XBee in its default mode: it forwards bytes between a serial line and a radio.
 
     serial bytes --> packet being filled --full, or silence of `idle_bytes` byte times--> radio frame
     radio frame  --> serial line, at once
 
-A modem is a node of its own with two ports; what happens to its frames on the way (loss, collisions, delay) is the
-radio medium's. Frames that wait for the channel wait in that medium's queue (`mac = "csma"`, `queue_frames`), bytes
-that wait for the serial line in that medium's `buffer_bytes`. It does not look into the bytes: a MAVLink frame may be
-cut in two, and half of it be lost.
+A modem is a node of its own with two ports; the radio medium models loss, collisions and delay of its frames. Frames
+that wait for the channel wait in that medium's queue (`mac = "csma"`, `queue_frames`), bytes that wait for the serial
+line in that medium's `buffer_bytes`. The modem does not interpret the bytes: it may cut a MAVLink frame in two, and the
+radio may lose one half.
 
-Silence is seen between the chunks of the serial line, so these have at most `idle_bytes` bytes (`chunk_bytes` of the
-medium): then bytes without a gap keep the silence from ending, and it begins with the end of the last byte, exactly. A
-full packet leaves late by less than a chunk.
+The modem measures silence from the end of a chunk of the serial line. Chunks have at most `idle_bytes` bytes
+(`chunk_bytes` of the medium), so bytes without a gap never count as silence, and silence begins exactly at the end of
+the last byte. A full packet is sent late by less than a chunk.
 
 Source: Digi, XBee/XBee-PRO RF Modules - 802.15.4, product manual 90000982 (2009): parameter RO, 3 character times by
 default, and at most 100 bytes in a packet.
@@ -33,12 +33,12 @@ IDLE_BYTES: Final = 3
 
 @dataclass(frozen=True)
 class ModemSettings:
-    serial: str                         # its port to the serial line
-    radio: str                          # and to the radio
+    serial: str                         # name of the port to the serial line
+    radio: str                          # name of the port to the radio
     baud_bps: int                       # of the serial line
     bits_per_byte: int = 10
-    packet_bytes: int = PACKET_BYTES    # at which a packet leaves
-    idle_bytes: int = IDLE_BYTES        # byte times of silence after which it leaves as it is; 0: at once
+    packet_bytes: int = PACKET_BYTES    # size of a full packet, which is sent at once
+    idle_bytes: int = IDLE_BYTES        # byte times of silence after which any packet is sent; 0: at once
 
     def __post_init__(self) -> None:
         if self.baud_bps < 1 or self.bits_per_byte < 1:
@@ -61,7 +61,7 @@ class RadioModem:
         self._serial = board.port(settings.serial, self._from_serial)
         self._radio = board.port(settings.radio, self._from_radio)
         self._packet = bytearray()
-        self._chunks = 0                # that came in
+        self._chunks = 0                # number of chunks received from the serial line
         for counter in ("packets sent", "packets received"):
             board.count(counter, 0)
 
@@ -91,7 +91,7 @@ class RadioModem:
 
     @staticmethod
     def check(scenario: ScenarioView, own: Own[ModemSettings]) -> Iterator[str]:
-        """Ports that are not there or of another kind, packets that the radio does not carry, another baud rate."""
+        """Yield a problem for each port missing or of a wrong kind, too large packets, and a different baud rate."""
         for name, modem in own.items():
             settings = modem.settings
             media = {medium: scenario.media[medium].settings for medium in modem.media}

@@ -1,8 +1,8 @@
 """Records the outputs of a plant as signals of its node, whether or not its program names them.
 
-Every output that is a number, a truth value or an item of an enumeration becomes a signal with the output's name and
-unit, each element of an array one of its own (`a[1]`, `m[2,1]`): at most `MOST_RECORDED` of a plant, in the order of
-its description. An output whose name the program has declared as a signal is left to the program.
+Every output that is a number, a boolean or an item of an enumeration becomes a signal with the output's name and unit,
+each element of an array a signal of its own (`a[1]`, `m[2,1]`): at most `MOST_RECORDED` of a plant, in the order of its
+description. An output with the name of a signal that the program declares is left to the program.
 
 Not recorded: text, binary values, clocks.
 """
@@ -24,7 +24,7 @@ NUMBERS: Final = frozenset({*REALS, *RANGES, "Boolean", "Enumeration"})
 
 
 def record_outputs(node: Node, plant: Plant, idle: Collection[str] = ()) -> None:
-    """Declare the signals; called when the program has declared its own. `idle` outputs are 0 for good: left out."""
+    """Declare the signals, after the program has declared its own; leave out `idle` outputs, which are always 0."""
     taken = node.signal_names
     chosen: list[Variable] = []
     signals: list[tuple[str, str]] = []
@@ -53,7 +53,7 @@ def record_outputs(node: Node, plant: Plant, idle: Collection[str] = ()) -> None
 
 
 def elements(variable: Variable) -> list[str]:
-    """The names of its elements: itself, or `a[1]`, `a[2]`, ..., rows first."""
+    """Return the names of the variable's elements: its own for a scalar, else `a[1]`, `a[2]`, ..., rows first."""
     if not variable.shape:
         return [variable.name]
     return [f"{variable.name}[{','.join(map(str, place))}]"
@@ -61,7 +61,7 @@ def elements(variable: Variable) -> list[str]:
 
 
 class _Reading:
-    """Outputs of several types, or arrays: those that no group can hold are read one by one."""
+    """Reads outputs of any type: 64-bit floating point scalars as a group, all others one by one."""
 
     def __init__(self, plant: Plant, variables: Sequence[Variable]) -> None:
         self._plant = plant
@@ -70,7 +70,7 @@ class _Reading:
         self._variables = variables
 
     def read(self) -> Sequence[float]:
-        """The outputs at a sample; not numbers once the plant has stopped."""
+        """Return the outputs at a sample; all nan once the plant has stopped."""
         plant = self._plant
         if plant.stopped is not None:
             return [nan] * sum(variable.elements for variable in self._variables)

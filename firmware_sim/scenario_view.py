@@ -1,9 +1,9 @@
-"""What a program's `check` and `prepare` see of a scenario: who takes part, over which media, and what goes wrong.
+"""The scenario as a program's `check` and `prepare` get it: agents, media, impairments and the team's table.
 
-    check(scenario, own)    yields one line for each mistake            own: the agents that run this program, by name
-    prepare(scenario, own)  gives what is added to the table `team` that every robot knows
+    check(scenario, own)    yields one line for each problem            own: the agents that run this program, by name
+    prepare(scenario, own)  returns additions to the table `team`, which every robot knows
 
-The scenario is read by a package above.
+These are Protocols; a package above reads the scenario.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Settings = TypeVar("Settings")
 
 
 class AgentView(Protocol):
-    """An agent, whatever it runs."""
+    """An agent with any program."""
 
     @property
     def program(self) -> str: ...
@@ -34,7 +34,7 @@ class AgentView(Protocol):
 
 @dataclass(frozen=True)
 class OwnAgent(Generic[Settings]):
-    """An agent that runs the program which is asked; `settings` is an instance of the program's `Settings`."""
+    """An agent that runs the checking program; `settings` is an instance of the program's `Settings`."""
 
     name: str
     settings: Settings
@@ -42,7 +42,7 @@ class OwnAgent(Generic[Settings]):
 
     @property
     def media(self) -> Sequence[str]:
-        """The media that it is on: the names of its ports."""
+        """The media of the agent, which are the names of its ports."""
         return self.agent.media
 
     @property

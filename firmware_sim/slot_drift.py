@@ -1,7 +1,7 @@
-"""How long drifting clocks keep their slots apart, by hand.
+"""The time for which drifting clocks, without corrections, keep the frames of slots apart.
 
-Clock i reads L_i(t) = o_i + (1 + d_i) t. The slow node S begins to send at local time s and its frame is on the air for
-a; the fast node F begins at local time s + m slot, m slots later. In true time they begin at
+Clock i reads L_i(t) = o_i + (1 + d_i) t. The slow node S begins to send at local time s and its frame has airtime a;
+the fast node F begins at local time s + m slot, m slots later. In true time they begin at
 
     t_S = (s - o_S) / (1 + d_S)            t_F = (s + m slot - o_F) / (1 + d_F)
 
@@ -9,12 +9,12 @@ The frames overlap if t_S + a > t_F. With s = o_S + (1 + d_S) t_S and lead = o_F
 
     t_S > t* = (m slot - lead - a (1 + d_F)) / (d_F - d_S)
 
-exactly, without linearization: every frame of S that begins up to t* is clean, the first one after t* is not, and S
-sends once per round. Neighbours in the round (m = 1) with a = slot - 2 guard and drifts of +-p that start aligned:
-t* = 2 guard / 2 p = guard / p, up to a p / 2 p = a / 2 that comes from the airtime, which is true time.
+exactly, without linearization: no frame of S that begins up to t* overlaps, the first one after t* does, and S sends
+once per round. Neighbours in the round (m = 1) with a = slot - 2 guard and drifts of +-p that start aligned have
+t* = 2 guard / 2 p = guard / p, up to a p / 2 p = a / 2, since the airtime is true time.
 
-A clock that shows ticks is late by at most tick - 1 ns, in S's disfavour: the lead grows by that. Rounding instants up
-to whole nanoseconds changes nothing (a and t are whole, and rounding up keeps the order).
+A clock with ticks is late by at most tick - 1 ns; in the worst case S is, so the lead grows by that. Rounding instants
+up to whole nanoseconds changes nothing (a and t are whole, and rounding up keeps the order).
 
 Not modelled: propagation delay, drift that changes, more than one change of direction.
 """
@@ -27,11 +27,11 @@ from netem.wire.instants import NEVER_NS
 
 def collision_free_until(drift_a_ppm: float, drift_b_ppm: float, slot_ns: int, airtime_ns: int, *, lead_ns: int = 0,
                          slots_apart: int = 1, tick_ns: int = 1) -> int:
-    """t* in true nanoseconds: a frame that begins up to then does not overlap the other node's; 0: from the start.
+    """Return t* in true ns: no frame that begins up to t* overlaps the other node's; 0 if frames overlap at once.
 
-    `lead_ns` is by how much b's clock is ahead of a's at true time 0; `slots_apart` how many slots after the slower
-    clock's slot the faster one's comes (1 = its neighbour in the round, the worst case). `NEVER_NS` if the clocks do
-    not drift apart.
+    `lead_ns`: reading of b's clock minus a's at true time 0. `slots_apart`: number of slots from the slower clock's
+    slot to the faster one's (1: its neighbour in the round, the worst case). Returns `NEVER_NS` if the clocks do not
+    drift apart; raises ValueError for numbers out of range.
     """
     if slots_apart < 1:
         raise ValueError(f"slots_apart={slots_apart}: expected at least 1")
@@ -49,16 +49,16 @@ def collision_free_until(drift_a_ppm: float, drift_b_ppm: float, slot_ns: int, a
 
 
 def largest_drift_ppm(round_ns: int, slack_ns: int, gain: float, bound_ns: int) -> float:
-    """The largest difference of drift between two nodes that hear each other for which resynchronization keeps up.
+    """Return the largest difference of drift [ppm] for which resynchronization keeps two nodes' frames apart.
 
-    Between two corrections the clocks part by D = difference * round. Both nodes step by gain * error, at most by
-    `bound_ns`, so a steady error e obeys 2 gain e = D, and D <= 2 bound, or the error grows without end. The error is
-    measured up to a round before the correction, so it peaks at no more than e + D. It must stay within `slack_ns`,
-    the time between two frames (slot - airtime):
+    The two nodes hear each other. Between two corrections their clocks diverge by D = difference * round. Both step by
+    gain * error, at most by `bound_ns`, so a steady error e satisfies 2 gain e = D, with D <= 2 bound, or the error
+    grows without limit. The error is measured up to a round before the correction, so its peak is at most e + D. The
+    peak must stay within `slack_ns`, the time between two frames (slot - airtime):
 
         D (1 + 1 / (2 gain)) <= slack     and     D <= 2 bound
 
-    For steps alone; with a rate trim the steady error goes to zero and only the transient counts.
+    Valid for steps only; with a rate trim the steady error is zero, and the transient decides.
     """
     largest_parting_ns = min(slack_ns / (1 + 1 / (2 * gain)), 2 * bound_ns)
     return largest_parting_ns / round_ns * 1e6

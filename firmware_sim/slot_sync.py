@@ -1,35 +1,36 @@
 """Resynchronization of slot clocks from the frames that arrive: no extra messages, no master.
 
 A receiver knows when, on its own clock, the frame of a slot should have begun (`SlottedBroadcast.data_ns`) and when it
-did (arrival - airtime - latency). The difference is how far its clock is ahead of the sender's. It collects these
-errors over a round, then takes one bounded step towards the mean (or median) of those it heard:
+did (arrival - airtime - latency). The difference is the lead of its clock over the sender's. The receiver collects
+these errors over a round, then makes one bounded step towards the mean (or median) of the clocks that it heard:
 
     x_i <- x_i - clip(gain * mean_{j heard} (x_i - x_j), bound)          x_i: offset of clock i
 
-Convergence: without the bound this is x <- W x, W = (1 - gain) I + gain A, where row i of A averages over those whom i
-hears. W is row stochastic, with a positive diagonal for 0 < gain < 1. If the directed graph of who hears whom is
-strongly connected, W is primitive, so W^k -> 1 pi' (Perron-Frobenius): all clocks meet at pi' x(0), at the rate of
-the second largest |eigenvalue| of W. One root that reaches everybody suffices: a reference node (row of the identity
-in W) pulls all to itself. With lost frames W changes from round to round; the clocks still meet if the graphs joined
-over windows of bounded length have a root (Moreau 2005). `slot_sync_condition` computes the rate.
+Convergence: without the bound this is x <- W x, W = (1 - gain) I + gain A, where row i of A averages over the nodes
+that i hears. W is row stochastic, with a positive diagonal for 0 < gain < 1. If the directed graph of hearing is
+strongly connected, W is primitive, so W^k -> 1 pi' (Perron-Frobenius): all clocks converge to pi' x(0), at the rate of
+the second largest |eigenvalue| of W. A root with paths to all nodes suffices: all clocks converge to that of a
+reference node (row of the identity in W). With lost frames W changes from round to round; the clocks still converge if
+the unions of the graphs over windows of bounded length have a root (Moreau 2005). `slot_sync_condition` computes the
+rate.
 
 Drifts add drift * round per round, so steps alone leave a bounded difference (`slot_drift.largest_drift_ppm`). The rate
-trim, `rate_gain` times the step per round, takes it away, but it is a second integrator: on long one-way rings even a
-small `rate_gain` makes clocks swing ever more. Check with `slot_sync_condition` before using it. A step that the bound
-clips says nothing about the rate and trims nothing.
+trim, `rate_gain` times the step per round, removes it, but is a second integrator: on long one-way rings even a small
+`rate_gain` is unstable. Check with `slot_sync_condition` before using it. A step that the bound clips does not measure
+the rate, so it causes no trim.
 
-When to close a round: at its end on the local clock, or at one's own slot just after sending. The second needs no
-promise that allows for the step, but errors are then up to a round old: with steps alone the clocks still meet, a rate
-trim has to be smaller (`slot_sync_condition`, `own_slot=True`). At the round's end a step forward beyond the guard
-would jump over the start of the first slot, so its owners would fall silent: bound <= guard.
+A node closes its round at the round's end on the local clock, or at its own slot just after sending. With the second,
+the node's promise need not allow for the step, but errors are up to a round old: with steps alone the clocks still
+converge, a rate trim has to be smaller (`slot_sync_condition`, `own_slot=True`). With the first, a step forward beyond
+the guard would skip the start of the first slot, so its owners would not send: bound <= guard.
 
 Source: Simeone, Spagnolini, Bar-Ness & Strogatz, "Distributed synchronization in wireless networks", IEEE Signal
 Processing Magazine 25(5), 2008 (coupled clocks, condition on the graph); Schenato & Fiorentin, "Average TimeSynch",
 Automatica 47(9), 2011 (rates); Carli, Chiuso, Schenato & Zampieri, "A PI consensus controller for networked clocks
 synchronization", IFAC World Congress 2008; Moreau, IEEE Trans. Automatic Control 50(2), 2005 (changing graphs).
 Not modelled: unknown latency (if it is the same everywhere, all clocks slow down together and keep their slots; with
-a reference they keep a steady error); airtime is counted as local time (wrong by drift * airtime); first contact of
-clocks that are half a round or more apart.
+a reference there is a steady error); airtime is taken as local time (an error of drift * airtime); first contact of
+clocks that differ by half a round or more.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ from typing import NamedTuple
 
 class Average(Enum):
     MEAN = "mean"
-    MEDIAN = "median"           # one broken clock among three does not move it; beyond the condition above
+    MEDIAN = "median"           # insensitive to one broken clock of three; its convergence is not proved
 
 
 class Correction(NamedTuple):
@@ -52,12 +53,12 @@ class Correction(NamedTuple):
 
 @dataclass
 class SlotSync:
-    bound_ns: int                       # largest step per round, at most the guard: see above
+    bound_ns: int                       # largest step per round, at most the guard (see the module's docstring)
     gain: float = 0.5                   # 0 < gain < 1
     rate_gain: float = 0.0              # >= 0; 0: steps alone
     average: Average = Average.MEAN
-    reference: bool = False             # a reference node never corrects
-    errors_ns: dict[str, int] = field(default_factory=dict, init=False)   # by sender; > 0: my clock is ahead
+    reference: bool = False             # True: the node never corrects its clock
+    errors_ns: dict[str, int] = field(default_factory=dict, init=False)   # sender -> lead of this node's clock
 
     def __post_init__(self) -> None:
         if self.bound_ns < 1:
@@ -68,12 +69,12 @@ class SlotSync:
             raise ValueError(f"rate_gain={self.rate_gain}: expected 0 <= rate_gain < 2")
 
     def heard(self, sender: str, expected_ns: int, arrived_ns: int, airtime_ns: int, latency_ns: int = 0) -> None:
-        """A frame of `sender` arrived; all in local time. Of several, the earliest counts: delay only ever adds."""
+        """Note the arrival of a frame of `sender`, in local time; of several the earliest, least delayed one counts."""
         error_ns = arrived_ns - airtime_ns - latency_ns - expected_ns
         self.errors_ns[sender] = min(error_ns, self.errors_ns.get(sender, error_ns))
 
     def close_round(self, round_ns: int) -> Correction:
-        """What to do to the clock now; forgets the errors of this round."""
+        """Return the correction of the clock, and drop the errors of this round."""
         errors_ns = list(self.errors_ns.values())
         self.errors_ns.clear()
         if self.reference or not errors_ns:

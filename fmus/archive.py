@@ -1,9 +1,9 @@
-"""Unpacks an FMU archive into a folder, and refuses an archive that would write elsewhere or too much.
+"""Unpacks an FMU archive into a folder, and refuses an archive that would write outside the folder or too many bytes.
 
-FMI names the files of an archive with `/` from its top. Some tools write `\\` instead, or begin every name with `./`:
-both are read as the names that they mean. What is refused: an encrypted entry, a name that leaves the archive (`..`, an
-absolute path, a drive letter), more than `MOST_BYTES` unpacked or `MOST_ENTRIES` entries, and a description that does
-not lie at the top.
+FMI names the files of an archive by their path from the archive's root, with `/`. Some tools write `\\` instead, or
+begin every name with `./`: both are read as the FMI name. PlantError is raised for an encrypted entry, a path that
+leaves the archive (`..`, an absolute path, a drive letter), more than `MOST_BYTES` unpacked bytes or `MOST_ENTRIES`
+entries, and a modelDescription.xml that is missing or not at the root.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _CHUNK: Final = 1024 * 1024
 
 
 def unpack(archive: Path, folder: Path, most_bytes: int = MOST_BYTES) -> None:
-    """Write every file of `archive` below `folder`; a PlantError says in one line what is wrong with the archive."""
+    """Write every file of `archive` below `folder`; raises PlantError, with one line, for an archive to be refused."""
     try:
         with zipfile.ZipFile(archive) as file:
             entries = _entries(file, archive, most_bytes)
@@ -43,14 +43,14 @@ def unpack(archive: Path, folder: Path, most_bytes: int = MOST_BYTES) -> None:
 
 
 def one_line(error: BaseException) -> str:
-    """The text of a library's error, without its line ends and control characters, shortened."""
+    """Return the text of a library's error on one line, without control characters, shortened."""
     text = " ".join(str(error).split())
     text = "".join(letter if letter.isprintable() else "?" for letter in text) or type(error).__name__
     return text if len(text) <= 300 else f"{text[:297]}..."
 
 
 def _entries(file: zipfile.ZipFile, archive: Path, most_bytes: int) -> dict[str, zipfile.ZipInfo]:
-    """The files of the archive by the path that their name means, from the top."""
+    """Return the entries of the archive, each under its normalized path from the archive's root."""
     infos = file.infolist()
     if len(infos) > MOST_ENTRIES:
         raise PlantError(f"{archive}: holds {len(infos)} entries: at most {MOST_ENTRIES} are unpacked; leave out "
@@ -88,7 +88,7 @@ def _require_description(entries: dict[str, zipfile.ZipInfo], archive: Path) -> 
 
 
 def _write(file: zipfile.ZipFile, entry: zipfile.ZipInfo, path: Path, left: int) -> int:
-    """Unpack one file of at most `left` bytes; returns how many are left, below 0 if there were more."""
+    """Unpack one file, of which at most `left` bytes are allowed; returns the bytes still allowed, < 0 if exceeded."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with file.open(entry) as source, path.open("wb") as target:
         while left >= 0 and (data := source.read(_CHUNK)):
@@ -103,6 +103,6 @@ def _too_large(archive: Path, most_bytes: int) -> PlantError:
 
 
 def shown(name: str) -> str:
-    """A name out of an archive, fit for one line of a message."""
+    """Return a name from an archive made printable on one line of an error message."""
     text = "".join(letter if letter.isprintable() else "?" for letter in name)
     return text if len(text) <= 120 else f"{text[:117]}..."

@@ -1,11 +1,11 @@
-/* Calls of an FMU's functions with everything but their numbers bound beforehand; in Python's words: bound_calls.pyi.
+/* Calls of an FMU's functions, all arguments but numbers bound beforehand; bound_calls.pyi has the Python contract.
  *
  *     BoundStep    fmi2DoStep, fmi3DoStep
  *     BoundValues  fmi2SetReal, fmi3SetFloat64, fmi2GetReal, fmi3GetFloat64
  *
- * ctypes does the same (ctypes_calls.py), but works out where each argument goes at every call.
- * An instance belongs to one thread at a time, as FMI asks. A call that is not `brief` lets other threads run.
- * While a call runs, its number stands in the word named by `watch`, so that another process can tell after a crash.
+ * ctypes_calls.py does the same by ctypes, which prepares the arguments anew at every call.
+ * An instance belongs to one thread at a time, as FMI requires. A call without `brief` releases the interpreter lock.
+ * While a call runs, the word given to `watch` holds its number, so that another process knows the call after a crash.
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
@@ -33,8 +33,8 @@ typedef union {
 typedef struct {
     volatile int64_t *word;
     int64_t number;
-    int64_t own;            /* the word until another is named */
-    Py_buffer view;         /* of the other */
+    int64_t own;            /* `word` points here until `watch` names another */
+    Py_buffer view;         /* of the word that `watch` named */
 } Record;
 
 typedef struct {
@@ -158,7 +158,7 @@ static PyObject *values_new(PyTypeObject *type, PyObject *arguments, PyObject *k
     if (!PyArg_ParseTupleAndKeywords(arguments, keywords, "KKOip", names, &function, &instance, &given, &fmi, &brief)
         || !known_version(fmi))
         return NULL;
-    references = PySequence_Tuple(given); /* of our own: converting a number may run Python */
+    references = PySequence_Tuple(given); /* a copy: converting a number may run Python, which could change `given` */
     if (!references)
         return NULL;
     const Py_ssize_t count = PyTuple_GET_SIZE(references);

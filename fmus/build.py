@@ -1,11 +1,11 @@
 """Builds a model folder into two archives with binary and sources: FMI 3.0 (`NAME.fmu`) and FMI 2.0 (`NAME.fmi2.fmu`).
 
-One binary exports the functions of both standards. The result is kept under a name made from the content of all
-sources, the options and the platform, so nothing is built twice and concurrent builders cannot disturb each other.
+One binary exports the functions of both standards. The archives are cached under a digest of all sources, the compiler
+options and the platform, so nothing is built twice and concurrent builders do not disturb each other.
 
 The compiler is $CC, else cc, gcc or clang, else `python -m ziglang cc` (PyPI: ziglang). `-ffp-contract=off` forbids
-fused multiply-adds: compilers and processors differ in using them, and with them the last bits of a trajectory. `-g0`:
-zig writes debugging tables unless told otherwise, with the path of the folder it compiled in.
+fused multiply-adds: whether a compiler emits them differs by compiler and processor, and they change the last bits of
+a trajectory. `-g0` keeps zig from writing debugging tables, which hold the path of the folder that it compiled in.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ OPTIONS: Final = ("-std=c99", "-O2", "-g0", "-ffp-contract=off", "-fno-sanitize=
 SIGNATURES: Final = {"model_step": "void model_step(Values *v, double h), which advances the model by h seconds",
                      "model_start": "void model_start(Values *v)", "model_outputs": "void model_outputs(Values *v)"}
 _UNDEFINED: Final = re.compile(r"undefined (?:reference to|symbol:?) [`'\"]?(\w+)")
-LAYOUT: Final = 2       # counts changes of this file that change what it builds
+LAYOUT: Final = 2       # raised by one whenever a change of this file changes the archives
 EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 
 
 def find_compiler() -> list[str]:
-    """The command of a C compiler, or a PlantError that says how to get one."""
+    """Return the command of a C compiler; raises PlantError, with the ways to install one, if there is none."""
     if named := os.environ.get("CC"):
         return shlex.split(named)
     for name in ("cc", "gcc", "clang"):
@@ -55,7 +55,7 @@ def find_compiler() -> list[str]:
 
 
 def model_folder(model: str | Path) -> Path:
-    """The folder of an own model by name, or of any model by path."""
+    """Return the folder of a model in `fmus/` by its name, or of any model by its path; raises PlantError if absent."""
     folder = MODELS / model if isinstance(model, str) and "/" not in model and os.sep not in model else Path(model)
     if not (folder / "variables.toml").is_file():
         raise PlantError(f"{model}: no model there: a model is a folder with variables.toml and model.c; "
@@ -68,7 +68,9 @@ def own_models() -> list[str]:
 
 
 def build_model(model: str | Path, fmi_version: str = "3.0", cache: Path | None = None) -> Path:
-    """Path of the model's FMU for `fmi_version` "3.0" or "2.0", built if it is not in the cache yet."""
+    """Return the path of the model's FMU for `fmi_version` "3.0" or "2.0"; builds it unless the cache holds it.
+
+    Raises PlantError for a bad table, a missing compiler or code that does not compile."""
     if fmi_version not in ("2.0", "3.0"):
         raise PlantError(f"fmi_version={fmi_version!r}: expected '2.0' or '3.0'")
     folder = model_folder(model)
@@ -82,7 +84,7 @@ def build_model(model: str | Path, fmi_version: str = "3.0", cache: Path | None 
 
 
 def _sources(folder: Path) -> dict[str, bytes]:
-    """Content of every file that decides what is built, by its name in the archive."""
+    """Return the content of every file that the archives are built from, by its name in the archive."""
     files = [*sorted(folder.glob("*.[ch]")), folder / "variables.toml", *sorted(FMI.glob("*.[ch]"))]
     if not (folder / "model.c").is_file():
         raise PlantError(f"{folder / 'model.c'}: no such file: a model is a folder with variables.toml and model.c")
@@ -113,7 +115,9 @@ def _build(draft: Path, spec: describe.Model, sources: dict[str, bytes], token: 
 
 
 def compile_library(code: dict[str, bytes], what: str, more_options: Sequence[str] = ()) -> bytes:
-    """The shared library made from C files and headers given by name and content."""
+    """Return the bytes of the shared library compiled from `code`, C files and headers by name.
+
+    `what` names the library in the PlantError that is raised if there is no compiler or it fails."""
     compiler = find_compiler()
     with tempfile.TemporaryDirectory(prefix="marconet-") as name:
         folder = Path(name)

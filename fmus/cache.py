@@ -1,11 +1,11 @@
-"""Where built and unpacked FMUs are kept: content-addressed folders that appear whole or not at all.
+"""Cache of built and unpacked FMUs: content-addressed folders that appear complete or not at all.
 
-Several processes may fill the cache at once: each writes to a folder of its own and renames it into place; the first
-one wins and the others take its result.
+Several processes may fill the cache at once: each writes to a folder of its own and renames it into place. The first
+rename succeeds; the other processes use its result.
 
-Libraries in the cache are loaded and run, so they have to be those that were put there: every folder holds a list of
-its files, with size, time of change and digest. A folder that differs from its list is made again, and said so. A cache
-that belongs to another user, or that others may write to, is refused.
+Libraries in the cache are loaded and run, so their content is checked: every folder holds a list of its files with
+size, time of change and digest. A folder that differs from its list is made again, with a note on stderr. A cache that
+belongs to another user, or that other users may write to, is refused with PlantError.
 """
 
 from __future__ import annotations
@@ -28,14 +28,16 @@ FILES: Final = ".files"             # a line for each file: size, time of change
 
 
 def cache_folder() -> Path:
-    """$MARCONET_CACHE, or the user's cache folder of this platform."""
+    """Return $MARCONET_CACHE if it is set, otherwise `marconet` in the user's cache folder of this platform."""
     if named := os.environ.get("MARCONET_CACHE"):
         return Path(named)
     return user_cache_path("marconet", appauthor=False, opinion=False)
 
 
 def kept(folder: Path, make: Callable[[Path], None]) -> Path:
-    """`folder`, filled by `make` unless it is there already, as it was made. PlantError for a cache of others."""
+    """Return `folder`; if it is missing or damaged, `make` fills it first, in a draft folder given to `make`.
+
+    Raises PlantError if other users may write to the cache, or if the cache cannot be written."""
     for part in (folder.parent.parent, folder.parent, folder):
         if problem := why_untrusted(part):
             raise PlantError(problem)
@@ -58,7 +60,7 @@ def kept(folder: Path, make: Callable[[Path], None]) -> Path:
         try:
             draft.rename(folder)
         except OSError:
-            if not folder.is_dir():     # lost to nobody: a real failure
+            if not folder.is_dir():     # no other process made the folder first, so the rename itself failed
                 raise
     finally:
         shutil.rmtree(draft, ignore_errors=True)
@@ -66,7 +68,7 @@ def kept(folder: Path, make: Callable[[Path], None]) -> Path:
 
 
 def damage_in(folder: Path) -> str:
-    """The difference between the files in `folder` and those that were put there, in words; empty if there is none."""
+    """Return, in words, how the files in `folder` differ from its list; "" if they do not."""
     try:
         lines = (folder / FILES).read_text(encoding="utf-8").splitlines()
         listed = [line.split(" ", 3) for line in lines]
@@ -84,10 +86,9 @@ def damage_in(folder: Path) -> str:
 
 
 def why_untrusted(folder: Path) -> str:
-    """The reason why another user may have written `folder`, with the remedy; empty if none could, or without a folder.
-    """
+    """Return why another user may have written `folder`, with the remedy; "" if none could or there is no folder."""
     if not hasattr(os, "getuid"):
-        return ""                       # Windows keeps a user's folders to the user
+        return ""                       # on Windows only the user may write to the user's folders
     try:
         found = folder.stat()
     except OSError:
@@ -96,7 +97,7 @@ def why_untrusted(folder: Path) -> str:
         return (f"{folder}: belongs to user {found.st_uid}, and what is in a cache is run: set MARCONET_CACHE to a "
                 "folder of your own")
     by_others = found.st_mode & stat.S_IWOTH
-    by_group = found.st_mode & stat.S_IWGRP and found.st_gid != os.getgid()     # one's own group is mostly private
+    by_group = found.st_mode & stat.S_IWGRP and found.st_gid != os.getgid()     # a user's own group is mostly private
     if by_others or by_group:
         return (f"{folder}: others may write to it, and what is in a cache is run: chmod go-w it, or set "
                 "MARCONET_CACHE to a folder that only you can write to")
@@ -118,7 +119,7 @@ def _digest(path: Path) -> str:
 
 
 def _remove(folder: Path) -> None:
-    """Remove a damaged folder at once for others who look for it: they find it whole or not at all."""
+    """Remove a damaged folder, by a rename first, so that no other process sees a half of it."""
     try:
         away = Path(tempfile.mkdtemp(prefix=f".{folder.name}-damaged-", dir=folder.parent))
         folder.rename(away / "it")

@@ -1,4 +1,4 @@
-"""Where a plant notes which FMI call runs, so that another process can tell after a crash or while it hangs."""
+"""The record in which a plant notes the FMI call that runs; another process reads it when the call crashes or hangs."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ class CallRecord(Protocol):
         """One 64-bit integer: the number of the call that runs, 0 between calls."""
 
     def place(self, call: str) -> int:
-        """The number of a call by its name, as "fmi3DoStep of plant cart"."""
+        """Return the number under which the call named `call`, as "fmi3DoStep of plant cart", is noted."""
 
 
 class NoRecord:
-    """Takes the calls of a plant whose process is not watched, and keeps none."""
+    """The record of a plant whose process is not watched: one private word, which no other process reads."""
 
     def __init__(self) -> None:
         self.call_word = memoryview(bytearray(ctypes.sizeof(ctypes.c_int64))).cast("q")
@@ -27,7 +27,7 @@ class NoRecord:
 
 
 def recorded(function: Callable[..., Any], record: CallRecord, call: str) -> Callable[..., Any]:
-    """`function`, noted as `call` while it runs: for calls that are rare."""
+    """Return `function` wrapped so that it is noted as `call` while it runs; meant for rare calls."""
     number = record.place(call)
 
     def noted(*arguments: Any) -> Any:

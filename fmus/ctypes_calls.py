@@ -1,7 +1,7 @@
-"""What bound_calls.c does, by ctypes: where nothing was compiled. The interface is described in bound_calls.pyi.
+"""BoundStep and BoundValues by ctypes, used where bound_calls.c was not compiled; bound_calls.pyi has their contract.
 
-Arguments are ctypes objects made once and passed without `argtypes`: on CPython that is the fastest way through ctypes,
-about 0.6 of the time of typed prototypes (benchmarks/fmu_step.py). So the C types are spelled out here.
+Arguments are ctypes objects made once and passed without `argtypes`: on CPython the fastest way through ctypes, about
+0.6 of the time of typed prototypes (benchmarks/fmu_step.py). For this reason every C type is written out here.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
-"""From variables.toml to variables.h and modelDescription.xml of FMI 3.0 and 2.0: the same rows in the same order.
+"""Generates variables.h and modelDescription.xml of FMI 3.0 and 2.0 from variables.toml: same rows, same order.
 
-A row is one variable with `name`, `kind` (input, output, parameter), `unit` and `about`; `size = [rows, columns]` makes
-it an array whose elements are the scalar variables `A[1,1]`, `A[1,2]`, ...; `start` is one number for all elements or
-one each. An output with a start value is a state that may be set before the first step; one without is computed by the
-model. `min` and `max`, both allowed values themselves, bound the start values of all elements. `filled_by` of an output
-names parameters: elements of the output beyond the last row that their start values fill stay 0 and are not recorded.
-The position of a scalar is its value reference. All variables are 64-bit floating point numbers.
+A row is one variable with `name`, `kind` (input, output, parameter), `unit` and `about`. `size = [rows, columns]` makes
+the row an array whose elements are the scalar variables `A[1,1]`, `A[1,2]`, ...; `start` is one number for all elements
+or a list with one number each. An output with a start value is a state that may be set before the first step; the model
+computes an output without. `min` and `max`, themselves allowed, bound the start values of all elements. `filled_by` of
+an output names parameters: elements of the output beyond the last row in which one of these has a start value other
+than 0 stay 0 and are not recorded. The position of a scalar is its value reference. All variables are 64-bit floating
+point numbers.
 
 Not covered: integers, strings, clocks, tunable parameters, display units.
 """
@@ -32,7 +33,7 @@ from fmus.units import base_units
 KINDS = ("input", "output", "parameter")
 FUNCTIONS = ("start", "outputs")
 MOST_SCALARS = 100_000
-C_WORDS = frozenset((           # that no member of a struct can be called
+C_WORDS = frozenset((           # reserved words, which cannot name a member of a struct
     "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
     "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed", "sizeof",
     "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while", "memory"))
@@ -40,7 +41,7 @@ C_WORDS = frozenset((           # that no member of a struct can be called
 
 @dataclass(frozen=True)
 class Scalar:
-    """One FMI variable; its place in the model's list is its value reference."""
+    """One FMI variable; its index in `Model.scalars()` is its value reference."""
 
     name: str
     kind: str
@@ -79,19 +80,19 @@ class Row:
 
 @dataclass(frozen=True)
 class Model:
-    """What variables.toml says."""
+    """The content of one variables.toml."""
 
     name: str
     description: str
     rows: tuple[Row, ...]
-    functions: tuple[str, ...]      # beyond model_step
-    memory: str | None              # header with a struct `Memory` that each instance keeps
+    functions: tuple[str, ...]      # functions that model.c defines besides model_step: start, outputs
+    memory: str | None              # header that defines the struct `Memory`, of which each instance holds one
 
     def scalars(self) -> list[Scalar]:
         return [scalar for row in self.rows for scalar in row.scalars()]
 
     def idle_outputs(self, start: Mapping[str, Nested]) -> list[str]:
-        """The elements of outputs that these start values leave without effect, as `filled_by` has it."""
+        """Return the names of the output elements that stay 0 with the start values `start`, by `filled_by`."""
         values = {scalar.name: scalar.start for scalar in self.scalars()} | expand_parameters(start)
         last: dict[str, int] = {}
         for name, value in values.items():
@@ -103,19 +104,19 @@ class Model:
 
 
 def _first(index: str) -> int:
-    """The row of an index: 2 of `2,1]`."""
+    """Return the row, counted from 1, of the rest of a name after `[`: 2 for `2,1]`."""
     return int(index.rstrip("]").partition(",")[0])
 
 
 def read_model(file: Path) -> Model:
-    """Read and check variables.toml; a PlantError has a line for everything that is wrong with it."""
+    """Read and check variables.toml; raises one PlantError with a line for each problem."""
     try:
         table = tomllib.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise PlantError(f"{file}: no such file: a model is a folder with variables.toml and model.c") from None
     except OSError as error:
         raise PlantError(f"{file}: cannot read it ({error.strerror}): a model's table is a text file") from None
-    except (ValueError, RecursionError) as error:       # of TOML, of UTF-8, of a number
+    except (ValueError, RecursionError) as error:       # bad TOML, bad UTF-8, or a number too long
         raise PlantError(f"{file}: not valid TOML: {' '.join(str(error).split())[:200]}") from None
     problems: list[str] = []
     name = table.get("model")
@@ -158,7 +159,7 @@ def _identifier(name: Any) -> bool:
 
 
 def _plain_text(text: Any) -> bool:
-    """Fit for a comment in C and an attribute in XML."""
+    """Return whether `text` can be a comment in C and an attribute in XML."""
     return isinstance(text, str) and "*/" not in text and (not text or text.isprintable())
 
 
@@ -209,7 +210,7 @@ def _row(place: int, row: dict[str, Any], problems: list[str]) -> Row:
 
 
 def _starts(where: str, start: Any, kind: Any, count: int, problems: list[str]) -> tuple[float, ...] | None:
-    """One start value for each element; None where there is none, or none in order."""
+    """Return one start value for each of `count` elements; None if `start` is absent or wrong (a problem is noted)."""
     if start is None:
         if kind != "output":
             problems.append(f"{where}.start: inputs and parameters need one")
@@ -233,7 +234,7 @@ def _bound(where: str, value: Any, problems: list[str]) -> float | None:
 
 
 def variables_of(model: Model) -> dict[str, Variable]:
-    """The variables of the model's FMU as its description will say them, known without building it."""
+    """Return the variables, by name, that the description of the model's FMU will declare, without building the FMU."""
     return {scalar.name: Variable(
         name=scalar.name, reference=reference, type="Float64", causality=scalar.kind,
         variability="fixed" if scalar.kind == "parameter" else "continuous",
@@ -243,7 +244,7 @@ def variables_of(model: Model) -> dict[str, Variable]:
 
 
 def token_of(sources: dict[str, bytes]) -> str:
-    """GUID or instantiation token: the same sources give the same one, on any machine."""
+    """Return the GUID (FMI 2.0) and instantiation token (3.0): a digest of the sources, the same on any machine."""
     digest = hashlib.sha256()
     for name in sorted(sources):
         digest.update(f"{name}\0{len(sources[name])}\0".encode() + sources[name])
@@ -251,7 +252,7 @@ def token_of(sources: dict[str, bytes]) -> str:
 
 
 def header(model: Model, token: str) -> str:
-    """variables.h: the struct `Values` and the tables of it that fmi/instance.c reads."""
+    """Return variables.h: the struct `Values`, and the tables about its members that fmi/instance.c reads."""
     scalars = model.scalars()
     kinds = "".join("c" if s.computed else s.kind[0] for s in scalars)
     fields = "".join(f"    double {row.name}{''.join(f'[{extent}]' for extent in row.size)};"
@@ -297,7 +298,7 @@ def _value(scalar: Scalar) -> str:
 
 
 def description_fmi3(model: Model, token: str) -> str:
-    """modelDescription.xml of FMI 3.0; the time takes the value reference after the last variable."""
+    """Return modelDescription.xml of FMI 3.0; time has the value reference after that of the last variable."""
     scalars = model.scalars()
     variables = "".join(
         f'    <Float64 name="{s.name}" valueReference="{i}" description={_quoted(s.about)} {_attributes(s)} '
@@ -318,7 +319,7 @@ def description_fmi3(model: Model, token: str) -> str:
 
 
 def description_fmi2(model: Model, token: str, source_files: list[str]) -> str:
-    """modelDescription.xml of FMI 2.0."""
+    """Return modelDescription.xml of FMI 2.0."""
     scalars = model.scalars()
     variables = "".join(
         f'    <ScalarVariable name="{s.name}" valueReference="{i}" description={_quoted(s.about)} {_attributes(s)}>'
@@ -344,7 +345,7 @@ def description_fmi2(model: Model, token: str, source_files: list[str]) -> str:
 
 
 def build_description(model: Model, source_files: list[str]) -> str:
-    """sources/buildDescription.xml of FMI 3.0: how to build the binary from the sources in the archive."""
+    """Return sources/buildDescription.xml of FMI 3.0, which says how to build the binary from the archive's sources."""
     files = "".join(f'      <SourceFile name="{name}"/>\n' for name in source_files)
     return (f'<?xml version="1.0" encoding="UTF-8"?>\n<fmiBuildDescription fmiVersion="3.0">\n'
             f'  <BuildConfiguration modelIdentifier="{model.name}">\n'
@@ -353,7 +354,7 @@ def build_description(model: Model, source_files: list[str]) -> str:
 
 
 def _quoted(text: str) -> str:
-    """`text` as an XML attribute's value with its quotes."""
-    from xml.sax.saxutils import quoteattr  # late: it brings urllib, and reading variables.toml needs no XML
+    """Return `text` as the value of an XML attribute, with its quotes."""
+    from xml.sax.saxutils import quoteattr  # here: it imports urllib, which reading variables.toml does not need
 
     return quoteattr(text)

@@ -1,7 +1,7 @@
 """Unpacks any FMI 2.0 or 3.0 co-simulation FMU and reads its description with FMPy.
 
-The result is kept by the content of the archive, so a second look neither unpacks nor imports FMPy. What FMPy leaves
-out of a description (bounds of unsigned integers, `maxSize` of binary variables) is read from the XML beside it.
+The result is cached by the content of the archive, so a second call neither unpacks nor imports FMPy. Attributes that
+FMPy does not read (bounds of unsigned integers, `maxSize` of binary variables) are read from the XML here.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
 from fmus.platform_names import library_suffix, platform_fmi2, platform_fmi3
 
-LAYOUT = 4              # counts changes of what is kept
+LAYOUT = 4              # raised by one whenever the content of a cached folder changes
 
 
 def describe(path: str | Path, cache: Path | None = None) -> PlantDescription:
-    """Description of the FMU at `path`; raises PlantError if it cannot be used on this machine."""
+    """Return the description of the FMU at `path`; raises PlantError if the FMU cannot be used on this machine."""
     path = Path(path)
     try:
         content = path.read_bytes()
@@ -61,8 +61,8 @@ def _read(draft: Path, path: Path) -> PlantDescription:
         root = ElementTree.fromstring(text)
         _require_model(root)
         xml = fmpy.read_model_description(str(draft / "fmu"), validate=False)
-        beside = _beside(root)
-    except Exception as error:      # FMPy raises whatever the XML makes it stumble over
+        bounds = _bounds(root)
+    except Exception as error:      # FMPy raises errors of any type for bad XML
         raise PlantError(f"{path}: {DESCRIPTION} cannot be read: {one_line(error)}: export it again") from error
     if xml.fmiVersion != "2.0" and not xml.fmiVersion.startswith("3."):
         raise PlantError(f"{path}: is FMI {shown(xml.fmiVersion)}: only FMI 2.0 and 3.0 can be loaded; export it again")
@@ -88,13 +88,13 @@ def _read(draft: Path, path: Path) -> PlantDescription:
             once_per_process=_true(slave.canBeInstantiatedOnlyOncePerProcess),
             ours=xml.generationTool == TOOL,
             log_formatter=_log_formatter() if fmi == "2.0" else None,
-            variables=_variables(xml.modelVariables, beside),
+            variables=_variables(xml.modelVariables, bounds),
         )
     except ValueError as error:
         raise PlantError(f"{path}: {DESCRIPTION}: {one_line(error)}: export it again") from None
 
 
-class _Beside(msgspec.Struct, frozen=True):
+class _Bounds(msgspec.Struct, frozen=True):
     """Attributes of a variable that FMPy does not read."""
 
     min: str | None
@@ -109,34 +109,34 @@ def _require_model(root: ElementTree.Element) -> None:
         raise ValueError("it names no fmiVersion")
 
 
-def _beside(root: ElementTree.Element) -> dict[str, _Beside]:
-    """By the name of the variable, or of the type that it is declared with (`type NAME`)."""
-    found: dict[str, _Beside] = {}
+def _bounds(root: ElementTree.Element) -> dict[str, _Bounds]:
+    """Return the bounds by the variable's name and, of declared types, by `type NAME`."""
+    found: dict[str, _Bounds] = {}
     for tag, prefix in (("TypeDefinitions", "type "), ("ModelVariables", "")):
         for element in root.iterfind(f"{tag}/*"):
             typed = next(iter(element), element) if element.tag in ("SimpleType", "ScalarVariable") else element
-            found[prefix + element.get("name", "")] = _Beside(typed.get("min"), typed.get("max"), typed.get("maxSize"))
+            found[prefix + element.get("name", "")] = _Bounds(typed.get("min"), typed.get("max"), typed.get("maxSize"))
     return found
 
 
-def _variables(found: list[Any], beside: Mapping[str, _Beside]) -> dict[str, Variable]:
+def _variables(found: list[Any], bounds: Mapping[str, _Bounds]) -> dict[str, Variable]:
     names = {v.valueReference: v.name for v in reversed(found)}
     variables: dict[str, Variable] = {}
     for v in found:
         if v.name in variables:
-            raise ValueError(f"variable {shown(v.name)} stands there twice: names are unique")
+            raise ValueError(f"variable {shown(v.name)} appears twice: names are unique")
         if not 0 <= v.valueReference < 2**32:
             raise ValueError(f"variable {shown(v.name)}: valueReference={v.valueReference}: expected 0 to 2^32 - 1")
-        variables[v.name] = _variable(v, names, beside)
+        variables[v.name] = _variable(v, names, bounds)
     return variables
 
 
-def _variable(v: Any, names: Mapping[int, str], beside: Mapping[str, _Beside]) -> Variable:
+def _variable(v: Any, names: Mapping[int, str], bounds: Mapping[str, _Bounds]) -> Variable:
     declared = v.declaredType
-    own = beside.get(v.name) or _Beside(None, None, None)
-    of_type = (beside.get(f"type {declared.name}") if declared is not None else None) or _Beside(None, None, None)
+    own = bounds.get(v.name) or _Bounds(None, None, None)
+    of_type = (bounds.get(f"type {declared.name}") if declared is not None else None) or _Bounds(None, None, None)
     items = {item.name: int(item.value) for item in declared.items or ()} if declared is not None else {}
-    bounded = v.type != "Enumeration"       # its items are its range
+    bounded = v.type != "Enumeration"       # the items of an enumeration are its range
     shape = tuple(v.shape or ())
     if any(extent < 0 for extent in shape):
         raise ValueError(f"variable {shown(v.name)}: its extents are {list(shape)}: expected none below 0")
@@ -162,7 +162,7 @@ def _variable(v: Any, names: Mapping[int, str], beside: Mapping[str, _Beside]) -
 
 
 def _finite(text: str | None) -> float | None:
-    """A bound of the description; one that is no finite number bounds nothing."""
+    """Return the number written in the XML; None if it is absent, no number or not finite."""
     try:
         value = float(text or "nan")
     except ValueError:
@@ -189,7 +189,9 @@ def _binary(draft: Path, path: Path, fmi: str, identifier: str | None) -> str:
 
 
 def _fixed_step_s(xml: Any, variable_step: bool) -> float | None:
-    """FMI 3.0 asks for multiples of `fixedInternalStepSize` even of an FMU whose communication step may vary."""
+    """Return the step [s] of which communication points have to be multiples; None if any step will do.
+
+    FMI 3.0 requires multiples of `fixedInternalStepSize` even if the communication step of the FMU may vary."""
     named = getattr(xml.coSimulation, "fixedInternalStepSize", None)
     if named is None and not variable_step and xml.defaultExperiment is not None:
         named = xml.defaultExperiment.stepSize
@@ -202,7 +204,9 @@ def _fixed_step_s(xml: Any, variable_step: bool) -> float | None:
 
 
 def _log_formatter() -> str | None:
-    """Messages of FMI 2.0 are printf formats with arguments, which Python cannot take apart; FMPy ships C that does."""
+    """Return the path of FMPy's library that expands FMI 2.0 messages, None if it is missing.
+
+    Such a message is a printf format with variadic arguments, which ctypes cannot read."""
     import fmpy
 
     library = Path(fmpy.__file__).parent / "logging" / fmpy.platform / f"logging{fmpy.sharedLibraryExtension}"

@@ -1,10 +1,10 @@
-"""The one file that knows FMI's functions: one instance of a co-simulation FMU, for FMI 2.0 and 3.0.
+"""Calls of FMI's functions, for one instance of a co-simulation FMU of FMI 2.0 or 3.0; no other file knows them.
 
-Most calls go through ctypes without `argtypes`, so every one of them spells its C types out. The three that a running
-plant lives on (step, set and get floating point values) are bound once, in C where that was compiled. A call of an FMU
-of ours takes a microsecond: it keeps the interpreter, which other threads get during calls of others'.
+Most calls go through ctypes without `argtypes`, so each writes its C types out. The three calls that a running plant
+makes often (step, set and get floating point values) are bound once, in C if bound_calls.c was compiled. A call of an
+FMU of this project takes about a microsecond and keeps the interpreter lock; a call of any other FMU releases it.
 
-Event mode is not used: an FMU of FMI 3.0 is told so, and then handles its events within its steps.
+Event mode is not used: an FMI 3.0 FMU is instantiated without it, and then handles its events within its steps.
 Not used: early return, intermediate update, clocks, saved states.
 """
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 else:
     try:
         from fmus.bound_calls import BoundStep, BoundValues
-    except ModuleNotFoundError:         # not compiled
+    except ModuleNotFoundError:         # bound_calls.c was not compiled
         from fmus.ctypes_calls import BoundStep, BoundValues
 
 STATUS: Final = ("ok", "warning", "discard", "error", "fatal", "pending")
@@ -48,19 +48,19 @@ TYPES_FMI3: Final[dict[str, tuple[str, Any]]] = {
     "UInt32": ("UInt32", c.c_uint32), "UInt64": ("UInt64", c.c_uint64), "Enumeration": ("Int64", c.c_int64),
     "String": ("String", c.c_char_p), "Binary": ("Binary", c.c_void_p),
 }
-LAST_SUCCESSFUL_TIME: Final = 2         # kinds of status in FMI 2.0
-TERMINATED: Final = 3
+LAST_SUCCESSFUL_TIME: Final = 2         # fmi2StatusKind
+TERMINATED: Final = 3                   # fmi2StatusKind
 
 
 class Messages(deque[tuple[int, str]]):
-    """The last messages of one FMU instance, with their status."""
+    """The latest messages of one FMU instance, as pairs (FMI status, text)."""
 
-    def __hash__(self) -> int:      # type: ignore[override]  # found by its number below, not by content
+    def __hash__(self) -> int:      # type: ignore[override]  # by identity, as `_messages` and `finalize` need it
         return id(self)
 
 
-# FMPy's formatter keeps one logger for all FMI 2.0 instances of a process, so the logger is one and finds the instance
-# by the environment that it is handed. What comes without a known environment is dropped.
+# FMPy's formatter keeps one logger for all FMI 2.0 instances of a process. So all instances share one logger, which
+# finds the instance by the number passed as FMI's environment; a message with an unknown number is dropped.
 _messages: WeakValueDictionary[int, Messages] = WeakValueDictionary()
 _numbers = count(1)
 
@@ -106,16 +106,19 @@ def _name(prefix: str, function: str, description: PlantDescription) -> str:
 
 
 def _end(function: Callable[..., Call], handle: Any, in_step_mode: list[bool], _kept: object) -> None:
-    """Runs at the latest before the interpreter exits, so that no FMU calls back into a dead one. What the instance
-    may still use is kept until then."""
+    """Terminate and free an instance; `finalize` calls this before the interpreter exits, since an FMU may call back.
+
+    `_kept` holds what the instance may use until then: its messages and callbacks."""
     if in_step_mode[0]:
         function("Terminate")(handle)
     function("FreeInstance", None)(handle)
 
 
 class Fmu:
-    """One instance, from instantiation until `release` is called or nobody uses it any more. Subclasses say how their
-    version of FMI spells each call."""
+    """One instance, from instantiation until `release` is called or the object is collected.
+
+    The subclasses make the calls that differ between the versions of FMI. PlantError is raised if the binary cannot be
+    loaded, lacks a function or makes no instance."""
 
     prefix: str
     version: int
@@ -141,7 +144,7 @@ class Fmu:
             raise PlantError(f"{description.file}: cannot be instantiated as {instance_name!r}{self.told()}: {hint}")
         self._address = handle
         self.handle = c.c_void_p.from_param(handle)
-        self.in_step_mode = [False]                 # `Terminate` is due
+        self.in_step_mode = [False]                 # True: `Terminate` has to precede `FreeInstance`
         self.release = finalize(self, _end, partial(_recorded, self._library, self.prefix, description, self.record),
                                 self.handle, self.in_step_mode, (self.messages, self._callbacks))
 
@@ -149,13 +152,13 @@ class Fmu:
         return _recorded(self._library, self.prefix, self.description, self.record, name, result)
 
     def told(self) -> str:
-        """The FMU's own messages since the last look, ready to append to an error."""
+        """Return the FMU's messages since the last call, as text to append to an error; "" if there are none."""
         told = [(status, text) for status, text in self.messages if status] or list(self.messages)[-3:]
         self.messages.clear()
         return "; the FMU says: " * bool(told) + " | ".join(f"[{status_name(status)}] {text}" for status, text in told)
 
     def set_elements(self, variable: Variable, elements: Sequence[Any]) -> int:
-        """Set all elements of one variable, each as its C type takes it; returns the FMI status."""
+        """Set all elements of one variable to values of its C type; returns the FMI status."""
         infix, c_type = self.types[variable.type]
         values = (c_type * len(elements))()
         if variable.type == "Binary":
@@ -168,7 +171,7 @@ class Fmu:
         return self.function("Set" + infix)(*self._one(variable), c.byref(values), *self._tail(values))
 
     def get_elements(self, variable: Variable) -> tuple[int, list[Any]]:
-        """The FMI status, and the elements of one variable as their C type gives them."""
+        """Return the FMI status and the elements of one variable as values of its C type."""
         infix, c_type = self.types[variable.type]
         values = (c_type * variable.elements)()
         if variable.type == "Binary":
@@ -182,12 +185,11 @@ class Fmu:
         return status, list(values)
 
     def _one(self, variable: Variable) -> tuple[Any, ...]:
-        """The first arguments of every call that sets or gets one variable."""
+        """Return the first arguments of every call that sets or gets one variable."""
         return self.handle, c.byref((c.c_uint * 1)(variable.reference)), c.c_size_t.from_param(1)
 
     def ended_s(self) -> float | None:
-        """After a step that was discarded: the last time reached [s] if the model ended the simulation, None if the
-        step was refused for another reason."""
+        """Return, after a discarded step, the last time reached [s] if the model ended the simulation, else None."""
         return None
 
     def step(self) -> BoundStep:
@@ -196,7 +198,7 @@ class Fmu:
         return step
 
     def floats(self, verb: str, variables: Sequence[Variable]) -> BoundValues:
-        """To "Set" or "Get" all of `variables`, scalars of 64-bit floating point, together."""
+        """Bind the call that sets (`verb` "Set") or gets ("Get") all of `variables`, 64-bit floating point scalars."""
         infix, _ = self.types[variables[0].type]
         values = BoundValues(self._address_of(verb + infix), self._address, [each.reference for each in variables],
                              self.version, self.description.ours)
@@ -211,7 +213,7 @@ class Fmu:
         return _name(self.prefix, function, self.description)
 
     def initialize(self) -> list[tuple[str, Call, tuple[Any, ...]]]:
-        """The calls that lead from the start values to step mode, each with its name."""
+        """Return the calls that lead from the start values to step mode, as (name, function, arguments)."""
         raise NotImplementedError
 
     def _instantiate(self, name: bytes, logging: bool) -> int | None:
@@ -249,7 +251,7 @@ class Fmu2(Fmu):
             if status > 1 or not terminated.value:
                 return None
             self.function("GetRealStatus")(self.handle, c.c_int(LAST_SUCCESSFUL_TIME), c.byref(last))
-        except PlantError:              # the binary does not have these functions
+        except PlantError:              # the binary lacks these functions
             return None
         return last.value
 

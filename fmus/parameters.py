@@ -1,4 +1,4 @@
-"""Nested lists of a scenario to the scalar variables of an FMU: {"A": [[-3, 1], [2, -1]]} -> {"A[1,1]": -3, ...}."""
+"""Expands nested lists of a scenario to scalar variables of an FMU: {"A": [[-3, 1]]} -> {"A[1,1]": -3, "A[1,2]": 1}."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ Nested: TypeAlias = Value | Sequence["Nested"]
 
 
 def expand_parameters(values: Mapping[str, Nested]) -> dict[str, Value]:
-    """Rows first, indices from 1, as FMI's structured naming has it; what is not a list stays as it is."""
+    """Return one value per scalar, named as FMI's structured naming has it: rows first, indices from 1.
+
+    A value that is no list keeps its name. Raises PlantError for an empty list or rows of different lengths."""
     flat: dict[str, Value] = {}
     for name, value in values.items():
         if isinstance(value, str) or not isinstance(value, Sequence):

@@ -1,18 +1,19 @@
-"""A plant: one FMU instance that is stepped lazily and exactly to the instants that matter.
+"""A plant: one FMU instance that is stepped only when needed, exactly to the instants at which it is set or read.
 
-Time is an int in nanoseconds; this package turns it into the float seconds of FMI, always from the integer, never by
-adding steps up. Step sizes come from the integer difference, so equal steps are equal to the last bit.
+Time is an int in nanoseconds. This package converts it to the float seconds of FMI, always from the integer and never
+by adding steps up. Step sizes come from the integer difference, so equal steps are equal to the last bit.
 
-An FMU that takes only steps of one size, or has a fixed internal step, stands at the last multiple of its step at or
-before the instant asked for (`fmus/fixed_step.py`). Until the next one its outputs are held, and what is set waits.
+An FMU that takes only steps of one size, or has a fixed internal step, is stepped to the last multiple of its step at
+or before the requested instant (`fmus/fixed_step.py`). Until the next multiple its outputs are constant and a value
+that the caller sets waits.
 
 *Invariants*
-- `now_ns` is the instant that was asked for last; it moves only in `advance_to`, and never back.
-- A value that is set acts from `now_ns` on; with fixed steps, from the first communication point at or after it on.
-- With `present`, what is set or read is set or read at the present: the plant is stepped to it first.
-- After a failed step, or after the model ended, the plant refuses everything but `close`.
+- `now_ns` is the instant requested last; only `advance_to` changes it, and never to an earlier one.
+- A value acts from the `now_ns` at which it is set; with fixed steps, from the first communication point at or after.
+- With `present`, the plant is stepped to the present before a value is set or read.
+- After a failed step, or after the model ended the simulation, every call but `close` raises PlantError.
 
-Needs only ctypes and msgspec: FMPy reads the description elsewhere (`fmus.describe_fmu`).
+Imports only ctypes and msgspec: `fmus.describe_fmu`, which imports FMPy, reads the description.
 """
 
 from __future__ import annotations
@@ -33,9 +34,9 @@ from fmus.fmi_calls import FATAL, Fmu, Fmu2, Fmu3, status_name
 from fmus.parameters import Nested, expand_parameters
 from fmus.start_values import Misfit, elements_of, kind_in_words, start_values
 
-HALF_NS = 0.5e-9        # in seconds: half the resolution of simulated time
-DISCARD = 2
-NO_STEP_NS = -2**62     # no step size has been prepared
+HALF_NS = 0.5e-9        # [s] half the resolution of simulated time
+DISCARD = 2             # FMI status
+NO_STEP_NS = -2**62     # mark of a plant that has made no step yet
 PRESENT_ONLY = "a plant is stepped to the present true time only"
 
 __all__ = ["InputGroup", "OutputGroup", "Plant", "PlantDescription", "PlantEnded", "PlantError", "expand_parameters"]
@@ -61,8 +62,8 @@ class InputGroup:
             self._keep(values)
             return
         try:
-            if not self._trusted and not isfinite(sum(values)):     # a trusted FMU refuses such a value by itself,
-                plant.check_finite(self.names, values, "a value must be finite")        # and leaves all as they were
+            if not self._trusted and not isfinite(sum(values)):     # a trusted FMU refuses a non-finite value itself
+                plant.check_finite(self.names, values, "a value must be finite")        # and then sets none
             status = self._set(values)
         except (TypeError, ValueError, OverflowError):
             raise self._misfit(values) from None
@@ -71,7 +72,7 @@ class InputGroup:
             plant.check(status, f"setting {', '.join(self.names)}")
 
     def _keep(self, values: Sequence[float]) -> None:
-        """Let the values wait for the next communication point."""
+        """Check the values and set them at the next communication point."""
         try:
             numbers = [float(value) for value in values]
         except (TypeError, ValueError, OverflowError):
@@ -87,7 +88,7 @@ class InputGroup:
 
 
 class OutputGroup:
-    """Variables that are read together by one FMI call. Unless `finite`, they may be infinite or not a number."""
+    """Variables that are read together by one FMI call; with `finite`, a value that is not finite is an error."""
 
     def __init__(self, plant: Plant, fmu: Fmu, variables: Sequence[Variable], finite: bool = True) -> None:
         self.names = tuple(variable.name for variable in variables)
@@ -96,7 +97,9 @@ class OutputGroup:
         self._trusted = plant.description.ours or not finite
 
     def read(self) -> tuple[float, ...]:
-        """The values at `plant.now_ns`, in the order in which they were named."""
+        """Return the values at the present, or without `present` at `plant.now_ns`, in the order of `names`.
+
+        Raises PlantError if the FMU reports a failure, or with `finite` for a value that is not finite."""
         plant = self._plant
         if plant.present is not None and (present_ns := plant.present()) != plant.now_ns:
             plant.come_to(present_ns)
@@ -111,7 +114,7 @@ class OutputGroup:
         return values
 
     def read_for_record(self) -> tuple[float, ...]:
-        """As `read`, but not numbers once the plant has stopped, and values may be infinite."""
+        """Return the values as `read` does, not checked to be finite; all nan once the plant has stopped."""
         plant = self._plant
         if plant.stopped is not None:
             return (nan,) * len(self.names)
@@ -128,24 +131,24 @@ class Plant:
     """One instance of the described FMU, initialized at time 0 with the start values given.
 
     `start` holds parameters, initial values and inputs, as `fmus/start_values.py` describes them. `fixed_step_ns` is
-    for an FMU that takes only one step size and does not say which. With `logging` off an FMU is faster if it comments
-    on every call, but may keep the reason of a failure to itself. `present` gives the instant [ns] at which the caller
-    stands; without it the plant is where it was advanced to last. `on_end(why, time_ns)` is called when the model ends
-    the simulation by itself, found out at `time_ns`, before PlantEnded is raised. `record` is told which FMI call runs.
+    the step of an FMU that takes only one step size and does not declare it. Without `logging` an FMU that logs every
+    call is faster, but may not report why a call failed. `present` returns the caller's true time [ns]; without it the
+    plant stays at the instant of the last `advance_to`. If the model ends the simulation while the plant is stepped to
+    `time_ns`, `on_end(why, time_ns)` is called before PlantEnded is raised. `record` notes which FMI call runs.
     """
 
     def __init__(self, description: PlantDescription, instance_name: str, start: Mapping[str, Nested] | None = None,
                  fixed_step_ns: int | None = None, logging: bool = True, present: Callable[[], int] | None = None,
                  on_end: Callable[[str, int], None] | None = None, record: CallRecord | None = None) -> None:
         self.now_ns = 0
-        self.stopped: str | None = None        # why no call may reach the instance any more
+        self.stopped: str | None = None        # why the plant refuses calls; None while it accepts them
         self.present = present
-        self.between_points = False            # what is set has to wait for a communication point
+        self.between_points = False            # True: a value that is set waits for the next communication point
         self._on_end = on_end
         self._where = f"{description.file}: {instance_name}"
         self._grid = self._fixed_steps(description, fixed_step_ns)
-        self._point = 0                        # the communication point at which the instance stands
-        self._waiting: dict[tuple[str, ...], Callable[[], int]] = {}    # calls that set inputs at the next one
+        self._point = 0                        # index of the communication point that the instance has reached
+        self._waiting: dict[tuple[str, ...], Callable[[], int]] = {}    # calls that set inputs at the next point
         found = start_values(description.variables, start or {})
         self._check_start(description, start or {}, found.complaints)
         self.description = msgspec.structs.replace(description, variables=dict(found.variables))
@@ -159,13 +162,13 @@ class Plant:
         self._do_step = self._step.do
         self._h_ns = NO_STEP_NS
         self._any_step = self._grid is None
-        self._watched = description.fmi == "3.0" and not description.ours      # may a step end elsewhere?
+        self._watched = description.fmi == "3.0" and not description.ours      # a step may end early: check its end
 
     def place(self) -> str:
         return f"{self._where} at t={self.now_ns / 1e9:.9g} s"
 
     def advance_to(self, t_ns: int) -> None:
-        """Step to exactly `t_ns`; nothing happens when the plant is there already."""
+        """Step to exactly `t_ns`; does nothing if that is `now_ns`. Raises PlantError for an earlier instant."""
         now_ns = self.now_ns
         h_ns = t_ns - now_ns
         if h_ns != self._h_ns:
@@ -184,19 +187,19 @@ class Plant:
         self.now_ns = t_ns
 
     def come_to_present(self) -> None:
-        """Step to the present, for what is about to be set or read."""
+        """Step to the instant that `present` returns, before a value is set or read; does nothing without `present`."""
         if self.present is not None:
             self.come_to(self.present())
 
     def come_to(self, present_ns: int) -> None:
-        """Step to `present_ns`, where the caller stands."""
+        """Step to `present_ns`, the caller's true time; raises PlantError if the plant was stepped past it."""
         if present_ns < self.now_ns:
             raise PlantError(f"{self._where}: set or read at t={present_ns / 1e9:.9g} s, but the plant was stepped to "
                              f"t={self.now_ns / 1e9:.9g} s already: {PRESENT_ONLY}")
         self.advance_to(present_ns)
 
     def set(self, name: str, value: Nested) -> None:
-        """Set an input, or a tunable parameter, from now on."""
+        """Set an input or a tunable parameter from the present on; raises PlantError for another kind or a misfit."""
         self.come_to_present()
         self.check_running()
         variable = self.description.variable(name)
@@ -213,7 +216,7 @@ class Plant:
             self._set(variable, elements)
 
     def get(self, name: str) -> Any:
-        """The value now: float, int, bool, str or bytes by the variable's type, a tuple for an array, rows first."""
+        """Return the present value: float, int, bool, str or bytes by type; of an array a flat tuple, rows first."""
         self.come_to_present()
         self.check_running()
         variable = self.description.variable(name)
@@ -228,7 +231,7 @@ class Plant:
         return found if variable.shape else found[0]
 
     def input_group(self, names: Sequence[str], units: Sequence[str | None] | None = None) -> InputGroup:
-        """Inputs to be set together; `units`, where given, have to be the FMU's."""
+        """Return inputs to be set together; raises PlantError if a unit is given that the FMU does not declare."""
         variables = self._floats(names, units)
         for variable in variables:
             if not variable.settable_while_stepping:
@@ -238,17 +241,18 @@ class Plant:
 
     def output_group(self, names: Sequence[str], units: Sequence[str | None] | None = None, finite: bool = True,
                      ) -> OutputGroup:
-        """Variables to be read together; `units`, where given, have to be the FMU's. Unless `finite`, a value that is
-        infinite or not a number is no error."""
+        """Return variables to be read together; raises PlantError if a unit is given that the FMU does not declare.
+
+        With `finite`, reading a value that is infinite or not a number raises PlantError too."""
         return OutputGroup(self, self._fmu, self._floats(names, units), finite)
 
     def set_later(self, names: tuple[str, ...], call: Callable[[], int]) -> None:
-        """Let `call`, which sets these inputs, wait for the next communication point; a later one takes its place."""
+        """Make `call`, which sets the inputs `names`, at the next communication point; it replaces an earlier one."""
         self._waiting.pop(names, None)
         self._waiting[names] = call
 
     def close(self) -> None:
-        """Terminate and free the instance; the plant cannot be used afterwards."""
+        """Terminate and free the instance; every later call raises PlantError."""
         self._stop("the plant is closed")
         self._fmu.release()
 
@@ -260,25 +264,25 @@ class Plant:
         self.close()
 
     def check(self, status: int, what: str) -> None:
-        """Raise unless `status` is OK or a warning."""
+        """Raise PlantError, and stop the plant, unless `status` of the call `what` is OK or a warning."""
         if status in (0, 1):
             return
         why = f"{what} failed with status {status_name(status)}{self._fmu.told()}"
-        self._fmu.in_step_mode[0] = False   # FMI allows no `Terminate` after an error,
+        self._fmu.in_step_mode[0] = False   # FMI forbids `Terminate` after an error,
         if status == FATAL:
-            self._fmu.release.detach()      # and after a fatal one not even to free the instance
+            self._fmu.release.detach()      # and `FreeInstance` after a fatal one
         self._stop(f"it stopped after {why}")
         raise PlantError(f"{self.place()}: {why}")
 
     def check_finite(self, names: Sequence[str], values: Sequence[float], rule: str) -> None:
-        """Raise for the first value that is infinite or not a number, if any: a sum may overflow without one."""
+        """Raise PlantError for the first value that is not finite, if any; a sum of finite values may overflow."""
         for name, value in zip(names, values, strict=True):
             if not isfinite(value):
                 self._fmu.messages.clear()
                 raise PlantError(f"{self.place()}: {name}={value}: {rule}")
 
     def _stop(self, why: str) -> None:
-        """Let no call reach the instance from now on."""
+        """Refuse calls from now on, for the reason `why`."""
         self.stopped = why
 
     def check_running(self) -> None:
@@ -286,7 +290,7 @@ class Plant:
             raise PlantError(f"{self.place()}: {self.stopped}")
 
     def _fixed_steps(self, description: PlantDescription, given_ns: int | None) -> FixedStep | None:
-        """The communication points of an FMU that does not take every step size."""
+        """Return the communication points of an FMU with a fixed step; None for one that takes any step size."""
         if given_ns is not None:
             if given_ns < 1:
                 raise PlantError(f"{self._where}: a step of {given_ns} ns: expected at least 1 ns")
@@ -299,7 +303,7 @@ class Plant:
         return None
 
     def _advance_on_grid(self, t_ns: int) -> None:
-        """Go to `t_ns` by the steps that the FMU takes; refuse to go back."""
+        """Step to the last communication point not after `t_ns`; raises PlantError for an instant before `now_ns`."""
         if t_ns < self.now_ns:
             raise PlantError(f"{self.place()}: asked for t={t_ns / 1e9:.9g} s: a plant does not go back in time: "
                              f"{PRESENT_ONLY}")
@@ -326,7 +330,7 @@ class Plant:
         self.between_points = grid.instant_ns(self._point) != t_ns
 
     def _check_step(self, status: int, length_s: float, t_ns: int) -> None:
-        """Raise unless the step was done: PlantEnded if the model ended the simulation in it."""
+        """Raise PlantEnded if the model ended the simulation in this step, PlantError if the step failed otherwise."""
         if status == DISCARD:
             ended_s = self._step.last if self._step.asks_to_end else self._fmu.ended_s()
             if ended_s is not None:
@@ -342,7 +346,7 @@ class Plant:
         raise PlantError(f"{self.place()}: {why}")
 
     def _end(self, ended_s: float, t_ns: int) -> None:
-        """The model ended the simulation by itself at `ended_s`, which came out on the way to `t_ns`."""
+        """Stop the plant and raise PlantEnded: the model ended at `ended_s` [s], in a step towards `t_ns`."""
         ended_ns = min(max(self.now_ns, round(ended_s * 1e9)), t_ns) if isfinite(ended_s) else self.now_ns
         why = f"{self._where}: the model ended the simulation by itself at t={ended_ns / 1e9:.9g} s{self._fmu.told()}"
         self._stop("the model ended the simulation by itself")

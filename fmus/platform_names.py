@@ -1,4 +1,4 @@
-"""How FMI names this machine: the folders of an archive that hold binaries, and the suffix of a shared library."""
+"""FMI's names for this platform: the folders of an archive that hold binaries, and the suffix of a shared library."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MACHINE = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64"
 
 
 def platform_fmi3() -> str:
-    """Platform tuple of FMI 3.0, as in `x86_64-linux`."""
+    """Return the platform tuple of FMI 3.0, as `x86_64-linux`."""
     machine = platform.machine().lower()
     architecture = _MACHINE.get(machine, machine)
     if architecture == "x86_64" and struct.calcsize("P") == 4:
@@ -21,7 +21,7 @@ def platform_fmi3() -> str:
 
 
 def platform_fmi2() -> str:
-    """Platform of FMI 2.0, as in `linux64`; it says nothing about the architecture."""
+    """Return the platform name of FMI 2.0, as `linux64`, which does not name the architecture."""
     system = {"windows": "win"}.get(_SYSTEM.get(sys.platform, sys.platform), _SYSTEM.get(sys.platform, sys.platform))
     return f"{system}{8 * struct.calcsize('P')}"
 

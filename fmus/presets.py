@@ -4,7 +4,7 @@
     about = "Pioneer P3-AT: four wheels, skid steering"
     parameters = { wheel_radius_m = 0.11, track_m = 0.573 }
 
-They are the host's matter: no preset is part of the FMU, and changing one builds nothing.
+The loader applies them; no preset is part of the FMU, so a changed preset rebuilds nothing.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ class Preset:
 
 
 def read_presets(folder: Path, model: Model) -> dict[str, Preset]:
-    """The presets of the model in `folder`, none without the file; a PlantError lists everything wrong with them."""
+    """Return the presets of the model in `folder`, by name; {} without presets.toml.
+
+    Raises one PlantError with a line for each problem."""
     file = folder / "presets.toml"
     if not file.is_file():
         return {}

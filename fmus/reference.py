@@ -1,10 +1,9 @@
-"""What the models are held against: trajectories by SciPy, written to reference.csv, and exact steps in integers.
+"""References for the tests of the models: trajectories by SciPy, written to reference.csv, and exact integer steps.
 
     python -m fmus.reference
 
-linear_system: exact discretization by scipy.linalg.expm. wheel_motor, omnidirectional: their linear differential
-equations the same way, the latter with commands within their limits.
-rigid_body: scipy.integrate.solve_ivp, DOP853 with tolerances of 1e-12, on quaternion kinematics written anew.
+linear_system, wheel_motor, omnidirectional (its commands clipped first): scipy.linalg.expm on their linear equations.
+rigid_body: scipy.integrate.solve_ivp, DOP853 with tolerances of 1e-12, on quaternion kinematics written independently.
 unicycle, virtual_reference, quadrotor: the same solver on their differential equations, restarted where inputs change.
 """
 
@@ -34,7 +33,7 @@ B = [[-4.0], [-4.0]]
 C = [[-4.0, 1.0]]
 D = [[0.5]]
 
-# (A, B, x(0)) of single-input systems that try the exact step from different sides
+# (A, B, x(0)) of single-input systems that test the exact step: each is difficult in its own way
 SYSTEMS: dict[str, tuple[list[list[float]], list[float], list[float]]] = {
     "stable": (A, [-4.0, -4.0], [1.0, 1.0]),
     "oscillating": ([[0.0, 6.25], [-6.25, 0.0]], [0.0, 0.5], [1.0, -2.0]),
@@ -44,7 +43,7 @@ SYSTEMS: dict[str, tuple[list[list[float]], list[float], list[float]]] = {
 
 
 def exact_step(a: list[list[float]], b: list[float], x: list[float], u: float, h: float) -> list[Fraction]:
-    """x(t + h) of dx/dt = A x + B u by its Taylor series in fixed-point integers.
+    """Return x(t + h) of dx/dt = A x + B u, by its Taylor series in fixed-point integers.
 
     Terms grow up to exp(|A| h) before they fall and rounding errors grow no faster, so 3 |A| h + 300 bits leave 1e-40.
     """
@@ -67,7 +66,9 @@ def exact_step(a: list[list[float]], b: list[float], x: list[float], u: float, h
 
 @dataclass(frozen=True)
 class Case:
-    """Inputs held from each instant to the next; `solve` gives the outputs at each instant, inputs already in force."""
+    """One reference run: inputs are constant from each instant to the next.
+
+    `solve(instants_ns, inputs)` returns the outputs at each instant, computed with the inputs set at that instant."""
 
     start: dict[str, Nested]
     input_names: tuple[str, ...]
@@ -77,7 +78,7 @@ class Case:
     solve: Callable[[Sequence[int], Sequence[tuple[float, ...]]], list[Vector]]
 
     def text(self) -> str:
-        """reference.csv: one row per instant, numbers that read back to the same bits."""
+        """Return the text of reference.csv: one row per instant, numbers that read back to the same bits."""
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(("t_ns", *self.input_names, *self.output_names))
@@ -111,7 +112,7 @@ def _rotation(q: Vector) -> Vector:
 
 
 def _spin(omega: Vector) -> Vector:
-    """dq/dt = _spin(omega) q / 2."""
+    """Return the 4x4 matrix S of quaternion kinematics: dq/dt = S q / 2."""
     x, y, z = omega
     return np.array([[0, -x, -y, -z], [x, 0, z, -y], [y, -z, 0, x], [z, y, -x, 0]])
 
@@ -137,15 +138,16 @@ def _rigid_body(m: float, inertia: Vector, g: float
     return solve
 
 
-# of the unicycle's reference; every parameter does something
+# parameters of the unicycle's reference, chosen so that each has an effect
 DRIVE = {"wheel_radius_m": 0.11, "track_m": 0.573, "tau_wheel_s": 0.1, "gain_left": 0.9, "gain_right": 1.1,
          "slip_left": 0.05, "slip_right": -0.02, "icr_x_m": 0.03, "speed_max_mps": 0.7, "accel_max_mps2": 1.5}
 
 
 def unicycle_at(p: Mapping[str, float], state: Vector, u: Sequence[float], length_s: float) -> Vector:
-    """(x, y, theta, wheel_left, wheel_right, angle_left, angle_right) after `length_s` at (u_left, u_right); tau > 0.
+    """Return the state after `length_s` with constant `u` = (u_left, u_right); requires tau_wheel_s > 0.
 
-    The solver restarts where a wheel leaves the limit of its acceleration, so that it never steps over a kink.
+    The state is (x, y, theta, wheel_left, wheel_right, angle_left, angle_right). The solver restarts where a wheel
+    leaves its acceleration limit, so that it never steps over that discontinuity of the slope.
     """
     r, tau = p["wheel_radius_m"], p["tau_wheel_s"]
     top, limit = p["speed_max_mps"] / r, p["accel_max_mps2"] / r
@@ -180,12 +182,12 @@ def unicycle_at(p: Mapping[str, float], state: Vector, u: Sequence[float], lengt
     return state
 
 
-# of the omnidirectional robot's reference; every parameter does something
+# parameters of the omnidirectional robot's reference, chosen so that each has an effect
 GLIDE = {"tau_s": 0.15, "speed_max_mps": 0.3, "omega_max_radps": 1.0}
 
 
 def _omnidirectional(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
-    """State x, y, theta, v_x, v_y, omega; the inputs are commands as the limits let them through."""
+    """Return the state (x, y, theta, v_x, v_y, omega) at each instant; `inputs` are commands, clipped here."""
     lag, one = np.eye(3) / GLIDE["tau_s"], np.eye(3)
     a = np.block([[np.zeros((3, 3)), one], [np.zeros((3, 3)), -lag]])
     let_through = []
@@ -204,7 +206,7 @@ def _unicycle(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -
     return rows
 
 
-# of the quadrotor's reference; every parameter does something, all moments of inertia differ
+# parameters of the quadrotor's reference: each has an effect, all moments of inertia differ
 AIRFRAME: dict[str, Nested] = {
     "mass": 0.6, "J": [2.3e-3, 2.9e-3, 4.4e-3], "arm": 0.17, "k_thrust": 5.6e-6, "k_moment": 1.4e-7,
     "tau_motor": 0.05, "motor_min": 120.0, "motor_max": 800.0, "drag": [0.15, 0.2, 0.3], "g": 9.81}
@@ -215,7 +217,7 @@ FLIGHT: dict[str, Any] = {
 
 def quadrotor_at(p: Mapping[str, Any], state: Vector, u: Sequence[float], wind: Sequence[float], length_s: float
                  ) -> Vector:
-    """(position, velocity, q, omega, motor) after `length_s` in the air."""
+    """Return the state (position, velocity, q, omega, motor) after `length_s` of flight at constant `u` and `wind`."""
     inertia, drag = np.array(p["J"]), np.array(p["drag"])
     goals = np.array([np.clip(each, p["motor_min"], p["motor_max"]) if each > 0 else 0.0 for each in u])
     arms = p["arm"] * np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])

@@ -1,6 +1,6 @@
-"""Values that a scenario gives the variables of an FMU, of every type of FMI 2.0 and 3.0: for `check` and the plant.
+"""Checks and converts the start values that a scenario gives, for every variable type of FMI 2.0 and 3.0.
 
-    type of the variable                    what a scenario writes
+    type of the variable                    value in the scenario
     Real, Float32, Float64                  a finite number
     Integer, Int8 ... Int64, UInt8 ...      a whole number within the range of the type
     Boolean                                 true or false
@@ -8,9 +8,9 @@
     String                                  text
     Binary                                  text: two hexadecimal digits a byte, spaces allowed between bytes
 
-An array takes one value for all of its elements, or nested lists of its shape, rows first. A structural parameter that
-is given changes the shapes that depend on it, before anything else is looked at. `A = [[1, 2]]`, where the FMU has no
-array `A` but scalars `A[1,1]` and `A[1,2]`, sets these.
+An array takes one value for all of its elements, or nested lists of its shape, rows first. Structural parameters are
+applied before all other values are checked, since they change the shapes of arrays. If the FMU has no array `A` but
+scalars `A[1,1]` and `A[1,2]`, `A = [[1, 2]]` sets the scalars.
 
 Not settable: clocks.
 """
@@ -38,16 +38,16 @@ RANGES: Final[dict[str, tuple[int, int]]] = {
 
 
 class Misfit(ValueError):
-    """A value does not fit its variable; the text is the rule: `expected a whole number`."""
+    """A value does not fit its variable; the text is the broken rule: `expected a whole number`."""
 
 
 @dataclass(frozen=True)
 class StartValues:
-    """Start values, judged and converted.
+    """Start values after the check.
 
-    - `variables`: all of the FMU's, at the sizes that the values give them;
-    - `values`: the elements of each variable that is set, as its type takes them;
-    - `complaints`: the rule that is broken, by the key as it was given.
+    - `variables`: all variables of the FMU, resized by the structural parameters given;
+    - `values`: for each variable that is set, its elements, converted to its type;
+    - `complaints`: for each key that the scenario gave wrongly, the broken rule.
     """
 
     variables: Mapping[str, Variable]
@@ -56,7 +56,9 @@ class StartValues:
 
 
 def start_values(variables: Mapping[str, Variable], given: Mapping[str, Nested]) -> StartValues:
-    """Judge `given`, by variable or by the name that scalars `A[1,1]`, `A[1,2]` share, and convert it."""
+    """Check and convert `given`; a key names a variable, or the common name `A` of scalars `A[1,1]`, `A[1,2]`.
+
+    Raises nothing: all problems are in `complaints` of the result."""
     structural = {name: value for name, value in given.items()
                   if name in variables and variables[name].causality == "structuralParameter"}
     used = {name for variable in variables.values() for name in variable.sizes}
@@ -89,7 +91,7 @@ def start_values(variables: Mapping[str, Variable], given: Mapping[str, Nested])
 
 
 def elements_of(variable: Variable, value: Any) -> list[Any]:
-    """The elements that `value` gives `variable`, rows first, within the range of its type; raises Misfit."""
+    """Return `value` as the elements of `variable`, rows first; raises Misfit for a wrong type, shape or range."""
     convert = _converter(variable)
     if isinstance(value, list | tuple):
         elements = list(map(convert, _flat(variable, value, variable.shape)))
@@ -139,7 +141,7 @@ def kind_in_words(variable: Variable) -> str:
 
 
 def _flat(variable: Variable, value: Any, shape: tuple[int, ...]) -> list[Any]:
-    """The leaves of nested lists of this shape."""
+    """Return the leaves of nested lists, rows first; raises Misfit unless the lists have the shape `shape`."""
     if not shape:
         if isinstance(value, list | tuple):
             raise Misfit(_wanted(variable))
@@ -150,7 +152,7 @@ def _flat(variable: Variable, value: Any, shape: tuple[int, ...]) -> list[Any]:
 
 
 def _wanted(variable: Variable) -> str:
-    """The rule for a value of the variable, in words: `expected a whole number`."""
+    """Return the rule for a value of the variable, in words: `expected a whole number`."""
     one = _words(variable)
     if not variable.shape:
         return f"expected {one}"
@@ -173,7 +175,7 @@ def _words(variable: Variable) -> str:
 
 
 def _converter(variable: Variable) -> Callable[[Any], Any]:
-    """Turns one element as a scenario writes it into what the FMU takes; raises Misfit."""
+    """Return the function that converts one element from the scenario's to the FMU's type; both raise Misfit."""
     by_type: dict[str, Callable[[Variable, Any], Any]] = {
         "Boolean": _boolean, "String": _string, "Binary": _binary, "Enumeration": _enumeration,
         **dict.fromkeys(REALS, _real), **dict.fromkeys(RANGES, _integer)}

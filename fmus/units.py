@@ -1,4 +1,4 @@
-"""Units of a model's variables, as exponents of the SI base units.
+"""Units of a model's variables, parsed to exponents of the SI base units and rad.
 
     unit = product [ "/" factor | "/(" product ")" ]
     product = factor { "." factor }         factor = symbol [ exponent ] | "1"
@@ -36,7 +36,7 @@ _FACTOR: Final = re.compile(r"(1|[A-Za-z]+)(-?[1-9]\d?)?")
 
 
 def base_units(unit: str) -> dict[str, int]:
-    """Exponents of the base units, in the order of `BASE`, without zeros. ValueError says what is wrong."""
+    """Return the nonzero exponents of the base units, in the order of `BASE`; raises ValueError for no such unit."""
     parts = _UNIT.fullmatch(unit)
     if parts is None:
         raise ValueError("expected symbols with . and one /, as in N.m/A or J/(kg.K)")

@@ -1,24 +1,23 @@
-"""Estimation of a target's motion from detections that come now and then (Chapter 3 of the dissertation).
+"""Estimation of a target's motion from detections at irregular times (Chapter 3 of the dissertation).
 
-A member of this kind is told detections with their time stamps and asked where the target is:
+A member of this kind is an estimator: the caller gives it detections with time stamps and asks for positions.
 
-    expect(t_ns)                     -> position (x, y) [m] expected at t, not before the newest detection that counted
-    correct(t_ns, x_m, y_m, inputs)  -> True if it counted, False if it came too late for this member
+    expect(t_ns)                     -> position (x, y) [m] expected at t, not before the newest detection accepted
+    correct(t_ns, x_m, y_m, inputs)  -> True if the detection was accepted, False if it came too late
 
-`inputs` are the target's velocities (v [m/s], omega [rad/s]) at the detection, held until the next one; where they are
-not known (None), the last known ones are held. `CircleFilter` does without.
+`inputs` are the target's velocities (v [m/s], omega [rad/s]) at the detection, held until the next one; if they are
+unknown (None), the last known ones are held. `CircleFilter` ignores them.
 
-Times are those of the caller's clock. A detection counts however much later it comes than it was made, as long as it
-is newer than the newest one that counted; an older one is put into its place in time by `CircleFilter`, while it is in
-reach of its window, and left out by the others unless `Replayed` goes back for it. Whether and when to look is decided
-by `agents.pursuit`, for all alike.
+Times are those of the caller's clock. A detection that is newer than all accepted ones is accepted, whatever its delay.
+An older one is inserted by `CircleFilter` if it lies within its window; the other estimators reject it, unless
+`Replayed` wraps them. `agents.pursuit` decides when to look.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-FARTHEST_M = 1e9                # detections beyond are none; squares of squares of what is left are finite
+FARTHEST_M = 1e9                # largest coordinate accepted; its fourth power is a finite float
 
 
 class Inputs(NamedTuple):
@@ -33,13 +32,13 @@ class Estimator(Protocol):
 
 
 class Order:
-    """Time stamps of detections and of questions: what every estimator refuses."""
+    """The checks of detections and of requested times that all estimators share."""
 
     def __init__(self) -> None:
-        self.last_ns: int | None = None     # of the newest detection that counted
+        self.last_ns: int | None = None     # time stamp of the newest detection accepted
 
     def accepts(self, t_ns: int, x_m: float, y_m: float) -> bool:
-        """Whether it is the newest; ValueError for one that is no number or has the time stamp of the newest so far."""
+        """Return whether the detection is the newest; ValueError if it is not finite or repeats a time stamp."""
         if not (abs(x_m) <= FARTHEST_M and abs(y_m) <= FARTHEST_M):
             raise ValueError(f"detection ({x_m}, {y_m}) m at {t_ns} ns: expected finite numbers, at most "
                              f"{FARTHEST_M:g} in size; leave it out")

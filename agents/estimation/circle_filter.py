@@ -5,15 +5,16 @@
                     curve       Pratt's circle if RSS_line - RSS_circle >= 9 sigma^2, else the line
                     s_1 .. s_n  feet of the window's detections on it, each within half a turn of the one before
                     speed       from all (t_i, s_i), clipped to v_max
-                and the curve is turned so that it points along the speed.
+                and the curve is reversed if the speed along it is negative.
 
-Half a turn: of the arc lengths that a foot can mean, the nearest is the last that |s_i - s_(i-1)| <= v_max dt excludes,
-and the only one that it leaves where a turn is longer than 2 v_max dt. For shorter turns it is a guess.
+Half a turn: a foot on a circle has many arc lengths, one turn apart; the filter takes the one nearest to s_(i-1). If a
+turn is longer than 2 v_max dt, that is the only one with |s_i - s_(i-1)| <= v_max dt. For shorter turns it is a guess.
 
-Up to two detections: the newest one is where the target is expected.
+With fewer than three detections, the expected position is the newest detection.
 
-Differs from the dissertation: it always takes the circle; in noise straight paths then curl (`line_gate=False`).
-Not modelled: the target's heading where it rolls backwards; detections tell where it goes, not where it points.
+Differs from the dissertation, which always takes the circle: with noise, straight paths then become curves
+(`line_gate=False` does so too).
+Not modelled: the heading of a target that drives backwards; detections show the direction of travel only.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from agents.estimation.circle_fit import fit
 from agents.estimation.curve import Curve
 from agents.estimation.motions import MOTIONS, Motion
 
-GATE_SIGMAS2 = 9.0              # the circle has one parameter more: by noise alone it gains sigma^2 on average
+GATE_SIGMAS2 = 9.0              # [sigma^2] the circle's additional parameter alone gains sigma^2 on average
 FEWEST = 3
 
 
@@ -34,7 +35,8 @@ class CircleFilter:
 
     def __init__(self, window: int = 17, *, rho_m: float = 0.1, v_max_mps: float = 0.7, sigma_m: float = 0.1,
                  line_gate: bool = True, motion: str = "mean") -> None:
-        """`window`: Gamma. `sigma_m`: standard deviation of a detection's x and y. `v_max_mps`: in either direction."""
+        """`window`: Gamma, the number of detections. `sigma_m`: standard deviation of a detection's x and y.
+        `v_max_mps`: bound of the target's speed, in either direction. `motion`: a key of `MOTIONS`."""
         if window < FEWEST:
             raise ValueError(f"window={window}: a circle needs Gamma of {FEWEST} detections or more")
         if not (rho_m >= 0 and sigma_m >= 0 and 0 < v_max_mps < inf):
@@ -52,7 +54,7 @@ class CircleFilter:
         self.curve: Curve | None = None
         self.motion = Motion(0.0, 0.0, 0.0, v_max_mps)
         self.fitted_ns = 0                  # t_n of the fit
-        self.kept = self.refitted = 0       # corrections that left the fit as it was, and those that did not
+        self.kept = self.refitted = 0       # number of corrections that kept the fit, and that changed it
 
     def expect(self, t_ns: int) -> tuple[float, float]:
         if not self._window:

@@ -1,4 +1,4 @@
-"""Least-squares circle through points that may lie on a line (Pratt 1987), and the line beside it.
+"""Least-squares circle through points that may lie on a line (Pratt 1987), and the least-squares line.
 
 Pratt's fit minimizes sum (A z + B x + C y + D)^2, z = x^2 + y^2, under B^2 + C^2 - 4 A D = 1: near the curve this is
 the squared distance, and a line is A = 0. Curvature is 2 A. Here coordinates start at the mean, go along the
@@ -25,19 +25,21 @@ from agents.estimation.curve import Curve
 
 Point = tuple[float, float]
 
-NEWTON_STEPS = 30               # it converges quadratically, in 3 to 6 steps; more are a broken invariant
+NEWTON_STEPS = 30               # Newton's method takes 3 to 6; more break an invariant
 NEWTON_RELATIVE = 1e-13
 
 
 class Fit(NamedTuple):
-    circle: Curve               # p0 next to the mean of the points; direction not yet that of travel
+    circle: Curve               # p0 is its point nearest to the mean of the points; the direction is arbitrary
     line: Curve                 # through the mean
     circle_rss_m2: float        # sum of squared distances
     line_rss_m2: float
 
 
 def fit(points: Sequence[Point]) -> Fit:
-    """Circle and line through at least 3 points, in O(len(points)). Points that all coincide give a line along x."""
+    """Return circle and line through at least 3 points, in O(len(points)); ValueError for fewer.
+
+    For points that all coincide the line is parallel to the x axis."""
     n = len(points)
     if n < 3:
         raise ValueError(f"{n} points: a circle needs 3 or more")
@@ -89,7 +91,7 @@ def fit(points: Sequence[Point]) -> Fit:
     assert weight > 0.0, (lx, ly, mzx, mzy, mzz)
     A, B, C, D = A / weight, B / weight, C / weight, D / weight
 
-    # foot of the mean (0, 0): along the gradient (B, C), at the distance that D says
+    # foot of the mean (0, 0): along the gradient (B, C), at the distance that follows from D
     slope = hypot(B, C)
     if slope > 1e-12:
         gx, gy = B / slope, C / slope
@@ -109,7 +111,7 @@ def fit(points: Sequence[Point]) -> Fit:
 
 
 def _smallest_root(lx: float, ly: float, mzx: float, mzy: float, mzz: float) -> float:
-    """h >= 0 with (ly - h) (lx - h) (mzz - (1 + 2 h)^2) - mzx^2 (ly - h) - mzy^2 (lx - h) = 0."""
+    """Return the least h >= 0 with (ly - h)(lx - h)(mzz - (1 + 2 h)^2) - mzx^2 (ly - h) - mzy^2 (lx - h) = 0."""
     x2, y2 = mzx * mzx, mzy * mzy
     h = 0.0
     for _ in range(NEWTON_STEPS):

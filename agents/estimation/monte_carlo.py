@@ -1,7 +1,7 @@
-"""One filter on one path with n detections, many times: the cells of Tables 3.1 to 3.4.
+"""Monte Carlo runs of one filter on one path with n detections: the cells of Tables 3.1 to 3.4.
 
     detections at instants floor(i N / n), i = 0 .. n - 1, with noise of variance R in x and y; the circle filter, which
-    is not told where it starts, has two more, at instants 1 and 2, that the tables do not count
+    gets no initial state, gets two more, at instants 1 and 2, which the tables do not count
     error of a run = sqrt(mean over all N instants of the squared distance); at an instant with a detection, after it
 """
 
@@ -19,13 +19,13 @@ from agents.estimation.particle_filter import ParticleFilter
 from agents.estimation.paths import INSTANTS, STEP_NS, Floats, Path
 from agents.estimation.unscented_kalman import UnscentedKalman
 
-MEASURED_M2 = 0.01                  # R
-POSITION_M2, HEADING_RAD2 = 0.01, 0.7 ** 2      # of what the filters start with
+MEASURED_M2 = 0.01                  # R, variance of a detection's x and y
+POSITION_M2, HEADING_RAD2 = 0.01, 0.7 ** 2      # variances of the filters' initial state
 Build = Callable[[tuple[float, float, float], Inputs, np.random.Generator], Estimator]
 
 
 def unscented(start: tuple[float, float, float], inputs: Inputs, rng: np.random.Generator) -> Estimator:
-    """Starts at a draw around the truth."""
+    """Return a Kalman filter whose initial mean is drawn around the true `start`."""
     x, y, theta = start
     dx, dy = sqrt(POSITION_M2) * rng.standard_normal(2)
     return UnscentedKalman((x + dx, y + dy, theta + sqrt(HEADING_RAD2) * rng.standard_normal()),
@@ -33,12 +33,12 @@ def unscented(start: tuple[float, float, float], inputs: Inputs, rng: np.random.
 
 
 def particles(start: tuple[float, float, float], inputs: Inputs, rng: np.random.Generator) -> Estimator:
-    """Its particles start as draws around the truth."""
+    """Return a particle filter whose initial particles are drawn around the true `start`."""
     return ParticleFilter(start, (POSITION_M2, POSITION_M2, HEADING_RAD2), rng, 0, inputs)
 
 
 def circle(window: int, *, motion: str = "mean", rho_m: float = 0.1, line_gate: bool = True) -> Build:
-    """Gamma 17 for the circular path, 3 for the zig-zag."""
+    """Return a maker of circle filters; the tables use `window` (Gamma) 17 for the circular path, 3 for zig-zag."""
     return lambda start, inputs, rng: CircleFilter(window, rho_m=rho_m, v_max_mps=0.7, sigma_m=sqrt(MEASURED_M2),
                                                    line_gate=line_gate, motion=motion)
 
@@ -47,7 +47,7 @@ FILTERS: dict[str, Build] = {"UKF": unscented, "PF": particles}
 
 
 class Followed(NamedTuple):
-    """One filter on one path, at every instant."""
+    """One run of one filter on one path, at every instant."""
 
     expected: Floats            # shape (786, 2) [m]
     detections: Floats          # shape (n, 3): t [s], x, y [m]
@@ -60,7 +60,9 @@ class Followed(NamedTuple):
 
 def errors_m(build: Build, path: Path, detections: int, runs: int, seed: int = 0, *, first: int = 1,
              progress: Callable[[], None] = lambda: None) -> Floats:
-    """The error of each run, shape (runs,) [m]; run k depends on seed and k only. `progress` is called after each."""
+    """Return the error of each run, shape (runs,) [m]; run k depends on `seed` and k only.
+
+    `first`: see `follow`. `progress` is called after each run."""
     found = []
     for run in range(runs):
         found.append(follow(build, path, detections, np.random.default_rng((seed, run)), first=first).error_m)
@@ -69,7 +71,7 @@ def errors_m(build: Build, path: Path, detections: int, runs: int, seed: int = 0
 
 
 def follow(build: Build, path: Path, detections: int, rng: np.random.Generator, *, first: int = 1) -> Followed:
-    """`first`: detections at the start, one T_s apart, that count as one."""
+    """Run one filter; the first `first` detections, one T_s apart, count as one. ValueError for a bad `detections`."""
     if not 1 <= detections <= INSTANTS:
         raise ValueError(f"detections={detections}: expected 1 to {INSTANTS}")
     seen = {k * INSTANTS // detections for k in range(detections)} | set(range(first))

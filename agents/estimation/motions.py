@@ -1,6 +1,6 @@
-"""How a target moves along its curve: place, speed and acceleration at its newest detection.
+"""Motion of a target along its curve: arc length, speed and acceleration at its newest detection.
 
-From the arc lengths s_1 .. s_n of all detections in the window, at t_1 .. t_n:
+Each member computes a `Motion` from the arc lengths s_1 .. s_n of all detections in the window, at t_1 .. t_n:
 
     mean            speed (s_n - s_1) / (t_n - t_1) from s_n on
     last_sign       the same in the direction of the last interval: better after a reversal, worse in noise
@@ -8,10 +8,10 @@ From the arc lengths s_1 .. s_n of all detections in the window, at t_1 .. t_n:
                     its slope is the acceleration
     smoothed        least-squares line through the arc lengths: its value at t_n in place of s_n, its slope the speed
 
-Every speed is clipped to what the target can do, at t_n and at all times after.
+Every speed is clipped to [-v_max, v_max], at t_n and at all later times.
 
-Differs from the dissertation: it prints `line`, which with few intervals has a slope of noise and with gaps of seconds
-runs away with it. `mean` gives the printed errors; `smoothed` smaller ones where the noise counts more than the curve.
+Differs from the dissertation, which prints `line`: with few intervals its slope is mostly noise, and over gaps of
+seconds the extrapolation diverges. `mean` gives the printed errors; `smoothed` gives smaller ones if noise dominates.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Motion(NamedTuple):
     v_max_mps: float
 
     def way_m(self, dt_s: float) -> float:
-        """Arc length from t_n to dt later: the integral of the clipped speed."""
+        """Return the arc length covered from t_n to t_n + dt: the integral of the clipped speed."""
         v, a = self.v_mps, self.a_mps2
         if not a:
             return v * dt_s
@@ -69,7 +69,7 @@ MOTIONS: dict[str, MotionRule] = {"mean": mean, "last_sign": last_sign, "line": 
 
 
 def _line_at(at: float, xs: Sequence[float], ys: Sequence[float]) -> tuple[float, float]:
-    """Value at `at` and slope of the least-squares line through 2 or more points of different x."""
+    """Return value at `at` and slope of the least-squares line through at least 2 points of different x."""
     n = len(xs)
     mean_x, mean_y = sum(xs) / n, sum(ys) / n
     sxx = sxy = 0.0

@@ -1,9 +1,9 @@
-"""Bootstrap particle filter (SIR) for a unicycle that is seen now and then.
+"""Bootstrap particle filter (SIR) for a unicycle that is detected at irregular times.
 
     every step   x + dt v cos theta + noise,  y + dt v sin theta + noise,  theta + dt omega + noise      variance Q each
     detection    weights exp(-|z - p|^2 / 2 R), the weighted mean is the estimate, then systematic resampling
 
-Differs from the Kalman filter here: the process noise comes at every step, whether there is a detection or not.
+Unlike in `UnscentedKalman`, process noise is added at every step, with or without a detection.
 Source: N. J. Gordon, D. J. Salmond, A. F. M. Smith, "Novel approach to nonlinear/non-Gaussian Bayesian state
 estimation", 1993; systematic resampling: G. Kitagawa, 1996. Tuning: that of NUMBERS.
 """
@@ -21,7 +21,7 @@ class ParticleFilter:
     def __init__(self, mean: tuple[float, float, float], variances: tuple[float, float, float],
                  rng: np.random.Generator, t_ns: int = 0, inputs: Inputs = Inputs(0.0, 0.0), *, particles: int = 1000,
                  step_ns: int = 70_000_000, process_m2: float = 0.01, measured_m2: float = 0.01) -> None:
-        """`mean` (x, y, theta) [m, m, rad] at t_ns, `variances` of the particles there; noise every step_ns."""
+        """Draw particles with `mean` (x, y, theta) [m, m, rad] and `variances` at t_ns; add noise every step_ns."""
         if particles < 2 or step_ns < 1:
             raise ValueError(f"particles={particles}, step_ns={step_ns}: expected at least 2 and 1")
         if not (process_m2 >= 0 and measured_m2 > 0 and min(variances) >= 0):
@@ -30,7 +30,7 @@ class ParticleFilter:
         self._rng = rng
         self._state = np.array(mean)[:, None] + np.sqrt(variances)[:, None] * rng.standard_normal((3, particles))
         self._t_ns = t_ns
-        self._then, self._then_ns = self._state, t_ns       # as they were at the newest detection
+        self._then, self._then_ns = self._state, t_ns       # the particles at the newest detection
         self._inputs = inputs
         self._step_ns = step_ns
         self._sigma = sqrt(process_m2)
@@ -41,11 +41,13 @@ class ParticleFilter:
 
     @property
     def particles(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-        """x, y and theta of each, shape (3, particles), as they are at the last question or detection."""
+        """Rows x, y [m] and theta [rad], shape (3, particles), at the last `expect` or `correct`."""
         return self._state
 
     def expect(self, t_ns: int) -> tuple[float, float]:
-        """The mean of the particles, which move on to t_ns: ask in order of time. At a detection: the weighted one."""
+        """Advance the particles to t_ns and return their mean, at a detection's time the weighted mean.
+
+        Raises ValueError for a t_ns before the last one."""
         self._order.check_question(t_ns, self._t_ns)
         if t_ns == self._order.last_ns:
             return self._corrected
@@ -56,7 +58,7 @@ class ParticleFilter:
     def correct(self, t_ns: int, x_m: float, y_m: float, inputs: Inputs | None = None) -> bool:
         if not self._order.accepts(t_ns, x_m, y_m) or t_ns < self._then_ns:
             return False
-        if t_ns < self._t_ns:                   # it was asked for a later time meanwhile
+        if t_ns < self._t_ns:                   # `expect` has advanced the particles past the detection
             self._state, self._t_ns = self._then, self._then_ns
         self._advance(t_ns)
         state = self._state

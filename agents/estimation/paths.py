@@ -4,7 +4,7 @@
     zig-zag    legs of 3.4 s at v = 0.7, then 1.5 s at v = -0.4 with omega = +-1.5 alternating; inputs are means over
                the last 0.35 s, since a robot does not change its speed at once
 
-Differs from the dissertation: it prints neither path; these were fitted to its tables.
+Differs from the dissertation, which prints neither path: these were fitted to its tables.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Floats = npt.NDArray[np.float64]
 STEP_NS = 70_000_000
 INSTANTS = 786
 LEG_S, BACK_S, SMOOTHED_S = 3.4, 1.5, 0.35
-SUBSTEPS = 50                   # of midpoint arcs within T_s
+SUBSTEPS = 50                   # midpoint arcs per T_s
 
 
 class Path(NamedTuple):

@@ -1,9 +1,9 @@
-"""Detections in any order of arrival: go back to before an older one, take it in, and take the newer ones again.
+"""Detections that arrive out of order: restore the filter from before an older one, then apply all newer ones again.
 
-    before(t_1), t_1,  before(t_2), t_2,  ...       the last `keep` detections, each with the filter as it was before it
+    before(t_1), t_1,  before(t_2), t_2,  ...       the last `keep` detections, each with a copy of the filter before it
 
-For filters whose state holds no detections (`UnscentedKalman`, `ParticleFilter`): what they are told late and out of
-order then makes the same state as in order, draws of noise included. `CircleFilter` does without.
+Wraps a filter whose state holds no detections (`UnscentedKalman`, `ParticleFilter`): detections that arrive out of
+order then lead to the same state as in order, draws of noise included. `CircleFilter` needs no wrapper.
 
 Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001: the
 reprocessing of stored measurements. Not modelled: retrodiction, which needs no store but is approximate here.

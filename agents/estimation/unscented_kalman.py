@@ -1,10 +1,10 @@
-"""Unscented Kalman filter for a unicycle that is seen now and then.
+"""Unscented Kalman filter for a unicycle that is detected at irregular times.
 
     state (x, y, theta)     one Euler step over the gap:  x + dt v cos theta,  y + dt v sin theta,  theta + dt omega
     sigma points  m, m +- columns of the Cholesky factor of (L + lambda) P,   lambda = alpha^2 (L + kappa) - L,  L = 3
-    update: the propagated points give mean and covariance P + Q (once), then the linear update with the position seen
+    update: the propagated points give mean and covariance P + Q (once), then the linear update with the position
 
-In plain floats: a 3 x 3 filter spends its time in NumPy's calls otherwise. Headings are not wrapped.
+Written in plain floats: for 3 x 3 matrices NumPy's overhead per call would dominate. Headings are not wrapped.
 Source: E. A. Wan, R. van der Merwe, "The unscented Kalman filter for nonlinear estimation", 2000; the dissertation's
 section 3.4 compares with it, its tuning is that of NUMBERS.
 """
@@ -30,7 +30,7 @@ class Tuning(NamedTuple):
 class UnscentedKalman:
     def __init__(self, mean: tuple[float, float, float], variances: tuple[float, float, float], t_ns: int = 0,
                  inputs: Inputs = Inputs(0.0, 0.0), tuning: Tuning = Tuning()) -> None:
-        """`mean` (x, y, theta) [m, m, rad] at t_ns, `variances` the diagonal of its covariance, each above 0."""
+        """Start at t_ns from `mean` (x, y, theta) [m, m, rad]; `variances`, the covariance's diagonal, are above 0."""
         if not all(variance > 0 for variance in variances):
             raise ValueError(f"variances={variances}: expected more than 0 each")
         if not (tuning.process_m2 >= 0 and tuning.measured_m2 > 0 and tuning.alpha > 0 and L + tuning.kappa > 0):
@@ -42,7 +42,7 @@ class UnscentedKalman:
         self._tuning = tuning
         spread = tuning.alpha ** 2 * (L + tuning.kappa)             # L + lambda
         self._spread = spread
-        self._mean_weight = (spread - L) / spread                   # of the point in the middle
+        self._mean_weight = (spread - L) / spread                   # weight of the middle sigma point in the mean
         self._middle_weight = self._mean_weight + 1 - tuning.alpha ** 2 + tuning.beta
         self._weight = 0.5 / spread
         self._order = Order()
@@ -94,7 +94,7 @@ class UnscentedKalman:
                 share * middle[2] + weight * sum([point[2] for point in others]))
 
     def _propagated(self, dt_s: float) -> list[tuple[float, float, float]]:
-        """The sigma points after one Euler step, the middle one first."""
+        """Return the sigma points after one Euler step of dt_s, the middle one first."""
         (xx, xy, xh), (_, yy, yh), (_, _, hh) = self.covariance
         a = sqrt(self._spread)
         lxx = sqrt(xx)                                              # lower triangular Cholesky factor

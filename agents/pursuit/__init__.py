@@ -1,20 +1,20 @@
-"""Pursuit with rare looks (Chapter 3): when to look, where to go, who follows whom.
+"""Pursuit of targets with rare looks (Chapter 3).
 
-Pure; nothing here waits or sends:
+A *look* is a request for one exposure of a sensor. Algorithms, which neither wait nor send:
 
-    pursuer         event by event: a detection has come, an instant has come -> look when, drive where
-    sampling        when to look: periodic, or the adaptive policy of Figure 3.3
-    law             the pursuer's law (3.6)
-    zones           the parts of a field of view, and what makes them sure (`no_escape`)
-    fusion_center   what several sensors tell each other, and who is in charge of which target
-    chase, team     all of it without any network, against evaders: the reference for emulated runs
+    pursuer         turns events (a detection, an instant) into decisions: when to look next, where to drive
+    sampling        decides when to look: periodically, or by the adaptive policy of Figure 3.3
+    law             the pursuer's control law (3.6)
+    zones           the parts of a field of view; `no_escape` has the conditions under which no target escapes
+    fusion_center   merges the readings of several sensors and decides which sensor follows which target
+    chase, team     runs of these algorithms against evaders without any network: the reference for emulated runs
 
-Programs that run it on robots:
+Programs that run them on robots:
 
     pursuer_robot       a differential drive behind CAN that looks, decides and drives by itself (`steering`)
-    sensor_robot        the same in a team: reports over the radio what it sees, and is told whom to follow
-    fusion_center_node  `fusion_center` at the other end of the radio (`team_frames`)
-    evader_robot        whom they chase, driven by one of `evader_motions`
+    sensor_robot        the same in a team: sends its readings over the radio and follows the target assigned to it
+    fusion_center_node  runs `fusion_center` at the other end of the radio (`team_frames`)
+    evader_robot        the target, driven by one of `evader_motions`
 
 Places are (x, y) [m] in the plane, times integer nanoseconds of the caller's clock; looks are at multiples of T_s.
 """

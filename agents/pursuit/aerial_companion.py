@@ -1,19 +1,20 @@
-"""The ground's computer of a flying pursuer: the adaptive filter looks now and then, and waypoints go out over MAVLink.
+"""The ground computer of a flying pursuer: it decides when to look, and sends waypoints over MAVLink.
 
-    instant k T_s        read: what the link and the camera brought     decide: Figure 3.3, look at k + 1?  waypoint
-      + execution_ns     hand out: the look, the waypoint, orders, heartbeat
+    instant k T_s        read the frames from link and camera; decide by Figure 3.3: look at k + 1? which waypoint?
+      + execution_ns     send the look, the waypoint, commands and heartbeat
 
-A waypoint is the newest detection, or, if that was in the no-moving area, where the vehicle was then. It is sent when
-it is new and again every `resend_every` instants: a sign of life for OFFBOARD, and a second try on a lossy link. Height
-and heading stay. The autopilot's ramp stands in for the law (3.6): near a waypoint it is as fast as K times the way,
-K = `gain_per_s`, farther off `speed_mps`. The theorem's conditions are checked with these.
+A waypoint is the newest detection or, if that was in the no-moving area, the vehicle's place at that time. A new
+waypoint is sent at once and repeated every `resend_every` instants: OFFBOARD needs a stream, and the link may lose
+frames. Height and heading are constant. The autopilot's ramp takes the place of the law (3.6): near a waypoint its
+speed is K times the distance, K = `gain_per_s`, farther away `speed_mps`; the theorem's conditions are checked with
+these.
 
-`response_ns` is what the theorem does not know of: the way of a waypoint to the vehicle, the vehicle's inertia, and the
-age of what is known of its place. The escape area has to have room for it as for late news (section 3.5: 15 T_s v_max
-"to accommodate ... the latency in the link").
+`response_ns` is a delay that the theorem does not contain: the waypoint's way to the vehicle, the vehicle's inertia,
+and the age of its known place. The escape area must allow for it as for late detections (section 3.5: 15 T_s v_max "to
+accommodate ... the latency in the link").
 
-Places are those of the room, x east and y north, headings from x to y; MAVLink's are north, east, down, clockwise.
-Not modelled: an own camera's image; detections are the room's, as in section 3.5 ("to emulate on-board sensors").
+Places are in the room's frame, x east and y north, headings from x to y; MAVLink has north, east, down and clockwise.
+Not modelled: a camera on board; the room's cameras detect, as in section 3.5 ("to emulate on-board sensors").
 """
 
 from __future__ import annotations
@@ -51,8 +52,8 @@ COUNTERS: Final = ("looks", "looks that saw nothing", "detections", "detections 
 class CompanionSettings:
     target: str                         # whom the vehicle follows
     pursuit: AerialSettings
-    view: str = "view"                  # its port on the sensing medium
-    link: str = "link"                  # and to the vehicle
+    view: str = "view"                  # name of the port on the sensing medium
+    link: str = "link"                  # name of the port on the line to the vehicle
 
 
 class AerialCompanion:
@@ -72,10 +73,10 @@ class AerialCompanion:
         self._yaw_rad = remainder(pi / 2 - settings.heading_rad, 2 * pi)
         self._heard = bytearray()
         self._seen: list[tuple[int, Place]] = []
-        self._newest: Place = nan, nan              # detection
+        self._newest: Place = nan, nan              # the newest detection
         self._waypoint: Place | None = None
-        self._in_view = False                       # when it looked last
-        self._due = 0                               # the instant at which the waypoint is sent again
+        self._in_view = False                       # whether the last look detected the target
+        self._due = 0                               # number of the instant at which the waypoint is sent again
         self._counted: dict[str, int] = {}
         for counter in COUNTERS:
             board.count(counter, 0)
@@ -83,7 +84,7 @@ class AerialCompanion:
 
     @staticmethod
     def check(scenario: ScenarioView, own: Own[CompanionSettings]) -> Iterator[str]:
-        """Ports that it lacks, a view that is not as it thinks."""
+        """Yield one problem for each missing port and each setting that contradicts the sensing medium."""
         for name, agent in own.items():
             settings = agent.settings
             for key, port in (("view", settings.view), ("link", settings.link)):
@@ -94,7 +95,7 @@ class AerialCompanion:
                 yield from (f"agents.{name}.parameters.pursuit: {line}"
                             for line in view_problems(settings.pursuit, name, settings.view, view))
 
-    # --- what it hears
+    # --- receive
 
     def _hear(self, data: bytes) -> None:
         self._heard += data
@@ -130,7 +131,7 @@ class AerialCompanion:
             release_ns, instant = self._schedule.next_after(board.now_ns), instant + 1
 
     def _step(self, now_ns: int, instant: int) -> tuple[bool, list[bytes]]:
-        """Whether to look at the next instant, and what goes over the link."""
+        """Return whether to look at the next instant, and the frames to send over the link."""
         vehicle, plan, pursuer = self._vehicle, self._plan, self._pursuer
         vehicle.hear(bytes(self._heard), now_ns)
         self._heard.clear()
@@ -158,7 +159,7 @@ class AerialCompanion:
         return look, frames
 
     def _take_in(self, now_ns: int, own: Place) -> None:
-        """What the camera brought; the newest detection makes a new waypoint."""
+        """Give the received detections to the pursuer; a new newest detection makes a new waypoint."""
         board, pursuer = self._board, self._pursuer
         for seen_ns, place in sorted(self._seen):
             before_ns = pursuer.seen_ns
@@ -178,11 +179,11 @@ class AerialCompanion:
         self._waypoint, self._due = place, 0
 
     def _own(self) -> Place:
-        """As told last; while the vehicle approaches what it saw it is nearer than this."""
+        """Return the place that the vehicle reported last; on its way to a detection it is nearer to it by now."""
         north, east, _ = self._vehicle.position_ned_m or (0.0, 0.0, 0.0)
         return east, north
 
-    # --- for the record
+    # --- counters and samples
 
     def _count(self) -> None:
         for name, count in self._vehicle.link.counts.items():

@@ -1,4 +1,4 @@
-"""The keys of a flying pursuer's companion in a scenario, and the pursuer that they make."""
+"""The settings of a flying pursuer's companion in a scenario, and the pursuer built from them."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from agents.pursuit.zones import Zones
 class AerialSettings:
     """Times are on the local clock."""
 
-    height_m: float                     # that it flies at; its take-off goes to MIS_TAKEOFF_ALT
-    radius_m: float                     # R, of the medium `view`
+    height_m: float                     # height of the flight; the take-off climbs to the parameter MIS_TAKEOFF_ALT
+    radius_m: float                     # R, range of the medium `view`
     no_moving_m: float                  # eta
     escape_m: float                     # zeta
-    v_max_mps: float                    # of the target
-    sigma_m: float                      # of a detection
-    rho_m: float
-    window: int = 7                     # Gamma, detections of the filter
-    gain_per_s: float = 2.0             # K: of the autopilot's ramp near a waypoint
-    speed_mps: float = 1.5              # and farther off: its VEL_MAX
-    heading_rad: float = 0.0            # that is held, from x to y
+    v_max_mps: float                    # largest speed of the target
+    sigma_m: float                      # standard deviation of a detection's x and y
+    rho_m: float                        # prediction error from which on the filter is fitted anew
+    window: int = 7                     # Gamma, number of detections in the filter
+    gain_per_s: float = 2.0             # K, speed per distance of the autopilot's ramp near a waypoint
+    speed_mps: float = 1.5              # its speed farther away, VEL_MAX
+    heading_rad: float = 0.0            # constant heading, from x to y
     step_ns: int = 70_000_000           # T_s
-    offset_ns: int = 0
-    execution_ns: int = 5_000_000       # from an instant to what it hands out
-    latency_ns: int = 70_000_000        # from an exposure until the instant that reads its news
-    response_ns: int = 0                # from a waypoint until the vehicle flies there
-    resend_every: int = 2               # instants
-    position_every_ns: int = 100_000_000        # of the vehicle's telemetry
-    attitude_every_ns: int = 500_000_000
-    retry_ns: int = 500_000_000         # of an order without an answer
+    offset_ns: int = 0                  # instants are at offset + k T_s
+    execution_ns: int = 5_000_000       # from an instant until its frames are sent
+    latency_ns: int = 70_000_000        # from an exposure until the instant that reads its detections
+    response_ns: int = 0                # from a waypoint until the vehicle flies towards it
+    resend_every: int = 2               # instants between repetitions of a waypoint
+    position_every_ns: int = 100_000_000        # period of the vehicle's position messages
+    attitude_every_ns: int = 500_000_000        # period of its attitude messages
+    retry_ns: int = 500_000_000         # from a command without an answer until it is repeated
 
     def __post_init__(self) -> None:
         if self.step_ns < 1:
@@ -65,7 +65,7 @@ class AerialSettings:
         return PursuitLaw(self.gain_per_s, self.speed_mps)
 
     def pursuer(self) -> Pursuer:
-        """A new one, that has seen nothing yet."""
+        """Return a new pursuer, which has no detection yet."""
         estimator = CircleFilter(self.window, rho_m=self.rho_m, v_max_mps=self.v_max_mps, sigma_m=self.sigma_m)
         sampling = Adaptive(self.step_ns, self.zones, self.v_max_mps, self.latency_ns)
         return Pursuer(estimator, sampling, self.law, self.zones, self.rho_m)

@@ -1,10 +1,11 @@
-"""One pursuer and one evader without any network, and the truth watched at every instant and in between.
+"""One pursuer and one evader without any network; the true distance is measured at every instant and in between.
 
-    at instant k    answers that are due come in;  if a look is due and the target in view: y = place + noise, answered
-                    `latency_steps` later, or lost;  then decide;  error of the estimate
-    from k to k + 1 pursuer by its law, exactly; evader as it likes; distance to the boundary at every part of the step
+    at instant k    apply the answers that are due;  if a look is due and the target is in view: y = place + noise,
+                    answered `latency_steps` later, or lost;  decide;  measure the error of the estimate
+    from k to k + 1 move the pursuer exactly by its law, and the evader; measure the distance to the boundary, PARTS
+                    times
 
-The looks that start the filter, one T_s apart, count as one together (section 3.3.1).
+The looks that start the filter, one T_s apart, count as one look (section 3.3.1).
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from agents.pursuit.evaders import Evader
 from agents.pursuit.pursuer import Pursuer
 from agents.pursuit.sampling import FIRST_LOOKS
 
-PARTS = 5                       # of a step, at which the distance is watched
+PARTS = 5                       # measurements of the distance per step
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,9 @@ class Instant:
 
 @dataclass
 class Chase:
-    looks: int = 0              # as counted in the tables
+    looks: int = 0              # counted as in the tables
     error_m: float = 0.0        # root of the mean squared distance between estimate and truth over all instants
-    least_m: float = inf        # signed distance from the target to the boundary, the least of all times
+    least_m: float = inf        # least signed distance from the target to the boundary, negative outside
     escaped_ns: int | None = None
     trace: list[Instant] = field(default_factory=list)
 
@@ -47,9 +48,10 @@ class Chase:
 
 def chase(pursuer: Pursuer, own: Place, evader: Evader, rng: np.random.Generator, *, instants: int, step_ns: int,
           sigma_m: float, latency_steps: int = 0, lost_in_a_row: int = 0, traced: bool = False) -> Chase:
-    """`own`: where the pursuer starts. `rng` draws one pair of normal variables for each instant, looked at or not.
+    """Run one chase of `instants` steps; ValueError for numbers out of range.
 
-    `lost_in_a_row`: after each answer so many are lost.
+    `own` is the pursuer's initial place. `rng` draws one pair of normal variables at each instant, with or without a
+    look. After each answer that arrives, `lost_in_a_row` answers are lost.
     """
     if instants < 1 or latency_steps < 0 or lost_in_a_row < 0:
         raise ValueError(f"instants={instants}, latency_steps={latency_steps}, lost_in_a_row={lost_in_a_row}: expected "

@@ -1,13 +1,13 @@
-"""How evaders are driven, as robots: a command for the plant from time, own pose and, for who flees, its pursuer.
+"""Motions of evader robots: each computes the plant's command from time, own pose and, for `runner`, the pursuer.
 
     circle      v = 0.55 (1 + 0.05 sin(2 pi t / 11)), omega = 2 pi / 55 (1 + 0.05 cos(2 pi t / 7))      section 3.3.1
     zig_zag     3.4 s at v = 0.7, then 1.5 s at v = -0.4 with omega = +-1.5, alternating                section 3.3.1
     waypoints   drives to one random point of the area after the other, v = v_max cos(bearing)          section 3.3.2
-    runner      straight away from its pursuer, forwards or backwards
-    erratic     as by hand: a direction, a turn or a halt, all at full speed, each for a random while   section 3.5
+    runner      drives straight away from its pursuer, forwards or backwards
+    erratic     as if steered by hand: random manoeuvres (move, turn, halt) at full speed               section 3.5
 
 Speeds of circle and zig-zag are for v_max = 0.7 and scale with it. The first four command a unicycle (v, omega),
-erratic an omnidirectional robot (velocity in the world, omega), which drives back where it has left the area.
+erratic an omnidirectional robot (velocity in the world, omega), which returns when it has left the area.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ UNICYCLE, OMNIDIRECTIONAL = ("v_cmd", "omega_cmd"), ("v_x_cmd", "v_y_cmd", "omeg
 
 
 class Motion(Protocol):
-    INPUTS: ClassVar[tuple[str, ...]]       # of the plant
+    INPUTS: ClassVar[tuple[str, ...]]       # names of the plant's inputs
 
     def command(self, t_s: float, own: Pose, pursuer: Place | None) -> Sequence[float]:
-        """One value for each of the inputs, held until the next question."""
+        """Return one value for each of INPUTS, held until the next call."""
 
 
 @dataclass(frozen=True)
 class Driver:
-    """What a motion is made from."""
+    """The arguments from which a motion is made."""
 
     v_max_mps: float
     area: Area
@@ -91,18 +91,18 @@ class Runner:
             return 0.0, 0.0
         away = own.x_m + (own.x_m - pursuer[0]), own.y_m + (own.y_m - pursuer[1])
         bearing = remainder(atan2(away[1] - own.y_m, away[0] - own.x_m) - own.theta_rad, 2 * pi)
-        aside = remainder(bearing, pi)              # to the nearer end of the robot
+        aside = remainder(bearing, pi)              # bearing from the nearer end, front or rear, of the robot
         return self.driver.v_max_mps * cos(bearing), max(-OMEGA_MAX_RADPS, min(OMEGA_MAX_RADPS, 2 * aside))
 
 
 @dataclass
 class Erratic:
-    """Each manoeuvre lasts 0.4 s and an exponential time of mean 1.6 s more."""
+    """Random manoeuvres; each lasts 0.4 s plus an exponentially distributed time of mean 1.6 s."""
 
     INPUTS: ClassVar[tuple[str, ...]] = OMNIDIRECTIONAL
     driver: Driver
     until_s: float = 0.0
-    direction_rad: float | None = field(default=None)       # in the robot's frame; None: it stands
+    direction_rad: float | None = field(default=None)       # in the robot's frame; None: no translation
     omega_radps: float = 0.0
 
     def command(self, t_s: float, own: Pose, pursuer: Place | None) -> Sequence[float]:

@@ -1,10 +1,10 @@
-"""An evader: a robot that is driven by one of the motions, and never says anything.
+"""An evader: a robot that one of the motions drives; it sends no frames.
 
-    every hold_ns   command by the motion -> plant          what `spy` shows: where its pursuer is, for the runner
+    every hold_ns   motion -> command -> plant
 
-With a port `spy`, a sensing medium that shows it every exposure, it knows where the nearest body that it sees is. Its
-own pose it knows exactly.
-Not modelled: its own sensors, drives and computers; only the plant's lag and limits stand between motion and wheels.
+If it has a port `spy`, a sensing medium that delivers every exposure, it takes the nearest body that it detects as its
+pursuer, which the motion `runner` needs. It knows its own pose exactly.
+Not modelled: sensors, drives and computers of the evader; the plant alone adds lag and limits to the motion.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class EvaderSettings:
     v_max_mps: float
     area_x_m: Sequence[float] = (-6.0, 6.0)
     area_y_m: Sequence[float] = (-6.0, 6.0)
-    hold_ns: int = 70_000_000                       # how long a command is held
-    begin_ns: int = 0                               # until then it stands
+    hold_ns: int = 70_000_000                       # period of new commands
+    begin_ns: int = 0                               # time of the first command; the robot stands before
 
     def __post_init__(self) -> None:
         if self.motion not in MOTIONS:
@@ -58,14 +58,14 @@ class EvaderRobot:
         self._motion = MOTIONS[settings.motion](Driver(settings.v_max_mps, settings.area, board.rng))
         self._inputs = board.actuators(list(self._motion.INPUTS))
         self._pose = board.sensors([name for name, _ in TRUTH], [unit for _, unit in TRUTH])
-        self._seen: tuple[int, Place] | None = None         # exposure, place of the nearest body
+        self._seen: tuple[int, Place] | None = None         # (time of the exposure [ns], place of the nearest body)
         for port in board.ports:
             board.port(port, self._spy, listen_only=True)
         board.record_all(TRUTH, self._pose.read)
 
     @staticmethod
     def check(scenario: ScenarioView, own: Own[EvaderSettings]) -> Iterator[str]:
-        """A robot without a plant, a runner that cannot see whom it flees."""
+        """Yield a problem for each evader without a plant and each runner without a medium that shows its pursuer."""
         for name, agent in own.items():
             if agent.settings.motion == "runner" and SPY not in agent.media:
                 yield (f"agents.{name}.media: a runner sees its pursuer on a medium {SPY!r} of kind sensing, with "

@@ -1,6 +1,6 @@
-"""Targets for the chase: on a given path, running for the boundary of the field of view, wandering.
+"""Targets for `chase`: on a given path, fleeing to the boundary of the field of view, or wandering.
 
-A member has one verb, `moved(dt_s, pursuer)`: its place dt later, knowing where its pursuer is.
+A member has one verb: `moved(dt_s, pursuer)` moves it by dt, given the pursuer's place, and returns its new place.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Evader(Protocol):
 
 
 class OnPath:
-    """Between the instants of the path straight on, and where it ends it stays."""
+    """Moves along straight lines between the instants of a path; stays at its end."""
 
     def __init__(self, path: Path) -> None:
         self._xs, self._ys = path.x.tolist(), path.y.tolist()
@@ -33,7 +33,7 @@ class OnPath:
 
     def moved(self, dt_s: float, pursuer: Place) -> Place:
         self._t_s += dt_s
-        at = self._t_s / (STEP_NS * 1e-9) + 1e-9                # rounding of the sum is less
+        at = self._t_s / (STEP_NS * 1e-9) + 1e-9                # 1e-9 exceeds the rounding error of the sum
         k = min(int(at), len(self._xs) - 2)
         share = min(max(at - k - 1e-9, 0.0), 1.0)
         self.place = (self._xs[k] + share * (self._xs[k + 1] - self._xs[k]),
@@ -42,14 +42,14 @@ class OnPath:
 
 
 class Runner:
-    """Straight away from the pursuer, always, at its full speed; it turns at once, and walls hold it."""
+    """Flees straight away from the pursuer at full speed; it turns instantly and stops at the area's boundary."""
 
     def __init__(self, place: Place, v_max_mps: float, rng: np.random.Generator, area: Area | None = None) -> None:
         self.place = place
         self._v_max_mps = v_max_mps
         self._area = area
         angle = rng.uniform(0, 2 * np.pi)
-        self._last: Place = (cos(angle), sin(angle))            # where to while it is where the pursuer is
+        self._last: Place = (cos(angle), sin(angle))            # direction used while both are at the same place
 
     def moved(self, dt_s: float, pursuer: Place) -> Place:
         dx, dy = self.place[0] - pursuer[0], self.place[1] - pursuer[1]
@@ -66,7 +66,7 @@ class Runner:
 class Wanderer:
     """A unicycle that drives to one waypoint after the other (section 3.3.2) and stays at the last one.
 
-    It turns at once, at omega_max, and slows down where the waypoint is aside: v = v_max cos(bearing), 0 at least.
+    It turns at omega_max, without lag, and slows down for a waypoint aside: v = max(0, v_max cos(bearing)).
     """
 
     NEAR_M = 0.1

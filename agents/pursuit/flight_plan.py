@@ -1,11 +1,11 @@
-"""What the ground orders a flying pursuer to do, step by step, over MAVLink.
+"""The phases of a flying pursuer's flight, and the commands that the ground sends in each over MAVLink.
 
     CONNECT --heartbeat, position--> SET_UP --streams--> ARM --> TAKE_OFF --> CLIMB --holds at its height--> HAND_OVER
     HAND_OVER --OFFBOARD accepted--> CHASE --it says HOLD--> HAND_OVER          anything in the air --it lands--> OVER
 
-Each arrow is an acknowledged order, repeated while it is refused or unanswered. Who has taken the vehicle out of
-OFFBOARD, a failsafe, is left to end: it is taken back only when the vehicle holds, and never out of a landing.
-It takes off to its own height, the parameter MIS_TAKEOFF_ALT; the targets then say which one.
+Each arrow is an acknowledged command, repeated while it is refused or unanswered. If a failsafe takes the vehicle out
+of OFFBOARD, the plan does not interrupt it: it requests OFFBOARD again only when the vehicle holds, never while it
+lands. The take-off climbs to the parameter MIS_TAKEOFF_ALT; the position targets then set the height.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from firmware_sim.mavlink.dialect import layout_of
 from firmware_sim.mavlink.enums import Command, CommandResult
 
 US_NS: Final = 1_000
-AGAIN_NS: Final = 500_000_000       # after a refusal or no answer at all
-STREAM_NS: Final = 300_000_000      # of targets, before OFFBOARD is asked for
-LOW_SHARE: Final = 0.8              # of its height: below it has not climbed
+AGAIN_NS: Final = 500_000_000       # from a refusal, or a command without an answer, until it is repeated
+STREAM_NS: Final = 300_000_000      # for which targets are sent before OFFBOARD is requested
+LOW_SHARE: Final = 0.8              # share of the height that ends the climb
 
 
 class Phase(Enum):
@@ -44,13 +44,13 @@ IN_THE_AIR: Final = (Phase.CLIMB, Phase.HAND_OVER, Phase.CHASE)
 class FlightPlan:
     link: Companion
     height_m: float
-    streams_ns: Sequence[tuple[str, int]]           # message and its interval; 0: none
+    streams_ns: Sequence[tuple[str, int]]           # (message, its interval); 0: not sent
     event: Callable[[str, str], None] = lambda kind, detail: None
     warn: Callable[[str, str], None] = lambda kind, detail: None
     phase: Phase = field(default=Phase.CONNECT, init=False)
-    _since_ns: int = field(default=0, init=False)   # of the phase
-    _waits_ns: int = field(default=0, init=False)   # until then
-    _set_up: int = field(default=0, init=False)     # streams that are
+    _since_ns: int = field(default=0, init=False)   # start of the phase
+    _waits_ns: int = field(default=0, init=False)   # no command is sent before
+    _set_up: int = field(default=0, init=False)     # number of streams set up
 
     def __post_init__(self) -> None:
         if not self.height_m > 0:
@@ -58,11 +58,11 @@ class FlightPlan:
 
     @property
     def leads(self) -> bool:
-        """Targets go to the vehicle."""
+        """Whether the ground has to send targets to the vehicle in this phase."""
         return self.phase in (Phase.HAND_OVER, Phase.CHASE)
 
     def step(self, now_ns: int) -> None:
-        """Go on with what has been heard until now."""
+        """Advance the plan with the messages received until `now_ns`; send the next command if one is due."""
         while self.link.answers:
             self._answered(self.link.answers.pop(0)[1], now_ns)
         self._look(now_ns)
@@ -70,7 +70,7 @@ class FlightPlan:
             self._ask()
 
     def _look(self, now_ns: int) -> None:
-        """What the vehicle says of itself."""
+        """Change the phase according to the vehicle's reported state."""
         told, phase = self.link, self.phase
         if phase is Phase.CONNECT and told.heartbeat_ns >= 0 and told.position_ned_m is not None:
             self._enter(Phase.SET_UP, now_ns)

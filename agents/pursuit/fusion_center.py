@@ -1,14 +1,15 @@
-"""What sensors tell each other of the targets, and who is in charge of which (Figure 3.3; section 3.2 on exchange).
+"""Merges the readings of several sensors, and decides which sensor is in charge of which target (Figure 3.3, section
+3.2).
 
-    report      a sensor has seen a target: of one instant all readings are merged, their mean weighted by 1 / sigma^2
-    claim       an idle sensor has seen targets enter: one of them, at random, is its own; who followed it is idle then
-    pass_on     what the sensor in charge has not been told yet; to a new one all that is kept, so its filter can start
+    report      takes a sensor's reading; all readings of one instant are merged to their mean, weighted by 1 / sigma^2
+    claim       puts an idle sensor in charge of one target, at random, of those that entered; its former sensor is idle
+    pass_on     returns the detections that the sensor in charge has not got yet; a new one gets all that are kept
 
-A sensor is in charge of one target at most, a target has one sensor at most. An instant is closed when it is passed on:
-a reading of it that comes later is left out, since its mean is in filters already. One of an older instant that nobody
-else saw is passed on like any other; filters take it by its time stamp.
+A sensor is in charge of at most one target, and a target has at most one sensor. An instant is closed once its mean
+was passed on: a later reading of it is rejected, since filters have applied the mean already. A late reading of an
+older instant that has no other reading is passed on; filters order it by its time stamp.
 
-Differs from the dissertation: it leaves open what several readings of one instant are and when a sensor lets go.
+Differs from the dissertation, which does not say how readings of one instant are merged or when a sensor lets go.
 """
 
 from __future__ import annotations
@@ -33,28 +34,28 @@ class Reading(NamedTuple):
 class Detection(NamedTuple):
     seen_ns: int
     place: Place
-    sensors: frozenset[str]     # whose readings it was made from
+    sensors: frozenset[str]     # sensors whose readings were merged
 
 
 @dataclass
 class _Target:
     open: dict[int, list[Reading]] = field(default_factory=dict)
-    closed: list[tuple[int, Detection]] = field(default_factory=list)      # with a number that only grows
-    number: int = 0
-    told: int = 0                                                           # up to which the one in charge was told
+    closed: list[tuple[int, Detection]] = field(default_factory=list)      # (number, detection), numbers ascend
+    number: int = 0                                                         # number of the detection closed last
+    told: int = 0                                                           # last number passed to the one in charge
 
 
 class FusionCenter:
-    """Invariant: `_followed` has no target twice."""
+    """Invariant: no two sensors in `_followed` have the same target."""
 
     def __init__(self, rng: Random, keep: int = 17) -> None:
-        """`rng` chooses among targets that enter together; `keep`: detections per target, Gamma of the filters."""
+        """`rng` chooses among targets that enter together; `keep`: detections kept per target, Gamma of the filters."""
         if keep < 1:
             raise ValueError(f"keep={keep}: expected 1 or more")
         self._rng = rng
         self._keep = keep
         self._targets: dict[str, _Target] = {}
-        self._followed: dict[str, str] = {}         # sensor: its target
+        self._followed: dict[str, str] = {}         # sensor -> its target
 
     def target_of(self, sensor: str) -> str | None:
         return self._followed.get(sensor)
@@ -63,7 +64,9 @@ class FusionCenter:
         return next((sensor for sensor, followed in self._followed.items() if followed == target), None)
 
     def report(self, now_ns: int, reading: Reading) -> bool:
-        """Whether it counts. ValueError for one that is no place, from the future, or there already."""
+        """Add a reading; returns False if its instant is closed.
+
+        Raises ValueError for a place or sigma that is no number, a time stamp after now, or a repeated reading."""
         if not (isfinite(reading.place[0]) and isfinite(reading.place[1])):
             raise ValueError(f"{reading.sensor}: {reading.target} at {reading.place} m: expected finite numbers; leave "
                              f"it out")
@@ -82,12 +85,12 @@ class FusionCenter:
             raise ValueError(f"{reading.sensor}: {reading.target} seen at {reading.seen_ns} ns: it has told of this "
                              f"instant already; keep one of them")
         readings.append(reading)
-        if len(target.open) > self._keep:           # nobody is in charge of it
+        if len(target.open) > self._keep:           # no sensor is in charge of the target
             del target.open[min(target.open)]
         return True
 
     def claim(self, sensor: str, entered: Collection[str]) -> str | None:
-        """The target that the sensor is in charge of from now on; None if it has one already or none entered."""
+        """Return the target that the sensor is in charge of from now on; None if it had one already or none entered."""
         if sensor in self._followed or not entered:
             return None
         target = self._rng.choice(sorted(entered))
@@ -99,13 +102,13 @@ class FusionCenter:
         return target
 
     def release(self, sensor: str) -> None:
-        """The sensor is idle from now on."""
+        """Make the sensor idle."""
         self._followed.pop(sensor, None)
 
     def pass_on(self, sensor: str, with_own: bool = True) -> list[Detection]:
-        """What the sensor has not been told of its target, in order of time; it closes the instants that are open.
+        """Close the open instants of the sensor's target; return its detections not passed on yet, in order of time.
 
-        `with_own=False` leaves out instants at which it looked itself, for a sensor that uses its own at once.
+        `with_own=False` leaves out detections with a reading of the sensor itself, which it has applied already.
         """
         if sensor not in self._followed:
             return []
@@ -124,7 +127,7 @@ class FusionCenter:
 
 
 def weighted_mean(places: Sequence[tuple[Place, float]]) -> Place:
-    """Of (place, sigma) pairs: of readings of one instant, or of several filters' predictions for one."""
+    """Return the mean place of (place, sigma) pairs, weighted by 1 / sigma^2; of readings or of predictions."""
     weights = [1 / sigma ** 2 for _, sigma in places]
     total = sum(weights)
     return (sum(weight * place[0] for weight, (place, _) in zip(weights, places, strict=True)) / total,

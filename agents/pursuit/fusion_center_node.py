@@ -1,10 +1,11 @@
-"""The fusion center as a node: hears readings over the radio, says who is in charge of whom, and passes on the others'.
+"""The fusion center as a node: it receives readings over the radio and sends assignments and merged detections.
 
-    report   --gather-->  readings of one instant merged  -->  news for the sensor in charge, if others made them
-    claim    --execution-->  who is in charge               -->  charges, to everybody; again every `repeat_ns`
+    report   --gather_ns-->     merge the readings of one instant     -->  send `news` to the sensor in charge
+    claim    --execution_ns-->  decide which sensor is in charge      -->  send `charges` to all, and every `repeat_ns`
 
-Charges are told again because nobody acknowledges a broadcast; news are not: the next are better.
-Source: dissertation, sections 3.2 and 3.3.2, Figure 3.3. Not modelled: a sensor that lies about what it sees.
+Charges are repeated because nobody acknowledges a broadcast; news are not, since later news replace them. News leave
+out detections with a reading of the sensor in charge, which has applied it already.
+Source: dissertation, sections 3.2 and 3.3.2, Figure 3.3. Not modelled: sensors that report false readings.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ COUNTERS = ("unreadable frames", "frames of others", "readings", "readings refus
 
 @dataclass(frozen=True)
 class FusionCenterSettings:
-    radio: str = "radio"                # its port
-    keep: int = 5                       # detections of a target, Gamma of the filters
-    execution_ns: int = 1_000_000       # from a claim to the charges
-    gather_ns: int = 20_000_000         # how long the readings of one instant come in
-    repeat_ns: int = 500_000_000        # of the charges
+    radio: str = "radio"                # name of the port
+    keep: int = 5                       # detections kept per target, Gamma of the filters
+    execution_ns: int = 1_000_000       # from a claim until the charges are sent
+    gather_ns: int = 20_000_000         # from the first reading of a target until its news are sent
+    repeat_ns: int = 500_000_000        # period of the charges
 
     def __post_init__(self) -> None:
         if not 0 < self.execution_ns <= self.gather_ns or self.repeat_ns < 1:
@@ -45,14 +46,14 @@ class FusionCenterNode:
             board.count(counter, 0)
         self._center = FusionCenter(board.rng, settings.keep)
         self._version = 0
-        self._taken: dict[str, int] = {}            # target: when its sensor in charge saw it enter
-        self._gathering: set[str] = set()           # targets whose news are to be passed on
+        self._taken: dict[str, int] = {}            # target -> time at which its sensor in charge saw it enter
+        self._gathering: set[str] = set()           # targets whose readings are being gathered
         self._port = board.port(settings.radio, self._hear)
         board.every(settings.repeat_ns, self._tell_charges, offset_ns=settings.repeat_ns)
 
     @staticmethod
     def check(scenario: ScenarioView, own: Own[FusionCenterSettings]) -> Iterator[str]:
-        """A team that is none."""
+        """Yield what is wrong with the scenario's `[team]`."""
         try:
             team_of(scenario.team)
         except ValueError as error:
@@ -79,7 +80,9 @@ class FusionCenterNode:
             self._after(self._settings.gather_ns, lambda: self._pass_on(report.target))
 
     def _claim(self, report: Report) -> None:
-        """Whatever comes of it is told: who claimed waits for an answer. Of two of one instant the first has it."""
+        """Decide a claim and send the charges in any case, since the claiming sensor waits for an answer.
+
+        Of two claims of one instant the first succeeds."""
         before = self._center.in_charge_of(report.target)
         if (before != report.sensor and self._taken.get(report.target, -1) < report.seen_ns
                 and self._center.claim(report.sensor, {report.target}) is not None):

@@ -1,9 +1,9 @@
-"""The pursuer's law (3.6): straight towards the newest detection, within what the pursuer can do.
+"""The pursuer's law (3.6): move straight towards the newest detection, at a limited speed.
 
-    u = K (y - q),  |u| <= u_max            y: the detection, or the point of the area of interest next to it
+    u = K (y - q),  |u| <= u_max            y: the detection, or the nearest point to it in the area of interest
 
-Between detections y stays, and |y - q| falls exponentially, from u_max / K on; above linearly. The area has no
-obstacles and is convex, so the way to y stays in it.
+Between detections y is constant. |y - q| falls linearly down to u_max / K, below exponentially. The area is convex and
+without obstacles, so the way to y lies in it.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ class PursuitLaw:
         return gain * dx, gain * dy
 
     def moved(self, own: Place, seen: Place, dt_s: float) -> Place:
-        """Where it is dt later, exactly."""
+        """Return the pursuer's place after dt_s of moving towards `seen`, exactly."""
         x, y = self.area.nearest(seen) if self.area else seen
         dx, dy = x - own[0], y - own[1]
         way = hypot(dx, dy)
         if way == 0.0:
             return own
-        corner = self.u_max_mps / self.gain_per_s       # nearer than this the law is linear
+        corner = self.u_max_mps / self.gain_per_s       # distance below which the speed is not limited
         full_s = max(0.0, (way - corner) / self.u_max_mps)
         if dt_s <= full_s:
             left = way - self.u_max_mps * dt_s

@@ -1,16 +1,16 @@
-"""What has to hold so that no target escapes (Theorem 1, with room for what it leaves out).
+"""Conditions under which no target escapes (Theorem 1, extended by latency, losses and noise).
 
     zeta  >= (2 T_s + latency + losses (T_s + latency)) v_max + 4.5 sigma
-    K eta >= v_max,  u_max > v_max                  where it has to follow it is not slower than the target
-    eta   <= R - zeta - 3 T_s v_max                 after a look it is not at once in doubt again
+    K eta >= v_max,  u_max > v_max                  outside the no-moving area the pursuer is at least as fast
+    eta   <= R - zeta - 3 T_s v_max                 a look makes the next one due only some instants later
 
-Why: at the last instant without doubt, R - |y - q| - v_max (t - t_seen) > zeta. A look that is due at k is taken at
-k + 1 and told of `latency` later; one without an answer by then is taken again at the next instant. Until the news the
-pursuer does not recede from y, and y is off by no more than 4.5 sigma, so the target is inside when it is looked at.
-4.5 sigma: a normal detection in the plane is farther off once in 25 000 looks, and then in any direction.
+Proof: at the last instant before a look is due, R - |y - q| - v_max (t - t_seen) > zeta. A look that is due at k is
+exposed at k + 1 and answered `latency` later; without an answer by then it is repeated at the next instant. Until the
+answer the pursuer does not recede from y, and y is wrong by at most 4.5 sigma, so the target is in view when exposed.
+4.5 sigma: a normally distributed detection in the plane has a larger error once in 25 000 looks, in any direction.
 
-Differs from the dissertation: it has zeta >= 3 T_s v_max with "almost surely", without room for the noise; a target
-that runs for the boundary then escapes.
+Differs from the dissertation, which has zeta >= 3 T_s v_max with "almost surely" and no margin for noise: a target that
+flees to the boundary then escapes.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SPARE_STEPS = 3
 
 
 def least_escape_m(v_max_mps: float, sigma_m: float, step_ns: int, latency_ns: int = 0, losses: int = 0) -> float:
-    """The narrowest escape area that is sure, with at most so many answers lost in a row."""
+    """Return the least zeta [m] with which no target escapes, if at most `losses` answers are lost in a row."""
     if latency_ns < 0 or losses < 0:
         raise ValueError(f"latency_ns={latency_ns}, losses={losses}: expected 0 or more")
     unseen_ns = 2 * step_ns + latency_ns + losses * (step_ns + latency_ns)
@@ -32,7 +32,7 @@ def least_escape_m(v_max_mps: float, sigma_m: float, step_ns: int, latency_ns: i
 
 def problems(zones: Zones, law: PursuitLaw, v_max_mps: float, sigma_m: float, step_ns: int,
              latency_ns: int = 0, losses: int = 0) -> list[str]:
-    """What is not as the theorem needs it, one a line; empty: no target escapes."""
+    """Return one sentence for each violated condition; empty: no target escapes."""
     found = []
     least_m = least_escape_m(v_max_mps, sigma_m, step_ns, latency_ns, losses)
     if zones.escape_m < least_m * (1 - 1e-12):

@@ -1,14 +1,14 @@
-"""One pursuer of one target, event by event (Figures 3.3 and 3.4): it neither waits nor sends; whoever drives it does.
+"""The decisions of one pursuer of one target (Figures 3.3 and 3.4). It neither waits nor sends; its caller does.
 
-    step(now, own) -> Decision          where to drive from now on, and when to look next
-    asked(look)                         it was asked for a look with its exposure then
-    detected(now, seen, place, own)     an answer has come, from its own sensor or another's
+    step(now, own) -> Decision          decide where to drive from now on, and when to look next
+    asked(look)                         the caller has requested a look with its exposure at `look`
+    detected(now, seen, place, own)     the caller has received a detection, of its own sensor or another one
 
-`step` may be called at any time; to get a decision as Figure 3.3 has it, at every instant k T_s, or only one T_s before
-the instant that the last decision names: it looks there unless this later decision names a later one.
+The caller calls `step` at every instant k T_s, as in Figure 3.3, or only one T_s before the instant `look_ns` of the
+last decision, and requests the look unless the new decision names a later instant.
 
-A detection moves the pursuer, and sets its next look, if it is the newest; the filter takes older ones by their time
-stamps as far as it can. The newest counts as of when it was made, so late answers make the pursuer look earlier.
+Only the newest detection sets goal and next look; the filter also gets older ones, which it orders by time stamp. The
+age of a detection counts from its exposure, so a late answer makes the next look earlier.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from agents.pursuit.zones import Zones
 
 
 class Decision(NamedTuple):
-    look_ns: int                # the next look, not before
-    goal: Place | None          # what it drives to (3.6); None: it stays
-    velocity_mps: Place         # now, for a pursuer that is where it said
-    expected: Place | None      # of the target, now; None: it was never seen
+    look_ns: int                # earliest exposure of the next look
+    goal: Place | None          # place to drive to (3.6); None: stay
+    velocity_mps: Place         # velocity (3.6) at the place `own` of this call
+    expected: Place | None      # expected place of the target now; None without a detection
 
 
 class Pursuer:
@@ -42,12 +42,14 @@ class Pursuer:
         self.sampling = sampling
         self.law = law
         self.zones = zones
-        self.seen_ns: int | None = None         # the newest detection
+        self.seen_ns: int | None = None         # time of the newest detection
         self.goal: Place | None = None
         self._rho_m = rho_m
 
     def detected(self, now_ns: int, seen_ns: int, place: Place, own: Place, inputs: Inputs | None = None) -> bool:
-        """Whether it counted. ValueError for one that is no place, or is from the future; nothing has changed then."""
+        """Apply a detection; returns whether the filter accepted it.
+
+        Raises ValueError, and changes nothing, for a place that is not finite or a time after now."""
         if seen_ns > now_ns:
             raise ValueError(f"detection at {seen_ns} ns, told of at {now_ns} ns: it is from the future; the sensor's "
                              f"clock is ahead, synchronize it")
@@ -72,9 +74,9 @@ class Pursuer:
 
 def adaptive_pursuer(estimator: Estimator, zones: Zones, law: PursuitLaw, *, v_max_mps: float, sigma_m: float,
                      step_ns: int, rho_m: float, latency_ns: int = 0, losses: int = 0, sure: bool = True) -> Pursuer:
-    """A pursuer with the adaptive policy that no target escapes. ValueError if it may; `sure=False`: all the same.
+    """Return a pursuer with the adaptive policy; ValueError if a target may escape, unless `sure` is False.
 
-    `latency_ns`: from an exposure to its answer, at most; `losses`: answers lost in a row, at most.
+    `latency_ns`: longest time from an exposure to its answer; `losses`: most answers lost in a row.
     """
     wrong = problems(zones, law, v_max_mps, sigma_m, step_ns, latency_ns, losses)
     if sure and wrong:

@@ -1,4 +1,4 @@
-"""What makes a pursuit scenario impossible: said before a run, one line each, with what to do."""
+"""Problems of a pursuit scenario, found before a run: one sentence each, with the remedy."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
 
 
 class LooksLike(Protocol):
-    """What a pursuer takes for granted of its sensor."""
+    """What a pursuer assumes of its sensor; `view_problems` compares it with the sensing medium."""
 
     @property
     def step_ns(self) -> int: ...
@@ -26,7 +26,7 @@ class LooksLike(Protocol):
 
 
 def pursuer_problems(scenario: ScenarioView, own: Own[PursuerSettings]) -> Iterator[str]:
-    """Wheels that nobody knows, ports that it lacks, a view that is not as it thinks."""
+    """Yield a problem for each missing wheel parameter or port, and each setting that contradicts the medium."""
     for name, agent in own.items():
         if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
             yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"
@@ -52,5 +52,5 @@ def view_problems(settings: LooksLike, observer: str, name: str, view: MediumVie
     if known.noise_m > settings.sigma_m:
         yield f"sigma_m={settings.sigma_m}: media.{name} has noise_m={known.noise_m}; take that much or more"
     if known.latency_ns > settings.latency_ns:
-        yield (f"latency_ns={settings.latency_ns}: the news of media.{name} take {known.latency_ns} ns, and what the "
-               f"program computes more; allow for it")
+        yield (f"latency_ns={settings.latency_ns}: the news of media.{name} take {known.latency_ns} ns from an "
+               "exposure; take that plus the program's computing time")

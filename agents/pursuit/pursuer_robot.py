@@ -1,12 +1,13 @@
 """The companion computer of a pursuer on a differential drive: looks rarely, drives by law (3.6) over CAN.
 
-    k T_s       --execution-->  own place by the wheels, decide: look at (k + 1) T_s?  setpoint
-    detection   --execution-->  filter, new goal, decide again                         setpoint
+    k T_s       --execution_ns-->  reckon own place from the wheels; decide; request a look at (k + 1) T_s?; setpoint
+    detection   --execution_ns-->  apply it to the filter; new goal; decide again; setpoint
 
-Looks go to the sensing medium `view`, whose exposures are T_s apart; setpoints to the drive on `can`, which tells the
-wheels' angles. In between it says nothing, so its promise is the next of these instants, unless it sees something.
+The program sends looks to the sensing medium `view`, whose exposures are T_s apart, and setpoints to the drive on
+`can`, which sends the wheels' angles. It sends nothing in between, so its promise is the next of these instants, soft
+because a detection makes it send earlier.
 
-Not modelled: slip, so that the robot knows where it is; two computations at one time (each takes its time alone).
+Not modelled: slip, so the robot knows its place; computations that compete for time (each takes `execution_ns`).
 """
 
 from __future__ import annotations
@@ -43,8 +44,8 @@ class PursuerRobot:
         self._pursuer: Pursuer | None = settings.pursuer() if settings.target else None
         for counter in COUNTERS:
             board.count(counter, 0)
-        self._looked_ns = -1                        # exposure of the last look that was asked for
-        self._sights: dict[int, list[Detection]] = {}       # by exposure, those of which it is computing
+        self._looked_ns = -1                        # exposure of the last look requested
+        self._sights: dict[int, list[Detection]] = {}       # exposure -> its detections, until they are applied
         self._newest: Place = (nan, nan)
         board.record_all([("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m"), ("detection_y", "m")],
                          self._sample)
@@ -60,7 +61,7 @@ class PursuerRobot:
         self._decide()
 
     def _decide(self) -> None:
-        """Drive, and look where the policy says so."""
+        """Send a setpoint, and request a look at the next instant if the policy says so."""
         if self._pursuer is None:
             self._tell_drive(Command(0.0, 0.0))
             return
@@ -80,7 +81,7 @@ class PursuerRobot:
     def _tell_drive(self, command: Command) -> None:
         self._drive.send(command)
 
-    # --- what it sees
+    # --- detections
 
     def _hear_view(self, data: bytes) -> None:
         sight = unpack_sight(data)
@@ -102,7 +103,7 @@ class PursuerRobot:
         self._decide()
 
     def _detected(self, seen_ns: int, place: Place) -> None:
-        """A detection of the target, its own or another's."""
+        """Apply a detection of the target, by this robot or another."""
         board, pose = self._board, self._pose()
         if self._pursuer is None:
             return

@@ -1,4 +1,4 @@
-"""The keys of a pursuer in a scenario, and the pursuer that they make."""
+"""The settings of a pursuer in a scenario, and the pursuer built from them."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from agents.pursuit.zones import Zones
 class PursuerSettings:
     """Times are on the local clock."""
 
-    radius_m: float = 2.3                       # R, of the medium `view`
+    radius_m: float = 2.3                       # R, range of the medium `view`
     no_moving_m: float = 1.15                   # eta
     escape_m: float = 0.55                      # zeta
     gain_per_s: float = 1.0                     # K
-    speed_mps: float = 0.7                      # u_max, and of a wheel's rim
-    v_max_mps: float = 0.35                     # of the target
-    sigma_m: float = 0.1                        # of a detection
-    window: int = 5                             # Gamma, detections of the filter
-    rho_m: float = 0.2
+    speed_mps: float = 0.7                      # u_max, and the largest speed of a wheel's rim
+    v_max_mps: float = 0.35                     # largest speed of the target
+    sigma_m: float = 0.1                        # standard deviation of a detection's x and y
+    window: int = 5                             # Gamma, number of detections in the filter
+    rho_m: float = 0.2                          # prediction error from which on the filter is fitted anew
     step_ns: int = 70_000_000                   # T_s
-    latency_ns: int = 0                         # from an exposure until its news are in, as far as the policy allows
+    latency_ns: int = 0                         # longest time from an exposure to its answer that the policy allows for
     execution_ns: int = 2_000_000               # from an instant or a detection to the decision
-    odometry_age_ns: int = 0                    # from the reading of the wheels until the frame is here
+    odometry_age_ns: int = 0                    # from the reading of the wheels until the frame is received
     sure: bool = True                           # refuse settings that break a condition of no escape
     start: tuple[float, float, float] = (0.0, 0.0, 0.0)     # x [m], y [m], heading [rad]
-    target: str = ""                            # whom it follows; "": nobody
-    view: str = "view"                          # its port on the sensing medium
-    can: str = "can"                            # and to the drive
+    target: str = ""                            # name of the agent that it follows; "": none
+    view: str = "view"                          # name of the port on the sensing medium
+    can: str = "can"                            # name of the port to the drive
 
     @property
     def ports(self) -> dict[str, str]:
-        """The settings that name its ports, with the names."""
+        """The names of the ports, by the setting that gives each."""
         return {"view": self.view, "can": self.can}
 
     def __post_init__(self) -> None:
@@ -50,7 +50,7 @@ class PursuerSettings:
         self.pursuer()
 
     def pursuer(self) -> Pursuer:
-        """A new one, that has seen nothing yet."""
+        """Return a new pursuer, which has no detection yet."""
         estimator = CircleFilter(self.window, rho_m=self.rho_m, v_max_mps=self.v_max_mps, sigma_m=self.sigma_m)
         return adaptive_pursuer(estimator, self.zones, PursuitLaw(self.gain_per_s, self.speed_mps),
                                 v_max_mps=self.v_max_mps, sigma_m=self.sigma_m, step_ns=self.step_ns, rho_m=self.rho_m,
@@ -66,9 +66,9 @@ class PursuerSettings:
 
 @dataclass(frozen=True)
 class SensorSettings(PursuerSettings):
-    """Of a pursuer in a team; the fusion center says whom it follows."""
+    """Settings of a pursuer in a team, to which the fusion center assigns targets."""
 
-    radio: str = "radio"                        # its port to the team
+    radio: str = "radio"                        # name of the port to the team
 
     @property
     def ports(self) -> dict[str, str]:

@@ -1,11 +1,11 @@
-"""A pursuer in a team: what it sees it reports to a fusion center over the radio, which says whom it is to follow.
+"""A pursuer in a team: it reports its detections to a fusion center over the radio, which assigns it a target.
 
-    idle        stands, scans every T_s; who enters its escape area it claims, until an answer comes
-    in charge   looks, decides and drives by itself (as `PursuerRobot`), with the others' detections from the center
+    idle        stands and scans every T_s; claims a target that enters its escape area until the center answers
+    in charge   looks, decides and drives as `PursuerRobot`, also with the others' detections from the center
 
-It uses its own detections at once, whether the radio works or not. Who it is in charge of, it hears by charges, in
-order of their version; a new charge starts a new filter, with its own newest sight of the target.
-Differs from the dissertation: sensors there have all detections at once; here they come over a radio, late or never.
+It applies its own detections at once, whether the radio works or not. The center's charges, ordered by their version,
+assign its target; a new target starts a new filter with the robot's own newest detection of it.
+Differs from the dissertation, where sensors share all detections at once: here the radio delivers them late or never.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ class SensorRobot(PursuerRobot):
         self._radio = board.port(settings.radio, self._hear_radio)
         for counter in ("unreadable frames", "detections of others"):
             board.count(counter, 0)
-        self._version = -1                              # of the charges that it goes by
-        self._in_view: set[str] | None = None           # at the last scan; None: it was not idle then
+        self._version = -1                              # version of the charges in force
+        self._in_view: set[str] | None = None           # targets in view at the last scan; None: it was not idle then
         self._claimed: set[str] = set()
-        self._known: set[int] = set()                   # instants of the target's detections that the filter has
+        self._known: set[int] = set()                   # times of the target's detections that the filter has got
         self._sighted: dict[str, tuple[int, Place]] = {}
         self._first = True
 
@@ -70,7 +70,7 @@ class SensorRobot(PursuerRobot):
         self._decide()
 
     def _scan(self, places: dict[str, Place]) -> None:
-        """Claim who has entered: into the escape area, or anywhere at the first scan of the run."""
+        """Claim the targets that have entered the escape area or, at the first scan of the run, any in view."""
         pose = self._pose()
         own, zones = (pose.x_m, pose.y_m), self._settings.zones
         if self._first:
@@ -97,14 +97,14 @@ class SensorRobot(PursuerRobot):
 
     def _told(self, news: News) -> None:
         for seen_ns, place in news.detections:
-            if seen_ns not in self._known:          # its own reading of that instant did not get to the center
+            if seen_ns not in self._known:          # a known one is here if the radio lost the robot's own reading
                 self._known.add(seen_ns)
                 self._detected(seen_ns, place)
                 self._board.count("detections of others")
         self._decide()
 
     def _follow(self, target: str) -> None:
-        """From now on, with what it saw of the target last."""
+        """Follow `target` from now on, with a new filter that starts from the newest detection of it."""
         if target == self._target:
             return
         self._target, self._in_view = target, None

@@ -1,11 +1,11 @@
-"""A differential drive that follows a velocity of the plane as well as it can, forwards or backwards.
+"""Steers a differential drive along a commanded velocity u in the plane, forwards or backwards.
 
-    b     = bearing of u from the heading,   b' = b modulo pi in (-pi/2, pi/2]: to the nearer end of the robot
+    b     = bearing of u from the heading,   b' = b modulo pi in (-pi/2, pi/2]: bearing from the nearer end of the robot
     omega = k b', |omega| <= omega_max       v = |u| cos b, |v| <= v_max - |omega| track / 2
 
-So u . velocity = |u|^2 cos^2 b >= 0: however it stands, it does not recede from where it is to go, which is what the
-sampling policy takes for granted; an omnidirectional sensor does not mind which end goes first.
-Differs from the dissertation: (3.6) is for pursuers that move freely; how its P3-ATs follow u is not told.
+So u . velocity = |u|^2 cos^2 b >= 0: with any heading the robot does not recede from its goal, which the sampling
+policy assumes. It may drive backwards, since its sensor is omnidirectional.
+Differs from the dissertation, where (3.6) is for pursuers that move freely; it does not say how its P3-ATs follow u.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from math import atan2, cos, hypot, isfinite, pi, remainder
 from agents.pursuit import Place
 from agents.tracking.controller import Command
 
-STILL_MPS = 0.02                # a slower u is no direction to turn to
+STILL_MPS = 0.02                # for a slower u the robot does not turn
 
 
 @dataclass(frozen=True)
 class Steering:
-    v_max_mps: float            # of a wheel's rim
+    v_max_mps: float            # largest speed of a wheel's rim
     track_m: float
     omega_max_radps: float = 1.0
     turn_gain_per_s: float = 2.0

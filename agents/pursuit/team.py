@@ -1,11 +1,11 @@
 """Several sensors and targets without any network: the algorithm of Figure 3.3, instant by instant (section 3.3.2).
 
-    all sensors     an idle one scans its escape area for targets that were not in its view an instant ago; one that
-                    follows looks if a look is due, and reports every target that it sees
-    idle ones       claim a target that entered, at random; its sensor until then is idle again and stays where it is
-    those that follow   take what the center passes on, decide, drive
+    all sensors     an idle one scans its escape area for targets that were not in its view an instant ago; one in
+                    charge looks if a look is due, and reports every target that it detects
+    idle ones       claim a target that entered, at random; its former sensor becomes idle and stays at its place
+    ones in charge  apply the detections that the center passes on, decide, drive
 
-The truth is watched as in `chase`: from each target to the boundary of the field of view of the sensor in charge.
+As in `chase`, the true distance is measured from each target to the boundary of the view of the sensor in charge.
 """
 
 from __future__ import annotations
@@ -44,18 +44,20 @@ class Sensor:
 
 @dataclass
 class Outcome:
-    """Of a whole run."""
+    """Totals over one run."""
 
-    least_m: dict[str, float]               # per target: to the boundary of its sensor's view, the least of all times
-    hand_overs: int = 0
-    alone: int = 0                          # instants at which a target had no sensor
-    merged: int = 0                         # detections made from several sensors' readings
+    least_m: dict[str, float]               # target -> least distance to the boundary of its sensor's view
+    hand_overs: int = 0                     # targets that changed their sensor
+    alone: int = 0                          # instants at which a target had no sensor, summed over targets
+    merged: int = 0                         # detections merged from the readings of several sensors
 
 
 def make_pursuer(sensor: Sensor, *, v_max_mps: float, sigma_m: float, step_ns: int, window: int,
                  rho_m: float) -> Pursuer:
-    """`sigma_m`: of the worst sensor of the team. Its readings are passed on too, and escape areas have to allow for
-    them: with each sensor's own sigma 3 of 600 targets escaped."""
+    """Return a pursuer for `sensor`; `sigma_m` is that of the worst sensor of the team.
+
+    The worst sensor's readings reach all filters, so escape areas have to allow for them: with each sensor's own sigma,
+    3 of 600 targets escaped."""
     estimator = CircleFilter(window, rho_m=rho_m, v_max_mps=v_max_mps, sigma_m=sigma_m)
     return adaptive_pursuer(estimator, sensor.zones, sensor.law, v_max_mps=v_max_mps, sigma_m=sigma_m,
                             step_ns=step_ns, rho_m=rho_m)
@@ -63,14 +65,14 @@ def make_pursuer(sensor: Sensor, *, v_max_mps: float, sigma_m: float, step_ns: i
 
 def team(sensors: Mapping[str, Sensor], targets: Mapping[str, Evader], make: Making, rng: np.random.Generator,
          choices: Random, *, instants: int, step_ns: int) -> Outcome:
-    """`sensors` hold the state of the run and are changed by it."""
+    """Run one game of `instants` steps; it changes `sensors`, which hold its state."""
     center = FusionCenter(choices)
     found = Outcome(dict.fromkeys(targets, inf))
     for k in range(instants):
         now_ns = k * step_ns
         entered = {name: _see(name, sensor, targets, center, rng, now_ns, first=k == 0)
                    for name, sensor in sensors.items()}
-        claimed: set[str] = set()               # in this instant: nobody takes from another what has just come
+        claimed: set[str] = set()               # targets claimed at this instant, which no other sensor may claim
         for name, sensor in sensors.items():
             _claim(name, sensor, sensors, entered[name] - claimed, center, make, now_ns, found)
             claimed |= {target for target in entered[name] if center.in_charge_of(target) == name}
@@ -84,7 +86,7 @@ def team(sensors: Mapping[str, Sensor], targets: Mapping[str, Evader], make: Mak
 
 def _see(name: str, sensor: Sensor, targets: Mapping[str, Evader], center: FusionCenter, rng: np.random.Generator,
          now_ns: int, first: bool) -> set[str]:
-    """Reports what the sensor sees now, and gives the targets that an idle one has seen enter."""
+    """Report what the sensor detects now; return the targets that, for an idle sensor, have entered."""
     in_view = {target for target, evader in targets.items()
                if sensor.zones.distance_m(sensor.own, evader.place) >= 0}
     new = in_view - sensor.in_view

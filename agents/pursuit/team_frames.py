@@ -4,7 +4,7 @@
     news      'N'  sensor, target, then for each detection: seen [ns], x, y [m]     3 + 16 n bytes     center -> sensor
     charges   'C'  version, target of each sensor (255: idle)                        3 + n bytes     center -> everybody
 
-Parsing never raises: a frame that is cut, too long, not finite, or of nobody in the team is refused with None.
+Parsing never raises: it returns None for a frame that is cut, too long, not finite, or names no member of the team.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from typing import Final, NamedTuple
 
 from agents.pursuit import Place
 
-MOST_NEWS: Final = 6            # fit into 100 bytes
+MOST_NEWS: Final = 6            # detections that fit into 100 bytes
 IDLE: Final = 255
 VERSIONS: Final = 1 << 16
 _REPORT, _NEWS, _DETECTION, _CHARGES = (struct.Struct(form) for form in ("<cBB?q2df", "<cBB", "<q2f", "<cH"))
 
 
 class Team(NamedTuple):
-    """Who there is, in the order that the numbers in frames count."""
+    """The names of sensors and targets; a number in a frame is a position in these lists."""
 
     sensors: tuple[str, ...]
     targets: tuple[str, ...]
@@ -32,14 +32,14 @@ class Team(NamedTuple):
 class Report(NamedTuple):
     sensor: str
     target: str
-    claims: bool                # an idle sensor, whose escape area the target has entered
+    claims: bool                # the sensor is idle and claims the target, which entered its escape area
     seen_ns: int
     place: Place
     sigma_m: float
 
 
 class News(NamedTuple):
-    """Detections of its target that others have made, for the sensor in charge."""
+    """Detections by other sensors, sent to the sensor in charge of the target."""
 
     sensor: str
     target: str
@@ -52,7 +52,7 @@ class Charges(NamedTuple):
 
 
 def team_of(table: Mapping[str, Sequence[str]]) -> Team:
-    """From the scenario's `[team]`; ValueError says what is missing."""
+    """Return the team of the scenario's `[team]`; ValueError if a list is missing or wrong."""
     team = Team(tuple(table.get("sensors", ())), tuple(table.get("targets", ())))
     for name, members in team._asdict().items():
         if not 0 < len(members) < IDLE or len(set(members)) < len(members):
@@ -66,7 +66,7 @@ def pack_report(team: Team, report: Report) -> bytes:
 
 
 def pack_news(team: Team, news: News) -> bytes:
-    """The newest `MOST_NEWS` of them."""
+    """Return the frame of the newest `MOST_NEWS` detections."""
     return _NEWS.pack(b"N", team.sensors.index(news.sensor), team.targets.index(news.target)) + b"".join(
         _DETECTION.pack(seen_ns, *place) for seen_ns, place in news.detections[-MOST_NEWS:])
 
@@ -98,7 +98,7 @@ def unpack(team: Team, data: bytes) -> Report | News | Charges | None:
 
 
 def newer(version: int, than: int) -> bool:
-    """Of two versions that are less than half of all apart."""
+    """Return whether `version` is newer than `than`, modulo `VERSIONS`; they must differ by less than half of it."""
     return 0 < (version - than) % VERSIONS < VERSIONS // 2
 
 

@@ -1,10 +1,10 @@
 """The field of view of an omnidirectional sensor and its parts (Figure 3.2).
 
-    |p - q| <= eta           'No Moving Area' (3.7): a target seen here is not approached
-    R - |p - q| <= zeta      'Escape Area' (3.8): a target that may be here is looked at
+    |p - q| <= eta           'No Moving Area' (3.7): the pursuer does not approach a target detected here
+    R - |p - q| <= zeta      'Escape Area' (3.8): the pursuer looks if the target may be here
 
 Distances to the boundary are signed: negative outside.
-Differs from the dissertation: its inf of norms has no sign, so that a target that is out looks like one that is in.
+Differs from the dissertation: its infimum of norms has no sign and does not tell a target outside from one inside.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ class Zones:
                                  f"radius, {self.radius_m} m")
 
     def distance_m(self, own: Place, target: Place) -> float:
-        """From the target to the boundary, negative outside."""
+        """Return the distance [m] from the target to the boundary, negative outside."""
         return self.radius_m - hypot(target[0] - own[0], target[1] - own[1])
 
     def stays(self, own: Place, target: Place) -> bool:
-        """Whether a target seen there is not approached."""
+        """Return whether the target is in the no-moving area, so that the pursuer stays."""
         return hypot(target[0] - own[0], target[1] - own[1]) <= self.no_moving_m
 
     def may_escape(self, own: Place, target: Place) -> bool:
-        """Whether it is in the escape area."""
+        """Return whether the target is in the escape area."""
         return 0 <= self.distance_m(own, target) <= self.escape_m

@@ -1,13 +1,13 @@
-"""The age of the values that a robot hears, against the assumption that each comes within one slot.
+"""The age of the values that a robot receives, checked against the assumption that each arrives within one slot.
 
     age = time of arrival - sending instant of the slot whose number the frame bears, both by the receiver's clock
 
-Slot numbers begin anew with each topology, so the frame's slot is looked for in the schedule in force and then in the
-earlier ones, the latest first. A slot fits if it belonged to the sender, lay within the time in which its schedule was
-in force, and gives an age that the links can cause; the age is that of the first fit, so never too great.
+Slot numbers begin anew with each topology. So the robot searches the frame's slot in the schedule in force and then in
+the earlier ones, the latest first. A slot fits if it belonged to the sender, lay within the time in which its schedule
+was in force, and gives an age that the links can cause. The first fit gives the age, which is thus never too great.
 
-The first value of a sender that is too old is reported, and again each time that the age has doubled: a queue that
-grows is told of a few times, not at every frame.
+The first value of a sender that is too old is reported, and again each time that the age has doubled, so that a growing
+queue is reported a few times and not at every frame.
 
 Not modelled: the age of a value whose sender counts slots by a schedule that this robot never had.
 """
@@ -21,37 +21,37 @@ from typing import Final
 
 from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 
-REMEMBERED: Final = 32                  # earlier schedules
+REMEMBERED: Final = 32                  # number of earlier schedules kept
 
 
 @dataclass(frozen=True)
 class _Era:
     schedule: SlottedBroadcast
     part_of: Mapping[int, int]          # robot -> part
-    from_ns: int
-    until_ns: int                       # local; a slot that begins then or later is of the next schedule
+    from_ns: int                        # local time, as `until_ns`
+    until_ns: int                       # a slot that begins then or later belongs to the next schedule
 
 
 class AgeWatch:
-    """`oldest_ns`: the greatest age that a value can have when it comes; negative: unknown."""
+    """`oldest_ns`: the greatest age that a value can have on arrival; negative: unknown."""
 
     def __init__(self, oldest_ns: int, tolerance_ns: int) -> None:
         self._oldest_ns = oldest_ns
-        self._tolerance_ns = tolerance_ns       # by which the clocks of two robots may differ
+        self._tolerance_ns = tolerance_ns       # largest difference of two robots' clocks
         self._eras: deque[_Era] = deque(maxlen=REMEMBERED)      # the latest first
         self._reported_ns: dict[int, int] = {}
 
     def retire(self, schedule: SlottedBroadcast, part_of: Mapping[int, int], from_ns: int, until_ns: int) -> None:
-        """`schedule` was in force from `from_ns` until `until_ns`, local time."""
+        """Keep `schedule`, which was in force over [from_ns, until_ns), local time."""
         self._eras.appendleft(_Era(schedule, dict(part_of), from_ns, until_ns))
 
     def forget(self) -> None:
-        """The robots have parted: what their earlier schedules were is not known any more."""
+        """Drop the earlier schedules: the robots may have used different ones."""
         self._eras.clear()
 
     def age_ns(self, sender: int, slot: int, now_ns: int, schedule: SlottedBroadcast, part_of: Mapping[int, int],
                from_ns: int) -> int | None:
-        """Age [ns] of a value of `sender` that bears this slot number; None if no schedule fits."""
+        """Return the age [ns] of a value of `sender` that bears this slot number; None if no schedule fits."""
         for era in (_Era(schedule, part_of, from_ns, now_ns + self._tolerance_ns + 1), *self._eras):
             sent_ns = era.schedule.data_ns(slot)
             age_ns = now_ns - sent_ns
@@ -64,7 +64,7 @@ class AgeWatch:
         return None
 
     def is_news(self, sender: int, age_ns: int) -> bool:
-        """Whether this age is to be reported: the sender's first that is too old, or twice the one reported last."""
+        """Return whether to report this age: the sender's first that is too old, or twice the one reported last."""
         reported_ns = self._reported_ns.get(sender)
         if reported_ns is not None and age_ns < 2 * reported_ns:
             return False

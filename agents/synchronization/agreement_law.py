@@ -2,10 +2,10 @@
 
     u_i = -K_i sum_{j in N_i} [(yh_i - yh_j) - (d_i - d_j)]         yh: the value last broadcast, held (zero order)
 
-Until a robot has heard a neighbour, that neighbour's term is left out; a neighbour that is new in N_i counts from its
-next slot on, unless it was heard since the last slot of the old topology.
+A robot leaves out the term of a neighbour until it has received a value from it. The term of a neighbour that is new in
+N_i acts from its next slot on, or at once if its value was received since the last slot of the old topology.
 
-Differs from the dissertation: it does not say what a receiver uses before the first frame of a new link.
+Differs from the dissertation, which does not say what a receiver uses before the first frame of a new link.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ class AgreementLaw:
         self.neighbours: tuple[int, ...] = ()
         self.held: dict[int, Output] = {}
         self._gain = [[float(entry) for entry in row] for row in K]
-        self._gains = [row[0] for row in self._gain]        # all there are of one output
+        self._gains = [row[0] for row in self._gain]        # the whole matrix, if there is one output
         self._offsets = [tuple(mine - theirs for mine, theirs in zip(biases[number], bias, strict=True))
                          for bias in biases]                    # d_i - d_j
 
     def listen_to(self, neighbours: Iterable[int], fresh: Iterable[int]) -> None:
-        """N_i is `neighbours` from now on; of the values held for new ones only those of `fresh` are still good."""
+        """Set N_i to `neighbours`; drop the values held of new neighbours, unless they are in `fresh`."""
         kept = set(self.neighbours) | set(fresh) | {self.number}
         self.neighbours = tuple(sorted(neighbours))
         self.held = {number: value for number, value in self.held.items() if number in kept}
 
     def control(self) -> list[float]:
-        """u_i without disturbance; zero as long as the robot has not broadcast itself."""
+        """Return u_i without disturbance; zero until the robot's own first broadcast."""
         held, offsets = self.held, self._offsets
         own = held.get(self.number)
         if own is None:
             return [0.0] * len(self._gain)
-        if len(own) == 1:                       # the case that has to be fast
+        if len(own) == 1:                       # one output: the common case, kept fast
             value, error = own[0], 0.0
             for j in self.neighbours:
                 if j in held:

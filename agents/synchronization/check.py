@@ -1,9 +1,9 @@
-"""What makes a team impossible to synchronize over one graph: said before a run, with the rule and the number.
+"""Reasons why a team cannot synchronize over one graph, found before a run: each with the rule and the number.
 
-- Assumption 7: every one-way link lies on a cycle; and the graph is strongly connected, or flooding cannot bring every
-  record to every node. Both are needed only where the graph is discovered (section 6.3.1).
+- Assumption 7: every one-way link lies on a cycle, and the graph is strongly connected; otherwise flooding does not
+  bring every record to every node. Both are needed only if the graph is discovered (section 6.3.1).
 - Assumption 6: A_cl is Hurwitz.
-- A slot is at least as long as the frames in it are on the air, and with it the sampled loop is stable (`exact_loop`).
+- A slot is at least as long as the airtime of its frames, and the sampled loop with it is stable (`exact_loop`).
 """
 
 from __future__ import annotations
@@ -19,11 +19,10 @@ from agents.synchronization.partition import partition
 def problems(agents: Sequence[LinearAgent], laplacian: Floats, *, slot_ns: int = 0, airtime_ns: int = 0,
              delay_ns: int = 0, names: Sequence[str] | None = None, discovered: bool = True,
              sure: bool = True) -> list[str]:
-    """Everything that is wrong, one sentence each; empty if nothing is.
+    """Return one sentence for each problem; empty: none.
 
-    `airtime_ns` is what the frames of one slot need in all, guard times included; slot_ns = 0 means not known.
-    `delay_ns` is how long after its slot's start a broadcast value takes effect. Unless `sure`, a sampled loop that is
-    unstable is no problem.
+    `airtime_ns` is the time that all frames of one slot need, guard times included; `slot_ns` = 0: unknown. A broadcast
+    value takes effect `delay_ns` after its slot's start. Without `sure`, an unstable sampled loop is no problem.
     """
     broken = laplacian_problems(laplacian)
     if broken:

@@ -24,7 +24,7 @@ from agents.synchronization.graph import Floats, checked_laplacian, neighbours
 
 @dataclass(frozen=True, eq=False)
 class LinearAgent:
-    """One agent of (6.5) with its controller gain; lists of rows are accepted too and kept as float arrays."""
+    """One agent of (6.5) with its controller gain, as float arrays or lists of rows; ValueError if shapes disagree."""
 
     A: Floats           # n_x x n_x
     B: Floats           # n_x x n_u
@@ -82,7 +82,7 @@ class ClosedLoop:
 
     @cached_property
     def A_open(self) -> Floats:
-        """diag(A_1, ..., A_N): the agents without each other."""
+        """diag(A_1, ..., A_N), the agents without coupling."""
         return block_diagonal([agent.A for agent in self.agents])
 
     @cached_property
@@ -112,7 +112,7 @@ class ClosedLoop:
 
     @property
     def is_hurwitz(self) -> bool:
-        """Assumption 6."""
+        """Whether all eigenvalues of A_cl have a negative real part (Assumption 6)."""
         return self.rightmost_eigenvalue.real < 0
 
     def equilibrium(self, bias: ArrayLike) -> Floats:
@@ -128,7 +128,7 @@ class ClosedLoop:
         return self.C_cl @ self.equilibrium(bias)
 
     def remark_13_problems(self) -> list[str]:
-        """Where the sufficient (not necessary) conditions (i), (ii) of Remark 13 fail; empty: A_cl is Hurwitz."""
+        """Return where the sufficient conditions (i), (ii) of Remark 13 fail; empty: A_cl is Hurwitz."""
         found = []
         heard = neighbours(self.laplacian)
         for i, agent in enumerate(self.agents):

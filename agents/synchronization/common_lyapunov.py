@@ -1,12 +1,12 @@
-"""One quadratic function that decays under every one of several linear maps, if the search finds one.
+"""Search for one quadratic function that decays under every one of several linear maps.
 
     maximize alpha   subject to   P > 0,   F_k = exp(-2 alpha h_k) P - M_k' P M_k > 0   for all k
 
-A generalized eigenvalue problem, quasi-convex; solved by the method of centers (Boyd and El Ghaoui 1993): alpha goes
-most of the way to what the present P allows, then Newton's method minimizes tr P - log det P - sum log det F_k.
-The outcome needs no trust in the search: `dwell_time.CommonCertificate` checks it by eigenvalues.
+This generalized eigenvalue problem is quasi-convex, and is solved by the method of centers (Boyd and El Ghaoui 1993):
+alpha grows by the part STEP towards the largest value that P allows, then Newton's method minimizes
+tr P - log det P - sum log det F_k. `dwell_time.CommonCertificate` checks the result by eigenvalues, independently.
 
-Not modelled: a proof that no P exists where none is found; other than quadratic functions.
+Not modelled: a proof that no P exists if none is found; functions other than quadratic ones.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 
 from agents.synchronization.graph import Floats
 
-STEP = 0.8                  # part of the way; any in (0, 1) converges
-RELATIVE_GAIN = 1e-4        # stop when a step improves alpha by less than this part of itself
+STEP = 0.8                  # share of the possible increase of alpha; any value in (0, 1) converges
+RELATIVE_GAIN = 1e-4        # the search stops when a step improves alpha by a smaller share of it
 MAX_STEPS = 200
 MAX_NEWTON_STEPS = 50
 
 
 def rates_per_s(P: Floats, maps: Sequence[Floats], periods_s: Sequence[float]) -> list[float]:
-    """The largest alpha_k with M_k' P M_k <= exp(-2 alpha_k h_k) P, for each map."""
+    """Return for each map the largest alpha_k [1/s] with M_k' P M_k <= exp(-2 alpha_k h_k) P."""
     inverse = np.linalg.inv(np.linalg.cholesky(P))
     growth = [np.linalg.norm(inverse @ M.T @ P @ M @ inverse.T, 2) for M in maps]
     return [-float(np.log(g)) / (2 * h_s) for g, h_s in zip(growth, periods_s, strict=True)]
@@ -43,9 +43,9 @@ def discrete_lyapunov(M: Floats, Q: Floats) -> Floats:
 
 
 def search(maps: Sequence[Floats], periods_s: Sequence[float]) -> Floats:
-    """The P with the greatest common alpha that was found, smallest eigenvalue 1; alpha may be negative.
+    """Return the P with the greatest common alpha found, scaled to a smallest eigenvalue of 1; alpha may be negative.
 
-    Every map has to be contracting by itself (spectral radius below 1) for coordinates to start from.
+    Raises ValueError unless every map is contracting (spectral radius below 1), as the initial P requires.
     """
     start = sum((X / np.trace(X) for X in (_own_function(M) for M in maps)), np.zeros_like(maps[0]))
     to_balanced = np.linalg.cholesky(start).T
@@ -77,7 +77,7 @@ def _centers(maps: Sequence[Floats], periods_s: Sequence[float]) -> Floats:
 
 
 def _newton(P: Floats, maps: Sequence[Floats], factors: Sequence[float]) -> Floats:
-    """Center of the P with every F_k > 0, from one that is inside."""
+    """Return the analytic center of the set of P with every F_k > 0, by Newton's method from a P inside."""
     basis = _symmetric_basis(len(P))
     images = [basis, *(f * basis - M.T @ basis @ M for M, f in zip(maps, factors, strict=True))]
 
@@ -113,7 +113,7 @@ def _newton(P: Floats, maps: Sequence[Floats], factors: Sequence[float]) -> Floa
 
 
 def _symmetric_basis(n: int) -> NDArray[np.float64]:
-    """n (n + 1) / 2 orthonormal symmetric matrices, stacked."""
+    """Return n (n + 1) / 2 orthonormal symmetric n x n matrices, stacked."""
     stacked = []
     for i in range(n):
         for j in range(i, n):

@@ -1,15 +1,16 @@
-"""The topology is discovered over the radio itself, whenever what a robot hears no longer fits what it knows.
+"""A topology source that discovers the topology over the radio, whenever received frames contradict the known one.
 
-An event is a frame of a neighbour missing N^D + 1 times in a row in its allotted slot, or a frame from somebody who is
-no neighbour. It starts the flooding of `discovery.py` in the control sub-slots; the result is adopted at the first end
-of a round after the flooding's common end.
+A contradiction is a frame of a neighbour missing N^D + 1 times in a row in its slot, or a frame from a robot that is no
+neighbour. It starts the flooding of `discovery.py` in the control sub-slots; the robot adopts the result at the first
+end of a round after the flooding's common end.
 
-A robot looks at what it heard when it wakes for a slot of its own, not before: that keeps its promise of silence firm.
-So it may join a discovery one cycle later than `discovery.py` reckons, at each of the N - 1 links at most.
+A robot evaluates the frames that it received only when it wakes for a slot of its own: that keeps its promise of
+silence firm. So it may join a discovery one cycle later than `discovery.py` assumes, at each of at most N - 1 links.
 
 Differs from the dissertation: Delta_u is not neglected; the old topology holds while the new one is discovered.
-When a discovery ends without the whole graph, or a control frame comes in a slot that is not its sender's, the robots
-have parted: the robot falls back to the slots of the start, where all meet again, and begins a new discovery there.
+If a discovery ends without the whole graph, or a control frame arrives in a slot that is not its sender's, the robots
+use different schedules. Then the robot falls back to the slots of the start, which are the same for all, and begins a
+new discovery there.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ COUNTERS: Final = ("discoveries started", "incomplete discoveries", "refused con
 
 
 class DiscoveredTopology:
-    """All robots begin with a discovery: nobody knows anything."""
+    """Begins with a discovery, since no robot knows the topology at the start."""
 
     def __init__(self, board: Board, number: int, robots: int, max_successive_losses: int) -> None:
         self._board = board
@@ -37,10 +38,10 @@ class DiscoveredTopology:
         self._discovery.trigger(0)
         self._inbox: list[tuple[int, bytes, int]] = []      # (owner of the control slot, bytes, cycle)
         self._neighbours: frozenset[int] = frozenset()
-        self._missed: dict[int, int] = {}                   # slots in a row
+        self._missed: dict[int, int] = {}                   # neighbour -> slots in a row without its frame
         self._whole_round = False                           # a round has passed since the topology was adopted
         self._adopts = False
-        self._out_of_step = False                           # somebody's control frame came when it could not
+        self._out_of_step = False                           # a control frame arrived in a slot not its sender's
         for counter in COUNTERS:
             board.count(counter, 0)
 
@@ -114,7 +115,7 @@ class DiscoveredTopology:
         self._adopts = self._adopts or self._discovery.is_running
 
     def _event(self, heard: set[int]) -> str:
-        """Why the topology must have changed, "" if nothing speaks for it."""
+        """Return why the topology must have changed, "" if no received frame contradicts it."""
         for sender in sorted(heard - self._neighbours):
             return f"robot {self._number + 1} hears robot {sender + 1}, which is no neighbour"
         if self._whole_round:

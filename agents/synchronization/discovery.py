@@ -4,22 +4,23 @@
     SILENT, ARMED or RUNNING --a frame of a newer epoch--> RUNNING
 
 N nodes share control slots: in every cycle node i owns slot i, so discovery frames never collide, whatever the graph.
-While it runs, a node sends all it knows in each of its slots; it records whom it hears and merges what it is told.
+A node's record is the set of nodes whose frames it receives. While it runs, a node sends all records that it knows in
+each of its slots, extends its own record, and merges the records that it receives.
 
-When it ends. Let R = N^D + 1: of R successive frames on a link one arrives at least. A node k links away from the
+End of a discovery. Let R = N^D + 1: of R successive frames on a link at least one arrives. A node k links away from the
 first initiator sends from cycle start + k R on at the latest. As k <= N - 1, all send from start + (N - 1) R on, and by
 start + N R every link has carried a frame: each node's own record is complete. N - 1 further links, at most R cycles
 each, bring every record to every node. So all end together at start + (2N - 1) R, with the same complete graph, if the
 graph was strongly connected and constant. Initiators of one epoch agree on the least start; it floods with the epoch.
-Where a silent node's driver looks at what it heard only J cycles later, joining takes J more on each of N - 1 links.
-In the last (N - 1) R cycles nobody adds to its own record any more: news of then would not reach everybody.
+If a silent node's driver evaluates received frames up to J cycles later, joining takes J more on each of N - 1 links.
+In the last (N - 1) R cycles no node extends its own record: the extension would not reach all others.
 
-Stand-in for the dissertation's reference [79]; here time is slotted, so the end is known and not guessed by silence.
-Not modelled: frames longer than one radio payload. Where links lose more than N^D frames in a row the nodes may end
-with different graphs; their driver then has to bring them together (`discovered_topology.py`).
+Replaces the dissertation's reference [79]; here time is slotted, so the end is known and not inferred from silence.
+Not modelled: frames longer than one radio payload. If links lose more than N^D frames in a row, the nodes may end
+with different graphs; their driver has to detect that (`discovered_topology.py`).
 
 Invariants:
-- bytes that are no frame, or a frame that cannot be, change nothing but the counter `refused`;
+- bytes that are no frame, or an impossible frame, change nothing but the counter `refused`;
 - records only grow within an epoch;
 - `outcome` changes only when an epoch ends or begins.
 """
@@ -44,21 +45,21 @@ class Phase(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """Discovery found a strongly connected graph; every node holds the same one."""
+    """The outcome of a discovery that found a strongly connected graph, the same at every node."""
 
     laplacian: Floats
 
 
 @dataclass(frozen=True)
 class Incomplete:
-    """Discovery ended without a strongly connected graph."""
+    """The outcome of a discovery that found no strongly connected graph."""
 
-    heard_by: tuple[tuple[int, ...], ...]   # what is known: heard_by[i] = those that i hears
-    missing: tuple[int, ...]                # nodes of which nothing is known
+    heard_by: tuple[tuple[int, ...], ...]   # known records: heard_by[i] = nodes that i hears
+    missing: tuple[int, ...]                # nodes without a known record
     cut_off: tuple[Edge, ...]               # pairs (i, j): no known path from i to j
 
     def __str__(self) -> str:
-        """In words; nodes are numbered from 1 here, as in the dissertation and in the records of a run."""
+        """Return the reason in words; nodes are numbered from 1, as in the dissertation and in the records of a run."""
         if self.missing:
             missing = ", ".join(str(i + 1) for i in self.missing)
             return f"no record of node {missing}: it hears nobody, or nothing of it comes through (Assumption 7)"
@@ -67,13 +68,15 @@ class Incomplete:
 
 
 def cycles_needed(nodes: int, max_successive_losses: int, join_delay_cycles: int = 0) -> int:
-    """(N^D + 1) (2N - 1) + J (N - 1): from the first frame of an epoch until every node knows the whole graph."""
+    """Return the cycles from the first frame of an epoch until every node knows the whole graph.
+
+    That is (N^D + 1) (2N - 1) + J (N - 1)."""
     return (max_successive_losses + 1) * (2 * nodes - 1) + join_delay_cycles * (nodes - 1)
 
 
 @lru_cache(maxsize=64)
 def _outcome(records: tuple[int, ...]) -> Topology | Incomplete:
-    """What the records of an epoch say; a team meets few graphs, so the same ones come again."""
+    """Return the outcome for the records of an epoch; cached, since a team meets few different graphs."""
     heard_by = tuple(tuple(j for j in range(len(records)) if record >> j & 1) for record in records)
     graph = laplacian_from_neighbours(heard_by)
     cut_off = unreachable_pairs(graph)
@@ -82,14 +85,15 @@ def _outcome(records: tuple[int, ...]) -> Topology | Incomplete:
 
 
 class Discovery:
-    """One node. The driver calls it with the number of the control cycle: the current one, or that of a frame heard."""
+    """One node. `cycle` is the number of a control cycle: the current one or, in `hear`, that of the frame."""
 
     def __init__(self, node: int, size: int, max_successive_losses: int = 0, epoch: int = 0,
                  join_delay_cycles: int = 0) -> None:
-        """`epoch` is that of the last discovery this node took part in; a node that restarts may begin with any.
+        """`epoch` is that of the last discovery in which this node took part; after a restart any number will do.
 
-        `join_delay_cycles`: what a silent node heard in cycle c has been given to `hear` before its control slot of
-        cycle c + 1 + join_delay_cycles. A node that is armed or running is given all before each of its slots.
+        `join_delay_cycles`: the driver passes a frame that a silent node received in cycle c to `hear` before its
+        control slot of cycle c + 1 + join_delay_cycles; to an armed or running node, before its next control slot.
+        Raises ValueError for a number out of range.
         """
         if not 2 <= size <= MAX_NODES:
             raise ValueError(f"size={size}: expected 2 to {MAX_NODES}, what fits a frame of {MAX_BYTES} bytes")
@@ -110,7 +114,7 @@ class Discovery:
         self.start_cycle = -self.cycles
         self.records = [0] * size               # bit j of records[i]: i hears j
         self.outcome: Topology | Incomplete | None = None
-        self.refused = 0                        # frames and bytes that were not taken
+        self.refused = 0                        # number of inputs of `hear` that were no possible frame
 
     @property
     def is_running(self) -> bool:
@@ -118,26 +122,26 @@ class Discovery:
 
     @property
     def end_cycle(self) -> int:
-        """First cycle after the epoch: the same at all nodes."""
+        """The first cycle after the epoch, the same at all nodes."""
         return self.start_cycle + self.cycles
 
     def trigger(self, cycle: int) -> None:
-        """An event was seen: discover anew. Without effect while discovery runs or is about to."""
+        """Start a new discovery; without effect while one runs or is about to."""
         self._end_if_due(cycle)
         if self.phase is Phase.SILENT:
             self.phase = Phase.ARMED
 
     def abandon(self) -> None:
-        """The cycles that were counted so far mean nothing any more: begin a new epoch at the next own control slot."""
+        """Drop the running epoch, when cycles are counted anew; begin a new one at the next own control slot."""
         self.phase = Phase.ARMED
         self.outcome = None
 
     def fits(self, frame: DiscoveryFrame, owner: int, cycle: int) -> bool:
-        """Whether a frame heard in the control slot of `owner` can be from a node that counts slots as we do."""
+        """Return whether a frame in the control slot of `owner` can be from a node that counts slots alike."""
         return frame.sender == owner and frame.start_cycle <= cycle < frame.start_cycle + self.cycles
 
     def frame_to_send(self, cycle: int) -> bytes | None:
-        """What to send in this node's control slot of `cycle`; None for silence."""
+        """Return the frame to send in this node's control slot of `cycle`; None: send nothing."""
         self._end_if_due(cycle)
         if self.phase is Phase.ARMED:
             self._join((self.epoch + 1) % EPOCHS, cycle)
@@ -146,7 +150,7 @@ class Discovery:
         return DiscoveryFrame(self.node, self.epoch, self.start_cycle, tuple(self.records)).encode()
 
     def hear(self, sender: int, data: bytes, cycle: int) -> bool:
-        """Bytes heard in `cycle` in the control slot of `sender`; True for a frame of the epoch that runs here now."""
+        """Apply bytes received in `cycle` in the control slot of `sender`; return whether the running epoch's."""
         self._end_if_due(cycle)
         frame = decode(data, self.size)
         if frame is None or sender == self.node or not self.fits(frame, sender, cycle):
@@ -157,18 +161,18 @@ class Discovery:
         elif frame.epoch != self.epoch or not self.is_running:
             self.refused += 1
             if frame.epoch != self.epoch or frame.start_cycle > self.start_cycle:
-                self.trigger(cycle)     # the sender restarted or was out of reach: a newer epoch will take it along
+                self.trigger(cycle)     # the sender restarted or was out of reach: a newer epoch includes it
             return False
         self.start_cycle = min(self.start_cycle, frame.start_cycle)
         for node, record in enumerate(frame.records):
             if node != self.node:
                 self.records[node] |= record
-        if cycle < self.end_cycle - self._flood_cycles:     # later news would not reach all, and they would disagree
+        if cycle < self.end_cycle - self._flood_cycles:     # a later change would not reach all nodes
             self.records[self.node] |= 1 << sender
         return True
 
     def finish(self, cycle: int) -> Topology | Incomplete:
-        """The outcome of the last epoch, from `end_cycle` on."""
+        """Return the outcome of the last epoch; RuntimeError before `end_cycle`."""
         self._end_if_due(cycle)
         if self.outcome is None:
             raise RuntimeError(f"node {self.node}: no discovery has ended by cycle {cycle} "

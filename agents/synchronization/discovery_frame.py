@@ -2,10 +2,10 @@
 
     magic u8 | version u8 | sender u8 | nodes u8 | epoch u16 | start cycle u32 | per node: bitmap of those it hears
 
-A bitmap has ceil(nodes / 8) bytes, bit j of node i's is set when i hears j; all zero means that nothing is known of i.
+A bitmap has ceil(nodes / 8) bytes. Bit j of node i's bitmap is set if i hears j; all zero: i's record is unknown.
 At most 16 nodes fit into the 60 bytes of a Crazyflie-like radio payload.
 
-Decoding never raises: bytes that are no frame give None. Not modelled: a checksum, the radio has one.
+Decoding never raises: it returns None for bytes that are no frame. Not modelled: a checksum; the radio has one.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ def bitmap_bytes(nodes: int) -> int:
 
 
 def frame_bytes(nodes: int) -> int:
-    """Length of every discovery frame among this many nodes."""
+    """Return the length of a discovery frame among `nodes` nodes."""
     return HEADER.size + nodes * bitmap_bytes(nodes)
 
 
 MAX_NODES = max(nodes for nodes in range(256) if frame_bytes(nodes) <= MAX_BYTES)
 
 
-@lru_cache(maxsize=256)         # the same frames come again and again while a flooding goes on
+@lru_cache(maxsize=256)         # a flooding repeats the same frames
 def decode(data: bytes, nodes: int) -> DiscoveryFrame | None:
-    """The frame in `data`, None unless it is a consistent one among exactly this many nodes."""
+    """Return the frame in `data`; None unless it is a consistent frame among exactly `nodes` nodes."""
     if len(data) != frame_bytes(nodes):
         return None
     magic, version, sender, claimed_nodes, epoch, start_cycle = HEADER.unpack_from(data)

@@ -1,4 +1,4 @@
-"""May the topology switch? Certificates for switching at round ends (section 6.4).
+"""Certificates that the team synchronizes although the topology switches at ends of rounds (section 6.4).
 
 With the exact round maps z -> M z (`exact_loop`) and quadratic functions V = z' P z:
 
@@ -9,12 +9,12 @@ DwellCertificate: a P_p for each topology; V_p decays by rho_p per round and, af
 at most mu times the V_q before it. Then a dwell of m > 1 - ln mu / ln rho rounds suffices.
 
 Differs from the dissertation:
-- Section 6.5 takes min tau for an admissible dwell time because no destabilizing signal was found. There is one
-  (`starving`), so topologies change only at the end of a complete round, and the certificates are for that;
+- section 6.5 takes min tau as an admissible dwell time because no destabilizing signal was found. `starving` has one;
+  so topologies change only at the end of a complete round, and the certificates hold for that;
 - below (6.34), lambda0 = min c3 / (2 c2): from V' <= -c3 |z|^2 follows V' <= -(c3 / c2) V; with c1, as printed, the
-  dwell time comes out too small.
+  dwell time is too short.
 Not modelled: disturbances and bias (the maps are those of d = 0, omega = 0), lost frames, interval arithmetic
-(residuals are held against a bound on rounding errors, ROUNDING).
+(residuals are compared with a bound on rounding errors, ROUNDING).
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from agents.synchronization.exact_loop import ExactLoop, Hearing, spectral_radiu
 from agents.synchronization.graph import Floats
 from agents.synchronization.round_plan import RoundPlan
 
-ROUNDING = 1e3 * float(np.finfo(float).eps)     # residuals count as positive above this part of the matrix norm
-RATE_KEPT = 0.999                               # part of the rate found that is claimed, for room above ROUNDING
+ROUNDING = 1e3 * float(np.finfo(float).eps)     # residuals are positive if above this share of the matrix norm
+RATE_KEPT = 0.999                               # share of the rate found that is claimed, a margin above ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
 class RoundMap:
-    """One complete round of topology `plan`; right after a switch from `after`, where that makes a difference."""
+    """The map of a complete round of topology `plan`: of any round, or of the first after a switch from `after`."""
 
     plan: int
     M: Floats
@@ -50,7 +50,7 @@ class RoundMap:
 
 def round_maps(agents: Sequence[LinearAgent], plans: Sequence[RoundPlan], hearing: Hearing = Hearing.NEIGHBOURS,
                delay_ns: int = 0) -> tuple[RoundMap, ...]:
-    """Every map that a complete round can have when topologies switch at round ends only."""
+    """Return every map that a complete round can have if topologies switch only at ends of rounds."""
     maps = []
     for p, plan in enumerate(plans):
         loop = ExactLoop(tuple(agents), plan.laplacian, plan.parts)
@@ -63,7 +63,7 @@ def round_maps(agents: Sequence[LinearAgent], plans: Sequence[RoundPlan], hearin
 
 
 def _decay_problems(name: str, P_after: Floats, M: Floats, factor: float, P_before: Floats) -> list[str]:
-    """What speaks against P_before > 0 and M' P_after M < factor P_before, beyond rounding."""
+    """Return a sentence for each of P_before > 0 and M' P_after M < factor P_before that fails, beyond rounding."""
     found = []
     scale = float(np.linalg.norm(P_before, 2) + np.linalg.norm(P_after, 2) * np.linalg.norm(M, 2) ** 2)
     for what, matrix in (("P", P_before), ("P - M' P M", factor * P_before - M.T @ P_after @ M)):
@@ -76,7 +76,7 @@ def _decay_problems(name: str, P_after: Floats, M: Floats, factor: float, P_befo
 
 @dataclass(frozen=True, eq=False)
 class CommonCertificate:
-    """Any switching at round ends converges at `rate_per_s`, provided that `problems` finds nothing."""
+    """If `problems` is empty, the state converges at `rate_per_s` for any switching at ends of rounds."""
 
     maps: tuple[RoundMap, ...]
     P: Floats
@@ -94,13 +94,13 @@ class CommonCertificate:
 
     @property
     def overshoot(self) -> float:
-        """At round ends |z(t)| <= overshoot exp(-rate t) |z(0)|."""
+        """The factor in |z(t)| <= overshoot exp(-rate t) |z(0)|, for t at ends of rounds."""
         return float(np.sqrt(np.linalg.cond(self.P)))
 
 
 @dataclass(frozen=True, eq=False)
 class DwellCertificate:
-    """Switching converges if each topology stays for `dwell_rounds` rounds, provided that `problems` finds nothing."""
+    """If `problems` is empty, the state converges if each topology holds for at least `dwell_rounds` rounds."""
 
     maps: tuple[RoundMap, ...]
     P: tuple[Floats, ...]       # one per topology
@@ -110,7 +110,7 @@ class DwellCertificate:
 
     @property
     def rate_per_s(self) -> float:
-        """Least over p of -(ln mu + (m - 1) ln rho_p) / (2 m h_p): longer stays decay faster."""
+        """The least over p of -(ln mu + (m - 1) ln rho_p) / (2 m h_p); longer dwells decay faster."""
         m = self.dwell_rounds
         periods_s = {each.plan: each.period_s for each in self.maps}
         return min(-(log(self.mu) + (m - 1) * log(rho)) / (2 * m * periods_s[p]) for p, rho in enumerate(self.rho))
@@ -130,7 +130,7 @@ class DwellCertificate:
 
 
 def _first_rounds(maps: Sequence[RoundMap]) -> list[tuple[RoundMap, int]]:
-    """(map of the first round, topology before) for each switch; the ordinary map where nothing distinguishes it."""
+    """Return (map of the first round, topology before) for each switch; the ordinary map if there is no special one."""
     special = {(m.plan, m.after) for m in maps}
     plans = sorted({m.plan for m in maps})
     return [(m, q) for m in maps for q in plans
@@ -138,7 +138,7 @@ def _first_rounds(maps: Sequence[RoundMap]) -> list[tuple[RoundMap, int]]:
 
 
 def common_certificate(maps: Sequence[RoundMap]) -> CommonCertificate:
-    """The best common function that the search finds; ask it whether it `holds`."""
+    """Return a certificate with the best common function found; its `holds` says whether it is valid."""
     matrices, periods_s = [m.M for m in maps], [m.period_s for m in maps]
     P = search(matrices, periods_s)
     found = min(rates_per_s(P, matrices, periods_s))
@@ -146,7 +146,9 @@ def common_certificate(maps: Sequence[RoundMap]) -> CommonCertificate:
 
 
 def dwell_certificate(maps: Sequence[RoundMap], share: float = 0.75) -> DwellCertificate:
-    """One function per topology from discrete Lyapunov equations: rho_p = (spectral radius of M_p)^(2 share)."""
+    """Return a certificate with a function per topology, from discrete Lyapunov equations.
+
+    rho_p = (spectral radius of M_p)^(2 share). Raises ValueError unless 0 < share < 1."""
     if not 0 < share < 1:
         raise ValueError(f"share={share}: expected 0 < share < 1 of the decay of each topology")
     own = sorted((m for m in maps if m.after is None), key=lambda m: m.plan)
@@ -162,13 +164,15 @@ def dwell_certificate(maps: Sequence[RoundMap], share: float = 0.75) -> DwellCer
 
 
 def certify_switching(maps: Sequence[RoundMap]) -> CommonCertificate | DwellCertificate:
-    """A common function if one is found, otherwise one per topology with a dwell; either checks itself."""
+    """Return a certificate with a common function if it holds, otherwise one with a function per topology."""
     common = common_certificate(maps)
     return common if common.holds else dwell_certificate(maps)
 
 
 def average_dwell_time_s(c1: Sequence[float], c2: Sequence[float], c3: Sequence[float]) -> float:
-    """ln mu / (2 lambda0), above which an average dwell time is admissible (6.35); constants of (6.29), (6.30)."""
+    """Return ln mu / (2 lambda0) [s], above which an average dwell time is admissible (6.35).
+
+    c1, c2, c3 are the constants of (6.29) and (6.30), one per topology."""
     mu = max(c2) / min(c1)
     lambda0 = min(decay / (2 * upper) for decay, upper in zip(c3, c2, strict=True))
     return log(mu) / (2 * lambda0)

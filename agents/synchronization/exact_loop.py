@@ -1,4 +1,4 @@
-"""The sampled loop without any bound: exact maps of slots and rounds, and the true limit of the slot length.
+"""The sampled loop without conservative bounds: exact maps of slots and rounds, and the limit of the slot length.
 
 State z = (x, y^), y^ the values last broadcast. Within a slot y^ is held; at its start the part P_k broadcasts:
 
@@ -9,10 +9,10 @@ A round map M takes z from just before a round's first broadcast to just before 
 fixed topology synchronizes exactly when its spectral radius is below 1. With a transmission delay the value sampled at
 the slot's start takes effect `delay_s` later, at the receivers and at the sender alike.
 
-A link that is new after a switch has no value until its sender's next slot; its term of (6.11) is left out till then.
-`previous` is the Laplacian before the switch and gives the map of that first round; without it all links have values.
+A link that is new after a switch has no value until its sender's next slot; until then its term of (6.11) is left out.
+With `previous`, the Laplacian before the switch, a map is that of the first round; without it all links have values.
 
-Differs from the dissertation: it gives only sufficient conditions, and no rule for new links.
+Differs from the dissertation, which gives only sufficient conditions, and no rule for new links.
 Not modelled: losses, delays of a slot or more, agents whose slots are shifted against each other.
 """
 
@@ -32,14 +32,14 @@ from agents.synchronization.partition import Parts
 
 
 class Hearing(Enum):
-    """What a receiver of a new link uses until its sender's next slot."""
+    """The rule for the value of a new link until its sender's next slot."""
 
     EVERYONE = "every agent hears every broadcast and keeps it: the sender's last value"
     NEIGHBOURS = "only those of the topology in force: the term is left out until the first value"
 
 
 def links_with_a_value(current: Floats, previous: Floats, spoken: Sequence[int]) -> Floats:
-    """Laplacian of the links that act in the first round after a switch, once the agents of `spoken` have broadcast."""
+    """Return the Laplacian of the links with a value in the first round after a switch; `spoken` have broadcast."""
     old = set(edges(previous))
     return laplacian(len(current), (link for link in edges(current) if link in old or link[0] in spoken))
 
@@ -57,14 +57,16 @@ class ExactLoop:
         return ClosedLoop(self.agents, self.laplacian)
 
     def flow(self, t_s: float, acting: Floats | None = None) -> Floats:
-        """Map of z over t_s without broadcasts; `acting` is the Laplacian of the links that have values (None: all)."""
+        """Return the map of z over t_s without broadcasts; `acting`: Laplacian of the links with values (None: all)."""
         loop = self.closed_loop if acting is None else ClosedLoop(self.agents, acting)
         held = loop.B_cl.shape[1]
         generator = np.block([[loop.A_open, loop.B_cl], [np.zeros((held, len(loop.A_open) + held))]])
         return matrix_exponential(generator * t_s)
 
     def slot_map(self, slot: int, tau_s: float, delay_s: float = 0.0, previous: Floats | None = None) -> Floats:
-        """Map of z over slot 0, 1, ..., T - 1 of a round, its broadcast included."""
+        """Return the map of z over slot 0, 1, ..., T - 1 of a round, its broadcast included.
+
+        Raises ValueError unless 0 <= delay_s < tau_s."""
         if not 0 <= delay_s < tau_s:
             raise ValueError(f"delay_s={delay_s}: expected 0 <= delay < tau_s ({tau_s})")
         before = after = None
@@ -80,14 +82,14 @@ class ExactLoop:
         return self.flow(tau_s - delay_s, after) @ taken
 
     def round_map(self, tau_s: float, delay_s: float = 0.0, previous: Floats | None = None) -> Floats:
-        """The monodromy matrix M of a whole round of T slots."""
+        """Return the monodromy matrix M, the map of z over a whole round of T slots."""
         M = np.eye(sum(self.closed_loop.C_cl.shape))
         for slot in range(len(self.parts)):
             M = self.slot_map(slot, tau_s, delay_s, previous) @ M
         return M
 
     def spectral_radius(self, tau_s: float, delay_s: float = 0.0) -> float:
-        """Below 1 exactly when the loop with this slot length is exponentially stable."""
+        """Return the spectral radius of M; below 1 if and only if the loop is exponentially stable."""
         return spectral_radius(self.round_map(tau_s, delay_s))
 
     def _output_rows(self, slot: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
@@ -101,10 +103,10 @@ def spectral_radius(M: Floats) -> float:
 
 @dataclass(frozen=True)
 class StabilityLimit:
-    """The first loss of stability that a scan of the slot length met, refined by bisection.
+    """The first loss of stability in a scan of the slot length, refined by bisection.
 
-    Claimed: the loop is stable at every scanned slot length below and at `stable_s`, unstable at `unstable_s`. Not
-    claimed: anything between two scanned points (the spectral radius need not be monotone), or beyond `unstable_s`.
+    The loop is stable at `stable_s` and every scanned slot length below, unstable at `unstable_s`. Nothing is known
+    between two scanned points (the spectral radius need not be monotone) or beyond `unstable_s`.
     """
 
     stable_s: float
@@ -114,7 +116,9 @@ class StabilityLimit:
 
 def stability_limit(loop: ExactLoop, scan_step_s: float, scan_end_s: float, delay_s: float = 0.0,
                     accuracy_s: float = 1e-12) -> StabilityLimit | None:
-    """Scan delay_s + step, delay_s + 2 step, ... up to scan_end_s; None if all of these are stable."""
+    """Scan delay_s + step, delay_s + 2 step, ... up to scan_end_s; return None if all of these are stable.
+
+    Raises ValueError if the first is unstable."""
     points = int((scan_end_s - delay_s) / scan_step_s)
     for k in range(1, points + 1):
         if loop.spectral_radius(delay_s + k * scan_step_s, delay_s) < 1:

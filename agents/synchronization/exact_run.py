@@ -1,12 +1,12 @@
-"""A whole run of the sampled loop, exact at integer nanoseconds: the reference that an emulated run must agree with.
+"""A whole run of the sampled loop, exact at integer nanoseconds: the reference for emulated runs.
 
 Slots follow each other from t = 0; slot k of a round belongs to part P_(k+1), which broadcasts at the slot's start.
-At a round's end, the instant at which the next round's first slot starts, the topology requested then is adopted; that
-slot already belongs to its partition and slot length. Between the instants every agent has a constant input (6.11), so
+At a round's end, the instant at which the next round's first slot starts, the team adopts the topology requested then;
+that slot already has its partition and slot length. Between these instants every agent's input (6.11) is constant, so
 
     x(t + h) = exp(A h) x(t) + integral of exp(A s) ds B u         (exact for any h)
 
-Everyone knows every y(0) at the start. Not modelled: losses; delays of a slot or more; clocks that differ.
+At the start every agent knows every y(0). Not modelled: losses; delays of a slot or more; clocks that differ.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class ExactRun:
 
 
 def alternating(period_ns: int, plans: int = 2) -> Callable[[int], int]:
-    """Requests plan 0 for `period_ns`, then plan 1, ..., and again; half open, the request at k period_ns is new."""
+    """Return the signal that requests plan 0 over [0, period_ns), then plan 1, ..., and cyclically again."""
     return lambda t_ns: t_ns // period_ns % plans
 
 
@@ -44,7 +44,8 @@ def simulate(agents: Sequence[LinearAgent], plans: Sequence[RoundPlan], requeste
              hearing: Hearing = Hearing.EVERYONE) -> ExactRun:
     """Run over [0, length_ns]; x0 is all ones and bias d zero unless given.
 
-    `disturbance` holds (from_ns, omega), ascending; omega, one number or one per input, lasts until the next.
+    `requested(t_ns)` returns the number of the plan requested at t. `disturbance` holds (from_ns, omega), ascending;
+    omega, one number or one per input, holds until the next. Raises ValueError for bad delays or sample instants.
     """
     if any(not 0 <= delay_ns < plan.slot_ns for plan in plans):
         raise ValueError(f"delay_ns={delay_ns}: expected 0 <= delay < slot_ns of {[plan.slot_ns for plan in plans]}")
@@ -105,13 +106,13 @@ class _Team:
         return self._C @ self._x
 
     def take(self, part: Sequence[int], values: Floats) -> None:
-        """Hold what the agents of `part` broadcast, of all agents' `values` at that instant."""
+        """Hold the values that the agents of `part` broadcast; `values` are those of all agents at that instant."""
         for agent in part:
             rows = slice(agent * self._width, (agent + 1) * self._width)
             self._held[rows] = values[rows]
 
     def advance(self, until_ns: int, acting: Floats) -> None:
-        """Flow with the held outputs and the links of `acting`, sampling on the way in [now, until_ns)."""
+        """Advance the states with held outputs and the links of `acting`, sampling at instants in [now, until_ns)."""
         agreement = -self._K @ np.kron(acting, np.eye(self._width)) @ (self._held - self._bias)
         changes = [from_ns for from_ns, _ in self._disturbance if self._now_ns < from_ns < until_ns]
         for piece_end_ns in (*changes, until_ns):
@@ -123,7 +124,7 @@ class _Team:
             self._now_ns = piece_end_ns
 
     def sampled(self) -> tuple[Floats, Floats]:
-        """(outputs, states) at the sample instants; those that are left are the end of the run."""
+        """Return (outputs, states) at the sample instants; the last one may be the end of the run."""
         states = np.array(self._samples + [self._x] * len(self._to_sample)).reshape(-1, len(self._x))
         return states @ self._C.T, states
 
@@ -138,8 +139,8 @@ class _Team:
 
 
 def _held_input_step(A: Floats, B: Floats, h_s: float) -> tuple[Floats, Floats]:
-    """exp(A h) and the integral of exp(A s) B, from one exponential (Van Loan 1978)."""
-    from scipy.linalg import expm  # here, so that importing this file does not load it
+    """Return exp(A h) and the integral of exp(A s) B over [0, h], from one exponential (Van Loan 1978)."""
+    from scipy.linalg import expm  # here, so that importing this file does not load SciPy
 
     states, inputs = B.shape
     grown = expm(np.block([[A, B], [np.zeros((inputs, states + inputs))]]) * h_s)

@@ -23,7 +23,7 @@ from agents.synchronization.closed_loop import ClosedLoop
 from agents.synchronization.graph import Floats
 
 RELATIVE_ACCURACY = 1e-8
-NEAR_THE_AXIS = 1e-4        # |Re| / |lambda| of eigenvalues looked at as crossings; each is then checked by sigma_max
+NEAR_THE_AXIS = 1e-4        # |Re| / |lambda| below which an eigenvalue may be a crossing; sigma_max then decides
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class HInfinityNorm:
 
 
 def sigma_max(A: Floats, B: Floats, C: Floats, D: Floats, omega_rad_s: float) -> float:
-    """Largest singular value of G(j omega); omega = inf gives that of D."""
+    """Return the largest singular value of G(j omega); of D for omega = inf."""
     if np.isinf(omega_rad_s):
         return float(np.linalg.norm(D, 2))
     response = C @ np.linalg.solve(1j * omega_rad_s * np.eye(len(A)) - A, B) + D
@@ -44,7 +44,7 @@ def sigma_max(A: Floats, B: Floats, C: Floats, D: Floats, omega_rad_s: float) ->
 
 
 def h_infinity_norm(A: Floats, B: Floats, C: Floats, D: Floats) -> HInfinityNorm:
-    """The norm of a stable G(s); ValueError with the eigenvalue if A is not Hurwitz."""
+    """Return the H-infinity norm of G(s); raises ValueError, with the eigenvalue, if A is not Hurwitz."""
     poles = np.linalg.eigvals(A)
     worst = poles[np.argmax(poles.real)]
     if worst.real >= 0:
@@ -65,7 +65,7 @@ def h_infinity_norm(A: Floats, B: Floats, C: Floats, D: Floats) -> HInfinityNorm
 
 
 def _near_crossings(A: Floats, B: Floats, C: Floats, D: Floats, gamma: float) -> Floats:
-    """Frequencies, ascending, at which a singular value of G may equal gamma."""
+    """Return the frequencies [rad/s], ascending, at which a singular value of G may equal gamma."""
     R_inv = np.linalg.inv(gamma**2 * np.eye(B.shape[1]) - D.T @ D)
     corner = A + B @ R_inv @ D.T @ C
     hamiltonian = np.block([[corner, B @ R_inv @ B.T],
@@ -77,18 +77,18 @@ def _near_crossings(A: Floats, B: Floats, C: Floats, D: Floats, gamma: float) ->
 
 
 def l2_gain(loop: ClosedLoop) -> HInfinityNorm:
-    """gamma of Theorem 9: from (e, omega) to y~ = C_cl (A_cl x + B_d omega) (6.17)-(6.19), Remark 17."""
+    """Return gamma of Theorem 9, from (e, omega) to y~ = C_cl (A_cl x + B_d omega) (6.17)-(6.19), Remark 17."""
     B = np.hstack([loop.B_cl, loop.B_d])
     D = loop.C_cl @ np.hstack([np.zeros_like(loop.B_cl), loop.B_d])
     return h_infinity_norm(loop.A_cl, B, loop.C_cl @ loop.A_cl, D)
 
 
 def error_growth(loop: ClosedLoop) -> Floats:
-    """|C_cl B_cl| entrywise: nonnegative, bounds (6.17) as A* does, and is not made symmetric."""
+    """Return |C_cl B_cl| entrywise, which bounds (6.17) as A* does but is not made symmetric."""
     return np.abs(loop.C_cl @ loop.B_cl)
 
 
 def a_star(loop: ClosedLoop) -> Floats:
-    """A* = [max(|c_ij|, |c_ji|)] with [c_ij] = -C_cl B_cl (6.18)."""
+    """Return A* = [max(|c_ij|, |c_ji|)] with [c_ij] = -C_cl B_cl (6.18)."""
     growth = error_growth(loop)
     return np.maximum(growth, growth.T)

@@ -1,6 +1,6 @@
-"""Who hears whom: the directed graph of section 6.1.2 and its Laplacian.
+"""The directed graph of information flow (section 6.1.2) and its Laplacian.
 
-An edge (i, j) is an information flow from i to j; N_i = {j : (j, i) in E} are those that agent i hears.
+An edge (i, j) is an information flow from i to j; N_i = {j : (j, i) in E} are the agents that agent i hears.
 
     l_ij = -1 if j in N_i,   |N_i| if j = i,   0 otherwise          (N x N; rows are receivers, columns senders)
 
@@ -21,11 +21,11 @@ Edge = tuple[int, int]      # (sender, receiver)
 
 
 class GraphError(ValueError):
-    """A graph or Laplacian that cannot be meant."""
+    """A graph or Laplacian is invalid; the text names the edge or entry."""
 
 
 def laplacian(size: int, edges: Iterable[Edge]) -> Floats:
-    """Laplacian of `size` agents from edges (sender, receiver); an edge given twice counts once."""
+    """Return the Laplacian of `size` agents with edges (sender, receiver); an edge given twice counts once."""
     L = np.zeros((size, size))
     for sender, receiver in set(edges):
         if not (0 <= sender < size and 0 <= receiver < size):
@@ -38,12 +38,12 @@ def laplacian(size: int, edges: Iterable[Edge]) -> Floats:
 
 
 def laplacian_from_neighbours(neighbours: Sequence[Iterable[int]]) -> Floats:
-    """Laplacian from the sets N_0, N_1, ... of those that each agent hears."""
+    """Return the Laplacian with the sets N_0, N_1, ... of agents that each agent hears."""
     return laplacian(len(neighbours), ((j, i) for i, heard in enumerate(neighbours) for j in heard))
 
 
 def checked_laplacian(matrix: ArrayLike) -> Floats:
-    """`matrix` as an array, or GraphError with everything that keeps it from being a Laplacian."""
+    """Return `matrix` as an array; raises GraphError with all reasons why it is no Laplacian."""
     found = laplacian_problems(matrix)
     if found:
         raise GraphError("; ".join(found))
@@ -51,7 +51,7 @@ def checked_laplacian(matrix: ArrayLike) -> Floats:
 
 
 def laplacian_problems(matrix: Any) -> list[str]:
-    """What keeps `matrix` from being the Laplacian of a directed graph; agents numbered from 0."""
+    """Return the reasons why `matrix` is not the Laplacian of a directed graph; agents numbered from 0."""
     try:
         L = np.array(matrix, dtype=float)
     except (TypeError, ValueError):
@@ -70,22 +70,22 @@ def laplacian_problems(matrix: Any) -> list[str]:
 
 
 def neighbours(L: Floats) -> list[list[int]]:
-    """N_i for each i, ascending: those that agent i hears."""
+    """Return for each agent i the agents that it hears, N_i, ascending."""
     return [[j for j in range(len(L)) if j != i and L[i, j] != 0] for i in range(len(L))]
 
 
 def receivers(L: Floats) -> list[list[int]]:
-    """Those that hear agent j, for each j, ascending."""
+    """Return for each agent j the agents that hear it, ascending."""
     return neighbours(L.T)
 
 
 def edges(L: Floats) -> list[Edge]:
-    """All links (sender, receiver), ascending."""
+    """Return all links (sender, receiver), ascending."""
     return [(j, i) for j, hearers in enumerate(receivers(L)) for i in hearers]
 
 
 def distances(L: Floats) -> Floats:
-    """d[i, j] = number of links on a shortest path from i to j; inf where there is none."""
+    """Return d[i, j] = number of links on a shortest path from i to j; inf where there is none."""
     size, hearers = len(L), receivers(L)
     d = np.full((size, size), np.inf)
     for source in range(size):
@@ -101,17 +101,17 @@ def distances(L: Floats) -> Floats:
 
 
 def unreachable_pairs(L: Floats) -> list[Edge]:
-    """Pairs (i, j) such that nothing that i says can get to j; empty exactly when the graph is strongly connected."""
+    """Return the pairs (i, j) without a path from i to j; empty if and only if the graph is strongly connected."""
     return [(int(i), int(j)) for i, j in np.argwhere(np.isinf(distances(L)))]
 
 
 def is_strongly_connected(L: Floats) -> bool:
-    """Every agent reaches every other."""
+    """Return whether a path leads from every agent to every other."""
     return not unreachable_pairs(L)
 
 
 def diameter(L: Floats) -> int:
-    """diam(G), the greatest distance; GraphError where some agent does not reach another."""
+    """Return diam(G), the greatest distance; GraphError unless the graph is strongly connected."""
     cut_off = unreachable_pairs(L)
     if cut_off:
         raise GraphError(f"no path from agent {cut_off[0][0]} to agent {cut_off[0][1]}: "
@@ -120,9 +120,9 @@ def diameter(L: Floats) -> int:
 
 
 def one_way_links_without_cycle(L: Floats) -> list[Edge]:
-    """Links that break Assumption 7, "all unidirectional links have an inclusive cycle".
+    """Return the links that break Assumption 7, "all unidirectional links have an inclusive cycle".
 
-    A link sender -> receiver has one exactly when a path leads from the receiver back to the sender.
+    A link sender -> receiver has such a cycle if a path leads from the receiver back to the sender.
     """
     d = distances(L)
     return [(sender, receiver) for sender, receiver in edges(L) if np.isinf(d[receiver, sender])]

@@ -1,17 +1,17 @@
-"""Links that are too slow for discovery: a control frame has to arrive before its sub-slot ends.
+"""Finds links that are too slow for discovery: a control frame has to arrive before its sub-slot ends.
 
-    a control frame that begins at slot start + control offset and comes `late` more than airtime and latency allow
-    counts as its slot's only if        late < slot - control offset = the rest of the control sub-slot
+    a control frame sent at slot start + control offset that arrives `late` after airtime and latency have passed
+    belongs to its slot only if         late < slot - control offset = the rest of the control sub-slot
 
-A receiver that finds a control frame in a slot that is not its sender's concludes that the team has parted, and falls
-back to the slots of the start. Where the link is too slow for those, it does so again at every control frame and no
-discovery ever ends. Later slots may be shorter: there the team falls back once, discovers in the slots of the start,
-and goes on; that is slow, but no reason to refuse a run.
+A robot that receives a control frame in a slot that is not its sender's concludes that the robots use different
+schedules, and falls back to the slots of the start. If the link is too slow even for those, it falls back at every
+control frame and no discovery ever ends: the run is refused. If only later, shorter slots are too short, the team falls
+back once, discovers in the slots of the start and goes on, which is slow but no reason to refuse a run.
 
-`late` is what the link's impairments add to every copy, at least: a constant delay, the least value of a bounded one,
-the time of a frame at a rate limit, summed over the link. One that acts in a window only ends with it, so it is no
-reason either. Clocks that differ may hide a lateness of one guard time.
-Not modelled: a lateness that happens to be a whole number of control cycles, which looks like a later cycle.
+`late` is the least time that the link's impairments add to every copy: a constant delay, the least value of a bounded
+one, the time of a frame at a rate limit, summed over the link. An impairment that acts only in a window is left out,
+since its effect ends with the window. Clocks that differ may hide a lateness of one guard time.
+Not modelled: a lateness of a whole number of control cycles, which looks like a later cycle.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from netem.impairments.table import IMPAIRMENTS
 
 def late_control_frames(team: Team, slot_ns: int, impairments: Sequence[ImpairmentView], links: Collection[LinkName],
                         clocks: Mapping[str, ClockSettings], length_ns: int) -> Iterator[str]:
-    """One sentence for each set of impairments that keeps discovery in slots of `slot_ns` from ending.
+    """Yield one sentence for each set of impairments that keeps discovery in slots of `slot_ns` from ending.
 
-    `links` are those that the radio has at some time of the run, `clocks` the robots' own, `team.layout` is known.
+    `links` are those that the radio has at some time of the run, `clocks` those of the robots. Requires `team.layout`.
     """
     offset_ns = team.layout.control_offset_ns(slot_ns)
     rest_ns = slot_ns - offset_ns
@@ -54,11 +54,11 @@ def late_control_frames(team: Team, slot_ns: int, impairments: Sequence[Impairme
 
 def _delays(impairments: Sequence[ImpairmentView], size_bytes: int,
             length_ns: int) -> dict[LinkName, list[tuple[str, int]]]:
-    """Per link the impairments that delay every frame of the run, with the least delay of each."""
+    """Return for each link the impairments that delay every frame of the run, with the least delay [ns] of each."""
     found: dict[LinkName, list[tuple[str, int]]] = defaultdict(list)
     recordings = Recordings()
     for spec in impairments:
-        kind = IMPAIRMENTS.get(spec.kind)       # of a class of the author's own nothing is known
+        kind = IMPAIRMENTS.get(spec.kind)       # None for a class of the scenario's author: its delay is unknown
         always = not spec.windows_ns or any(start <= 0 and end >= length_ns for start, end in spec.windows_ns)
         if kind is None or not always:
             continue
@@ -70,14 +70,14 @@ def _delays(impairments: Sequence[ImpairmentView], size_bytes: int,
 
 
 def _hidden_ns(team: Team, sender: ClockSettings, receiver: ClockSettings) -> int:
-    """By how much earlier than it comes a frame can seem to come, as the receiver's clock shows it."""
+    """Return by how much the receiver's clock can show a frame's arrival too early [ns]."""
     apart_ns = 0 if (sender.offset_ns, sender.drift_ppm) == (receiver.offset_ns, receiver.drift_ppm) else round(
         team.guard_s * 1e9)
     return apart_ns + receiver.tick_ns - 1
 
 
 def _enough_s(team: Team, late_ns: int) -> float:
-    """A slot whose control sub-slot has a rest of more than `late_ns`, rounded up to whole microseconds.
+    """Return a slot length [s] with a rest of the control sub-slot above `late_ns`, rounded up to microseconds.
 
     From rest > (slot - data + 2 control) / 3 of `Layout.control_offset_ns`."""
     quantum_ns = max(1, round(team.slot_quantum_s * 1e9))

@@ -1,15 +1,15 @@
-"""Links on which a value may come a slot or more after its slot began: there nothing proves that the team synchronizes.
+"""Finds links on which a value may arrive a slot or more after its slot began, so that stability is not proved.
 
-    delay = airtime + receive latency + what the impairments of the link add at most,   expected < slot
+    delay = airtime + receive latency + the most that the impairments of the link add,   expected < slot
 
-The bounds of (6.20) take transmission as instantaneous, and the exact loop (`exact_loop`) takes it as shorter than a
-slot. Needed are the links of every graph that the robots work with, told or discovered, each against that graph's slot.
+The bounds of (6.20) assume instantaneous transmission, and the exact loop (`exact_loop`) assumes that it is shorter
+than a slot. Checked are the links of every graph that the robots work with, told or discovered, with that graph's slot.
 
 An impairment adds at most the greatest value of its distribution that the random generator can give, the longest
 delay of a recording, the hold of `reorder`, the extra delay of a twin, the queue of `rate_limit` under the frames that
 a robot sends. An impairment in a window counts if the window begins before the run ends.
 
-Not modelled: an author's own impairment without `most_delay_ns`; there the robots watch the age of what they hear.
+Not modelled: an impairment without `most_delay_ns`; with one, the robots watch the age of received values instead.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ UNKNOWN: Final = -1
 @dataclass(frozen=True)
 class AddedDelay:
     most_ns: int = 0
-    places: tuple[str, ...] = ()        # of the impairments that add to it
-    known: bool = True                  # False: one of them does not say how much it adds
+    places: tuple[str, ...] = ()        # the impairments that add delay, by their place in the scenario
+    known: bool = True                  # False: the delay of one of them has no known bound
 
 
 def added_delays(impairments: Sequence[ImpairmentView], flow: Flow, length_ns: int) -> dict[LinkName, AddedDelay]:
-    """By link what its impairments add at most; links without impairments are left out."""
+    """Return for each link with impairments the most delay that they add."""
     delays: dict[LinkName, AddedDelay] = {}
     flows: dict[LinkName, Flow] = defaultdict(lambda: flow)
     recordings = Recordings()
@@ -65,7 +65,7 @@ def added_delays(impairments: Sequence[ImpairmentView], flow: Flow, length_ns: i
 
 def late_values(team: Team, medium: str, graphs: Mapping[str, Floats], slots_ns: Mapping[str, int],
                 delays: Mapping[LinkName, AddedDelay]) -> Iterator[str]:
-    """One sentence for each set of impairments and delay; it names the graph with the shortest slot."""
+    """Yield one sentence for each set of impairments and delay; it names the graph with the shortest slot."""
     own_ns = team.layout.data_airtime_ns + team.layout.latency_ns
     found: dict[tuple[tuple[str, ...], int], dict[LinkName, None]] = defaultdict(dict)
     shortest: dict[tuple[tuple[str, ...], int], str] = {}
@@ -89,8 +89,7 @@ def late_values(team: Team, medium: str, graphs: Mapping[str, Floats], slots_ns:
 
 def oldest_value_ns(team: Team, medium: str, graphs: Mapping[str, Floats],
                     delays: Mapping[LinkName, AddedDelay]) -> int:
-    """The greatest age that a value of a needed link can have when it comes, UNKNOWN if an impairment has
-    no bound."""
+    """Return the greatest age that a value of a checked link can have on arrival; UNKNOWN if a delay has no bound."""
     links = [link for graph in graphs.values() for link in _links(team, medium, graph)]
     added = [delays[link] for link in links if link in delays]
     if not all(delay.known for delay in added):

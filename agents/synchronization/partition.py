@@ -1,10 +1,10 @@
 """Algorithm 1: sets of agents that may broadcast at the same instant without a collision (Problem 5).
 
-Two agents share a part when the element-wise product of their columns of L vanishes: nobody hears both and neither
+Two agents share a part if the element-wise product of their columns of L vanishes: no agent hears both and neither
 hears the other (the radio network model). The parts are filled greedily in the order of the agents' numbers.
 
-Differs from the dissertation: line 7 of Algorithm 1 also asks that agent j has no part yet; as printed, an agent that
-joined an earlier part can land in a second one.
+Differs from the dissertation: line 7 of Algorithm 1 also requires that agent j has no part yet; as printed, an agent
+in an earlier part can be put into a second one.
 Not modelled: the fewest parts possible (that is graph colouring); interference beyond the links of L.
 """
 
@@ -20,12 +20,12 @@ Parts = tuple[tuple[int, ...], ...]
 
 
 def may_share_a_part(L: Floats, i: int, j: int) -> bool:
-    """L(i).L(j) = 0_N: no common receiver, and neither receives from the other."""
+    """Return whether L(i).L(j) = 0_N: the agents have no common receiver, and neither receives from the other."""
     return not np.any(L[:, i] * L[:, j])
 
 
 def partition(L: Floats) -> Parts:
-    """The nonempty parts P_1, ..., P_T, each ascending, in the order in which they broadcast."""
+    """Return the nonempty parts P_1, ..., P_T, each ascending, in the order in which they broadcast."""
     parts: list[list[int]] = []
     unassigned = set(range(len(L)))
     for i in range(len(L)):
@@ -42,6 +42,6 @@ def partition(L: Floats) -> Parts:
 
 
 def colliding_pairs(L: Floats, parts: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
-    """Pairs within one part that must not broadcast together."""
+    """Return the pairs of agents within one part whose broadcasts would collide."""
     return [(i, j) for part in parts for k, i in enumerate(part) for j in part[k + 1:]
             if not may_share_a_part(L, i, j)]

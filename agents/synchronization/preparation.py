@@ -1,7 +1,8 @@
-"""Before a run: what the medium does to the frames, the plans of the graphs that will occur, and what is impossible.
+"""Checks a synchronization scenario before its run, and prepares the team table of its robots.
 
-`check` refuses a run that cannot work, with the equation that fails and the number; `prepare` adds to the team table
-what every robot may know beforehand (`layout`, `designs`). Both take the scenario as the loader resolved it.
+`check` yields the reasons why a run cannot work, with the equation that fails and the number. `prepare` adds to the
+team table frame times (`layout`) and the round plans of the graphs that will occur (`designs`). Both take the resolved
+scenario.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from netem.topology import Site, Topology
 
 
 def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
-    """Every reason why these robots cannot synchronize over this medium."""
+    """Yield every reason why these robots cannot synchronize over their medium."""
     try:
         team = read_team(scenario.team)
     except TeamError as error:
@@ -82,7 +83,7 @@ def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
 
 
 def prepare(scenario: ScenarioView, own: Own[Any]) -> dict[str, Any]:
-    """What goes into the team table of every robot: frame times, and the round plan of each graph that will occur."""
+    """Return additions to the team table: frame times, and the round plan of each graph that will occur."""
     team = read_team(scenario.team)
     medium = scenario.media[next(iter(scenario.agents.values())).media[0]]
     team = msgspec.structs.replace(team, layout=frame_layout(team, medium))
@@ -96,7 +97,7 @@ def prepare(scenario: ScenarioView, own: Own[Any]) -> dict[str, Any]:
 
 def _delays(team: Team, scenario: ScenarioView, plans: RoundPlans,
             graphs: Mapping[str, Floats]) -> dict[LinkName, AddedDelay]:
-    """The delays that impairments add to the frames of a robot, which sends at most once in a slot."""
+    """Return the delays that impairments add to the frames of a robot, which sends at most once in a slot."""
     slots_ns = [plan.slot_ns for graph in graphs.values() if (plan := plans.plan(graph)) is not None]
     sizes_bytes = [SyncFrameCodec(len(team.names), team.outputs).size_bytes]
     if team.topology == "discovered":
@@ -114,7 +115,7 @@ def frame_layout(team: Team, medium: MediumView) -> Layout:
 
 
 def occurring_graphs(team: Team, scenario: ScenarioView, medium: MediumView) -> dict[str, Floats]:
-    """The Laplacians that the robots will have to work with, by where they come from."""
+    """Return the Laplacians that the robots will work with, by a name for the sentences of `check`."""
     if team.topology == "told":
         return {f"team.requests[{index}]": team.laplacian_of(request.links)
                 for index, request in enumerate(team.requests)}
@@ -136,11 +137,11 @@ def _clock_problems(team: Team, plan: RoundPlan, layout: Layout) -> Iterator[str
         airtime_share=min(1.0, layout.data_airtime_ns / plan.slot_ns))
     if contraction >= 1:
         yield (f"team.resynchronize: the clocks do not settle: their differences change by a factor of "
-               f"{contraction:.4g} per round, expected below 1; nobody may be without somebody to hear")
+               f"{contraction:.4g} per round, expected below 1; let every robot hear at least one other")
 
 
 def _late_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans: RoundPlans) -> Iterator[str]:
-    """Discovery begins in the slots of the start, and ends up there again whenever it goes wrong elsewhere."""
+    """Yield the links too slow for the slots of the start, in which discovery begins and to which robots fall back."""
     name = next(iter(scenario.agents.values())).media[0]
     topology = _topology(scenario, medium)
     links = {(name, *edge) for at_ns in [0, *topology.changes_ns(scenario.length_ns)]
@@ -167,7 +168,7 @@ def _medium_problems(team: Team, scenario: ScenarioView, medium: MediumView, pla
 
 def _told_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans: RoundPlans,
                    graphs: Mapping[str, Floats]) -> Iterator[str]:
-    """Whether a radio whose graph does not change carries what the requests use, without collisions."""
+    """Yield the requested links that a radio with a constant graph lacks, and the robots whose frames collide on it."""
     topology = _topology(scenario, medium)
     if topology.changes_ns(scenario.length_ns):
         return

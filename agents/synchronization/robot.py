@@ -2,11 +2,11 @@
 
     its slot:        measure y_i, broadcast it, hold it                                        (6.11), Protocol 1
     a sync frame:    hold the sender's output, compute u_i anew
-    a round's end:   a new topology, if there is one: new parts, new slot length, new neighbours
+    a round's end:   adopt a new topology, if there is one: new parts, new slot length, new neighbours
 
-Everything is timed by the local clock. The robot speaks in its own data slots, and in its own control sub-slots while
-its topology source asks for them; its promise to be silent until then is firm. The own value is held from when the
-others can have received it, so all use the same one.
+All times are on the local clock. The robot sends in its own data slots, and in its own control sub-slots if its
+topology source requires it; its promise to be silent until then is firm. It holds its own new value only from the
+instant at which the others can have received it, so that all use the same value.
 
 Plant: inputs u[1..], outputs y[1..] as `linear_system` has them. The disturbance omega_i of (6.6) adds to u_i.
 Not modelled: measurement noise, computing time (outputs appear at the slot's instant).
@@ -41,7 +41,7 @@ COUNTERS: Final = ("adoptions", "fallbacks", "unreadable frames", "values too ol
 
 @dataclass(frozen=True)
 class SyncSettings:
-    """`disturbance`: omega_i as (from_s, value) pairs, the value for every input alike."""
+    """`disturbance`: omega_i as (from_s, value) pairs; the value is the same for all inputs."""
 
     disturbance: Sequence[Sequence[float]] = ()
 
@@ -63,16 +63,16 @@ class SyncRobot:
         outputs = board.sensors([f"y[{k + 1}]" for k in range(agent.outputs)])
         self._measure = outputs.read
         self._law = AgreementLaw(self._number, agent.K, team.biases)
-        self._spoken: tuple[float, ...] = ()    # broadcast last, held by all from when they have received it
+        self._spoken: tuple[float, ...] = ()    # output broadcast last
         self._omega = 0.0
-        self._slot = 0                          # in which it speaks next
+        self._slot = 0                          # number of its next slot
         self._codec = SyncFrameCodec(len(team.names), team.outputs)
         self._plans = RoundPlans(team)
-        self._heard: set[int] = set()           # since the last own slot
+        self._heard: set[int] = set()           # robots whose sync frames arrived since the last own slot
         self._own_delay_ns = team.layout.data_airtime_ns + team.layout.latency_ns
         self._sync = SlotSync(max(1, round(team.guard_s * 1e9 / 2)), SYNC_GAIN) if team.resynchronize else None
         self._watch = AgeWatch(team.oldest_value_ns, round(team.guard_s * 1e9))
-        self._watching = team.oldest_value_ns < 0 or not team.sure     # else the check proved that none is too old
+        self._watching = team.oldest_value_ns < 0 or not team.sure     # else `check` proved that no value is too old
         self._since_ns = 0                      # local time from which the schedule is in force
         self._source, plan = self._start_topology()
         self._follow(plan, self._first_schedule(plan))
@@ -138,7 +138,8 @@ class SyncRobot:
             self._port.send(frame)
 
     def _adopt(self, at_ns: int) -> None:
-        """`at_ns` is the round's end, not when the clock showed it: a tick may be late, and all have to agree."""
+        """Adopt the topology source's topology at `at_ns`, the exact end of the round, on which all robots agree; the
+        local clock may show it a tick later."""
         board = self._board
         laplacian = self._source.adopt(at_ns)
         if laplacian is None:
@@ -161,8 +162,9 @@ class SyncRobot:
         self._apply()
 
     def _fall_back(self, why: str) -> None:
-        """Nobody can be sure of the others' slots any more: back to those of the start, which lie on a grid from local
-        time 0 and are the same for all. The neighbours and their values stay in use."""
+        """Return to the slots of the start, since the robots may use different ones; `why` is for the record.
+
+        The slots of the start lie on a grid from local time 0, the same for all. Neighbours and their values stay."""
         plan = self._plans.boot()
         self._watch.forget()
         self._since_ns = self._board.now_ns
@@ -181,7 +183,7 @@ class SyncRobot:
         self._omega = value
         self._apply()
 
-    # --- what it hears
+    # --- receive
 
     def _hear(self, data: bytes) -> None:
         frame = self._codec.unpack(data)
@@ -205,7 +207,7 @@ class SyncRobot:
             self._apply()
 
     def _check_age(self, frame: SyncFrame) -> None:
-        """Report a value older than a slot. Of discovered topologies every robot that is heard is a neighbour."""
+        """Report a value older than a slot; with discovered topologies every robot that is heard is a neighbour."""
         sender, now_ns, slot_ns = frame.sender, self._board.now_ns, self._schedule.slot_ns
         if self._team.topology == "told" and sender not in self._law.neighbours:
             return
@@ -218,7 +220,7 @@ class SyncRobot:
                                    f"it comes: expected less than {slot_ns} ns, the slot length")
 
     def _report_own_slots(self) -> None:
-        """A slot length that the author chose may be longer than what is certified."""
+        """Report a slot length chosen by the scenario's author that is longer than the certified one."""
         slot_ns, certified_ns = self._schedule.slot_ns, self._certified_ns
         if 0 < certified_ns < slot_ns:
             self._board.warn("assumption violated", f"slots of {slot_ns} ns, as team.slot_us says: expected at "
@@ -268,7 +270,7 @@ class SyncRobot:
                                 0 if offset_ns is None else len(self._team.names), offset_ns)
 
     def _control_offset_ns(self, plan: RoundPlan) -> int | None:
-        """Where a slot's control sub-slot starts; None without discovery."""
+        """Return the start of the control sub-slot within a slot [ns]; None without discovery."""
         return self._team.layout.control_offset_ns(plan.slot_ns) if self._team.topology == "discovered" else None
 
     def _follow(self, plan: RoundPlan, schedule: SlottedBroadcast) -> None:
@@ -283,7 +285,7 @@ class SyncRobot:
 
 
 def _pieces(disturbance: Sequence[Sequence[float]]) -> list[tuple[int, float]]:
-    """(from_ns, value) pairs, ascending."""
+    """Return `disturbance` as (from_ns, value) pairs; ValueError unless pairs, ascending from 0 on."""
     if any(len(piece) != 2 for piece in disturbance):
         raise ValueError(f"disturbance={[list(piece) for piece in disturbance]}: expected pairs [from_s, value]")
     instants = [from_s for from_s, _ in disturbance]
@@ -297,6 +299,6 @@ def _suffixes(count: int) -> list[str]:
 
 
 def _links(laplacian: Floats) -> str:
-    """Who hears whom, robots numbered from 1 as in the dissertation."""
+    """Return the links in words, robots numbered from 1 as in the dissertation."""
     return "; ".join(f"{i + 1} hears {','.join(str(j + 1) for j in heard) or 'nobody'}"
                      for i, heard in enumerate(neighbours(laplacian)))

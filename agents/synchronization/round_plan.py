@@ -1,9 +1,9 @@
-"""What every agent computes from one discovered topology: who broadcasts when (sections 6.3.2 and 6.3.3).
+"""The round plan that every agent computes from a topology: when each agent broadcasts (sections 6.3.2 and 6.3.3).
 
     slot       0    1   ...  T-1  |  0    1   ...          slot k of a round starts k tau after the round
     part       P_1  P_2 ...  P_T  |  P_1  P_2 ...          and its part broadcasts at that instant
 
-Every agent gets the same plan from the same Laplacian, so nobody has to be told.
+Every agent computes the same plan from the same Laplacian, so no plan is sent.
 
 Differs from the dissertation: Protocol 1 counts parts modulo T, the number of nonempty parts, not modulo N; with N,
 some slots of each round would stay idle.
@@ -28,7 +28,7 @@ class RoundPlan:
     laplacian: Floats
     parts: Parts
     slot_ns: int
-    certified_ns: int = 0               # the slot length that (6.20) gives, where `slot_ns` is another; 0: the same
+    certified_ns: int = 0               # slot length by (6.20), if `slot_ns` differs from it; 0: the same
 
     def __post_init__(self) -> None:
         spoken = sorted(agent for part in self.parts for agent in part)
@@ -44,7 +44,7 @@ class RoundPlan:
 
 def plan_round(agents: Sequence[LinearAgent], laplacian: Floats, *, bound: Bound = Bound.PRINTED, kappa: float = KAPPA,
                max_successive_losses: int = 0) -> RoundPlan:
-    """Partition, gain and slot length of one topology; ValueError if A_cl is not Hurwitz (Assumption 6)."""
+    """Return the plan of one topology: partition and slot length; ValueError if A_cl is not Hurwitz (Assumption 6)."""
     loop = ClosedLoop(tuple(agents), laplacian)
     parts = partition(loop.laplacian)
     tau_s = small_gain_tau_s(loop, len(parts), bound)

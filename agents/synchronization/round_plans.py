@@ -1,4 +1,4 @@
-"""The round plan of any topology that a robot comes across: from the team's table, or computed on board and kept."""
+"""The round plans of the topologies that a robot meets: from the team's table, or computed on board and cached."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class RoundPlans:
                                                          entry.slot_ns, entry.certified_ns)
 
     def plan(self, laplacian: Floats) -> RoundPlan | None:
-        """None if A_cl is not Hurwitz for it (Assumption 6), or its slot is shorter than the quantum."""
+        """Return the plan; None if A_cl is not Hurwitz (Assumption 6) or the slot is shorter than the quantum."""
         key = heard_by(laplacian)
         if key not in self._plans:
             self._plans[key] = self._computed(laplacian)
         return self._plans[key]
 
     def boot(self) -> RoundPlan:
-        """Until a topology is known: nobody is heard, and each robot has a slot of its own, so no graph collides."""
+        """Return the plan before a topology is known: no links, and a slot for each robot, so no frames collide."""
         robots = len(self._team.names)
         return RoundPlan(np.zeros((robots, robots)), tuple((number,) for number in range(robots)),
                          self._quantized(round(self._team.boot_slot_s * 1e9)))
@@ -49,7 +49,7 @@ class RoundPlans:
         return RoundPlan(plan.laplacian, plan.parts, slot_ns) if slot_ns else None
 
     def _quantized(self, slot_ns: int) -> int:
-        """Rounded down, so that robots whose arithmetic differs in the last bit agree; 0 below one quantum."""
+        """Round down to quanta, so that robots whose arithmetic differs in the last bit agree; 0 below one quantum."""
         quantum_ns = max(1, round(self._team.slot_quantum_s * 1e9))
         return slot_ns // quantum_ns * quantum_ns
 

@@ -1,4 +1,4 @@
-"""How long a slot may be: the largest tau that the small-gain condition gamma gamma_e(tau) < 1 certifies (Theorem 9).
+"""The slot length: the largest tau that the small-gain condition gamma gamma_e(tau) < 1 certifies (Theorem 9).
 
 T parts broadcast in turn, one every tau seconds: every component of e is reset once in any interval of length T tau.
 
@@ -11,12 +11,12 @@ WIRTINGER, L2 only: between resets h = T tau apart, ||e|| <= (2 h / pi) ||e'|| (
 that starts at 0; for sampled loops Mirkin 2007), so tau = pi / (2 T g), g the L2-gain from e to C_cl (A_cl x + B_cl e).
 
 Differs from the dissertation:
-- with N^D successive losses at most, tau is divided by N^D + 1, not N^D (Remark 16), since successes are up to N^D + 1
+- for at most N^D successive losses tau is divided by N^D + 1, not N^D (Remark 16), since successes are up to N^D + 1
   rounds apart;
 - tau1 is not rounded up to 1.1e-3 s; slots are kappa times the solution, as whole nanoseconds rounded down (Remark 15);
-- LOGARITHMIC_NORM beside the printed bound. ||exp(A t)|| <= exp(||A|| t) needs no symmetry, so M need not be made
-  symmetric. mu bounds the two exponentials of the numerator, but 2 - exp(||A|| T tau) stands for
-  1 - ||exp(A T tau) - I||, which mu alone does not bound (M = [0 1; 0 0] is a counterexample): hence lambda.
+- LOGARITHMIC_NORM is a bound besides the printed one. ||exp(A t)|| <= exp(||A|| t) needs no symmetry, so M need not be
+  made symmetric. mu bounds the two exponentials of the numerator, but 2 - exp(||A|| T tau) is a lower bound of
+  1 - ||exp(A T tau) - I||, which mu alone does not give (M = [0 1; 0 0] is a counterexample): hence lambda.
 Not modelled: airtime and transmission delay (see `exact_loop`), clock error between the agents.
 """
 
@@ -43,12 +43,12 @@ class Bound(Enum):
 
 
 def tau_star_s(norm: float, parts: int) -> float:
-    """tau* = ln 2 / (||A*|| T) of Theorem 8, below which (6.20) is a gain."""
+    """Return tau* = ln 2 / (||A*|| T) [s] of Theorem 8, below which (6.20) is a gain."""
     return log(2) / (norm * parts) if norm > 0 else inf
 
 
 def error_gain(norm: float, parts: int, tau_s: float) -> float:
-    """gamma_e of (6.20) with norm = ||A*||; inf from tau* on."""
+    """Return gamma_e of (6.20) with norm = ||A*||; inf from tau* on."""
     if tau_s >= tau_star_s(norm, parts):
         return inf
     numerator = parts * exp(norm * (parts - 1) * tau_s) * _grown(norm, tau_s)
@@ -56,7 +56,7 @@ def error_gain(norm: float, parts: int, tau_s: float) -> float:
 
 
 def error_gain_by_logarithmic_norm(growth: Floats, parts: int, tau_s: float) -> float:
-    """gamma_e with M = growth, nonnegative entries; inf where it certifies nothing."""
+    """Return gamma_e with M = `growth`, a nonnegative matrix; inf if lambda >= 1, where there is no bound."""
     mu = float(np.linalg.eigvalsh((growth + growth.T) / 2)[-1])
     contraction = float(np.linalg.norm(growth, 2)) * _grown(mu, parts * tau_s)
     if contraction >= 1:
@@ -65,12 +65,14 @@ def error_gain_by_logarithmic_norm(growth: Floats, parts: int, tau_s: float) -> 
 
 
 def _grown(rate: float, t_s: float) -> float:
-    """Integral of exp(rate s) over [0, t_s]."""
+    """Return the integral of exp(rate s) over [0, t_s]."""
     return expm1(rate * t_s) / rate if rate > 0 else t_s
 
 
 def largest_tau_s(gamma: float, gamma_e: Callable[[float], float], parts: int) -> float:
-    """Solution of gamma gamma_e(tau) = 1 (Remark 15) for an increasing gamma_e >= T tau, from below to the last bit."""
+    """Solve gamma gamma_e(tau) = 1 (Remark 15) for an increasing gamma_e >= T tau, from below to the last bit.
+
+    Raises ValueError unless gamma > 0."""
     if not gamma > 0:
         raise ValueError(f"gamma={gamma}: expected a positive gain; the outputs do not depend on the held values")
     low, high = 0.0, 1 / (gamma * parts)
@@ -83,7 +85,7 @@ def largest_tau_s(gamma: float, gamma_e: Callable[[float], float], parts: int) -
 
 
 def small_gain_tau_s(loop: ClosedLoop, parts: int, bound: Bound = Bound.PRINTED) -> float:
-    """The solution tau' of Remark 15, before kappa and losses, with the gain that the chosen bound needs."""
+    """Return the solution tau' of Remark 15 [s], before kappa and losses, with the gain that the chosen bound needs."""
     if bound is Bound.WIRTINGER:
         g = h_infinity_norm(loop.A_cl, loop.B_cl, loop.C_cl @ loop.A_cl, loop.C_cl @ loop.B_cl).upper
         return largest_tau_s(g, lambda tau_s: parts * tau_s, parts) * pi / 2
@@ -97,7 +99,7 @@ def small_gain_tau_s(loop: ClosedLoop, parts: int, bound: Bound = Bound.PRINTED)
 
 @dataclass(frozen=True)
 class SlotLength:
-    """A slot to use: kappa tau' / (N^D + 1), rounded down to whole nanoseconds."""
+    """The slot length kappa tau' / (N^D + 1), rounded down to whole nanoseconds; ValueError for less than 1 ns."""
 
     tau_s: float                        # tau' with gamma gamma_e(tau') = 1
     parts: int                          # T
@@ -124,5 +126,5 @@ class SlotLength:
 
     @property
     def broadcasts_per_agent_and_second(self) -> float:
-        """1 / (T tau'), as section 6.5 counts them: without kappa and losses."""
+        """1 / (T tau') [1/s], without kappa and losses, as section 6.5 counts."""
         return 1 / (self.parts * self.tau_s)

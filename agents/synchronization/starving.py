@@ -1,10 +1,10 @@
-"""A switching signal that silences one agent for ever: why a topology must not change at every slot.
+"""A switching signal with which one agent never broadcasts: the reason why a topology must not change at every slot.
 
-Slot k of a round belongs to the k-th part of the topology in force. If the topology may change at every slot, it can
-be, in each slot, one in which the agent's part is another. Every topology is stable by itself, and yet the agent never
-speaks; if it is unstable on its own, the team diverges.
+Slot k of a round belongs to the k-th part of the topology in force. If the topology may change at every slot, each slot
+can have one in which the agent's part is another. Then the agent never broadcasts although every topology alone is
+stable; if the agent is unstable without the others, the team diverges.
 
-Differs from the dissertation: section 6.5 and Remark 18 hold min tau for an admissible dwell time.
+Differs from the dissertation: section 6.5 and Remark 18 take min tau as an admissible dwell time.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from agents.synchronization.round_plan import RoundPlan
 
 
 def starving_signal(plans: Sequence[RoundPlan], agent: int) -> tuple[int, ...] | None:
-    """The plan in force in each slot of a round such that `agent` never broadcasts; None if no such signal exists.
+    """Return the plan in force in each slot of a round such that `agent` never broadcasts; None if there is none.
 
-    Where several plans keep it silent, one that differs from the slot before is taken.
+    Of several plans that keep it silent, one that differs from the slot before is taken. Raises ValueError unless all
+    plans have the same number of parts.
     """
     rounds = {len(plan.parts) for plan in plans}
     if len(rounds) != 1:
@@ -38,7 +39,7 @@ def starving_signal(plans: Sequence[RoundPlan], agent: int) -> tuple[int, ...] |
 
 
 def signal_map(agents: Sequence[LinearAgent], plans: Sequence[RoundPlan], signal: Sequence[int]) -> Floats:
-    """Exact map of z = (x, y^) over len(signal) slots, slot k in the topology signal[k], everyone hearing everyone."""
+    """Return the exact map of z = (x, y^) over len(signal) slots, slot k in topology signal[k]; all agents hear all."""
     loops = [ExactLoop(tuple(agents), plan.laplacian, plan.parts) for plan in plans]
     M = np.eye(sum(loops[0].closed_loop.C_cl.shape))
     for k, p in enumerate(signal):

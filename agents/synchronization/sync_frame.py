@@ -1,7 +1,7 @@
 """The frame in which a robot broadcasts its output: magic, sender, slot number, then one float64 per output.
 
-Parsing never raises: a frame that is cut, too long, from nobody or not finite is refused with None.
-The radio's checksum guards the bits; there is none here.
+Parsing never raises: it returns None for a frame that is cut, too long, not finite or from an unknown sender.
+Not modelled: a checksum; the radio has one.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ MAX_ROBOTS: Final = 255
 
 
 class SyncFrame:
-    """What a frame says. `slot` is the number of the sender's slot in its schedule."""
+    """The content of a frame; `slot` is the number of the sender's slot in its schedule."""
 
     __slots__ = ("outputs", "sender", "slot")
 
@@ -28,7 +28,7 @@ class SyncFrame:
 
 
 class SyncFrameCodec:
-    """Frames of a team of `robots` with `outputs` values each."""
+    """Packs and unpacks the frames of a team of `robots` robots with `outputs` values each."""
 
     def __init__(self, robots: int, outputs: int) -> None:
         if not 1 <= robots <= MAX_ROBOTS:

@@ -1,4 +1,4 @@
-"""What every robot of a synchronizing team knows beforehand: the `[team]` table of a scenario."""
+"""The `[team]` table of a scenario, which every robot of a synchronizing team knows beforehand."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from agents.synchronization.slot_length import Bound
 from agents.synchronization.team_table import mistakes
 from netem.core import link_pattern
 
-SYNC_GAIN: Final = 0.5              # share of its clock's mean error that a robot corrects per round
+SYNC_GAIN: Final = 0.5              # share of the mean error of its clock that a robot corrects per round
 
 
 class TeamError(ValueError):
-    """The team table does not say what a robot needs: everything that is wrong with it."""
+    """The team table is wrong; the text has one line for each problem."""
 
     def __init__(self, *problems: str) -> None:
         super().__init__("; ".join(problems))
@@ -27,7 +27,7 @@ class TeamError(ValueError):
 
 
 class Model(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
-    """Matrices of (6.5) and (6.6); `x0` is for the plant only."""
+    """Matrices of (6.5) and (6.6), and the plant's start values `x0`."""
 
     A: list[list[float]]
     B: list[list[float]]
@@ -42,32 +42,34 @@ class Model(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
 
 
 class Request(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """From `from_s` on the topology in which "a -> b" lets b use what a broadcasts."""
+    """A topology requested from `from_s` on; a link "a -> b" means that b uses the outputs that a broadcasts."""
 
     from_s: float
     links: list[str]
 
 
 class Layout(msgspec.Struct, frozen=True):
-    """What the medium does to a frame: worked out before the run, for all robots alike."""
+    """Frame times on the medium, computed before the run, the same for all robots."""
 
     data_airtime_ns: int = 0
     control_airtime_ns: int = 0
     latency_ns: int = 0             # from the end of a frame to its reception
 
     def control_offset_ns(self, slot_ns: int) -> int:
-        """Start of the control sub-slot within a slot: it lies in the second half of what the two frames leave free."""
+        """Return the start of the control sub-slot within a slot [ns].
+
+        Of the time that the two frames leave free, two thirds lie between them and one third after the second."""
         free_ns = slot_ns - self.data_airtime_ns - self.control_airtime_ns
         return self.data_airtime_ns + 2 * free_ns // 3
 
 
 class TableEntry(msgspec.Struct, frozen=True):
-    """A design worked out before the run: who hears whom, the parts of a round and the slot length."""
+    """A round plan computed before the run: the robots that each hears, the parts of a round and the slot length."""
 
     heard: list[list[int]]
     parts: list[list[int]]
     slot_ns: int
-    certified_ns: int = 0           # the slot length that (6.20) gives; 0: the same
+    certified_ns: int = 0           # slot length by (6.20), if `slot_ns` differs from it; 0: the same
 
 
 class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
@@ -75,21 +77,21 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
 
     models: dict[str, Model]
     topology: Literal["told", "discovered"] = "discovered"
-    requests: list[Request] = []            # told: the topologies in turn
-    repeat_s: float = 0.0                   # told: the requests repeat with this period, 0: they do not
-    every_output_known: bool = False        # at the start every robot knows every y(0)
+    requests: list[Request] = []            # with "told": the topologies, in order of time
+    repeat_s: float = 0.0                   # with "told": period with which the requests repeat, 0: none
+    every_output_known: bool = False        # True: at the start every robot knows every y(0)
     max_successive_losses: int = 0          # N^D of Remark 16
     kappa: float = 0.999                    # Remark 15
     slot_bound: Bound = Bound.PRINTED       # which certified bound gives the slot length, see `slot_length.py`
     guard_s: float = 0.0
     boot_slot_s: float = 1e-3               # slot length until the first topology is known
-    slot_quantum_s: float = 1e-9            # slot lengths are rounded down to a multiple
-    resynchronize: bool = False             # correct the local clock by the slots of those heard
-    sure: bool = True                       # refuse delays and slots without a proof
-    slot_us: float = 0.0                    # not sure: the slot length of every topology, 0: the certified one
+    slot_quantum_s: float = 1e-9            # slot lengths are rounded down to a multiple of it
+    resynchronize: bool = False             # correct the local clock by the arrival times of the others' frames
+    sure: bool = True                       # refuse delays and slot lengths for which stability is not proved
+    slot_us: float = 0.0                    # without `sure`: the slot length of every topology, 0: the certified one
     layout: Layout = Layout()
     designs: list[TableEntry] = []
-    oldest_value_ns: int = 0                # the greatest age of a value that the links allow, -1: unknown
+    oldest_value_ns: int = 0                # greatest age of a value on arrival that the links allow, -1: unknown
 
     @cached_property
     def names(self) -> list[str]:
@@ -109,14 +111,14 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
 
     @property
     def slot_needs_ns(self) -> int:
-        """What the frames of one slot need: data, control if there is any, guard times, the receive latency."""
+        """Time for the frames of one slot: data, with discovery control, their guard times and the receive latency."""
         layout = self.layout
         guard_ns = round(self.guard_s * 1e9)
         frames_ns = layout.data_airtime_ns + layout.control_airtime_ns + layout.latency_ns
         return frames_ns + guard_ns * (3 if layout.control_airtime_ns else 2)
 
     def laplacian_of(self, links: list[str]) -> Floats:
-        """Laplacian of links "a -> b" by robot names."""
+        """Return the Laplacian of links "a -> b" between robot names; TeamError for a bad link."""
         edges = []
         for link in links:
             pattern = link_pattern.parse(link)
@@ -129,7 +131,7 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
 
 
 def read_team(table: Mapping[str, Any]) -> Team:
-    """The team table as a `Team`; TeamError says where it is wrong."""
+    """Return the team table as a `Team`; raises TeamError with all problems."""
     try:
         team = msgspec.convert(table, Team)
     except msgspec.ValidationError as error:

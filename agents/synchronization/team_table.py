@@ -1,4 +1,4 @@
-"""Every mistake in the shape of a `[team]` table at once, by key: unknown or missing keys, wrong kinds of values."""
+"""Lists all mistakes in the keys and types of a `[team]` table: unknown or missing keys, wrong types of values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LONGEST_VALUE = 60
 
 
 def mistakes(table: Mapping[str, Any], kind: type[msgspec.Struct], place: str) -> Iterator[str]:
-    """Why `table` is no `kind`; tables and lists of tables in it are looked into."""
+    """Yield the reasons why `table` is no `kind`, also those in its tables and lists of tables; `place` names it."""
     fields = {field.name: field for field in msgspec.structs.fields(kind)}
     for key, value in table.items():
         if key not in fields:
@@ -35,7 +35,7 @@ def mistakes(table: Mapping[str, Any], kind: type[msgspec.Struct], place: str) -
 
 
 def _parts(place: str, value: Any, kind: Any) -> Iterator[tuple[str, Any, Any]]:
-    """The tables in `value`, or the value itself."""
+    """Yield (place, value, kind) of the tables in `value`, or of the value itself."""
     inner = get_args(kind)[-1] if get_args(kind) else None
     if get_origin(kind) is dict and isinstance(value, Mapping):
         yield from ((f"{place}.{key}", part, inner) for key, part in value.items())

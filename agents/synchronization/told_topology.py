@@ -1,8 +1,8 @@
-"""The topology is known beforehand as a list of requests in time; each is adopted at the next end of a round.
+"""A topology source with topologies known beforehand, each from some time on; adopted at the next end of a round.
 
 Section 6.3.1 with Delta_u = 0: discovery takes no time.
-Differs from the dissertation: a new topology waits for the end of the round, so that no robot is starved (NUMBERS,
-Chapter 6, repair 7).
+Differs from the dissertation: a new topology waits for the end of the round, so that every robot can broadcast
+(`starving`; NUMBERS, Chapter 6, repair 7).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 
 
 class ToldTopology:
-    """`requests` are (from_ns, Laplacian), ascending from 0; with `repeat_ns` they come again and again."""
+    """`requests` are (from_ns, Laplacian), ascending from 0; with `repeat_ns` they repeat with that period."""
 
     def __init__(self, requests: Sequence[tuple[int, Floats]], repeat_ns: int = 0) -> None:
         instants = [at for at, _ in requests]

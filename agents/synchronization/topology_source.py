@@ -1,6 +1,6 @@
-"""Where a robot learns the topology from: a kind with one Protocol, driven by the robot program.
+"""Sources of the topology: a kind with one Protocol, whose methods the robot program calls.
 
-`told_topology.py` knows it beforehand, `discovered_topology.py` floods the radio. All times are local nanoseconds.
+`told_topology.py` knows the topology beforehand, `discovered_topology.py` floods the radio. All times are local [ns].
 """
 
 from __future__ import annotations
@@ -13,27 +13,28 @@ from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 
 class TopologySource(Protocol):
     def heard_control(self, data: bytes, schedule: SlottedBroadcast, sent_ns: int) -> bool:
-        """Bytes that are no sync frame were received, sent at `sent_ns` if they are a control frame; False if nobody
-        can read them."""
+        """Take received bytes that are no sync frame, sent at `sent_ns` if they are a control frame.
+
+        Returns False if they are unreadable."""
 
     def before_own_slot(self, schedule: SlottedBroadcast, slot: int, heard: set[int]) -> None:
-        """The robot is about to broadcast in slot number `slot`; it has heard outputs of `heard` since it did so last,
-        one round ago."""
+        """Called before the robot broadcasts in slot number `slot`; `heard` are the robots whose outputs it received
+        since its last slot, one round ago."""
 
     def out_of_step(self) -> bool:
-        """Whether what was heard shows that others count slots differently: the robot has to fall back."""
+        """Return whether received frames show that others count slots differently; the robot then falls back."""
 
     def fell_back(self) -> None:
-        """The robot uses the slots of the start again."""
+        """Called after the robot has returned to the slots of the start."""
 
     def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:
-        """Whether the robot is to use its next control sub-slot."""
+        """Return whether the robot has to send in its next control sub-slot."""
 
     def control_frame(self, schedule: SlottedBroadcast, local_ns: int) -> bytes | None:
-        """What to send in the control sub-slot that begins now."""
+        """Return the frame to send in the control sub-slot that begins now; None: send nothing."""
 
     def adoption_ns(self, schedule: SlottedBroadcast, local_ns: int) -> int | None:
-        """The round end at which the robot has to call `adopt`, as far as it is known."""
+        """Return the end of a round at which the robot has to call `adopt`; None if none is known yet."""
 
     def adopt(self, at_ns: int) -> Floats | None:
-        """The Laplacian that holds from now on, None if the old one stays."""
+        """Return the Laplacian that holds from now on; None if the old one stays."""

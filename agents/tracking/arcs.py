@@ -1,9 +1,9 @@
-"""Ways of a unicycle: exact for constant velocities, by quadrature for linear ones.
+"""Motion of a unicycle: exact for constant velocities, by quadrature for linearly changing ones.
 
 Constant: an arc, chord v h sinc(omega h / 2) along the middle heading.
-Linear: the heading is an exact parabola, the way is Gauss-Legendre quadrature with three points. Its remainder over a
-step h is h^7 f^(6) / 2016000, f = v cos theta. With |v|, |omega| <= 3.3 and |e_omega'| <= 6 per s, |f^(6)| < 3e5: a
-step of 50 ms errs by less than 1.2e-10 m, 12 s of them by less than 3e-8 m.
+Linear: the heading is an exact parabola, the position a Gauss-Legendre quadrature with three points. Its remainder over
+a step h is h^7 f^(6) / 2016000, f = v cos theta. With |v|, |omega| <= 3.3 and |e_omega'| <= 6 per s, |f^(6)| < 3e5: the
+error of a step of 50 ms is below 1.2e-10 m, that of 12 s below 3e-8 m.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ STRAIGHT_RAD = 1e-8             # below, sinc is 1 to 1e-17
 
 
 def arc(pose: Pose, command: Command, h_s: float) -> Pose:
-    """Where a unicycle is after h_s of constant velocities, exactly."""
+    """Return the pose of a unicycle after h_s of constant velocities, exactly."""
     v, omega = command
     half = omega * h_s / 2
     chord = v * h_s * (sin(half) / half if abs(half) > STRAIGHT_RAD else 1.0)
@@ -26,7 +26,7 @@ def arc(pose: Pose, command: Command, h_s: float) -> Pose:
 
 
 def ramp(pose: Pose, before: Inputs, after: Inputs, h_s: float) -> Pose:
-    """Where a unicycle is after h_s of velocities that change linearly."""
+    """Return the pose of a unicycle after h_s of velocities that change linearly."""
     x_m, y_m, theta = pose
     (v0, omega0), (v1, omega1) = before, after
     for node, weight in zip((-NODE, 0.0, NODE), WEIGHTS, strict=True):

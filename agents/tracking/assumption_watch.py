@@ -1,8 +1,8 @@
-"""Which assumptions of the trigger fail now: an event as one begins to fail, and one when it holds again.
+"""Records an event when an assumption of the trigger begins to fail, and one when it holds again.
 
     holds  --fails--> broken: counted, "assumption violated"  --holds--> "assumptions hold again"
 
-A small-gain product that reaches one is told as a number too ("gain product"), for guarantees of the kind `reported`.
+For a small-gain product of one or more the event "gain product" has its value, for guarantees of the kind `reported`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class AssumptionWatch:
         self._broken: set[Assumption] = set()
 
     def fail(self, violations: Iterable[Violation]) -> None:
-        """Told again, one that is broken already says nothing."""
+        """Record the violations of assumptions that held so far; one that is broken already is not recorded again."""
         for violation in violations:
             if violation.assumption not in self._broken:
                 self._broken.add(violation.assumption)
@@ -41,14 +41,14 @@ class AssumptionWatch:
                     self._board.event("gain product", f"{violation.value:.6g}: {violation.text}")
 
     def hold(self, assumptions: Collection[Assumption]) -> None:
-        """All of these hold now."""
+        """Record that `assumptions` hold now, for those that were broken."""
         again = self._broken.intersection(assumptions)
         if again:
             self._broken -= again
             self._board.event("assumptions hold again", ", ".join(sorted(each.value for each in again)))
 
     def judge(self, violations: Iterable[Violation]) -> None:
-        """`violations` is what a measurement shows; those that the policy does not care for are left out."""
+        """Record the violations that a measurement shows, of those assumptions that the policy makes."""
         found = [violation for violation in violations if violation.assumption in self._measurable]
         self.hold(self._measurable.difference(violation.assumption for violation in found))
         self.fail(found)

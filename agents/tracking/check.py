@@ -1,4 +1,4 @@
-"""What makes a tracking scenario impossible: said before a run, one line each, with what to do."""
+"""Problems of a tracking scenario, found before a run: one sentence each, with the remedy."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
 
 
 def companion_problems(scenario: ScenarioView, own: Own[TrackingSettings]) -> Iterator[str]:
-    """Gains that certify no horizon, a policy that there is not, wheels that nobody knows, ports that it lacks."""
+    """Yield a problem for gains that certify no horizon, an unknown policy, missing wheel parameters, missing ports."""
     for name, agent in own.items():
         try:
             make_policy(scenario.team, agent.settings.policy, agent.settings.policy_settings())
@@ -27,7 +27,7 @@ def companion_problems(scenario: ScenarioView, own: Own[TrackingSettings]) -> It
 
 
 def reference_problems(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
-    """No plant, no pieces, pieces whose instants are none, no radio."""
+    """Yield a problem for a missing plant, missing or wrong instants of the inputs, a missing radio."""
     for name, agent in own.items():
         if not agent.has_plant:
             yield f"agents.{name}.plant: is missing; a reference robot drives one: {{ fmu = \"virtual_reference\" }}"
@@ -48,7 +48,7 @@ def _missing_ports(name: str, agent: OwnAgent[Any], needed: Sequence[str]) -> It
 
 
 def _later_and_later(from_s: object) -> bool:
-    """Those below 0 are not in use."""
+    """Return whether the entries of at least 0 ascend; pieces with a negative one are not in use."""
     if not isinstance(from_s, list) or not all(isinstance(each, int | float) and isfinite(each) for each in from_s):
         return False
     return all(one < next_one for one, next_one in pairwise(each for each in from_s if each >= 0))

@@ -3,10 +3,10 @@
 R1 drives the held command, R2 the inputs of the reference less e_omega(t). A measurement is the true tracking error
 plus nu, taken when the policy or a change of the reference's inputs asks for it; its command acts at once.
 
-Accuracy. Nothing is integrated in x: R1 moves on exact arcs, R2 by quadrature over steps of at most 50 ms within which
-its inputs are linear (`arcs.py`): 12 s err by less than 3e-8 m.
+Accuracy. R1 moves on exact arcs, R2 by quadrature over steps of at most 50 ms within which its inputs are linear
+(`arcs.py`); x is computed from both poses. The error after 12 s is below 3e-8 m.
 
-Not modelled: delay, wheels, anything between the robots: emulated runs have them, and are compared with this one.
+Not modelled: delay, wheels, obstacles: emulated runs have them, and are compared with this one.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Transmission(NamedTuple):
     measured: State | None      # None: lost
     command: Command            # in force from here on
     decision: Decision          # in force from here on, as prolonged by looks
-    forced: bool                # by a change of the reference's inputs
+    forced: bool                # True: caused by a change of the reference's inputs
 
 
 class Sample(NamedTuple):
@@ -53,7 +53,7 @@ class Run:
         return [sent.decision.interval_ns for sent in self.transmissions if sent.measured is not None]
 
     def rms(self, from_ns: int, to_ns: int) -> float:
-        """Root mean square of |x| over the samples of [from_ns, to_ns]."""
+        """Return the root mean square of |x| over the samples in [from_ns, to_ns]."""
         norms = [hypot(*sample.x) for sample in self.samples if from_ns <= sample.t_ns <= to_ns]
         return sqrt(sum(norm * norm for norm in norms) / len(norms))
 
@@ -61,10 +61,11 @@ class Run:
 def run(policy: Policy[State, Inputs], reference: ReferenceInputs, start: State, length_ns: int, *,
         controller: TrackingController | None = None, noise: Noise | None = None, sample_ns: int = 10 * MS,
         lost: Callable[[int], bool] = lambda attempt: False) -> Run:
-    """Everything from 0 until `length_ns`, which is sampled but no longer transmitted at.
+    """Run the loop over [0, length_ns]; at `length_ns` there is a sample but no transmission.
 
-    Transmission number k, from 0, is lost if `lost(k)`; number 0 must not be. A lost one is repeated after the
-    decision's interval; a lost announcement of new inputs leaves the old ones in force at R1.
+    Transmission number k, from 0, is lost if `lost(k)`, which must be False for 0. A lost transmission is repeated
+    after the decision's interval; a lost announcement of new inputs leaves the old ones in force at R1. Raises
+    ValueError for a lost first transmission and for numbers out of range.
     """
     if lost(0):
         raise ValueError("lost(0): the first transmission must arrive, there is no command before it")
@@ -83,7 +84,7 @@ class _Loop:
         self.own, self.other = Pose(0.0, 0.0, 0.0), Pose(*start)
         self.transmissions: list[Transmission] = []
         self.samples: list[Sample] = []
-        self.decision: Decision             # in force, as are the next two, from the first transmission on
+        self.decision: Decision             # in force; set, as the next two, at the first transmission
         self.command: Command
         self.believed: State
         self.due_ns = self.failed = 0
@@ -119,7 +120,7 @@ class _Loop:
         return Run(self.transmissions, self.samples)
 
     def _transmit(self, forced: bool) -> bool:
-        """Whether it arrived."""
+        """Transmit a measurement now; return whether it arrived."""
         x, measured = self.x, None
         if not self.lost(len(self.transmissions)):
             measured = self.noise.measure(x)

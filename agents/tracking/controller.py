@@ -5,7 +5,7 @@
     omega_R1 = omega_R2 + k2 v_R2 (sin x3 / x3) x2 + k3 x3
 
 Not modelled: wheels, slip, limits of the command; they belong to the drive and the plant. (4.4) is not periodic in
-x3: a heading error must be followed through full turns, or be brought to (-pi, pi] by whoever measures it.
+x3: the caller must unwrap the heading error or bring it to (-pi, pi].
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ State = tuple[float, float, float]      # tracking error x: ahead [m], left [m],
 
 
 class Inputs(NamedTuple):
-    """omega_p: what drives the reference robot R2."""
+    """omega_p, the inputs of the reference robot R2."""
 
     v_mps: float
     omega_rad_s: float
 
 
 class Command(NamedTuple):
-    """u: what the robot R1 is told to drive."""
+    """u, the command to the robot R1."""
 
     v_mps: float
     omega_rad_s: float
@@ -39,7 +39,7 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True)
 class TrackingController:
-    """(4.4). The defaults are those of section 4.6."""
+    """The control law (4.4); the defaults are the gains of section 4.6."""
 
     k1_per_s: float = 1.5
     k2_per_m2: float = 1.2
@@ -52,7 +52,7 @@ class TrackingController:
                 raise ValueError(f"{name}={value}: the gains of (4.4) are positive; the loop diverges otherwise")
 
     def command(self, x: State, inputs: Inputs) -> Command:
-        """u for a tracking error, measured or true, and the inputs of R2 that go with it."""
+        """Return u for a tracking error, measured or true, and the inputs of R2 at the same time."""
         x1, x2, x3 = x
         v_mps, omega_rad_s = inputs
         sinc = sin(x3) / x3 if x3 else 1.0
@@ -61,7 +61,7 @@ class TrackingController:
 
 
 def tracking_error(own: Pose, reference: Pose) -> State:
-    """(4.2)."""
+    """Return the tracking error x of (4.2), in the frame of `own`; the heading error is not wrapped."""
     c, s = cos(own.theta_rad), sin(own.theta_rad)
     east_m, north_m = reference.x_m - own.x_m, reference.y_m - own.y_m
     return c * east_m + s * north_m, c * north_m - s * east_m, reference.theta_rad - own.theta_rad

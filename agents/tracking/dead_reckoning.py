@@ -1,14 +1,14 @@
-"""Where the robot is, from the angles that its wheels have turned.
+"""Dead reckoning: the robot's pose from the angles that its wheels have turned.
 
-Between two readings the wheels turn evenly, so the robot drives an arc:
+Between two readings the wheels are assumed to turn at constant speed, so the robot drives an arc:
 
     d = r (dl + dr) / 2,   dtheta = r (dr - dl) / b
     (x, y) += d sinc(dtheta / 2) (cos, sin)(theta + dtheta / 2)         sinc(a) = sin(a) / a
 
-After the last reading it goes on along that arc. Heading is exact whatever the wheels do; position is off by what
-the true path departs from arcs.
+After the last reading the pose is extrapolated along that arc. At a reading the heading is exact; the position differs
+from the true one as the true path differs from arcs.
 Source: Siegwart and Nourbakhsh 2004, section 5.2.4 (odometry), with the exact arc in place of its secant.
-Not modelled: slip. It is in no encoder.
+Not modelled: slip, which encoders do not measure.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class DeadReckoning:
         self._speeds = 0.0, 0.0         # of the left and the right wheel over the last interval [rad/ns]
 
     def read(self, at_ns: int, left_rad: float, right_rad: float) -> None:
-        """The wheels' angles at `at_ns`; the first reading only says where they start. Late readings are left out."""
+        """Take the wheels' angles at `at_ns`; the first reading is the start. Drops a reading older than the last."""
         if self._at_ns is not None:
             elapsed_ns = at_ns - self._at_ns
             if elapsed_ns <= 0:
@@ -44,11 +44,11 @@ class DeadReckoning:
 
     @property
     def read_ns(self) -> int | None:
-        """When the wheels were read last."""
+        """Time of the last reading; None before the first."""
         return self._at_ns
 
     def pose_at(self, at_ns: int) -> Pose:
-        """As reckoned, and on along the last arc; before the last reading: back along it."""
+        """Return the pose at `at_ns`, extrapolated along the last arc from the last reading, forwards or backwards."""
         if self._at_ns is None:
             return self._pose
         since_ns = at_ns - self._at_ns

@@ -1,8 +1,8 @@
-"""The companion's side of the drive's CAN messages: commands out, wheel angles and confirmations in.
+"""The companion's side of the drive's CAN messages: it sends setpoints, and reads wheel angles and confirmations.
 
     left, right = (v -+ omega b / 2) / r        wheel speeds for a command, r wheel radius, b track
 
-A setpoint is confirmed when a drive that runs repeats its counter: then the wheels follow it.
+A setpoint is confirmed when the running drive sends a status with its counter: then the wheels follow it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ COUNTS = 1 << 32
 
 
 class Heard(NamedTuple):
-    """What a frame of the drive says, as far as it says it."""
+    """The content of a frame of the drive; None: the frame does not have it."""
 
     angles_rad: tuple[float, float] | None = None       # left and right wheel, since the start
     confirmed: int | None = None                        # counter of the setpoint in force
@@ -49,7 +49,7 @@ class DriveLink:
         self._counts = 0, 0
 
     def send(self, command: Command) -> int:
-        """Tell the drive, as far as its speeds go; the counter by which it confirms."""
+        """Send a setpoint, clipped to the message's range; return the counter that confirms it."""
         self._counter = (self._counter + 1) % COUNTERS
         turn = command.omega_rad_s * self._half_track_m
         left, right = ((command.v_mps + side) / self._radius_m for side in (-turn, turn))
@@ -57,7 +57,7 @@ class DriveLink:
         return self._counter
 
     def read(self, data: bytes) -> Heard | None:
-        """What a frame says; nothing for a frame of somebody else, None for one that nobody can read."""
+        """Return the content of a frame: an empty `Heard` for a frame of another device, None for an unreadable one."""
         try:
             message = self._messages.unpack(unpack(data))
         except (MalformedFrame, FrameRefused):
@@ -67,7 +67,7 @@ class DriveLink:
         return Heard(self._angles(message)) if isinstance(message, Odometry) else Heard()
 
     def _angles(self, odometry: Odometry) -> tuple[float, float]:
-        """Counts come modulo 2^32: between two messages a wheel turns by less than half of that."""
+        """Return the wheels' angles; counts are modulo 2^32, of which a wheel turns less than half between messages."""
         before = self._raw or odometry
         left, right = (total + (now - then + COUNTS // 2) % COUNTS - COUNTS // 2
                        for total, now, then in zip(self._counts, odometry, before, strict=True))

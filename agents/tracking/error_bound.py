@@ -1,4 +1,4 @@
-"""Matrices A with |g| <= A |e| + y~ (4.25) for the tracking loop, and how fast they let the error grow.
+"""Matrices A with |g| <= A |e| + y~ (4.25) for the tracking loop, and the growth rates of the error that they allow.
 
 With |x1| <= M1, |x2| <= M2, |x3| <= M3 and v = |v^_R2|, row by row, each entry as small as can be:
 
@@ -6,9 +6,9 @@ With |x1| <= M1, |x2| <= M2, |x3| <= M3 and v = |v^_R2|, row by row, each entry 
         [ 0    k2 v M1   k3 M1 ]      entries across the diagonal
         [ 0    k2 v      k3    ]
 
-Entries beside a13 are forced by e going to infinity along one axis, and the triangle inequality shows that together
-they suffice: the program (4.32) has an entrywise least element, and the norm of a nonnegative matrix grows with every
-entry. `heading_slope` has a13. How ||exp(A t)|| grows is all that (4.27) and (4.28) use, so there are four bounds:
+All entries but a13 are necessary, as e going to infinity along one axis shows, and sufficient by the triangle
+inequality. So the program (4.32) has an entrywise least element, and the norm of a nonnegative matrix grows with every
+entry. `heading_slope` computes a13. (4.27) and (4.28) use only the growth of ||exp(A t)||; there are four bounds of it:
 
     PRINTED           a13 = max(|v|, k3 M2), the norm of the symmetric matrix. Not valid: for comparison only
     CLOSED_FORM       a13 = |v| + k3 M2, the same norm
@@ -16,7 +16,7 @@ entry. `heading_slope` has a13. How ||exp(A t)|| grows is all that (4.27) and (4
     LOGARITHMIC_NORM  lambda_max((A + A') / 2) of the matrix above, not made symmetric: ||exp(A t)|| <= exp(that t)
 
 Differs from the dissertation: (4.47) prints the maximum in (1, 3). At v = 1, omega = 0, x = (0, 0.1, pi/2 - 0.5),
-e = (0, 0, 1) and M2 = 0.1 its first row is violated; the sum belongs there. (4.32b) asks for a symmetric A, which
+e = (0, 0, 1) and M2 = 0.1 its first row is violated; the sum is correct. (4.32b) requires a symmetric A, which
 Theorem 3 does not need.
 """
 
@@ -46,20 +46,20 @@ class ErrorBound:
         self._heading_slope = HeadingSlope(self._k2, self._k3)
 
     def rows(self, v_mps: float, extents: Extents) -> Matrix:
-        """The matrix above, row by row and not symmetric; PRINTED differs in (1, 3)."""
+        """Return the matrix of the module's docstring, row by row and not symmetric; PRINTED differs in (1, 3)."""
         m1, m2, _ = extents
         v = abs(v_mps)
         k2v, k3 = self._k2 * v, self._k3
         return (self._k1, k2v * m2, self._a13(v, extents)), (0.0, k2v * m1, k3 * m1), (0.0, k2v, k3)
 
     def matrix(self, v_mps: float, extents: Extents) -> Matrix:
-        """The symmetric A of (4.47), and of the program (4.32)."""
+        """Return the symmetric A of (4.47) and of the program (4.32)."""
         (a11, a12, a13), (_, a22, a23), (_, a32, a33) = self.rows(v_mps, extents)
         a23 = max(a23, a32)
         return (a11, a12, a13), (a12, a22, a23), (a13, a23, a33)
 
     def growth_per_s(self, v_mps: float, extents: Extents) -> float:
-        """What stands for ||A|| in (4.28) [1/s], metres and radians counted alike."""
+        """Return the growth rate [1/s] used for ||A|| in (4.28), metres and radians weighted alike."""
         m1, m2, _ = extents
         v = abs(v_mps)
         k2v, k3 = self._k2 * v, self._k3
@@ -77,7 +77,7 @@ class ErrorBound:
 
 
 def largest_eigenvalue(a11: float, a22: float, a33: float, a12: float, a13: float, a23: float) -> float:
-    """Of a symmetric 3 x 3 matrix (Smith 1961), the 2-norm if no entry is negative (Lemma 2).
+    """Return the largest eigenvalue of a symmetric 3 x 3 matrix (Smith 1961): its 2-norm if no entry < 0 (Lemma 2).
 
     Relative error below 3e-8, and 1e-14 where the largest eigenvalue is simple, for entries of up to 1e100.
     """

@@ -1,4 +1,4 @@
-"""The tracking loop with held measurements, as plain equations: (4.3), (4.46) and the output y~ of (4.47).
+"""The equations of the tracking loop with held measurements: (4.3), (4.46) and the output y~ of (4.47).
 
 R1 drives u = command(x + e, omega^_p), held; R2 drives omega_p = omega^_p - e_omega. Then x' = f and e' = -x' = g with
 
@@ -6,7 +6,7 @@ R1 drives u = command(x + e, omega^_p), held; R2 drives omega_p = omega^_p - e_o
 
 `error_bound` has A. Differs from the dissertation: section 4.6 says ||x||^2 <= k (||y~||^2 + ||(e, e_omega)||^2) "for
 any k >= 2". That fails for slow references: at x = (0, x2, 0) and omega_R2 = 0, y~ is k2 |v_R2| (x2^2, 0, |x2|), so k
-must be at least 1 / (k2 v_R2)^2 as x2 goes to 0, and no k will do for v_R2 = omega_R2 = 0 (an R2 that stands still).
+must be at least 1 / (k2 v_R2)^2 as x2 goes to 0, and no k is valid for v_R2 = omega_R2 = 0 (R2 stands still).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Error = tuple[float, float, float]          # e = x^ - x
 
 
 def state_rate(x: State, command: Command, inputs: Inputs) -> State:
-    """x' of (4.3) for what R1 and R2 really drive."""
+    """Return x' of (4.3); `command` and `inputs` are the velocities that R1 and R2 drive."""
     x1, x2, x3 = x
     v1, omega1 = command
     v2, omega2 = inputs
@@ -27,7 +27,7 @@ def state_rate(x: State, command: Command, inputs: Inputs) -> State:
 
 
 def error_rate(controller: TrackingController, x: State, e: Error, held: Inputs, input_error: Inputs) -> Error:
-    """e' = g(x, e, omega^_p, e_omega) of (4.46); `held` is omega^_p, `input_error` is e_omega."""
+    """Return e' = g(x, e, omega^_p, e_omega) of (4.46); `held` is omega^_p, `input_error` is e_omega."""
     believed = (x[0] + e[0], x[1] + e[1], x[2] + e[2])
     real = Inputs(held.v_mps - input_error.v_mps, held.omega_rad_s - input_error.omega_rad_s)
     f1, f2, f3 = state_rate(x, controller.command(believed, held), real)
@@ -35,7 +35,7 @@ def error_rate(controller: TrackingController, x: State, e: Error, held: Inputs,
 
 
 def y_tilde(controller: TrackingController, x: State, held: Inputs, input_error: Inputs) -> Error:
-    """The part of the bound that does not depend on e, (4.47); the output of the nominal system."""
+    """Return y~ of (4.47), the part of the bound that does not depend on e; it is the nominal system's output."""
     x1, x2, x3 = x
     k2v, k3 = controller.k2_per_m2 * abs(held.v_mps), controller.k3_per_s
     v2 = held.v_mps - input_error.v_mps

@@ -1,8 +1,8 @@
-"""What the tracking loop tells a trigger: command, reachable set and error bound behind one interface.
+"""The error system of the tracking loop, for triggers: command, reachable set and error bound behind one interface.
 
-A member of `agents.triggering.error_system.ErrorSystem`. Measurements are taken as within `noise` of the true error in
-each component, inputs of R2 as within `limits` (the set P of section 4.6). A measured input outside P is replaced by
-the nearest one inside.
+A member of `agents.triggering.error_system.ErrorSystem`. It assumes that measurements are within `noise` of the true
+error in each component, and inputs of R2 within `limits` (the set P of section 4.6). A measured input outside P is
+replaced by the nearest one inside.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from agents.tracking.controller import Command, Inputs, State, TrackingControlle
 from agents.tracking.error_bound import Bound, ErrorBound
 from agents.tracking.reachable_set import SQRT_2, Extents, extents_until
 
-NOISE = 0.15                    # nu of section 4.6: m, m, rad
+NOISE = 0.15                    # nu of section 4.6 [m, m, rad]
 LIMITS = Inputs(3.0, 3.0)       # P = [-3, 3] x [-3, 3]
-FAR = 1e6                       # a tracking error beyond is taken for a broken measurement
+FAR = 1e6                       # a larger tracking error is refused as a broken measurement
 
 
 class TrackingPrediction:
-    """A measurement and the command held from it on; ValueError for a tracking error that is none."""
+    """A measurement and the command held from it on; ValueError for a tracking error not finite or above FAR."""
 
     def __init__(self, system: TrackingErrorSystem, x: State, command: Command, v_mps: float) -> None:
         self.command = command
@@ -44,7 +44,7 @@ class TrackingPrediction:
         return self._growth_per_s(self._v_mps, (max(s1, m1), max(s2, m2), max(s3, m3)))
 
     def look(self, elapsed_s: float, x: State) -> None:
-        """Until now the error was where it was predicted to be, at most; from now on it starts from x."""
+        """Restart the prediction from x, measured `elapsed_s` after the start; the growth until then is kept."""
         until_now = self._extents_until(elapsed_s - self._since_s)
         if self._seen is not None:
             s1, s2, s3 = self._seen
@@ -70,11 +70,11 @@ class TrackingErrorSystem:
 
     @property
     def worst_inputs(self) -> Inputs:
-        """The inputs of P with the largest bound A: what a unified gain goes with."""
+        """The inputs of P with the largest bound A, used with a unified gain."""
         return self.limits
 
     def admissible(self, inputs: Inputs) -> Inputs:
-        """The nearest inputs of P. ValueError if they are not numbers."""
+        """Return the inputs of P nearest to `inputs`; ValueError if these are not numbers."""
         v_mps, omega_rad_s = inputs
         v_most, omega_most = self.limits
         if abs(v_mps) <= v_most and abs(omega_rad_s) <= omega_most:
@@ -87,13 +87,13 @@ class TrackingErrorSystem:
         return TrackingPrediction(self, x, self.controller.command(x, inputs), bounded_by.v_mps)
 
     def growth_within(self, inputs: Inputs, radius: float) -> Callable[[float], float]:
-        """tau -> a growth that holds for every measurement of a true error with |x| <= radius [m, m, rad]."""
+        """Return tau [s] -> growth [1/s] over [0, tau], for any measurement of a true error |x| <= radius."""
         k1, v_most = self.controller.k1_per_s, self.limits.v_mps
         measured = radius + self.noise
         speed_mps = 2 * v_most + k1 * measured          # R2's, and R1's by (4.4): |v_R1| <= |v_R2| + k1 |x1|
 
         def growth(tau_s: float) -> float:
-            away_m = radius + 2 * SQRT_2 * self.noise + speed_mps * tau_s       # measured with noise, and again reached
+            away_m = radius + 2 * SQRT_2 * self.noise + speed_mps * tau_s       # noise counts twice: measured, reached
             return self.error_bound.growth_per_s(inputs.v_mps, (away_m, away_m, pi))
 
         return growth

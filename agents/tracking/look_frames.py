@@ -1,10 +1,10 @@
-"""The two frames of a look: the tracker asks, the reference answers with its pose and its inputs.
+"""The two frames of a look: the tracker sends a request, the reference answers with its pose and its inputs.
 
     request   magic, number of the look                                            3 bytes
     answer    magic, number of the look, x, y [m], theta [rad], v [m/s], omega [rad/s]      43 bytes
 
-An answer that nobody asked for has the number `UNASKED`: the reference sends it when its inputs change.
-Parsing never raises: a frame that is cut, too long, or not finite is refused with None.
+The reference sends an answer with the number `UNASKED`, without a request, when its inputs change.
+Parsing never raises: it returns None for a frame that is cut, too long, or not finite.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def pack_request(look: int) -> bytes:
 
 
 def unpack_request(data: bytes) -> int | None:
-    """The number of the look."""
+    """Return the number of the look; None if `data` is no request."""
     if len(data) != _REQUEST.size:
         return None
     magic, look = _REQUEST.unpack(data)
@@ -44,7 +44,7 @@ def pack_answer(look: int, state: ReferenceState) -> bytes:
 
 
 def unpack_answer(data: bytes) -> tuple[int, ReferenceState] | None:
-    """The number of the look that it answers, and the state."""
+    """Return the number of the look answered, and the state; None if `data` is no answer."""
     if len(data) != _ANSWER.size:
         return None
     magic, look, *values = _ANSWER.unpack(data)

@@ -1,4 +1,4 @@
-"""The disturbances of section 4.6: what is measured, and what the reference drives.
+"""The disturbances of section 4.6: nu of the measurements and e_omega of the reference's inputs.
 
 nu is uniform in [-0.15, 0.15]^3. e_omega is continuous in [-0.3, 0.3]^2, here linear between independent uniform
 values `knot_ns` apart (the dissertation says no more than "continuous").
@@ -16,7 +16,7 @@ MS = 1_000_000
 
 @dataclass
 class Noise:
-    """Both disturbances of section 4.6; zero amplitudes switch one off."""
+    """Both disturbances of section 4.6; a zero amplitude switches one off."""
 
     measuring: Random                   # draws nu
     driving: Random                     # draws e_omega

@@ -2,8 +2,9 @@
 
     x' = f(x, e, e_omega) = -g of (4.46),   y~(x, e_omega) of (4.47),   inputs (e1, e2, e3, e_omega1, e_omega2)
 
-for constant omega^_p. y~ has kinks; at one, the derivative taken is 0. Parts of it are quadratic in x: the gain grows
-with the amplitude, so there is no L2-gain; near 0 it is that of a linear system with outputs |a| + |b|.
+for constant omega^_p. Where y~ is not differentiable, the derivative is taken as 0. Parts of y~ are quadratic in x, so
+the gain grows with the amplitude and there is no finite L2-gain; near 0 the gain is that of a linear system with
+outputs |a| + |b|.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ class NominalTracking:
         return of_state, np.stack([zero, zero, zero, cos3 * forward + sin3 * sideways, turning])
 
     def _inner(self, x: Floats, w: Floats) -> tuple[Floats, Floats, Floats]:
-        """What stands between the bars of (4.47)."""
+        """Return the terms of which (4.47) takes absolute values."""
         x1, x2, x3 = x
         dv, domega = w[3], w[4]
         return (self._k1 * x1 + dv * np.cos(x3) - self._omega * x2 - self._k3 * x2 * x3,

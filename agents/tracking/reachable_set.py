@@ -1,14 +1,14 @@
-"""Where the tracking error can be until the next measurement: C_i of section 4.5, steps 5 and 6, as M1, M2, M3.
+"""The reachable set of the tracking error until the next measurement: C_i of section 4.5, steps 5, 6, as M1, M2, M3.
 
-R1 drives the held command (v1, omega1) exactly, so in its own frame a point that stands still moves on an arc:
+R1 drives the held command (v1, omega1) exactly, so in its frame a point at rest moves on an arc:
 
     c(t) = Rot(-omega1 t) (x1, x2) - v1 (sin(omega1 t), cos(omega1 t) - 1) / omega1
 
 The error starts within `noise` of the measurement in each component, and R2 drives any inputs within `limits` (|v_R2|,
 |omega_R2|), however they change. The bounds M_k >= |x_k(t)| for all t in [0, tau] are sums of the sharp bounds of three
-parts: arc, rotated noise, and the way of R2, whose direction relative to R1 stays in an interval.
+parts: arc, rotated noise, and path of R2, whose direction relative to R1 stays in an interval.
 
-Not modelled: a plant that does not follow the command (slip, a drive that has stopped): then nothing here holds.
+Not modelled: a plant that does not follow the command (slip, a stopped drive); the bounds do not hold for it.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ SQRT_2 = sqrt(2)
 
 
 def extents_until(x: State, command: Command, limits: Inputs, noise: float) -> Callable[[float], Extents]:
-    """tau [s] -> (M1, M2, M3), nondecreasing in tau; `limits` are the largest |v_R2| and |omega_R2|.
+    """Return tau [s] -> (M1, M2, M3), nondecreasing in tau; `limits` are the largest |v_R2| and |omega_R2|.
 
-    Each part is sharp over [0, tau] by itself, their largest values need not coincide: M1 and M2 are above what can
-    be reached by at most R2's way and the noise that the turn adds.
+    Each part is sharp over [0, tau], but the parts need not be largest at the same time: M1 and M2 exceed the reachable
+    values by at most the path of R2 plus the noise that the rotation adds.
     """
     y1, y2, y3 = x
     v1, omega1 = command
@@ -56,13 +56,13 @@ def extents_until(x: State, command: Command, limits: Inputs, noise: float) -> C
                 m1 = abs_y1
             if m2 < abs_y2:
                 m2 = abs_y2
-            if slide * (omega1 * c2 - v1) < 0:                  # c1 turns round within tau, at the arc's radius
+            if slide * (omega1 * c2 - v1) < 0:                  # c1 has its extreme within tau, at the arc's radius
                 m1 = circle / abs(omega1)
-            elif y1 * c1 < 0 and omega1:                        # c2 turns round
+            elif y1 * c1 < 0 and omega1:                        # c2 has its extreme within tau
                 round_it = circle if slide > 0 else -circle         # there c2 = (v1 + round_it) / omega1
                 if v1 * round_it >= 0:
                     m2 = max(m2, abs((v1 + round_it) / omega1))
-                else:                                               # the same without cancelling, for large circles
+                else:                                               # the same without cancellation, for large circles
                     m2 = max(m2, abs((2 * v1 * y2 - omega1 * (y1 * y1 + y2 * y2)) / (v1 - round_it)))
         else:
             m1 = circle / abs(omega1)
@@ -81,7 +81,7 @@ def extents_until(x: State, command: Command, limits: Inputs, noise: float) -> C
 
 
 def _largest_sine(middle: float, half: float) -> float:
-    """Largest |sin| on [middle - half, middle + half]."""
+    """Return the largest |sin| on [middle - half, middle + half]."""
     beyond = middle - floor(middle / pi) * pi                   # in [0, pi)
     if abs(beyond - HALF_PI) <= half:
         return 1.0

@@ -1,7 +1,7 @@
-"""What the reference robot R2 is told to drive: inputs omega^_p, constant on half-open pieces [start, next start).
+"""The nominal inputs omega^_p of the reference robot R2, constant on half-open pieces [start, next start).
 
-The instants at which they change force a transmission: T^delta is a part of T (Assumption 1).
-Differs from the dissertation: its indicator t_I is 1 on the interval I, not t.
+A change of the inputs forces a transmission: T^delta is a part of T (Assumption 1).
+Differs from the dissertation: the indicator function of the interval I is 1 on it, not t as printed.
 """
 
 from __future__ import annotations

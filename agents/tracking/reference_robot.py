@@ -1,6 +1,6 @@
-"""The reference robot R2 of Chapter 4: answers looks with its pose and inputs, and says unasked when its inputs change.
+"""The reference robot R2 of Chapter 4: it answers looks with its pose and inputs, and announces changes of its inputs.
 
-What it says of its inputs is nominal: the disturbance e_omega that acts on them (4.45) is unknown to everybody.
+It sends nominal inputs: the disturbance e_omega that acts on them (4.45) is unknown to all robots.
 
 Plant: `virtual_reference`, driven by the pieces in the team's table `reference` (from_s, v_mps, omega_radps).
 Not modelled: computing time between a request and its answer; an announcement that is lost is not repeated.
@@ -21,8 +21,8 @@ from firmware_sim.scenario_view import Own, ScenarioView
 
 @dataclass(frozen=True)
 class ReferenceSettings:
-    disturbance: float = 0.0            # amplitude of e_omega [m/s, rad/s] as `Noise` has it
-    hold_ns: int = 10_000_000           # the plant gets e_omega in steps of this length
+    disturbance: float = 0.0            # amplitude of e_omega [m/s, rad/s], `Noise.inputs`
+    hold_ns: int = 10_000_000           # for which the plant gets a constant e_omega
 
     def __post_init__(self) -> None:
         if self.hold_ns < 1:
@@ -68,6 +68,6 @@ class ReferenceRobot:
         self._board.event("switched inputs", f"to v = {v_mps:g} m/s, omega = {omega_rad_s:g} rad/s")
 
     def _drift(self) -> None:
-        """R2 drives its inputs less e_omega (4.45), here that of the middle of each step."""
+        """Set the plant's disturbance to -e_omega (4.45), evaluated at the middle of the next `hold_ns`."""
         error = self._noise.input_error(self._board.now_ns + self._hold_ns // 2)
         self._disturb.write([-error.v_mps, -error.omega_rad_s])

@@ -23,7 +23,7 @@ def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings) ->
 
 
 def gains_of(team: Mapping[str, Any]) -> GainTable:
-    """Those of the team, else those of section 4.6."""
+    """Return the gains of the team's table, or those of section 4.6 if it has none."""
     if "gains" not in team:
         return GAINS
     table = team["gains"]

@@ -1,6 +1,6 @@
-"""Signals of the report that no robot knows: the true tracking error, and how far a held measurement is from it.
+"""Derived signals that no robot knows: the true tracking error, and the difference of a held measurement from it.
 
-Functions for `[derived.NAME]` of a scenario: arrays in, arrays out, samples at the same instants.
+Functions for `[derived.NAME]` of a scenario; arguments and results are arrays of samples at the same instants.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:       # numpy is late: the check of a scenario looks for these
 
 def in_the_frame_of(x: Floats, y: Floats, theta: Floats, x_ref: Floats, y_ref: Floats,
                     theta_ref: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """x_p of (4.2) [m, m, rad], seen by the robot at (x, y, theta), and its norm."""
+    """Return x_p of (4.2) [m, m, rad] in the frame of the robot at (x, y, theta), and its norm."""
     import numpy as np
 
     cosine, sine = np.cos(theta), np.sin(theta)
@@ -27,7 +27,7 @@ def in_the_frame_of(x: Floats, y: Floats, theta: Floats, x_ref: Floats, y_ref: F
 
 def norm_with_held(x1: Floats, x2: Floats, x3: Floats, held1: Floats, held2: Floats,
                    held3: Floats) -> tuple[Floats, Floats]:
-    """|e| with e = held - x (4.44), and |(x, e)|, the norm of Figures 4.5(b) and 4.6(b)."""
+    """Return |e| with e = held - x (4.44), and |(x, e)|, the norm of Figures 4.5(b) and 4.6(b)."""
     import numpy as np
 
     error_sq = (held1 - x1) ** 2 + (held2 - x2) ** 2 + (held3 - x3) ** 2

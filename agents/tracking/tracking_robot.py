@@ -1,16 +1,16 @@
-"""The companion computer of the robot R1: looks at the reference when the trigger says so, and drives by what it saw.
+"""The companion computer of the robot R1: it measures its tracking error when the trigger requires, and drives by it.
 
-    look due:    ask the reference over the radio                                  request
-    answer:      x^ = own place against the reference's, u by (4.4), setpoint      CAN
-                 tau_i by the policy: the next look is due                         (4.37)
+    look due:    send a request to the reference over the radio
+    answer:      x^ from own pose and the reference's; u by (4.4); send a setpoint over CAN
+                 tau_i by the policy (4.37): when the next look is due
 
-The measurement counts from when it was asked for, and the next one is asked for early by the time that the last
-exchange took, so that the command that follows from it is in force within tau_i. What is unanswered is asked for again
-(`Decision.attempt_ns`). The reference's own announcement of new inputs is a measurement like any other (section 4.6).
+A measurement's age counts from its request. The next request is sent early by the time that the last exchange took, so
+that the command computed from its answer is in force within tau_i. A request without an answer is repeated
+(`Decision.attempt_ns`). An announcement of new inputs by the reference is a measurement too (section 4.6).
 
-What the trigger assumes is watched as on the robot: an assumption that fails is an event with its name, once until it
-holds again. A measurement is in force when the drive has confirmed the setpoint that was computed from it. Inputs of
-the reference outside of P are taken for the nearest ones within, and their assumption is violated.
+The robot checks the trigger's assumptions with the information it has: an assumption that fails is recorded as an event
+with its name, once until it holds again. A measurement is in force when the drive has confirmed the setpoint computed
+from it. Inputs of the reference outside P violate an assumption, and are replaced by the nearest ones in P.
 
 Not modelled: computing time between an answer and the setpoint; a tracking error of more than half a turn.
 """
@@ -44,7 +44,7 @@ from firmware_sim.scenario_view import Own, ScenarioView
 
 COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
             "unreadable frames", "unreadable CAN frames", "violated assumptions")
-RETRY_NS = 20_000_000           # before the first measurement: no interval is certified yet
+RETRY_NS = 20_000_000           # between requests before the first measurement, when no interval is certified
 
 
 class TrackingRobot:
@@ -64,16 +64,16 @@ class TrackingRobot:
         self._drive = DriveLink(board.port("can", self._hear_drive, listen_only=True), robot["wheel_radius_m"],
                                 robot["track_m"], robot["counts_per_turn"])
         self._place = DeadReckoning(robot["wheel_radius_m"], robot["track_m"], Pose(*settings.start))
-        self._x: State = (0.0, 0.0, 0.0)            # as measured last
-        self._inputs: Inputs | None = None          # of the reference, as heard last
-        self._latest: Decision | None = None        # of the newest measurement
-        self._in_force: Decision | None = None      # of the one whose setpoint the drive has confirmed
-        self._underway: dict[int, Decision] = {}    # by number of the setpoint
-        self._look = -1                             # number of the look that was asked for last
-        self._asked_ns: int | None = None           # None: it was answered
-        self._failed = 0                            # attempts in a row without an answer
-        self._exchange_ns = 0                       # how long the last look took
-        self._repeat: Timer | None = None           # of the setpoint
+        self._x: State = (0.0, 0.0, 0.0)            # last measurement of the tracking error
+        self._inputs: Inputs | None = None          # last received inputs of the reference
+        self._latest: Decision | None = None        # decision of the newest measurement
+        self._in_force: Decision | None = None      # decision of the measurement in force
+        self._underway: dict[int, Decision] = {}    # decisions with an unconfirmed setpoint, by the setpoint's number
+        self._look = -1                             # number of the last request
+        self._asked_ns: int | None = None           # time of the last request; None: it was answered
+        self._failed = 0                            # requests in a row without an answer
+        self._exchange_ns = 0                       # duration of the last exchange
+        self._repeat: Timer | None = None           # repeats the setpoint
         board.record_all([("held1", "m"), ("held2", "m"), ("held3", "rad"), ("tau", "s"), ("gain_product", "1")],
                          self._sample)
         self._due = board.at(board.now_ns, self._ask)       # the next look
@@ -111,7 +111,7 @@ class TrackingRobot:
         number, state = found
         now_ns = self._board.now_ns
         if number == UNASKED:
-            self._asked_ns = None                   # an answer that is still to come would be older
+            self._asked_ns = None                   # an answer still to come would be older
             self._inputs = state.inputs
             self._measured(state, now_ns, now_ns)
         elif self._asked_ns is None or number != self._look % UNASKED:
@@ -122,7 +122,7 @@ class TrackingRobot:
             self._measured(state, asked_ns, (asked_ns + now_ns) // 2)
 
     def _measured(self, state: ReferenceState, measured_ns: int, seen_ns: int) -> None:
-        """`measured_ns`: from when the measurement counts; `seen_ns`: the best guess of when the reference looked."""
+        """Apply a measurement. `measured_ns`: start of its age; `seen_ns`: best estimate of when `state` was true."""
         board = self._board
         x1, x2, x3 = tracking_error(self._place.pose_at(seen_ns), state.pose)
         self._x = self._noise.measure((x1, x2, remainder(x3, 2 * pi)))
@@ -165,7 +165,7 @@ class TrackingRobot:
             self._comes_into_force(heard.confirmed)
 
     def _comes_into_force(self, number: int) -> None:
-        """The drive has confirmed setpoint `number`; what was sent before it and not confirmed never will be."""
+        """Put the decision of setpoint `number`, which the drive confirmed, in force; drop those sent before it."""
         decision = self._underway[number]
         sent = list(self._underway)
         self._underway = {later: self._underway[later] for later in sent[sent.index(number) + 1:]}
@@ -186,10 +186,10 @@ class TrackingRobot:
             self._board.at(end_ns + 1 + self._settings.actuation_ns,
                            lambda: self._check() if self._in_force is decision else None, sends=False)
 
-    # --- what has to hold
+    # --- assumptions
 
     def _check(self) -> None:
-        """An event for each assumption of the trigger that has failed since the last look."""
+        """Record an event for each assumption of the trigger that has failed since the last check."""
         if self._in_force is not None:
             self._watch.fail(violations(self._in_force, self._board.now_ns - self._settings.actuation_ns, self._failed))
 

@@ -1,4 +1,4 @@
-"""Input-output triggering (Chapter 4): when must the next measurement be taken so that stability is proved beforehand?
+"""Input-output triggering (Chapter 4): computes when the next measurement is due so that the loop is certified stable.
 
 A pure library: no network, no scenario, no clock. `error_gain` has the gain of the error system over a finite horizon
 and the horizon tau that the small-gain condition certifies; `policies` decide from a measurement when the next is due;

@@ -1,8 +1,8 @@
-"""Whether what a decision rests on still holds: asked by a robot, a run's monitor or a test, at any instant.
+"""Checks whether the assumptions of a decision still hold; called by a robot, a run's monitor or a test.
 
-What is asked about is the decision *in force*: the one whose measurement the command that the wheels follow now was
-computed from. News that was decided upon but has not reached the drive does not count. An assumption that fails is a
-`Violation` with its name, the instant from which on it failed, and the two numbers that say so.
+The decision checked is the one *in force*: the wheels follow the command computed from its measurement. A newer
+decision whose command has not reached the drive is not in force. A failed assumption is a `Violation` with its name,
+the instant from which on it fails, and the two numbers compared.
 
     FRESH            age of the measurement in force <= tau_i                        (4.37)
     SMALL_GAIN       gamma_n gamma_e(age) < 1                                        Theorem 4; later than FRESH
@@ -40,17 +40,17 @@ class Assumption(Enum):
 @dataclass(frozen=True)
 class Violation:
     assumption: Assumption
-    at_ns: int              # from when on
+    at_ns: int              # first instant of the violation
     value: float
     limit: float
-    text: str               # one clause for a person: what, value, limit
+    text: str               # one clause for the record: what, value, limit
 
     def __str__(self) -> str:
         return f"{self.assumption.value}: {self.text}"
 
 
 def violations(in_force: Decision, now_ns: int, failed_attempts: int = 0) -> list[Violation]:
-    """What has failed by now: FRESH, SMALL_GAIN, LOSSES. Empty while the certificate holds (at its end, still)."""
+    """Return violations of FRESH, SMALL_GAIN and LOSSES at `now_ns`; empty up to the certificate's end, included."""
     found = []
     age_s, tau_s = (now_ns - in_force.measured_ns) * 1e-9, in_force.valid_ns * 1e-9
     if now_ns > in_force.holds_until_ns:
@@ -69,7 +69,7 @@ def violations(in_force: Decision, now_ns: int, failed_attempts: int = 0) -> lis
 
 
 def spacing_violations(measured_ns: int, previous_ns: int, zeno_ns: int) -> list[Violation]:
-    """SPACING. Not meant for measurements that a change of the inputs forces: they are no decision of the trigger."""
+    """Return violations of SPACING; not for measurements forced by a change of inputs, which no trigger decided."""
     apart_ns = measured_ns - previous_ns
     if apart_ns >= zeno_ns:
         return []
@@ -79,7 +79,7 @@ def spacing_violations(measured_ns: int, previous_ns: int, zeno_ns: int) -> list
 
 def input_violations(at_ns: int, inputs: tuple[float, ...], limits: tuple[float, ...],
                      gains: GainTable) -> list[Violation]:
-    """INPUTS and GAIN, for inputs as they were measured."""
+    """Return violations of INPUTS and GAIN by measured inputs."""
     for value, limit in zip(inputs, limits, strict=True):
         if not abs(value) <= limit:
             return [Violation(Assumption.INPUTS, at_ns, value, limit,
@@ -91,7 +91,7 @@ def input_violations(at_ns: int, inputs: tuple[float, ...], limits: tuple[float,
 
 
 def announcement_violations(at_ns: int, inputs: tuple[float, ...], before: tuple[float, ...]) -> list[Violation]:
-    """ANNOUNCED, for inputs that came without being announced; `before` are those that were heard before them."""
+    """Return violations of ANNOUNCED by inputs received without an announcement; `before` are the previous inputs."""
     change = hypot(*(now - then for now, then in zip(inputs, before, strict=True)))
     if not change:
         return []
@@ -100,7 +100,7 @@ def announcement_violations(at_ns: int, inputs: tuple[float, ...], before: tuple
 
 
 def radius_violations(at_ns: int, x: Sequence[float], radius: float, noise: float = 0.0) -> list[Violation]:
-    """RADIUS, for a measurement with an error of up to `noise` in each component."""
+    """Return violations of RADIUS by a measurement with an error of up to `noise` in each component."""
     norm, limit = hypot(*x), radius + noise * len(x) ** 0.5
     if norm <= limit:
         return []

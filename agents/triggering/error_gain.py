@@ -9,8 +9,8 @@ and gamma_n gamma_e(tau) <= kappa < 1 holds up to tau* = ln(kappa a / gamma_n + 
 
 Differs from the dissertation:
 - (4.26) is an inequality;
-- for p = infinity K_e is exp(a tau), the limit of (4.27); below (A.11) it is printed with a "- 1" and would be 0 at 0;
-- a depends on the reachable set over [0, tau], so on tau: both are found together (`largest_horizon`).
+- for p = infinity K_e is exp(a tau), the limit of (4.27); below (A.11) it is printed with a "- 1", so 0 for tau = 0;
+- a depends on the reachable set over [0, tau], so on tau: `largest_horizon` finds both together.
 Not modelled: delay between a measurement and the command that follows from it (Remark 7).
 """
 
@@ -21,13 +21,13 @@ from math import exp, expm1, inf, log1p
 from typing import NamedTuple
 
 KAPPA = 0.999           # section 4.5
-SETTLED = 1e-5          # accuracy of a horizon found together with its reachable set, as a part of kappa / gamma_n
+SETTLED = 1e-5          # accuracy of `largest_horizon`, as a share of kappa / gamma_n
 LARGEST_EXPONENT = 700.0
-TINY_PER_S = 1e-9       # below, gamma_e(tau) = tau to 1e-9 for every horizon below 1 s
+TINY_PER_S = 1e-9       # growth below which gamma_e(tau) = tau to 1e-9 for every horizon below 1 s
 
 
 def initial_error_gain(growth_per_s: float, tau_s: float, p: float = 2.0) -> float:
-    """K_e(tau) of (4.27), p in [1, inf]."""
+    """Return K_e(tau) of (4.27); raises ValueError unless p is in [1, inf]."""
     if not p >= 1:
         raise ValueError(f"p={p}: L_p norms need p >= 1")
     if growth_per_s * tau_s > LARGEST_EXPONENT:
@@ -39,14 +39,14 @@ def initial_error_gain(growth_per_s: float, tau_s: float, p: float = 2.0) -> flo
 
 
 def error_gain(growth_per_s: float, tau_s: float) -> float:
-    """gamma_e(tau) of (4.28) [s]; inf where it no longer is a float."""
+    """Return gamma_e(tau) of (4.28) [s]; inf where it exceeds the range of floats."""
     if growth_per_s * tau_s > LARGEST_EXPONENT:
         return inf
     return tau_s if growth_per_s <= TINY_PER_S else expm1(growth_per_s * tau_s) / growth_per_s
 
 
 def horizon_s(growth_per_s: float, gain_per_s: float, kappa: float = KAPPA) -> float:
-    """tau* of (4.36), (4.37): gain gamma_e(tau*) = kappa. With the suprema V and Z it is Remark 4's lower bound."""
+    """Return tau* [s] of (4.36), (4.37): gain gamma_e(tau*) = kappa; with the suprema V, Z Remark 4's lower bound."""
     if growth_per_s == inf:
         return 0.0
     if growth_per_s <= TINY_PER_S:
@@ -55,7 +55,7 @@ def horizon_s(growth_per_s: float, gain_per_s: float, kappa: float = KAPPA) -> f
 
 
 def longest_horizon_s(gain_per_s: float, kappa: float = KAPPA) -> float:
-    """kappa / gamma_n: no horizon is longer (Remark 5, with the smallest gain Z_l)."""
+    """Return kappa / gamma_n [s], an upper bound of every horizon (Remark 5, with the smallest gain Z_l)."""
     return kappa / gain_per_s
 
 
@@ -65,11 +65,11 @@ class Horizon(NamedTuple):
 
 
 def largest_horizon(growth_until: Callable[[float], float], gain_per_s: float, kappa: float = KAPPA) -> Horizon:
-    """The largest tau with tau <= tau*(a(tau)), a = `growth_until`: from below, to SETTLED kappa / gain.
+    """Return the largest tau with tau <= tau*(a(tau)), a = `growth_until`: from below, to SETTLED kappa / gain.
 
-    a does not decrease, so tau*(a(tau)) does not increase and crosses tau once. Put in a tau that is too long and it
-    gives one that is safe, since the a of a long interval holds over a short one; put in a safe one and it gives one
-    that is too long. The two mostly close in on the crossing in a few steps; where they do not, one bisects.
+    a does not decrease, so tau*(a(tau)) does not increase and crosses tau once. For a tau that is too long,
+    tau*(a(tau)) is safe, since the a of a long interval holds over a short one; for a safe tau it is too long. Both
+    mostly converge to the crossing in a few steps; if not, the interval is bisected.
     """
     high = kappa / gain_per_s
     settled = SETTLED * high

@@ -1,4 +1,4 @@
-"""What a control loop has to tell a trigger. `agents.tracking.error_system` is the one of the tracking robots.
+"""The interface by which a control loop describes itself to a trigger; the tracking robots' is in `agents.tracking`.
 
 States x and inputs omega_p are opaque to the trigger; X and W are their types.
 """
@@ -14,34 +14,34 @@ Measured = TypeVar("Measured", contravariant=True)
 
 
 class Prediction(Protocol[Measured]):
-    """What follows from one measurement while the command computed from it is held."""
+    """The prediction from one measurement while the command computed from it is held."""
 
     def growth_until(self, tau_s: float) -> float:
-        """||A|| [1/s] that holds over [0, tau_s] after the measurement: (4.25) on the set reachable until then."""
+        """Return the ||A|| [1/s] of (4.25) that is valid over [0, tau_s] after the measurement."""
         ...
 
     def look(self, elapsed_s: float, x: Measured) -> None:
-        """x was measured `elapsed_s` after: from here on predict from it, beside what has been seen."""
+        """Predict from x, measured `elapsed_s` after the first measurement; the growth until then is kept."""
         ...
 
 
 class ErrorSystem(Protocol[X, W]):
     @property
     def worst_inputs(self) -> W:
-        """The inputs of P with the largest bound A."""
+        """The inputs of P with the largest matrix A."""
         ...
 
     def admissible(self, inputs: W) -> W:
-        """The nearest inputs of P; ValueError for what is not a number."""
+        """Return the inputs of P nearest to `inputs`; ValueError if these are not numbers."""
         ...
 
     def predict(self, x: X, inputs: W, bounded_by: W) -> Prediction[X]:
-        """From a measurement x, the command of x and `inputs` held, with the matrix A of `bounded_by`.
+        """Predict from a measurement x, with the command of x and `inputs` held and the matrix A of `bounded_by`.
 
-        ValueError for what is not a measurement.
+        Raises ValueError if x is no measurement.
         """
         ...
 
     def growth_within(self, inputs: W, radius: float) -> Callable[[float], float]:
-        """tau -> ||A|| [1/s] that holds from every measurement of a state with |x| <= radius."""
+        """Return tau [s] -> ||A|| [1/s] over [0, tau], valid for any measurement of a state with |x| <= radius."""
         ...

@@ -1,8 +1,8 @@
-"""Gains gamma_n of the nominal system, one for each value of the inputs that is planned, and one for all of P.
+"""Gains gamma_n of the nominal system: one for each planned value of the inputs, and one for all of P.
 
-The gains are given data: nothing here checks them. Differs from the dissertation: it calls 22, 53, 56 and 96 L2-gains
-of the tracking loop. No finite number is one, since y~ is quadratic in x and the gain grows with the amplitude
-(`l2_gain` finds 2.36 to 14.3 for small ones). What they promise ends where states are larger than those they are for.
+The gains are data that nothing here checks. Differs from the dissertation, which calls 22, 53, 56 and 96 L2-gains of
+the tracking loop: no finite number is one, since y~ is quadratic in x and the gain grows with the amplitude (`l2_gain`
+finds 2.36 to 14.3 for small amplitudes). A given gain certifies nothing for larger states than those it was found for.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import isfinite
 
-SAME_INPUTS = 1e-6          # inputs that went through a frame's float32 are still the planned ones
+SAME_INPUTS = 1e-6          # relative difference up to which inputs, after rounding to float32, are the planned ones
 
 
 class GainTable:
-    """gamma_n by inputs; `unified` (Z of Assumption 2) for all that are not in the table."""
+    """gamma_n by inputs; `unified` (Z of Assumption 2) for inputs that are not in the table."""
 
     def __init__(self, gains: Mapping[tuple[float, ...], float], unified: float,
                  same_within: float = SAME_INPUTS) -> None:
@@ -29,7 +29,7 @@ class GainTable:
         self._same_within = same_within
 
     def planned(self, inputs: tuple[float, ...]) -> bool:
-        """Whether the inputs are in the table."""
+        """Return whether the inputs are in the table."""
         return self._find(inputs) is not None
 
     def gain(self, inputs: tuple[float, ...]) -> float:

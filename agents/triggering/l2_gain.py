@@ -5,10 +5,10 @@
 by power iteration with adjoints (for L2-gains as optimal control Imae 1996, [101]; the alternating iteration Tierno,
 Murray, Doyle and Gregory 1997): simulate w forwards, integrate the adjoint system backwards, take as the next input the
 gradient of ||y||^2 scaled to the amplitude. w is constant on steps; RK4 integrates x and ||y||^2, and the adjoint is
-that of RK4, so the gradient is that of what is computed.
+that of RK4, so the gradient is that of the computed value.
 
-Differs from the dissertation: it calls the result the gain. It is a lower estimate of the gain *of that amplitude and
-horizon*: the iteration finds local maxima, and a larger amplitude or a longer horizon may gain more without limit.
+Differs from the dissertation, which calls the result the gain. It is a lower estimate of the gain *of that amplitude
+and horizon*: the iteration finds local maxima, and the gain may grow without limit with amplitude or horizon.
 Not modelled: L_p for other p; switching inputs between steps.
 """
 
@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 
 class NominalSystem(Protocol):
-    """Arrays are (components, starts): several starts are simulated at once."""
+    """The system x' = f(x, w), y = h(x, w); arrays have shape (components, starts), for several inputs at once."""
 
     @property
     def states(self) -> int: ...
@@ -34,37 +34,39 @@ class NominalSystem(Protocol):
     def inputs(self) -> int: ...
 
     def rate(self, x: Floats, w: Floats) -> Floats:
-        """f."""
+        """Return f(x, w)."""
         ...
 
     def output(self, x: Floats, w: Floats) -> Floats:
-        """h."""
+        """Return h(x, w)."""
         ...
 
     def rate_adjoint(self, x: Floats, w: Floats, p: Floats) -> tuple[Floats, Floats]:
-        """(df/dx)' p and (df/dw)' p."""
+        """Return (df/dx)' p and (df/dw)' p."""
         ...
 
     def output_adjoint(self, x: Floats, w: Floats, q: Floats) -> tuple[Floats, Floats]:
-        """(dh/dx)' q and (dh/dw)' q; at a kink any of its one-sided derivatives."""
+        """Return (dh/dx)' q and (dh/dw)' q; where h is not differentiable, with any one-sided derivative."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class GainEstimate:
-    """Some input of this amplitude has this gain over this horizon: no smaller number is the gain."""
+    """The largest gain found: `worst_input` has it, so the true gain is not smaller."""
 
     lower_estimate: float
     amplitude: float            # ||w[0, horizon_s]||_2
     horizon_s: float
     iterations: int
-    settled: bool               # the best start no longer changed by more than the tolerance
+    settled: bool               # True: the last iteration changed the best gain by no more than the tolerance
     worst_input: Floats         # (steps, inputs), constant on each step
 
 
 def estimate_gain(system: NominalSystem, amplitude: float, horizon_s: float, *, steps: int = 200, starts: int = 8,
                   iterations: int = 60, tolerance: float = 1e-4, seed: int = 0) -> GainEstimate:
-    """The best of `starts` random inputs, each improved until the best settles. RuntimeError if all runs blow up."""
+    """Improve `starts` random inputs until the best gain settles, and return the best.
+
+    Raises RuntimeError if every input drives the state to infinity, ValueError for arguments out of range."""
     for name, value in (("amplitude", amplitude), ("horizon_s", horizon_s)):
         if not (isfinite(value) and value > 0):
             raise ValueError(f"{name}={value}: expected a positive number")
@@ -102,7 +104,7 @@ Stages = list[tuple[Floats, Floats, Floats, Floats]]
 
 
 def _forwards(system: NominalSystem, w: Floats, h_s: float) -> tuple[Stages, Floats]:
-    """The four stage states of each step, and ||y||^2 of each start."""
+    """Return the four stage states of each step, and ||y||^2 of each start."""
     x = np.zeros((system.states, w.shape[2]))
     energy = np.zeros(w.shape[2])
     stages: Stages = []
@@ -123,7 +125,7 @@ def _forwards(system: NominalSystem, w: Floats, h_s: float) -> tuple[Stages, Flo
 
 
 def _backwards(system: NominalSystem, w: Floats, stages: Stages, h_s: float) -> Floats:
-    """Gradient of ||y||^2 with respect to w."""
+    """Return the gradient of ||y||^2 with respect to w."""
     gradient = np.empty_like(w)
     adjoint = np.zeros((system.states, w.shape[2]))
     for n in range(len(w) - 1, -1, -1):

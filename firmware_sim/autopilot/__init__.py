@@ -1,6 +1,6 @@
 """The flight controller of a quadrotor: attitude and position loops, modes and failsafes on the board's local clock.
 
-    vehicle.py               what the MAVLink front calls: the contract between the two halves
+    vehicle.py               the interface that the MAVLink front calls
     autopilot.py             the board's program: sensors and motion capture in, motor commands out
     autopilot_settings.py    the keys of a scenario
     flight_controller.py     arming, commands, changes of mode; implements the contract
@@ -12,7 +12,7 @@
     landing_detector.py      whether it stands
     target_limits.py         targets from a link, clipped
     parameters.py            the table of parameters
-    flight_loops.py          the loops in their order:
+    flight_loops.py          the control loops in their order:
     exposure_clock.py            stamps of motion capture on the board's clock
     position_estimator.py        position and velocity
     ramp.py                      from target to target

@@ -1,8 +1,8 @@
-"""What the firmware knows of its vehicle: numbers it was given, which the real vehicle need not have.
+"""The firmware's model of its vehicle: numbers from the scenario, from which the plant's may differ.
 
     F = k_thrust w^2 a rotor        full = 4 k_thrust motor_max^2        hover = weight / full
 
-The Hummingbird of the GRASP testbed (Michael et al. 2010): docs/models/quadrotor.md says where each number comes from.
+Defaults: the Hummingbird of the GRASP testbed (Michael et al. 2010); docs/models/quadrotor.md has each number's source.
 """
 
 from __future__ import annotations

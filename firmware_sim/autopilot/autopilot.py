@@ -1,13 +1,12 @@
-"""The board of a quadrotor: its attitude loop on its own clock, motion capture in, motor speeds out.
+"""The board of a quadrotor: runs the flight controller on its local clock; motion capture in, motor speeds out.
 
-    release  --execution--> motor commands        release + period
-    |  gyro, attitude, accelerometer              everything on the local clock
+    release  --execution_ns--> motor commands     release + period
+    |  gyro, attitude, accelerometer              all times on the local clock
 
-Gyro, attitude and accelerometer are read from the plant at each release; position comes from motion capture alone, a
-frame at a time, late. This program hands out nothing. A task that speaks for the vehicle on a link takes `controller`,
-which is the `Vehicle` of the contract.
+The program reads gyro, attitude and accelerometer from the plant at each release; positions arrive from motion capture
+only, late. It sends no frames. A task that connects the vehicle to a link uses `controller`, a `Vehicle`.
 
-Plant: `quadrotor`, inputs u[1..4]; its frames are turned into MAVLink's here.
+Plant: `quadrotor`, inputs u[1..4]; its coordinate frames are converted to MAVLink's here.
 Not modelled: noise and bias of the inertial sensors (the attitude is that of a perfect filter), a barometer, a battery.
 """
 
@@ -57,7 +56,7 @@ class Autopilot:
         board.port(settings.port_of(board.ports), self._captured, listen_only=True)
         self.controller = FlightController(settings.airframe, settings.period_ns, settings.navigation_every,
                                            settings.parameters)
-        self.listeners: list[Callable[[Severity, str], None]] = [self._note]     # each gets every notice
+        self.listeners: list[Callable[[Severity, str], None]] = [self._note]     # each is called with every notice
         self.controller.on_notice = self._notice
         self._stamps = ExposureClock()
         self._motors = board.actuators([f"u[{i}]" for i in range(1, 5)], ["rad/s"] * 4)
@@ -76,7 +75,7 @@ class Autopilot:
         release_ns = schedule.next_after(board.now_ns - 1)
         written = OFF
         while True:
-            # a hardware timer: a clock set back meanwhile does not stop the loop
+            # a hardware timer: the loop goes on when the local clock is set back
             yield board.until(release_ns, silent_until_ns=NEVER_NS)
             now_ns = board.now_ns
             w, x, y, z, ox, oy, oz, fx, fy, fz = self._sensors.read()
@@ -89,7 +88,7 @@ class Autopilot:
             if (missed := (release_ns - before_ns) // settings.period_ns - 1) > 0:
                 board.count("releases missed", missed)
 
-    # --- what it hears
+    # --- receive
 
     def _captured(self, data: bytes) -> None:
         board, now_ns = self._board, self._board.now_ns
@@ -108,7 +107,7 @@ class Autopilot:
         else:
             board.count("motion capture refused")
 
-    # --- for the record
+    # --- notices and samples
 
     def _notice(self, severity: Severity, text: str) -> None:
         for listener in self.listeners:
@@ -125,7 +124,7 @@ class Autopilot:
 
     @staticmethod
     def check(scenario: ScenarioView, own: Own[AutopilotSettings]) -> Iterator[str]:
-        """What no autopilot could start with."""
+        """Yield the reasons why these autopilots could not start."""
         for name, agent in own.items():
             try:
                 agent.settings.port_of(agent.media)

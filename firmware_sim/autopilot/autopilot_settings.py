@@ -1,4 +1,4 @@
-"""The keys of an autopilot in a scenario, and what is wrong with them."""
+"""The settings of an autopilot in a scenario."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class AutopilotSettings:
     period_ns: int = 1_000_000                  # of the attitude loop
     offset_ns: int = 0                          # of its first release
     execution_ns: int = 200_000                 # from a release to its motor commands
-    navigation_every: int = 10                  # releases
-    mocap: str = "mocap"                        # port at which motion capture is heard
-    body: str = ""                              # whom it follows there; "": itself
-    airframe: Airframe = HUMMINGBIRD            # what the firmware believes of its vehicle; may be given as a mapping
+    navigation_every: int = 10                  # releases per step of the position loop
+    mocap: str = "mocap"                        # name of the port that delivers motion capture
+    body: str = ""                              # body tracked there; "": this robot
+    airframe: Airframe = HUMMINGBIRD            # the firmware's model of its vehicle; may be given as a mapping
     parameters: Mapping[str, float] = field(default_factory=dict)       # start values of `parameters.py`
 
     def __post_init__(self) -> None:
@@ -32,7 +32,7 @@ class AutopilotSettings:
         ParameterTable(self.parameters, lambda: None)
 
     def port_of(self, ports: Collection[str]) -> str:
-        """The port of motion capture; ValueError if it is not there."""
+        """Return the name of the motion capture port; ValueError if it is not among `ports`."""
         if self.mocap not in ports:
             raise ValueError(f"mocap={self.mocap!r}: no such port; there are {', '.join(ports) or 'none'}; name the "
                              "sensing medium that tells the vehicle where it is")

@@ -1,10 +1,10 @@
-"""When, on the board's clock, a frame was exposed that carries a stamp of another clock.
+"""Converts the time stamps of motion capture frames, read from the cameras' clock, to the board's clock.
 
-    offset = least of (arrival - stamp), let slip by `SLIP` since the last frame     exposed = stamp + offset - delay
+    offset = least of (arrival - stamp), raised by `SLIP` since the last frame       exposed = stamp + offset - delay
 
-The least delayed frame tells the clocks' difference plus the known `delay`; frames that were held up on their way do
-not disturb it. The slip lets it follow clocks that drift apart by less than it. After `PATIENCE` frames in a row that
-all seem held up by more than `HELD_UP_NS`, it is the clock that was stepped: the last one counts.
+The least delayed frame gives the clocks' difference plus the known `delay`; frames delayed on their way do not change
+it. The slip lets the offset follow clocks that drift apart by less than it. If `PATIENCE` frames in a row seem delayed
+by more than `HELD_UP_NS`, a clock was stepped: the last frame sets the offset.
 Source: the minimum filter of NTP's clock filter (Mills 1991), with a slip instead of a window.
 """
 
@@ -24,7 +24,7 @@ class ExposureClock:
     _held_up: int = field(default=0, init=False)
 
     def exposed_ns(self, stamp_ns: int, arrival_ns: int, delay_ns: int) -> int | None:
-        """Local time of the exposure; None: not newer than the last frame."""
+        """Return the local time of the exposure; None if the frame is not newer than the last one."""
         offset_ns = arrival_ns - stamp_ns
         if self._offset_ns is not None:
             if stamp_ns <= self._stamp_ns:

@@ -1,11 +1,11 @@
-"""What to do when something falls silent in flight: a new mode and a word for it, or nothing.
+"""Failsafes: the mode to change to when motion capture, the link or the stream of targets is lost in flight.
 
     motion capture silent, its position needed   ->  LAND, blind until it is back
     link silent                                  ->  as LINK_LOSS_ACT says: hold and then land, land, return
     targets silent in a mode that follows them   ->  HOLD, without motion capture LAND
 
-They are looked at in this order. Who lands or returns already goes on. A link that is heard again ends the hold, and
-the vehicle stays where it is: going on is the ground's decision. A landing is finished.
+They are checked in this order. A vehicle that lands or returns already goes on. When the link is back, the hold ends
+and the vehicle stays at its place until the ground commands something else. A landing is always completed.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ TARGETS_HOLD, TARGETS_LAND = "targets lost: hold", "targets lost: land"
 
 @dataclass(frozen=True, slots=True)
 class Silences:
-    """How long ago things were heard, and what the flight needs."""
+    """The ages of the link and the targets, and whether the flight has and needs a position."""
 
-    link_ns: int
-    targets_ns: int
+    link_ns: int                # since the last frame of the link
+    targets_ns: int             # since the last target
     position_valid: bool
     position_needed: bool
 
@@ -33,14 +33,14 @@ class Silences:
 @dataclass
 class Failsafe:
     parameters: Parameters
-    acting: str = ""
-    _held_ns: int = field(default=0, init=False)        # since when the link's hold lasts
+    acting: str = ""                                    # text of the failsafe in force; "": none
+    _held_ns: int = field(default=0, init=False)        # start of the hold after a loss of the link
 
     def clear(self) -> None:
         self.acting = ""
 
     def look(self, now_ns: int, mode: Mode, silences: Silences) -> Mode | None:
-        """The mode to change to; `acting` says why."""
+        """Return the mode to change to, None: no change; `acting` is the reason."""
         get = self.parameters.get
         if silences.position_needed and not silences.position_valid and self.acting != MOCAP_LOST:
             self.acting = MOCAP_LOST

@@ -53,10 +53,10 @@ class FlightController:
         self._target_ns = self._link_ns = LONG_AGO_NS
         self._ground_ns = 0                     # since when it stands armed
 
-    # --- what its tasks call
+    # --- calls of the board's tasks
 
     def tick(self, now_ns: int, quaternion: Quaternion, rates: Vector, force: Vector) -> Motors:
-        """Once every period: what the sensors say in, motor speeds out."""
+        """Take the sensors' values and return the motor speeds; called once every period."""
         loops = self.loops
         loops.quaternion, loops.rates, loops.force = quaternion, rates, force
         if self._ticks % self._every == 0:
@@ -66,7 +66,7 @@ class FlightController:
         return loops.motors()
 
     def captured(self, exposed_ns: int, position_ned_m: Vector, now_ns: int) -> bool:
-        """A frame of motion capture; False: too old, doubled, from the future or not finite."""
+        """Take a frame of motion capture; False if it is refused: too old, repeated, from the future or not finite."""
         return self.loops.estimate.correct(exposed_ns, position_ned_m, now_ns)
 
     # --- Vehicle
@@ -117,7 +117,7 @@ class FlightController:
     def take_off(self, height_m: float) -> Result:
         if not isfinite(height_m) or height_m <= OFF_GROUND_M:
             return self._refused(f"take-off to {height_m:g} m", Result.DENIED)
-        if self._armed and self._mode is Mode.TAKEOFF:      # a command that was sent twice
+        if self._armed and self._mode is Mode.TAKEOFF:      # a repeated command
             return Result.ACCEPTED
         most = self.parameters.get("FENCE_ALT") + self._flight.home[2]
         if height_m > most:
@@ -191,7 +191,7 @@ class FlightController:
             loops.idle()
 
     def _watch(self, now_ns: int) -> None:
-        """Failsafes."""
+        """Change the mode if a failsafe requires it."""
         self._link_ns, self._target_ns = min(self._link_ns, now_ns), min(self._target_ns, now_ns)  # clock set back
         attitude_told = self._flight.attitude_told
         told_ns = self._target_ns if self._mode is Mode.OFFBOARD or attitude_told else LONG_AGO_NS
@@ -228,7 +228,7 @@ class FlightController:
         return self._flight.target is not None and age_ns <= self.parameters.get("OFFB_LOSS") * 1e9
 
     def _try(self, mode: Mode) -> Result:
-        """A mode that somebody asks for."""
+        """Enter `mode`, by a command, or refuse it."""
         if why := refusals.entering(mode, self._facts()):
             return self._refused(f"{mode.value}: {why}")
         self._failsafe.clear()

@@ -1,10 +1,10 @@
-"""The loops of a flight in their order: estimate, ramps, position, attitude, mixer. Where to fly is said elsewhere.
+"""The control loops of a flight: estimate, ramps, position, attitude, mixer. `flight_controller` gives the targets.
 
     every period            attitude and rates  -->  torques  -->  motor speeds
     every navigation        acceleration  -->  estimate  -->  ramps  -->  position control  -->  attitude and thrust
 
-Without a trustworthy position `descend` stops it and sinks by dead reckoning, with ever less lift where it ought to be
-on the ground already.
+Without a valid position `descend` stops the vehicle and lets it sink by dead reckoning, with less and less lift once it
+should have reached the ground.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from firmware_sim.autopilot.position_estimator import PositionEstimator
 from firmware_sim.autopilot.ramp import Ramp
 from firmware_sim.autopilot.vehicle import AttitudeTarget, Parameters, PositionTarget, Quaternion, Vector
 
-LAG_S = 0.015           # of a motor, with the mixer's help
-LEASH_M = 1.0           # the reference's, to where the vehicle is believed to be
-NEAR_GROUND_M = 0.05    # a lower target means the ground itself
-LIFT_LEAST = 0.5        # of hovering, at the end of a blind descent
-LIFT_FALLS = 0.2        # of hovering per second, once the ground ought to be there
+LAG_S = 0.015           # time constant of a motor that the mixer compensates
+LEASH_M = 1.0           # largest distance of the reference from the estimated position
+NEAR_GROUND_M = 0.05    # a target below this height is the ground
+LIFT_LEAST = 0.5        # share of the hovering thrust at the end of a descent by dead reckoning
+LIFT_FALLS = 0.2        # decrease of that share per second once the ground should be reached
 NO_RATES: Vector = (0.0, 0.0, 0.0)
 LEVEL: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 
 class Drive(Enum):
-    """What the motors do."""
+    """Operation of the motors."""
 
     OFF = "off"
     IDLE = "idle"
@@ -46,7 +46,7 @@ class FlightLoops:
         self.estimate = PositionEstimator()
         self.horizontal, self.vertical = Ramp(2), Ramp(1)
         self.yaw_ref = 0.0
-        self.ground_down = 0.0                  # where the ground is, as far as known
+        self.ground_down = 0.0                  # [m] NED z of the ground, as known
         self.drive = Drive.OFF
         self.quaternion, self.rates, self.force = LEVEL, NO_RATES, NO_RATES
         self.thrust_n = 0.0
@@ -60,7 +60,7 @@ class FlightLoops:
         self._below_s = 0.0
 
     def tune(self, parameters: Parameters) -> None:
-        """Take over changed parameters."""
+        """Apply changed parameters."""
         self._get = get = parameters.get
         attitude, position = self._attitude, self._position
         attitude.k_angle, attitude.k_rate = get("ATT_KP"), get("ATT_KD")
@@ -73,7 +73,7 @@ class FlightLoops:
     # --- every period
 
     def motors(self) -> Motors:
-        """Commands for what was sensed last."""
+        """Return the motor commands for the last sensor values."""
         drive = self.drive
         if drive is Drive.ATTITUDE:
             x, y, z = self._attitude.torque(self.quaternion, self.rates, self.target, self.rates_target)
@@ -93,7 +93,7 @@ class FlightLoops:
 
     @property
     def hover_n(self) -> float:
-        """The thrust that keeps it in the air, as far as the integral has found it out."""
+        """The hovering thrust [N], corrected by the integral of the height error."""
         return self._weight_n - self.airframe.mass_kg * self._position.lift_spared
 
     @property
@@ -104,11 +104,11 @@ class FlightLoops:
         self.drive, self.thrust_n = Drive.OFF, 0.0
 
     def idle(self) -> None:
-        """Motors turn, nothing flies."""
+        """Let the motors idle on the ground."""
         self.drive, self.thrust_n = Drive.IDLE, 0.0
 
     def begin(self, fresh: bool) -> None:
-        """Let the ramps start from where it is; `fresh` also forgets what the integral has learned."""
+        """Start the ramps at the estimated position; `fresh` also resets the integral."""
         (north, east, down), (vn, ve, vd) = self.estimate.position, self.estimate.velocity
         self.horizontal.restart((north, east), (vn, ve))
         self.vertical.restart((down,), (vd,))
@@ -118,7 +118,7 @@ class FlightLoops:
             self._position.restart()
 
     def follow(self, goal: PositionTarget) -> None:
-        """One step along the ramps towards `goal`."""
+        """Make one step along the ramps towards `goal`."""
         get, dt, flat, upright = self._get, self._dt, self.horizontal, self.vertical
         north, east, down = goal.position_ned_m
         vn, ve, vd = goal.velocity_ned_mps
@@ -141,7 +141,7 @@ class FlightLoops:
         self.drive = Drive.ATTITUDE
 
     def aim(self, target: AttitudeTarget) -> None:
-        """Fly an attitude or body rates."""
+        """Follow an attitude or body rates."""
         self.thrust_n = target.thrust * self.airframe.full_thrust_n
         self.rates_target = target.rates_radps or NO_RATES
         if target.quaternion_wxyz is None:
@@ -150,7 +150,7 @@ class FlightLoops:
             self.drive, self.target = Drive.ATTITUDE, target.quaternion_wxyz
 
     def descend(self) -> None:
-        """Stop and sink by dead reckoning, against the wind that the integral has learned."""
+        """Stop and sink by dead reckoning; the integral goes on compensating the wind."""
         speed, dt = self._get("LAND_SPEED"), self._dt
         vn, ve, vd = self.estimate.velocity
         self.target, thrust_n = self._position.step((0.0, 0.0, 0.0), (-vn, -ve, speed - vd), (0.0, 0.0, 0.0),
@@ -163,7 +163,7 @@ class FlightLoops:
         self.drive = Drive.ATTITUDE
 
     def _turn(self, goal: PositionTarget) -> float:
-        """Ramp the heading; the rate at which its reference turns."""
+        """Make one step of the heading's ramp; return the yaw rate of its reference."""
         most = self._get("YAW_RATE_MAX")
         rate = goal.yaw_rate_radps or 0.0
         if goal.yaw_rad is not None:
@@ -174,7 +174,7 @@ class FlightLoops:
 
 
 def _body_yaw(q: Quaternion, rate: float) -> Vector:
-    """A turn about the world's z axis as body rates."""
+    """Return a rotation at `rate` about the world's z axis as body rates."""
     if not rate:
         return NO_RATES
     w, x, y, z = q

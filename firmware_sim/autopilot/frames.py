@@ -1,4 +1,4 @@
-"""From the plant's frames to MAVLink's, and the rotations that a flight controller needs.
+"""Conversion from the plant's coordinate frames to MAVLink's, and the rotations that a flight controller uses.
 
     plant      world x east, y north, z up        body x ahead, y left,  z up
     MAVLink    world north, east, down (NED)      body x ahead, y right, z down (FRD)
@@ -19,17 +19,17 @@ _HALF = sqrt(0.5)
 
 
 def ned_of(x: float, y: float, z: float) -> Vector:
-    """Of a world vector; it is its own inverse."""
+    """Convert a world vector between the plant's frame and NED; the function is its own inverse."""
     return y, x, -z
 
 
 def frd_of(x: float, y: float, z: float) -> Vector:
-    """Of a body vector; it is its own inverse."""
+    """Convert a body vector between the plant's frame and FRD; the function is its own inverse."""
     return x, -y, -z
 
 
 def ned_quaternion(w: float, x: float, y: float, z: float) -> Quaternion:
-    """Of the plant's attitude; it is its own inverse."""
+    """Convert an attitude between the plant's frames and MAVLink's; the function is its own inverse."""
     return _HALF * (w + z), _HALF * (x + y), _HALF * (x - y), _HALF * (w - z)
 
 
@@ -46,13 +46,13 @@ def roll_pitch_yaw(q: Quaternion) -> Vector:
 
 
 def down_axis(q: Quaternion) -> Vector:
-    """The body's z axis in the world."""
+    """Return the body's z axis in the world frame."""
     w, x, y, z = q
     return 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)
 
 
 def to_world(q: Quaternion, v: Vector) -> Vector:
-    """The body vector `v` in the world."""
+    """Return the body vector `v` in the world frame."""
     w, x, y, z = q
     a, b, c = v
     tx, ty, tz = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
@@ -60,8 +60,9 @@ def to_world(q: Quaternion, v: Vector) -> Vector:
 
 
 def tilted(down: Vector, yaw: float) -> Quaternion:
-    """The attitude with the body's z axis along the unit vector `down`, not upside down: first turned by `yaw`, then
-    tilted the shortest way."""
+    """Return the attitude with the body's z axis along the unit vector `down`, which must not point up.
+
+    It is a rotation by `yaw`, followed by the smallest tilt."""
     dx, dy, dz = down
     w = sqrt(max(0.0, (1 + dz) / 2))
     x, y = -dy / (2 * w), dx / (2 * w)
@@ -70,5 +71,5 @@ def tilted(down: Vector, yaw: float) -> Quaternion:
 
 
 def wrapped(angle: float) -> float:
-    """The same angle within [-pi, pi]."""
+    """Return the same angle within [-pi, pi]."""
     return remainder(angle, 2 * pi)

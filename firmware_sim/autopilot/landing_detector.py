@@ -1,8 +1,9 @@
-"""Whether the vehicle stands: it is told to sink, does not, and the accelerometer says that something carries it.
+"""Detects that the vehicle stands: it is commanded to sink, but the accelerometer measures the ground's support.
 
     commanded lift < 0.8 of hovering      |specific force - g| < 0.5 m/s2      body rates < 0.2 rad/s      for 0.3 s
 
-In the air so little lift would be felt as 0.8 g at most, so height and velocity are not needed: it works blind.
+In the air, with so little lift, the accelerometer would measure at most 0.8 g. So neither height nor velocity is
+needed, and the detector works without motion capture.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ from math import hypot
 from firmware_sim.autopilot.airframe import GRAVITY
 from firmware_sim.autopilot.vehicle import Vector
 
-SINKING = 0.8           # of the lift that hovers
-CARRIED = 0.5           # [m/s2]
-AT_REST = 0.2           # [rad/s]
+SINKING = 0.8           # share of the hovering lift
+CARRIED = 0.5           # [m/s2] largest difference of the specific force from g
+AT_REST = 0.2           # [rad/s] largest body rate
 FOR_NS = 300_000_000
 
 

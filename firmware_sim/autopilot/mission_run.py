@@ -1,9 +1,9 @@
-"""A mission and how far it is: which item is flown, where it leads, when it is reached.
+"""The progress of a mission: the current item, its target, and whether it is reached.
 
-    TAKEOFF    straight up to its height          WAYPOINT    there, then `hold_s`
-    LAND       above its place, then down         RETURN      handed over to the mode of that name
+    TAKEOFF    straight up to its height                 WAYPOINT    to its position, then stay for `hold_s`
+    LAND       to above its position, then down          RETURN      left to the mode RETURN
 
-An item is reached when the vehicle is within its radius; the index after the last item means that all are done.
+An item is reached when the vehicle is within its radius. An index after the last item means that all are done.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from firmware_sim.autopilot.vehicle import MOST_MISSION_ITEMS, ItemKind, Mission
 
 
 def complaint(items: Sequence[MissionItem], parameters: Parameters) -> str:
-    """Why these items make no mission, "" if they do."""
+    """Return why the items are no valid mission, "" if they are."""
     fence, height = parameters.get("FENCE_XY"), parameters.get("FENCE_ALT")
     if len(items) > MOST_MISSION_ITEMS:
         return f"{len(items)} items: at most {MOST_MISSION_ITEMS}"
@@ -36,12 +36,12 @@ class MissionRun:
     items: Sequence[MissionItem] = ()
     index: int = 0
     _reached_ns: int | None = field(default=None, init=False)
-    _above: bool = field(default=False, init=False)         # a LAND item's place is reached
+    _above: bool = field(default=False, init=False)         # the position of a LAND item is reached
     _from: Vector = field(default=(0.0, 0.0, 0.0), init=False)
 
     @property
     def item(self) -> MissionItem | None:
-        """The one that is flown; None: all are done."""
+        """The current item; None: all are done."""
         return self.items[self.index] if self.index < len(self.items) else None
 
     def start(self, index: int, position: Vector) -> None:
@@ -49,7 +49,7 @@ class MissionRun:
         self._reached_ns, self._above = None, False
 
     def goal(self, land_speed: float) -> PositionTarget:
-        """Where the current item, no RETURN, leads."""
+        """Return the target of the current item, which must not be a RETURN."""
         item = self.items[self.index]
         north, east, down = item.position_ned_m
         if item.kind is ItemKind.TAKEOFF:
@@ -61,7 +61,7 @@ class MissionRun:
         return PositionTarget((north, east, down), yaw_rad=item.yaw_rad)
 
     def advance(self, now_ns: int, position: Vector, radius_m: float) -> bool:
-        """Look whether the item is done, and go to the next one then; a LAND ends on the ground, see `landed`."""
+        """If the item is done, go to the next one and return True; a LAND ends by a call of `landed`."""
         item = self.items[self.index]
         goal = self.goal(0.0).position_ned_m
         pairs = [(p, a) for p, a in zip(position, goal, strict=True) if a is not None]
@@ -79,5 +79,5 @@ class MissionRun:
         return True
 
     def landed(self, position: Vector) -> None:
-        """It stands after a LAND item."""
+        """End a LAND item: the vehicle stands."""
         self.start(self.index + 1, position)

@@ -1,12 +1,12 @@
-"""From thrust and torques to motor speeds, for rotors on the body's axes: front, left, back, right.
+"""Computes motor speeds from thrust and torques, for rotors on the body's axes: front, left, back, right.
 
     F_front, F_back = T/4 +- tau_y / 2 arm - tau_z / 4 c      c = k_moment / k_thrust
     F_left, F_right = T/4 +- tau_x / 2 arm + tau_z / 4 c      torques in FRD
 
-Where the motors cannot do all of it, roll and pitch come first, then the thrust, then yaw. Of the motors' lag, a first
-order with `tau`, the commands take away all but `lag_s`:
+If the motors cannot produce all of it, roll and pitch have priority, then the thrust, then yaw. The commands reduce the
+time constant of the motors, first order with `tau`, to `lag_s`:
 
-    u = w^ + tau / lag (w - w^)       w^ the modelled motor speed
+    u = w^ + tau / lag (w - w^)       w^: the modelled motor speed
 
 Source: Faessler, Falanga, Scaramuzza 2017, Thrust mixing, saturation, and body-rate control (priorities, lag).
 """
@@ -22,7 +22,7 @@ OFF: Motors = (0.0, 0.0, 0.0, 0.0)
 
 
 class Mixer:
-    """One command a call of `mix`, `period_s` apart."""
+    """Computes one command per call; calls are `period_s` apart."""
 
     def __init__(self, airframe: Airframe, period_s: float, lag_s: float) -> None:
         self._k_thrust = airframe.k_thrust
@@ -54,11 +54,11 @@ class Mixer:
             yaw = max(yaw, low + abs(roll) - each, each + abs(pitch) - high)
         k = self._k_thrust
         one, two = each - yaw, each + yaw
-        return self._hurried(sqrt(max(low, one + pitch) / k), sqrt(max(low, two + roll) / k),
+        return self._compensated(sqrt(max(low, one + pitch) / k), sqrt(max(low, two + roll) / k),
                              sqrt(max(low, one - pitch) / k), sqrt(max(low, two - roll) / k))
 
     def idle(self) -> Motors:
-        return self._hurried(self._min, self._min, self._min, self._min)
+        return self._compensated(self._min, self._min, self._min, self._min)
 
     def off(self) -> Motors:
         a, b, c, d = self._modelled
@@ -66,7 +66,7 @@ class Mixer:
         self._modelled = a * keeps, b * keeps, c * keeps, d * keeps
         return OFF
 
-    def _hurried(self, a: float, b: float, c: float, d: float) -> Motors:
+    def _compensated(self, a: float, b: float, c: float, d: float) -> Motors:
         haste, follows, low, high = self._haste, self._follows, self._min, self._max
         p, q, r, s = self._modelled
         a = min(high, max(low, p + haste * (a - p)))

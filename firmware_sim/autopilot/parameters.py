@@ -1,6 +1,6 @@
 """The flight controller's parameters, as the ground reads and sets them; the table is the only list of them.
 
-Each change is checked against its bounds; who uses values asks for them again when `on_change` is called.
+A change outside its bounds is refused; after an accepted one `on_change` is called, upon which users read the values.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ TABLE: Final[Mapping[str, P]] = MappingProxyType({
     "YAW_KP": P(6.0, 0.0, 50.0, "1/s2", "heading error to angular acceleration"),
     "YAW_KD": P(5.0, 0.1, 30.0, "1/s", "yaw rate error to angular acceleration"),
     "YAW_RATE_MAX": P(1.5, 0.1, 4.0, "rad/s", "ramp of the heading"),
-    "TILT_MAX": P(0.5, 0.05, 0.8, "rad", "of position control"),
-    "ATT_TILT_MAX": P(0.8, 0.05, 1.2, "rad", "of attitude targets, which are clipped to it"),
-    "RATE_MAX": P(4.0, 0.1, 10.0, "rad/s", "of rate targets, which are clipped to it"),
+    "TILT_MAX": P(0.5, 0.05, 0.8, "rad", "largest tilt of position control"),
+    "ATT_TILT_MAX": P(0.8, 0.05, 1.2, "rad", "tilt to which attitude targets are clipped"),
+    "RATE_MAX": P(4.0, 0.1, 10.0, "rad/s", "body rate to which rate targets are clipped"),
     "POS_KP": P(3.5, 0.0, 20.0, "1/s2", "position error to acceleration, horizontal"),
     "POS_KD": P(3.4, 0.0, 20.0, "1/s", "velocity error to acceleration, horizontal"),
     "POS_KI": P(1.2, 0.0, 10.0, "1/s3", "integral of the position error, horizontal"),
@@ -31,20 +31,20 @@ TABLE: Final[Mapping[str, P]] = MappingProxyType({
     "ACC_MAX": P(1.5, 0.1, 8.0, "m/s2", "ramp: horizontal acceleration"),
     "CLIMB_MAX": P(1.0, 0.1, 5.0, "m/s", "ramp: vertical speed"),
     "ACC_Z_MAX": P(1.5, 0.1, 5.0, "m/s2", "ramp: vertical acceleration"),
-    "LAND_SPEED": P(0.3, 0.05, 1.0, "m/s", "of a landing"),
-    "MIS_TAKEOFF_ALT": P(1.0, 0.3, 20.0, "m", "height of a take-off that names none"),
-    "RTL_RETURN_ALT": P(1.0, 0.3, 20.0, "m", "least height of the way home"),
-    "NAV_ACC_RAD": P(0.15, 0.02, 5.0, "m", "a waypoint is reached when so near"),
-    "FENCE_XY": P(10.0, 0.5, 1000.0, "m", "targets are clipped to so far from the origin, each axis"),
-    "FENCE_ALT": P(5.0, 0.5, 100.0, "m", "and to this height"),
+    "LAND_SPEED": P(0.3, 0.05, 1.0, "m/s", "descent rate of a landing"),
+    "MIS_TAKEOFF_ALT": P(1.0, 0.3, 20.0, "m", "height of a take-off command without one"),
+    "RTL_RETURN_ALT": P(1.0, 0.3, 20.0, "m", "least height of the flight home"),
+    "NAV_ACC_RAD": P(0.15, 0.02, 5.0, "m", "distance at which a waypoint is reached"),
+    "FENCE_XY": P(10.0, 0.5, 1000.0, "m", "distance from the origin, per axis, to which targets are clipped"),
+    "FENCE_ALT": P(5.0, 0.5, 100.0, "m", "height to which targets are clipped"),
     "EST_BW": P(10.0, 0.5, 60.0, "1/s", "bandwidth of the position estimate"),
-    "MOCAP_DELAY": P(0.01, 0.0, 0.5, "s", "from an exposure until the board has the frame"),
-    "MOCAP_LOSS": P(0.3, 0.02, 5.0, "s", "motion capture is lost after such a silence"),
-    "LINK_LOSS": P(2.0, 0.1, 60.0, "s", "the link is lost after such a silence"),
+    "MOCAP_DELAY": P(0.01, 0.0, 0.5, "s", "time from an exposure to the frame's arrival"),
+    "MOCAP_LOSS": P(0.3, 0.02, 5.0, "s", "time without frames after which motion capture is lost"),
+    "LINK_LOSS": P(2.0, 0.1, 60.0, "s", "time without frames after which the link is lost"),
     "LINK_LOSS_ACT": P(1.0, 0.0, 3.0, "1", "0 nothing, 1 hold then land, 2 land, 3 return"),
-    "LINK_HOLD": P(5.0, 0.0, 600.0, "s", "how long to hold before landing"),
-    "OFFB_LOSS": P(0.5, 0.05, 10.0, "s", "targets are lost after such a silence"),
-    "DISARM_IDLE": P(10.0, 0.0, 600.0, "s", "armed on the ground for so long: disarm; 0: never"),
+    "LINK_HOLD": P(5.0, 0.0, 600.0, "s", "time to hold before landing"),
+    "OFFB_LOSS": P(0.5, 0.05, 10.0, "s", "time without targets after which they are lost"),
+    "DISARM_IDLE": P(10.0, 0.0, 600.0, "s", "time armed on the ground after which to disarm; 0: never"),
 })
 
 
@@ -52,7 +52,7 @@ class ParameterTable:
     """Implements `Parameters`."""
 
     def __init__(self, values: Mapping[str, float], on_change: Callable[[], None]) -> None:
-        """ValueError, one line a mistake, for values that `set` would refuse."""
+        """Set `values` over the defaults; raises ValueError, a line for each, if `set` would refuse any."""
         self._values = {name: info.default for name, info in TABLE.items()}
         self._on_change: Callable[[], None] = lambda: None
         if problems := [problem for name, value in values.items() if (problem := self.set(name, value))]:
@@ -67,7 +67,7 @@ class ParameterTable:
         return self._values[name]
 
     def set(self, name: str, value: float) -> str:
-        """As in `Parameters`."""
+        """Set a parameter; return "", or why it was refused (`Parameters.set`)."""
         info = TABLE.get(name)
         if info is None:
             return f"{name}: no such parameter"

@@ -1,10 +1,10 @@
-"""From a reference to a thrust vector: PID on the position, acceleration and drag of the ramp fed forward.
+"""Position control: thrust and attitude by PID on the position, with feedforward of the ramp's acceleration and drag.
 
     a = a_ff + k_p (p_ref - p) + k_d (v_ref - v) + i          di/dt = k_i (p_ref - p), bounded
     f = a - g                                                  specific force; the body's z axis points along -f
 
-The tilt is bounded, and f keeps pointing up. The integral takes up what the firmware does not know: wind, a wrong mass;
-its horizontal part rests while the tilt is at its bound. NED throughout.
+The tilt is bounded, and f always points up. The integral compensates unknown forces: wind, a wrong mass; its horizontal
+part is frozen while the tilt is at its bound. All vectors are NED.
 
 Source: Michael et al. 2010, The GRASP multiple micro-UAV testbed (PD with feedforward on trajectories, PID at
 hover); projection of the thrust on the body's axis as in Mellinger, Kumar 2011.
@@ -18,8 +18,8 @@ from firmware_sim.autopilot.airframe import GRAVITY
 from firmware_sim.autopilot.frames import down_axis, tilted
 from firmware_sim.autopilot.vehicle import Quaternion, Vector
 
-LEAST_LIFT = 0.3            # of gravity, however hard it is told to sink
-INTEGRAL_MOST = 4.0         # [m/s2]
+LEAST_LIFT = 0.3            # least vertical specific force, as a share of gravity
+INTEGRAL_MOST = 4.0         # [m/s2] bound of the integral
 
 
 class PositionControl:
@@ -27,7 +27,7 @@ class PositionControl:
         self._mass_kg = mass_kg
         self.kp = self.kd = self.ki = 0.0               # horizontal
         self.kp_z = self.kd_z = self.ki_z = 0.0
-        self.tan_tilt = 0.0                             # of the largest tilt
+        self.tan_tilt = 0.0                             # tangent of the largest tilt
         self._integral = [0.0, 0.0, 0.0]
 
     def restart(self) -> None:
@@ -35,12 +35,12 @@ class PositionControl:
 
     @property
     def lift_spared(self) -> float:
-        """[m/s2] by which less lift is needed than the known mass says, as found by the integral."""
+        """Difference [m/s2] of the lift for the known mass from the needed lift, as the integral has found it."""
         return self._integral[2]
 
     def step(self, error: Vector, error_v: Vector, feed_forward: Vector, yaw_ref: float, q: Quaternion,
              dt_s: float | None) -> tuple[Quaternion, float]:
-        """Attitude and thrust [N] for the errors, reference less actual; without `dt_s` the integral rests."""
+        """Return attitude and thrust [N] for the errors (reference - actual); without `dt_s` the integral is frozen."""
         integral = self._integral
         fx = feed_forward[0] + self.kp * error[0] + self.kd * error_v[0] + integral[0]
         fy = feed_forward[1] + self.kp * error[1] + self.kd * error_v[1] + integral[1]

@@ -4,16 +4,16 @@
     correct    r = z - p(t_z)              p(t), v(t) += (g + h (t - t_z)) r, h r     for all remembered t >= t_z
                g = 1 - theta^2             h = (1 - theta)^2 / T              theta = exp(-bandwidth T)
 
-T is the time between two frames. Between frames it is dead reckoning; a frame is compared with what was believed when
-it was exposed, not when it came.
+T is the time between two frames. Between frames the estimate is dead reckoning. A frame is compared with the estimate
+at its exposure, not at its arrival.
 
 Source: fading-memory g-h filter of first degree, Brookner 1998, Tracking and Kalman Filtering Made Easy;
 the delayed comparison as in Lynen et al. 2013.
-Not modelled: biases of the accelerometer, a frame that shows something else.
+Not modelled: biases of the accelerometer, frames of another body.
 
 Invariants:
-- frames are taken in the order of their exposure; an older one than the last, or one from the future, changes nothing;
-- what is remembered reaches back `MEMORY` predictions; a frame older than that is refused.
+- frames are accepted in the order of their exposure; one older than the last, or from the future, changes nothing;
+- the last `MEMORY` predictions are kept; an older frame is refused.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from math import exp, isfinite
 
 from firmware_sim.autopilot.vehicle import Vector
 
-MEMORY = 64                     # predictions
-LONGEST_NS = 500_000_000        # after a longer silence a frame is believed as it is
+MEMORY = 64                     # number of predictions kept
+LONGEST_NS = 500_000_000        # time without frames after which a frame replaces the estimate
 JUMP_NS = 20_000_000
 LONG_AGO_NS = -(10**18)
 
@@ -35,15 +35,15 @@ class PositionEstimator:
         self.position: Vector = (0.0, 0.0, 0.0)
         self.velocity: Vector = (0.0, 0.0, 0.0)
         self.now_ns = LONG_AGO_NS
-        self.exposed_ns = LONG_AGO_NS              # of the last frame taken
+        self.exposed_ns = LONG_AGO_NS              # exposure of the last frame accepted
         self._past: deque[tuple[int, Vector, Vector]] = deque(maxlen=MEMORY)
 
     def age_ns(self, now_ns: int) -> int:
-        """Since the exposure of the last frame taken."""
+        """Return the time since the exposure of the last frame accepted."""
         return max(0, now_ns - self.exposed_ns)
 
     def predict(self, now_ns: int, acceleration: Vector, dt_s: float) -> None:
-        """`dt_s` on from the last prediction; a clock that says something else by more than `JUMP_NS` was stepped."""
+        """Predict over `dt_s`; a clock that differs from that by more than `JUMP_NS` was stepped."""
         jump_ns = now_ns - self.now_ns - round(dt_s * 1e9)
         if abs(jump_ns) > JUMP_NS and self.now_ns != LONG_AGO_NS:
             self.exposed_ns += jump_ns
@@ -57,11 +57,11 @@ class PositionEstimator:
         self._past.append((now_ns, self.position, self.velocity))
 
     def stand(self) -> None:
-        """It stands on the ground and knows it: no velocity, from now on."""
+        """Set the velocity to zero: the vehicle stands on the ground."""
         self.velocity = (0.0, 0.0, 0.0)
 
     def correct(self, exposed_ns: int, measured: Vector, now_ns: int) -> bool:
-        """Take a frame; False: it is not one to take."""
+        """Correct the estimate by a frame; False if the frame was refused."""
         if not all(map(isfinite, measured)) or not self.exposed_ns < exposed_ns <= now_ns:
             return False
         gap_ns = exposed_ns - self.exposed_ns

@@ -1,14 +1,14 @@
-"""Reference between targets: upon a new target a ramp with bounded speed and acceleration, for a smooth trajectory.
+"""Reference between targets: a ramp with bounded speed and acceleration to each new target, for a smooth trajectory.
 
-    v_wanted = k d             d <= a / k^2            d the way that is left
-               sqrt(2 a (d - a / 2 k^2))  beyond       braking at a, ends without a kink, at most v_max
+    v_wanted = k d             d <= a / k^2            d: remaining distance
+               sqrt(2 a (d - a / 2 k^2))  beyond       braking at a; continuous slope; at most v_max
     dv/dt towards v_wanted, at most 1.5 a              dp/dt = v
 
-One `Ramp` is one axis or several that turn together: their speed and acceleration are bounded as those of a vector.
-A target may change at any instant; without one on an axis the axis follows a velocity.
+One `Ramp` has one axis, or several whose speed and acceleration are bounded as those of a vector. A target may change
+at any instant; an axis without a target follows a velocity.
 
-Source: the ramp of Tolic 2012, section 3.5 (Figure 3.11), whose shape is not printed; the law of speed over way is that
-of ArduPilot's square-root controller.
+Source: the ramp of Tolic 2012, section 3.5 (Figure 3.11), whose shape is not printed; the law of speed over distance is
+that of ArduPilot's square-root controller.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot, sqrt
 
-K_NEAR = 2.0        # [1/s] of speed over way near the target
-CATCH_UP = 1.5      # how much harder than it brakes it may turn or catch up
+K_NEAR = 2.0        # [1/s] k, speed per distance near the target
+CATCH_UP = 1.5      # ratio of the largest acceleration to the braking one, for turning and catching up
 
 
 class Ramp:
@@ -32,7 +32,7 @@ class Ramp:
 
     def step(self, target: Sequence[float | None], velocity: Sequence[float | None], speed_max: float, accel: float,
              dt_s: float) -> None:
-        """Go on for `dt_s`: towards `target` where there is one, else at `velocity`, else to a stand."""
+        """Advance by `dt_s`: each axis to its `target` if there is one, else at its `velocity`, else to a stop."""
         axes = range(len(self.position))
         way = [0.0 if (goal := target[i]) is None else goal - self.position[i] for i in axes]
         left = hypot(*way)
@@ -52,7 +52,7 @@ class Ramp:
             self.velocity[i] += step
 
     def leash(self, actual: Sequence[float], length_m: float) -> None:
-        """Let the reference be at most `length_m` from the vehicle, so that it does not run away from a blocked one."""
+        """Limit the reference's distance from the vehicle to `length_m`, in case the vehicle is blocked."""
         way = [self.position[i] - actual[i] for i in range(len(actual))]
         distance = hypot(*way)
         if distance > length_m:

@@ -1,4 +1,4 @@
-"""Why something cannot be done now, in words for people; "" where it can.
+"""Reasons why arming or a mode is refused now, as text for the operator; "" if it is allowed.
 
 The rules of each mode stand in `modes.MODES`. Arming also needs a level stand and, while LINK_LOSS_ACT asks for one, a
 link: what `force` passes over.
@@ -21,7 +21,7 @@ class Facts:
     position_valid: bool
     targets_fresh: bool
     attitude_told: bool         # the last target was an attitude or rates
-    link_ready: bool            # heard, or nobody asks for one
+    link_ready: bool            # the link is heard, or LINK_LOSS_ACT is 0
     tilt_rad: float
 
 

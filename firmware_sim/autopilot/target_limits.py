@@ -1,6 +1,6 @@
-"""Targets from a link, brought within the limits: what was clipped or refused is named.
+"""Limits targets from a link: clips numbers beyond limits, refuses invalid targets, and names each change.
 
-Numbers that are not finite are refused, and the whole target with them: nobody knows what was meant.
+A number that is not finite makes the whole target invalid.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ AXES = ("north", "east", "down")
 
 
 def limited(target: Target, parameters: Parameters) -> tuple[Target | None, list[str]]:
-    """The target that may be flown and what was done to it; None: refused."""
+    """Return the target within limits, None if it is refused, and a text for each number clipped or refused."""
     if bad := [name for name, value in _numbers(target) if not isfinite(value)]:
         return None, [f"{name} is not finite: refused" for name in bad]
     return _position(target, parameters) if isinstance(target, PositionTarget) else _attitude(target, parameters)

@@ -1,4 +1,4 @@
-"""What a flight controller offers to whoever speaks for it on a link: state, commands, targets, mission, parameters.
+"""The interface of a flight controller to the front of a link: state, commands, targets, mission, parameters.
 
     front (MAVLink)  --commands, targets, link_heard-->  Vehicle  --state(), notices-->  front
 
@@ -7,9 +7,9 @@ Frames are those of MAVLink: the world is NED with the origin of the motion capt
 board's local clock.
 
 Invariants:
-- a call acts at once or is refused with a reason; none waits, none raises for what came over a link;
+- a call acts at once or is refused with a reason; it never waits, and raises for no data received over a link;
 - numbers that are not finite are refused, numbers beyond limits are clipped and named in the answer;
-- what a command starts (a climb, a landing) is seen in `state()`, not in the command's result.
+- `state()` shows the progress of what a command starts (a climb, a landing); the command's result does not.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ NO_AXIS: PerAxis = (None, None, None)
 
 class Mode(Enum):
     STABILIZE = "stabilize"     # attitude targets, no motion capture needed
-    HOLD = "hold"               # stays where it is
+    HOLD = "hold"               # stays at its place
     OFFBOARD = "offboard"       # position, velocity or attitude targets, a fresh one every `OFFB_LOSS_MS`
     TAKEOFF = "takeoff"         # climbs, then HOLD
-    LAND = "land"               # descends where it is, disarms on the ground
-    MISSION = "mission"
-    RETURN = "return"           # flies to where it was armed, then LAND
+    LAND = "land"               # descends vertically, disarms on the ground
+    MISSION = "mission"         # flies the items of the mission
+    RETURN = "return"           # flies to the place where it was armed, then LAND
 
 
 class Result(Enum):
-    """The names are those of MAV_RESULT."""
+    """The result of a command, named as in MAV_RESULT."""
 
     ACCEPTED = "accepted"
     TEMPORARILY_REJECTED = "temporarily rejected"   # valid, but not now: try again
@@ -48,7 +48,7 @@ class Result(Enum):
 
 
 class Landed(Enum):
-    """The names are those of MAV_LANDED_STATE."""
+    """The phase of flight, named as in MAV_LANDED_STATE."""
 
     ON_GROUND = "on ground"
     TAKING_OFF = "taking off"
@@ -57,7 +57,7 @@ class Landed(Enum):
 
 
 class Severity(IntEnum):
-    """Numbers of MAV_SEVERITY."""
+    """The severity of a notice, numbered as in MAV_SEVERITY."""
 
     CRITICAL = 2
     ERROR = 3
@@ -75,7 +75,7 @@ class ItemKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class VehicleState:
-    """What the flight controller believes, at `time_ns`."""
+    """The flight controller's estimate and state at `time_ns`."""
 
     time_ns: int
     position_ned_m: Vector
@@ -85,16 +85,16 @@ class VehicleState:
     armed: bool
     mode: Mode
     landed: Landed
-    failsafe: str                   # "" in normal flight, else the failsafe that acts: "link lost: hold"
-    waypoint_index: int             # mission item that is flown; -1: none, len(mission): all done
-    position_valid: bool            # motion capture is fresh
+    failsafe: str                   # text of the failsafe in force ("link lost: hold"); "": none
+    waypoint_index: int             # index of the mission item being flown; -1: none, len(mission): all done
+    position_valid: bool            # motion capture is not lost
 
 
 @dataclass(frozen=True, slots=True)
 class PositionTarget:
-    """Position where given, else velocity where given, axis by axis; velocity beside a position is fed forward.
+    """A target for each axis: a position, a velocity, or a position with its velocity as feedforward.
 
-    An axis with neither holds its position. Yaw and yaw rate both None: the heading is held.
+    An axis with neither holds its position. With neither yaw nor yaw rate the heading is held.
     """
 
     position_ned_m: PerAxis = NO_AXIS
@@ -105,7 +105,7 @@ class PositionTarget:
 
 @dataclass(frozen=True, slots=True)
 class AttitudeTarget:
-    """Attitude, `rates_radps` fed forward; or without a quaternion body rates alone. `thrust` from 0 to 1 (full)."""
+    """An attitude with `rates_radps` as feedforward, or without a quaternion body rates; `thrust` is 0 to 1 (full)."""
 
     quaternion_wxyz: Quaternion | None
     rates_radps: Vector | None
@@ -118,15 +118,15 @@ Target = PositionTarget | AttitudeTarget
 @dataclass(frozen=True, slots=True)
 class MissionItem:
     kind: ItemKind
-    position_ned_m: Vector          # TAKEOFF: only the height counts; LAND: only where; RETURN: nothing
+    position_ned_m: Vector          # TAKEOFF uses its height only, LAND north and east only, RETURN nothing
     hold_s: float = 0.0
-    acceptance_m: float = 0.0       # reached when so near; 0: the parameter NAV_ACC_RAD
-    yaw_rad: float | None = None    # None: as it is
+    acceptance_m: float = 0.0       # distance at which the item is reached; 0: the parameter NAV_ACC_RAD
+    yaw_rad: float | None = None    # None: the heading is held
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterInfo:
-    """A parameter as the ground may see it; names have at most 16 characters."""
+    """The description of a parameter; its name has at most 16 characters."""
 
     default: float
     minimum: float
@@ -142,11 +142,11 @@ class Parameters(Protocol):
     def infos(self) -> Mapping[str, ParameterInfo]: ...
 
     def get(self, name: str) -> float:
-        """KeyError for a name that is not there."""
+        """Return the value; KeyError for an unknown name."""
         ...
 
     def set(self, name: str, value: float) -> str:
-        """"" if it was set, else why not, beginning with the name."""
+        """Set the value; return "", or why it was refused, beginning with the name."""
         ...
 
 
@@ -154,7 +154,7 @@ Notice = Callable[[Severity, str], None]
 
 
 class Vehicle(Protocol):
-    on_notice: Notice               # called with texts for people, of at most 50 characters: STATUSTEXT
+    on_notice: Notice               # called with texts for the operator, of at most 50 characters (STATUSTEXT)
 
     @property
     def parameters(self) -> Parameters: ...
@@ -165,34 +165,34 @@ class Vehicle(Protocol):
     def state(self) -> VehicleState: ...
 
     def arm(self, force: bool = False) -> Result:
-        """`force` passes over the checks that can be passed over; a reason of refusal goes to `on_notice`."""
+        """Arm; `force` skips some checks (`refusals.arming`). The reason of a refusal goes to `on_notice`."""
         ...
 
     def disarm(self, force: bool = False) -> Result:
-        """On the ground; with `force` also in the air: the motors stop."""
+        """Stop the motors, on the ground or, with `force`, also in the air."""
         ...
 
     def set_mode(self, mode: Mode) -> Result: ...
 
     def take_off(self, height_m: float) -> Result:
-        """Climb to `height_m` above the ground where it was armed. Needs to be armed and on the ground."""
+        """Climb to `height_m` above the ground where it was armed; refused unless armed and on the ground."""
         ...
 
     def land(self) -> Result: ...
 
     def target(self, target: Target, now_ns: int) -> list[str]:
-        """Take a target for OFFBOARD (any) or STABILIZE (attitude); say what was clipped or refused, for the report.
+        """Take a target for OFFBOARD (any) or STABILIZE (attitude); return a text for each number clipped or refused.
 
-        A target may come before the mode: PX4's rule that OFFBOARD needs a stream first.
+        Targets may arrive before the mode: as in PX4, OFFBOARD requires a stream of them.
         """
         ...
 
     def load_mission(self, items: Sequence[MissionItem]) -> Result:
-        """Replaces the mission; not while one is flown. No items: clears it."""
+        """Replace the mission, or clear it by no items; refused while one is flown."""
         ...
 
     def start_mission(self, first: int = 0) -> Result: ...
 
     def link_heard(self, now_ns: int) -> None:
-        """A valid frame came over the link: feeds the link-loss failsafe."""
+        """Note that a valid frame arrived over the link, for the link-loss failsafe."""
         ...

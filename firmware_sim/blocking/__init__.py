@@ -6,14 +6,14 @@
                 message = bus.recv(0.1)     # 0.1 s of the node's clock, not of the wall's
                 time.sleep(0.01)
 
-Each thread of such a program is an OS thread that runs only while the node lends it the baton; a call that blocks gives
-the baton back and comes home when the node's SimPy environment has come that far. So exactly one thread runs at any
-time, no virtual time passes while it computes (but see `calls_in_a_row.py`), and what it waits for is on the node's
-agenda as any program's timer is: it is the node's promise. Threads and not greenlets: there is nothing to install, what
-the program keeps per thread (`threading.local`, a debugger's view of it) stays right, and a thread that the program
-itself starts is another of the same kind. The price is the hand-over, some 10 us of the operating system for each call
-that does block.
+Each thread of such a program is an OS thread that runs only while the node resumes it. A call that blocks suspends the
+thread, and returns when the node's SimPy environment has reached the instant or event that the call waits for. So
+exactly one thread runs at any time, no virtual time passes while it computes (but see `calls_in_a_row.py`), and the
+instant that it waits for is on the node's agenda like any program's timer and makes the node's promise.
 
-The time of the standard library is replaced in the node's process (`library_time.py`), which is why such a program
-needs a process of its own: the host `inline` is refused.
+Threads rather than greenlets: nothing has to be installed, data per thread (`threading.local`, a debugger's view) stays
+right, and a thread that the program starts is handled alike. Each blocking call costs a switch of threads, some 10 us.
+
+The standard library's time is replaced in the node's process (`library_time.py`). So such a program needs a process of
+its own, and the host `inline` refuses it.
 """

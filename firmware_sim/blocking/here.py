@@ -1,6 +1,6 @@
-"""Which blocking program the calling thread belongs to: what `can.Bus(...)` and `time.sleep` have to find out.
+"""The blocking program to which the calling thread belongs, for `can.Bus(...)` and `time.sleep`.
 
-Differs from the house rule against module-level state: code that is not ours calls with nothing in hand but its thread.
+Differs from the rule against module-level state: other code calls these functions, and only its thread identifies it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What came in for a blocking program and was not taken yet; who takes from an empty one waits, and hears."""
+"""A queue of items received for a blocking program; a thread that takes from an empty one waits for a frame."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 class Inbox(Generic[T]):
-    """`room` items, 0 for any number; the oldest makes room for the newest."""
+    """Holds at most `room` items, any number for 0; a new item replaces the oldest of a full inbox."""
 
     def __init__(self, program: BlockingProgram, room: int = 0) -> None:
         if room < 0:
@@ -29,7 +29,7 @@ class Inbox(Generic[T]):
         return len(self._items)
 
     def put(self, item: T) -> bool:
-        """False if the oldest item had to go."""
+        """Add an item; returns False if the oldest one was dropped for it."""
         fits = not self._room or len(self._items) < self._room
         if not fits:
             self._items.popleft()
@@ -39,7 +39,7 @@ class Inbox(Generic[T]):
         return fits
 
     def take(self, timeout_ns: int | None) -> T | None:
-        """The oldest item; None if there is none within `timeout_ns` of the node's clock (None: wait for ever)."""
+        """Return the oldest item; None if none arrives within `timeout_ns` of the oscillator (None: wait for ever)."""
         program = self._program
         if not self._items and timeout_ns == 0:
             program.note_call()

@@ -1,7 +1,7 @@
-"""Questions to the standard library that do not wait, each counted as a call (`calls_in_a_row.py`).
+"""Polls of the standard library, calls that do not wait, each counted for its cost (`calls_in_a_row.py`).
 
-A loop such as `while not stop.is_set(): ...` or `while True: queue.get_nowait()` then lets time pass, and other threads
-and the node go on. What cannot be counted is a loop that only reads variables: it keeps the node from going on.
+Then a loop such as `while not stop.is_set(): ...` or `while True: queue.get_nowait()` lets time pass, and other threads
+and the node go on. A loop that only reads variables cannot be counted: it stops the node.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def _acquire(program: BlockingProgram, *args: Any, **kwargs: Any) -> bool:
 
 
 def _counted(real: Callable[..., Any], *answers: object) -> Callable[..., Any]:
-    """`real`, counted as a call if it gives one of `answers`, and then asked anew: the call may have taken time."""
+    """Return `real` wrapped: a result in `answers` is counted as a call, and `real` is called again after its cost."""
     def asked(program: BlockingProgram, *args: Any, **kwargs: Any) -> Any:
         answer = real(*args, **kwargs)
         if answer in answers:

@@ -1,16 +1,15 @@
-"""The standard library's time and threads, in virtual time for the threads of a blocking program, as ever for others.
+"""The standard library's time and threads in virtual time, for threads of a blocking program; unchanged for others.
 
     time       sleep, monotonic and perf_counter on the node's oscillator; time on its local clock, 0 is 1 January 1970;
                clock_gettime for both
     threading  Lock, RLock, and with them Condition, Event, Semaphore, Barrier, Timer; Thread: start, join, is_alive
     queue      Queue, SimpleQueue         signal  handlers are kept for the end of the run        asyncio  refused
 
-Names are replaced in the modules (`REPLACED`), so a module must be imported afterwards to find the new ones under
-`from time import sleep`; a blocking program and what it imports is. The replacement asks which thread calls.
+Names are replaced in the modules (`REPLACED`). `from time import sleep` gets the replacement only in a module imported
+afterwards, as a blocking program and its imports are. A replacement acts by the thread that calls it. Polls
+(`library_polls.py`) and readings of a clock are counted for their cost (`calls_in_a_row.py`).
 
-    Questions that do not wait (`library_polls.py`) and readings of a clock are counted as calls (`calls_in_a_row.py`).
-
-Not replaced: `datetime.now()`, `select`, files, processes. What waits in these holds the node up.
+Not replaced: `datetime.now()`, `select`, files, processes. A wait in one of these stops the node.
 """
 
 from __future__ import annotations
@@ -79,15 +78,15 @@ def _lock(program: BlockingProgram) -> VirtualLock:
 
 
 def _rlock(program: BlockingProgram) -> Any:
-    return threading._PyRLock()                 # type: ignore[attr-defined]     # of `threading._allocate_lock`
+    return threading._PyRLock()                 # type: ignore[attr-defined]     # uses `threading._allocate_lock`
 
 
 def _simple_queue(program: BlockingProgram) -> Any:
-    return queue._PySimpleQueue()               # type: ignore[attr-defined]     # of `threading.Semaphore`
+    return queue._PySimpleQueue()               # type: ignore[attr-defined]     # uses `threading.Semaphore`
 
 
 def _start(program: BlockingProgram, bootstrap: Callable[[], object], *args: Any, **kwargs: Any) -> Any:
-    """`Thread.start` is about to start the operating system's thread with `bootstrap`, a method of the Thread."""
+    """Replace the call by which `Thread.start` starts the OS thread; `bootstrap` is a method of the Thread."""
     thread: threading.Thread = bootstrap.__self__       # type: ignore[attr-defined]
     _threads[thread] = program.start(bootstrap, thread.name, daemon=thread.daemon,
                                      spawn=lambda body: _start_joinable(body, *args, **kwargs))
@@ -104,7 +103,7 @@ def _join(program: BlockingProgram, thread: threading.Thread, timeout: float | N
 
 
 def _is_alive(program: BlockingProgram, thread: threading.Thread) -> bool:
-    """The real answer would depend on how far the operating system is with ending a thread that has ended."""
+    """Return whether the program's thread runs; the real answer depends on how fast the OS ends a thread."""
     known = _threads.get(thread)
     if known is None:
         return _is_alive_really(thread)
@@ -159,7 +158,7 @@ REPLACED: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
 
 @contextmanager
 def library_in_virtual_time() -> Iterator[None]:
-    """Within it the threads of blocking programs find virtual time; all others find what they always did."""
+    """Within this context the standard library uses virtual time in threads of blocking programs, and only there."""
     before = [(place, name, getattr(place, name)) for place, name, _ in REPLACED]
     for place, name, virtual in REPLACED:
         setattr(place, name, _by_thread(virtual, getattr(place, name)))

@@ -1,4 +1,4 @@
-"""A blocking program with a process of its own, set up as it would be for an ordinary script."""
+"""The process of a blocking program, set up as for an ordinary script."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from firmware_sim.clock_settings import ClockSettings
 def own_process(node: BlockingNode, board: Board, clock: ClockSettings, name: str, folder: Path,
                 load: Callable[[], Callable[..., object]], parameters: Mapping[str, Any], can_buses: Sequence[str],
                 own_frames: Collection[str]) -> Iterator[BlockingProgram]:
-    """Load the program `name` and let it begin. It ends with the last grant of its node, or else with this context.
+    """Load the program `name` and begin it. It ends with the last grant of its node, at the latest with this context.
 
-    It finds its folder on the path, no arguments, an empty standard input and `random` seeded from the scenario.
+    Its `folder` is on `sys.path`, there are no arguments, standard input is empty, `random` is seeded by the scenario.
     """
     sys.path.append(str(folder.absolute()))
     sys.argv = [name]
-    sys.stdin = open(os.devnull)                # noqa: SIM115      # the real one is the pipe to the emulator
+    sys.stdin = open(os.devnull)                # noqa: SIM115      # the process's own is the pipe to the emulator
     random.seed(board.rng.getrandbits(64))
     with library_in_virtual_time():
         program = node.program = BlockingProgram(node, board, clock, load, parameters, can_buses, own_frames)

@@ -1,15 +1,15 @@
-"""A node's program that is ordinary blocking code: its threads, what each waits for, what that promises, and its end.
+"""A blocking program: its threads, what each waits for, the promise of silence that follows, and its end.
 
-    wait() in a program's thread --baton--> node's agenda --event--> look_after() --baton--> wait() returns
+    wait() in a program's thread --suspend--> node's agenda --event--> run_if_due() --resume--> wait() returns
 
 Durations are measured on the node's oscillator: its drift and tick, but neither offset nor steps of its clock, as
 CLOCK_MONOTONIC does on the robot. The time of day is the board's local clock.
 
-Promises: all threads asleep promise the first waking, *firm*; if one also waits for frames, it is *soft*; a program
-that has ended is silent for ever.
+Promises: while all threads wait, the promise is the first instant at which one goes on, *firm*; if one also waits for
+frames, it is *soft*. A program that has ended promises to send nothing any more.
 
-The program has ended when its function and every thread that is no daemon have. An exception in any of its threads ends
-the node (differs from plain Python, where a thread dies alone and the rest limps on). The end of the run is a Ctrl-C.
+The program ends when its function and every non-daemon thread have ended. An exception in any of its threads ends the
+node (differs from plain Python, where only the thread ends). At the end of the run the program gets a Ctrl-C.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ from firmware_sim.local_clock import LocalClock
 from netem.node.node import Node
 from netem.wire.instants import NEVER_NS
 
-CLEANUP_NS: Final = 10_000_000_000          # of its own time, after the end of the run
-CLEANUP_S: Final = 2.0                      # of the wall's, for the same
+CLEANUP_NS: Final = 10_000_000_000          # virtual time to clean up after the end of the run
+CLEANUP_S: Final = 2.0                      # wall-clock time to clean up
 
-_start_thread = Thread.start                # the real one
+_start_thread = Thread.start                # before `library_time` replaces parts of `threading`
 _wall_s = time.monotonic
 
 
 class BlockingProgram:
-    """`load` gives the function (in the program's own thread, so that what it imports finds virtual time)."""
+    """`load` returns the program's function; it runs in the program's own thread, so that imports use virtual time."""
 
     def __init__(self, node: Node, board: Board, clock: ClockSettings, load: Callable[[], Callable[..., object]],
                  parameters: Mapping[str, Any] | None = None, can_buses: Sequence[str] = (),
@@ -51,7 +51,7 @@ class BlockingProgram:
         self.node = node
         self.oscillator = LocalClock(ClockSettings(0, clock.drift_ppm, clock.tick_ns), node.env.time_ns)
         self.handlers: dict[int, Any] = {}          # signal handlers that the program has set
-        self.closing = False                        # the run is over: what it hands out goes nowhere
+        self.closing = False                        # the run has ended: frames that the program sends are dropped
         self.over = False                           # the program has ended
         self.repeating: list[Repeating] = []
         self.can_buses = tuple(can_buses)           # the ports that python-can opens
@@ -63,18 +63,18 @@ class BlockingProgram:
         self._running: ProgramThread | None = None
         self._main = ProgramThread(f"{self.node.name}: the program", daemon=False)
 
-    # --- for whoever builds the node and ends it
+    # --- begin and end, called by the builder of the node
 
     def begin(self) -> None:
-        """Load the function, up to where it is called at the start of the run; raises what loading it raises."""
+        """Load the function, which is called at the start of the run; raises any exception of the loading."""
         for port in self.node.ports.values():
-            port.on_receive = _nobody_listens
+            port.on_receive = _drop
         self._threads.append(self._main)
         _start_thread(Thread(target=self._main.live, args=(self._whole_program,), name="MainThread", daemon=False))
         self._run(self._main)
 
     def finish(self) -> None:
-        """The run is over: Ctrl-C for the program, a little time to clean up, then the end of its threads."""
+        """End the program at the end of the run: by a Ctrl-C, some time to clean up, then the end of its threads."""
         if self.closing:
             return
         self.closing = True
@@ -94,21 +94,21 @@ class BlockingProgram:
                 print(f"{thread.name} did not end with the run", file=sys.stderr, flush=True)
         self._running = None
 
-    # --- what a thread of the program uses
+    # --- calls of the program's threads
 
     def thread(self) -> ProgramThread:
-        """The one that runs."""
+        """Return the running thread."""
         assert self._running is not None, "called from outside of the program's threads"
         return self._running
 
     def due_ns(self, timeout_ns: int) -> int:
-        """True time at which `timeout_ns` of the oscillator will have passed, `NEVER_NS` at the latest."""
+        """Return the true time at which `timeout_ns` of the oscillator will have passed, at most `NEVER_NS`."""
         return min(NEVER_NS, self.oscillator.true_at(self.oscillator.now_ns() + timeout_ns))
 
     def wait(self, until_ns: int = NEVER_NS, *, hears: bool = False) -> bool:
-        """Wait until the thread is woken (True) or true time `until_ns` has come (False).
+        """Wait until the thread is woken (returns True) or until true time `until_ns` (returns False).
 
-        Say with `hears` that a frame may wake it.
+        With `hears` a frame may wake the thread, so the node's promise is soft.
         """
         began_ns = self.node.now_ns
         woken = self._wait(until_ns, hears)
@@ -134,15 +134,15 @@ class BlockingProgram:
             pass
 
     def wake(self, thread: ProgramThread) -> None:
-        """Let `thread` go on at this instant, if it waits."""
+        """Let `thread` continue at this instant, if it waits."""
         if thread.waiting and not thread.woken and not self.over:
             thread.woken = True
             thread.until_ns = self.node.now_ns
-            self._look_in(0, thread)
+            self._check_after(0, thread)
 
     def start(self, function: Callable[[], object], name: str, *, daemon: bool,
               spawn: Callable[[Callable[[], None]], object]) -> ProgramThread:
-        """One more thread; `spawn` starts the operating system's. It runs when the one that starts it waits."""
+        """Start one more thread, whose OS thread `spawn` starts; it first runs when the calling thread waits."""
         thread = ProgramThread(f"{self.node.name}: {name}", daemon=daemon)
 
         def body() -> None:
@@ -152,7 +152,7 @@ class BlockingProgram:
         spawn(partial(thread.live, body))
         self._threads.append(thread)
         thread.until_ns = self.node.now_ns
-        self._look_in(0, thread)
+        self._check_after(0, thread)
         return thread
 
     def await_end(self, thread: ProgramThread, timeout_ns: int | None) -> None:
@@ -170,9 +170,9 @@ class BlockingProgram:
             self.node.ports[port].send(data)
 
     def note_call(self) -> None:
-        """The running thread makes a call that lets no time pass by itself; it waits for what the call costs.
+        """Count a call of the running thread that lets no time pass, and wait for its cost.
 
-        See `calls_in_a_row.py`: nothing, unless the thread has made many such calls in a row.
+        The cost is 0 unless the thread has made many such calls in a row, see `calls_in_a_row.py`.
         """
         cost_ns = self.thread().row.next_cost_ns()
         if cost_ns:
@@ -187,18 +187,18 @@ class BlockingProgram:
     # --- in the node's thread
 
     def call_after(self, delay_ns: int, action: Callable[[], None]) -> None:
-        """Call `action` after `delay_ns`, and see afterwards what the program promises."""
+        """Call `action` after `delay_ns`, and renew the promise afterwards."""
         def act(event: Event) -> None:
             action()
             self.promise()
 
         self.node.call_in(delay_ns, act)
 
-    def _look_in(self, delay_ns: int, thread: ProgramThread) -> None:
+    def _check_after(self, delay_ns: int, thread: ProgramThread) -> None:
         self.node.call_in(delay_ns, partial(self._run_if_due, thread))
 
     def _run_if_due(self, thread: ProgramThread, event: Event) -> None:
-        """Run `thread` if what it waits for has come; else see to it that somebody looks again in time."""
+        """Run `thread` if it was woken or its time has come; otherwise schedule the next check."""
         now_ns = self.node.now_ns
         if thread.alarm_ns <= now_ns:
             thread.alarm_ns = NEVER_NS
@@ -209,10 +209,10 @@ class BlockingProgram:
                 self._arm(thread)
 
     def _arm(self, thread: ProgramThread) -> None:
-        """An event that is pending stays, even if it is too early: taking it back would cost more than it does."""
+        """Schedule a check at the thread's time. A pending earlier check stays: to cancel it would cost more."""
         if thread.until_ns < thread.alarm_ns:
             thread.alarm_ns = thread.until_ns
-            self._look_in(max(0, thread.until_ns - self.node.now_ns), thread)
+            self._check_after(max(0, thread.until_ns - self.node.now_ns), thread)
 
     def _run(self, thread: ProgramThread) -> None:
         self._running = thread
@@ -238,7 +238,7 @@ class BlockingProgram:
                 other.until_ns = NEVER_NS
 
     def promise(self) -> None:
-        """What the node will not hand out before, as its threads stand; said anew whenever one of them has run."""
+        """Promise silence until the first instant at which a thread goes on; called whenever a thread has run."""
         first_ns, hears = NEVER_NS, False
         if not self.over:
             for thread in self._threads:
@@ -252,7 +252,7 @@ class BlockingProgram:
             self.node.promise_firm(first_ns)
 
     def _interrupt(self) -> None:
-        """The end of the run, in the program's first thread: what a Ctrl-C would do."""
+        """Do what a Ctrl-C does, in the program's first thread, at the end of the run."""
         number = SIGINT if SIGINT in self.handlers or SIGTERM not in self.handlers else SIGTERM
         handler = self.handlers.get(number, default_int_handler)
         if callable(handler):
@@ -276,5 +276,5 @@ class BlockingProgram:
                 raise
 
 
-def _nobody_listens(data: bytes) -> None:
-    """What comes before the program has opened the port is gone, as on the robot."""
+def _drop(data: bytes) -> None:
+    """Drop a frame that arrives before the program has opened the port, as on the robot."""

@@ -1,10 +1,10 @@
-"""One thread of a blocking program: it runs only while it holds the baton, and gives it back when it waits.
+"""One thread of a blocking program: it runs only between `resume` and `suspend`.
 
-    node's thread: resume() --baton--> program's thread: runs until it waits, ends or fails --baton--> resume() returns
+    node's thread: resume() --lock--> program's thread: runs until it waits, ends or fails --lock--> resume() returns
 
 Invariants:
-- either the node's thread runs or one thread of the program, never two: between them nothing needs a lock;
-- what is raised in the program's thread is kept in `failure`, for the node's thread to raise.
+- either the node's thread or one thread of the program runs, never two, so their data needs no lock;
+- an exception of the program's thread is kept in `failure`, and the node's thread raises it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from netem.wire.instants import NEVER_NS
 
 PATIENCE_S: Final = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
 
-LAST_CALLS: Final = 10          # that a thread which has to end may still try to wait in
+LAST_CALLS: Final = 10          # waits that raise Abandoned before a thread counts as one that does not end
 
 
 class _OfThisThread(local):
@@ -32,23 +32,23 @@ OF_THIS_THREAD: Final = _OfThisThread()
 
 
 class Abandoned(SystemExit):
-    """Raised within a thread that has to end now; as a SystemExit it is silent in `threading`."""
+    """Raised in a thread that has to end now; `threading` prints no traceback of a SystemExit."""
 
 
 class ProgramThread:
-    """`until_ns`, `hears`, `woken` and `alarm_ns` belong to the program, which says when the thread runs."""
+    """The BlockingProgram sets `until_ns`, `hears`, `woken` and `alarm_ns`, and decides when the thread runs."""
 
     def __init__(self, name: str, *, daemon: bool) -> None:
         self.name = name
-        self.daemon = daemon            # ends with the program's last thread that is no daemon
-        self.waiting = True             # from its birth, until it is lent the baton for the first time
+        self.daemon = daemon            # True: ends with the program's last non-daemon thread
+        self.waiting = True             # True until it is resumed, also for the first time
         self.woken = False
-        self.hears = False              # it waits for frames, too
-        self.until_ns = 0               # true time at which it goes on by itself
-        self.alarm_ns = NEVER_NS        # the first event of the node that looks after it
+        self.hears = False              # True: a frame may wake it
+        self.until_ns = 0               # true time at which it continues unless woken earlier
+        self.alarm_ns = NEVER_NS        # true time of the next scheduled check whether it is due
         self.interrupted = False
         self.row = CallsInARow()
-        self.joiners: list[ProgramThread] = []     # who waits for its end
+        self.joiners: list[ProgramThread] = []     # threads that wait for its end
         self.ended = False
         self.failure: BaseException | None = None
         self._abandoned = False
@@ -68,7 +68,7 @@ class ProgramThread:
             self._back.acquire()
 
     def abandon(self) -> bool:
-        """End the thread: its `finally` blocks run. False if it will not; then it never gets the baton again."""
+        """End the thread; its `finally` blocks run. Returns False if it does not end; it is never resumed again."""
         self._abandoned = True
         for _ in range(LAST_CALLS):
             self._go.release()
@@ -85,7 +85,7 @@ class ProgramThread:
     # --- in its own thread
 
     def live(self, function: Callable[[], object]) -> None:
-        """The whole life of the thread."""
+        """Run `function` from the first resume to its end; the target of the OS thread."""
         self._ident = get_ident()
         self._go.acquire()
         try:
@@ -100,7 +100,7 @@ class ProgramThread:
             self._back.release()
 
     def suspend(self) -> None:
-        """Give the baton back; comes home when it is lent again."""
+        """Let the node's thread run; returns when the node resumes this one, and raises Abandoned if it has to end."""
         self.waiting = True
         self._back.release()
         self._go.acquire()

@@ -1,4 +1,4 @@
-"""Something done at start, start + period, ... on the node's oscillator; the k-th instant comes from k."""
+"""An action repeated at start, start + period, ... on the node's oscillator; the k-th instant is computed from k."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ class Repeats(Protocol):
 
 
 class Repeating:
-    """`action` at once, then every `period_ns`, within [start, start + duration_ns) if there is a duration."""
+    """Calls `action` at once, then every `period_ns`, within [start, start + duration_ns) if there is a duration."""
 
     def __init__(self, program: Repeats, period_ns: int, duration_ns: int | None,
                  action: Callable[[], None]) -> None:
         if period_ns < 1:
             raise ValueError(f"period of {period_ns} ns: expected at least 1 ns")
-        self.next_ns = NEVER_NS         # true time
+        self.next_ns = NEVER_NS         # true time of the next call
         self._program = program
         self._period_ns = period_ns
         self._duration_ns = duration_ns
         self._action = action
-        self._start_ns = 0              # on the oscillator
+        self._start_ns = 0              # oscillator time of the start
         self._done = 0
 
     def start(self) -> None:
-        """From now on; from the beginning if it was running."""
+        """Start now, anew if it is running."""
         self.stop()
         self._start_ns, self._done = self._program.oscillator.now_ns(), 0
         self._program.repeating.append(self)
@@ -62,5 +62,5 @@ class Repeating:
         self._action()
 
     def _due(self) -> None:
-        if self.next_ns <= self._program.node.now_ns:       # not so after a stop or a new start in between
+        if self.next_ns <= self._program.node.now_ns:       # False if it was stopped or started anew since
             self._act()

@@ -1,6 +1,6 @@
-"""`threading.Lock` for the threads of a blocking program: who waits for it gives the baton back.
+"""`threading.Lock` for the threads of a blocking program: a thread that waits for it waits in virtual time.
 
-All of `threading` and `queue` that waits is made of locks (Condition, Event, Semaphore, Queue, ...), so this is enough.
+Everything in `threading` and `queue` that waits (Condition, Event, Semaphore, Queue, ...) is built on this lock.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class VirtualLock:
         return self._held
 
     def _is_owned(self) -> bool:
-        """For `threading.Condition`, which would otherwise try to acquire the lock."""
+        """Return whether the lock is held; `threading.Condition`, without this method, would try to acquire it."""
         return self._held
 
     def __enter__(self) -> bool:

@@ -1,5 +1,5 @@
-"""python-can's interface `marconet`: a blocking program's way onto the CAN buses of its node.
+"""python-can's interface `marconet`, by which a blocking program uses the CAN buses of its node.
 
-python-can finds it by the entry point `can.interface` of the package, so a program says no more than
-`can.Bus(interface="marconet", channel="can0")`. `bus.py` is the bus; `other_interfaces.py` refuses all others by name.
+python-can finds it by the package's entry point `can.interface`, so a program only writes
+`can.Bus(interface="marconet", channel="can0")`. `bus.py` is the bus; `other_interfaces.py` refuses other interfaces.
 """

@@ -2,13 +2,14 @@
 
     program --send--> struct of SocketCAN --> port of the node      port --> struct --filter--> inbox --recv--> program
 
-It keeps to SocketCAN where python-can leaves a choice: several buses of a program may share a channel, each with a
-queue and filters of its own; what one sends comes to the others, and to itself with `receive_own_messages`, when it got
-through (if the medium says so: `own_frames_to`); CAN FD frames reach only a bus with `fd=True`; error messages of the
-controller pass the filters; what `send_periodic` repeats was copied when it was started or modified.
+It behaves as SocketCAN where python-can leaves a choice. Several buses of a program may share a channel, each with its
+own queue and filters. A message that one of them sends is received by the others, and by itself with
+`receive_own_messages`, once it got through, if the medium reports that (`own_frames_to`). Only a bus with `fd=True`
+receives CAN FD frames. Error messages of the controller pass all filters. `send_periodic` copies its messages when it
+is started or modified.
 
-Not modelled: a transmit queue that is full (`send` never blocks: what the controller drops is in the ledger), listening
-only, `bitrate` and `timing` (the scenario says what the bus runs at).
+Not modelled: a full transmit queue (`send` never blocks; the ledger has the frames that the controller drops),
+listening only, `bitrate` and `timing` (the scenario sets those of the bus).
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ NO_RUN: Final = (
 
 
 class Channel:
-    """A node's controller as all buses of its program share it."""
+    """A node's CAN controller, shared by all buses of its program on one channel."""
 
     def __init__(self, program: BlockingProgram, name: str) -> None:
         self.program = program
@@ -79,7 +80,7 @@ class MarconetBus(BusABC):
                  receive_own_messages: bool = False, ignore_rx_error_frames: bool = False, rx_queue_size: int = 0,
                  **kwargs: Any) -> None:
         """`channel`: a CAN bus of the node, by default its only one. `rx_queue_size`: 0 keeps any number of messages;
-        a full queue drops the oldest, counted as `CHANNEL.rx_dropped`. Others (`bitrate`) are the scenario's matter.
+        a full queue drops the oldest, counted as `CHANNEL.rx_dropped`. Other arguments (`bitrate`) are ignored.
         """
         program = running()
         if program is None:
@@ -99,7 +100,7 @@ class MarconetBus(BusABC):
         self._channel.buses.append(self)
 
     def send(self, msg: Message, timeout: float | None = None) -> None:
-        """Hand `msg` to the controller now; it waits there for the bus, the program does not."""
+        """Send `msg`: it waits in the controller for the bus, the program does not wait."""
         self._check()
         self.transmit(packed(msg, fd=self.protocol is CanProtocol.CAN_FD))
         self._program.note_call()
@@ -111,14 +112,14 @@ class MarconetBus(BusABC):
         self._check()
         message = self._inbox.take(None if timeout is None else duration_ns(timeout))
         if message is None:
-            self._check()               # it may have been closed meanwhile
+            self._check()               # raises if the bus was shut down meanwhile
         return message, True
 
     def _send_periodic_internal(self, msgs: Sequence[Message] | Message, period: float, duration: float | None = None,
                                 autostart: bool = True,
                                 modifier_callback: Callable[[Message], None] | None = None) -> CyclicSendTaskABC:
         self._check()
-        if modifier_callback is not None:           # the program's code: it needs a thread of the program
+        if modifier_callback is not None:           # the callback may block, so it needs a thread of the program
             return super()._send_periodic_internal(msgs, period, duration, autostart, modifier_callback)
         task = CyclicSendTask(self, self._program, msgs, period, duration)
         if autostart:
@@ -132,7 +133,7 @@ class MarconetBus(BusABC):
 
     @property
     def state(self) -> BusState:
-        """What the controller has last said in an error message."""
+        """The controller's state by its last error message."""
         if running() is self._program:
             self._program.note_call()
         return STATES[self._channel.state]
@@ -143,11 +144,11 @@ class MarconetBus(BusABC):
 
     @staticmethod
     def _detect_available_configs() -> list[AutoDetectedConfig]:
-        """The CAN buses of the node, none outside of a run."""
+        """Return the CAN buses of the node; none outside of a run."""
         program = running()
         return [] if program is None else [{"interface": "marconet", "channel": name} for name in program.can_buses]
 
-    # --- of the channel and of periodic tasks, in whichever thread
+    # --- calls of the channel and of periodic tasks, from any thread
 
     def transmit(self, data: bytes) -> None:
         self._channel.send(self, data)
@@ -170,7 +171,7 @@ class MarconetBus(BusABC):
 
 
 class CyclicSendTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, RestartableCyclicTaskABC):
-    """Messages in turn, one each period of the node's oscillator, the first at once."""
+    """Sends messages cyclically, one each period of the node's oscillator, the first at once."""
 
     def __init__(self, bus: MarconetBus, program: BlockingProgram, messages: Sequence[Message] | Message,
                  period: float, duration: float | None) -> None:
@@ -203,7 +204,7 @@ class CyclicSendTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, 
 
 
 def packed(message: Message, *, fd: bool) -> bytes:
-    """The struct for the port; CanOperationError for what no CAN frame can be, or not on a bus without CAN FD."""
+    """Return the struct for the port; CanOperationError for no valid CAN frame, or for CAN FD on a bus without it."""
     if message.is_fd and not fd:
         raise CanOperationError("a CAN FD message on a bus that was opened without fd=True")
     try:

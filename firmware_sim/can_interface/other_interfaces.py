@@ -1,4 +1,4 @@
-"""A program that names another python-can interface is told which one leads to the buses of its node.
+"""Refuses other python-can interfaces in a blocking program, with an error that names the right one.
 
     can.Bus(interface="socketcan"), CAN_INTERFACE=socketcan, can.conf, or no interface at all --> OtherInterface
 
@@ -25,7 +25,7 @@ class OtherInterface(CanInterfaceNotImplementedError):
 
 @contextmanager
 def only_our_interface(node: str, channels: Collection[str]) -> Iterator[None]:
-    """Within it `can.Bus` refuses every other interface in the threads of blocking programs."""
+    """Within this context `can.Bus` refuses every other interface in the threads of blocking programs."""
     find, configure = can.interface._get_class_for_interface, can.util.load_config
     remedy = (f'name "{OWN}": can.Bus(interface="{OWN}", channel="{next(iter(channels), "...")}"), or '
               f"CAN_INTERFACE={OWN} in the environment, or `interface = {OWN}` in can.conf")

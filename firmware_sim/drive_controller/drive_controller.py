@@ -2,13 +2,13 @@
 
     release  --execution--> outputs, odometry      release + period
     |  encoders, setpoint   |  wheel commands      |
-    everything on the local clock; what arrives after a release acts in the next one
+    all times on the local clock; a setpoint that arrives after a release acts from the next one on
 
-A setpoint frame that is no valid one is counted, named in an event and ignored. A drive that hears no setpoint for
-`stale_after` ramps down; both that and its recovery are events. Its promise is firm: it speaks at publications only,
-a change of state goes out with the next one.
+An invalid setpoint frame is counted, recorded as an event and ignored. If no setpoint arrives for `stale_after_ns`, the
+drive ramps down; that and its recovery are events. The program sends only at publications of odometry, also a change of
+its state, so its promise is firm.
 
-Plant: inputs u_left, u_right; outputs angle_left, angle_right and for the record the rest, as `unicycle` has them.
+Plant: inputs u_left, u_right; outputs angle_left, angle_right; all outputs of `unicycle` are recorded.
 Not modelled: motor current, faults of encoders, a watchdog in hardware, setpoints by remote frame.
 """
 
@@ -58,9 +58,9 @@ class DriveController:
         self._ramp = SetpointRamp(settings.stop_ramp_radps2, settings.ramp_radps2)
         self._loops = settings.speed_loop(), settings.speed_loop()
         self._encoders = WheelEncoder(settings.counts_per_turn), WheelEncoder(settings.counts_per_turn)
-        self._sampled_ns: int | None = None         # local
+        self._sampled_ns: int | None = None         # local time of the last reading of the encoders
         self._commands = 0.0, 0.0
-        self._counter = 0                           # of the setpoint that the loop took last
+        self._counter = 0                           # counter of the setpoint that the loop used last
         self._refused = 0
         self._publications = 0
         self._speed_range = self._messages.range_of(WheelSpeeds, "left_radps")
@@ -91,7 +91,7 @@ class DriveController:
                 board.count("releases missed", missed)
 
     def _control(self) -> None:
-        """A release: read the encoders, look at the setpoint, work out the commands."""
+        """Do the work of a release: read the encoders, update the state, compute the commands."""
         board, watch, ramp = self._board, self._watch, self._ramp
         now_ns = board.now_ns
         elapsed_ns = self._read_encoders(now_ns)
@@ -101,7 +101,7 @@ class DriveController:
             self._counter = watch.setpoint.counter
         ramp.follow(watch.state, watch.setpoint, elapsed_ns)
         left, right = self._encoders
-        if watch.state is not DriveState.RUNNING and ramp.at_rest:      # motors off: no loop that creeps on or back
+        if watch.state is not DriveState.RUNNING and ramp.at_rest:      # motors off: the loop must not creep
             for loop in self._loops:
                 loop.reset()
             self._commands = 0.0, 0.0
@@ -110,7 +110,7 @@ class DriveController:
                           self._loops[1].command(ramp.right_radps, right.speed_radps, elapsed_ns))
 
     def _read_encoders(self, now_ns: int) -> int:
-        """How long after the last reading: 0 for the first one, and where the clock was set back meanwhile."""
+        """Read the encoders; return the time since the last reading, 0 for the first or if the clock was set back."""
         angles = self._angles.read()
         elapsed_ns = 0 if self._sampled_ns is None else max(0, now_ns - self._sampled_ns)
         for encoder, angle in zip(self._encoders, angles, strict=True):
@@ -137,7 +137,7 @@ class DriveController:
     def _send(self, message: DriveMessage) -> None:
         self._port.send(self._messages.pack(message))
 
-    # --- what it hears
+    # --- receive
 
     def _hear(self, data: bytes) -> None:
         board = self._board
@@ -159,14 +159,14 @@ class DriveController:
         board.count("setpoints taken")
         self._watch.heard(setpoint, self._board.now_ns)
 
-    # --- for the record
+    # --- samples and check
 
     def _sample(self) -> list[float]:
         return [*self._truth.read(), self._ramp.left_radps, self._ramp.right_radps, self._watch.state]
 
     @staticmethod
     def check(scenario: ScenarioView, own: Own[DriveSettings]) -> Iterator[str]:
-        """What no drive controller could start with, and two on one bus with the same identifiers."""
+        """Yield the reasons why these drives could not start, and drives on one bus with the same identifiers."""
         taken: dict[tuple[str, tuple[int, bool]], str] = {}
         for name, agent in own.items():
             settings = agent.settings

@@ -1,9 +1,9 @@
-"""What a drive controller and whoever commands it say to each other, and its frames by a DBC file.
+"""The messages between a drive controller and the computer that commands it, packed by a DBC file.
 
     Setpoint --pack--> struct of SocketCAN --bus--> unpack --> Setpoint          WheelSpeeds, Odometry, Status back
 
-Each message here is one of the DBC file, with the signals of its fields; layout, scale, range and identifier are the
-file's. `unit` is added to every identifier: drives on one bus have different ones.
+Each class here is a message of the DBC file, its fields are the signals; layout, scale, range and identifier are in the
+file. `unit` is added to every identifier, so that drives on one bus differ.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ class Mode(IntEnum):
 
 
 class DriveState(IntEnum):
-    STOPPED = 0             # told to stop, or nothing was ever said
+    STOPPED = 0             # commanded to stop, or no setpoint has arrived yet
     RUNNING = 1
-    STALE = 2               # nobody says anything any more
+    STALE = 2               # no setpoint for `stale_after_ns`
 
 
 class Setpoint(NamedTuple):
@@ -46,7 +46,7 @@ class WheelSpeeds(NamedTuple):
     left_radps: float
     right_radps: float
     state: int              # DriveState
-    counter: int            # of the setpoint that the loop took last
+    counter: int            # counter of the setpoint that the loop used last
 
 
 class Odometry(NamedTuple):
@@ -56,9 +56,9 @@ class Odometry(NamedTuple):
 
 class Status(NamedTuple):
     state: int              # DriveState
-    counter: int            # of the setpoint that the loop took last
-    refused: int            # setpoint frames, modulo 65536
-    age_ms: int             # of the last setpoint; NO_AGE_MS: there was none
+    counter: int            # counter of the setpoint that the loop used last
+    refused: int            # number of refused setpoint frames, modulo 65536
+    age_ms: int             # age of the last setpoint; NO_AGE_MS: there was none
 
 
 DriveMessage = Setpoint | WheelSpeeds | Odometry | Status
@@ -72,14 +72,13 @@ OWN_IDENTIFIERS: Final = {"DriveSetpoint": 272, "DriveSpeed": 400, "DriveOdometr
 
 
 class FrameRefused(ValueError):
-    """A frame with the identifier of a drive message that is none: what is wrong, short enough for an event."""
+    """A frame with the identifier of a drive message is invalid; the text is short enough for an event."""
 
 
 def identifiers_in(file: Path, unit: int) -> list[tuple[int, bool]]:
-    """(identifier, whether it is extended) of each message of the drive `unit`; raises as `DriveMessages` does.
+    """Return (identifier, whether it is extended) of each message of the drive `unit`; raises as `DriveMessages` does.
 
-    A scenario with marconet's own file, which is known to be right, is checked without cantools, whose import takes
-    longer than the rest of the check.
+    For marconet's own file, known to be valid, cantools is not imported: that takes longer than the rest of a check.
     """
     if file == DRIVE_DBC:
         return [(OWN_IDENTIFIERS[name] + unit, False) for name in MESSAGES]
@@ -87,10 +86,10 @@ def identifiers_in(file: Path, unit: int) -> list[tuple[int, bool]]:
 
 
 class DriveMessages:
-    """Packs and unpacks for the drive `unit` of a bus."""
+    """Packs and unpacks the messages of the drive `unit` of a bus."""
 
     def __init__(self, file: Path = DRIVE_DBC, unit: int = 0) -> None:
-        """DbcError if `file` does not parse or lacks a message; ValueError for a `unit` that does not exist."""
+        """Raises DbcError if `file` does not parse, lacks a message or has a bad one; ValueError for a bad `unit`."""
         if not 0 <= unit < UNITS:
             raise ValueError(f"unit={unit}: expected 0 to {UNITS - 1}, each drive of a bus its own")
         found = read_dbc(file)
@@ -114,17 +113,17 @@ class DriveMessages:
         return self._by_kind[kind].frame_id + self._unit
 
     def identifiers(self) -> list[tuple[int, bool]]:
-        """(identifier, whether it is extended) of each message."""
+        """Return (identifier, whether it is extended) of each message."""
         return list(self._by_id)
 
     def range_of(self, kind: type[DriveMessage], signal: str) -> tuple[float, float]:
-        """Least and largest value that the DBC file allows."""
+        """Return the least and largest value of the signal that the DBC file allows."""
         found = self._by_kind[kind].get_signal_by_name(signal)
         return (float("-inf") if found.minimum is None else float(found.minimum),
                 float("inf") if found.maximum is None else float(found.maximum))
 
     def pack(self, message: DriveMessage) -> bytes:
-        """The struct for a `can` port; ValueError for a value out of its range."""
+        """Return the struct for a `can` port; ValueError for a value out of its range."""
         layout = self._by_kind[type(message)]
         try:
             data = layout.encode(message._asdict())
@@ -133,12 +132,12 @@ class DriveMessages:
         return pack(CanFrame(layout.frame_id + self._unit, data, layout.is_extended_frame))
 
     def kind_of(self, frame: CanFrame) -> type[DriveMessage] | None:
-        """Which message a frame claims to be, None if it is no business of this drive."""
+        """Return the message type of the frame's identifier; None if it is none of this drive's."""
         found = self._by_id.get((frame.can_id, frame.extended))
         return None if found is None or frame.error else found[1]
 
     def unpack(self, frame: CanFrame) -> DriveMessage | None:
-        """The message in a frame, None for one that is none of the drive's. Raises FrameRefused, nothing else."""
+        """Return the message in a frame; None for another device's. Raises FrameRefused, and nothing else."""
         found = self._by_id.get((frame.can_id, frame.extended))
         if found is None or frame.error:
             return None

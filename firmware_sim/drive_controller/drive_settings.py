@@ -1,4 +1,4 @@
-"""The keys of a drive controller in a scenario, and what is wrong with them."""
+"""The settings of a drive controller in a scenario."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from firmware_sim.schedules.periodic import Periodic
 class DriveSettings:
     """Times are on the local clock."""
 
-    period_ns: int = 10_000_000             # of the speed loop
-    offset_ns: int = 0                      # of its first release
+    period_ns: int = 10_000_000             # period of the speed loop
+    offset_ns: int = 0                      # first release
     execution_ns: int = 300_000             # from a release to its outputs
-    odometry_every: int = 1                 # releases
-    status_every: int = 10                  # publications of odometry
-    stale_after_ns: int = 200_000_000       # of silence
-    stop_ramp_radps2: float = 20.0          # of the faster wheel, when told to stop or stale
-    ramp_radps2: float = 0.0                # of the wheel with the longer way, while running; 0: at once
+    odometry_every: int = 1                 # releases per publication of odometry
+    status_every: int = 10                  # publications of odometry per status
+    stale_after_ns: int = 200_000_000       # time without a setpoint after which the drive is stale
+    stop_ramp_radps2: float = 20.0          # deceleration of the faster wheel when stopped or stale
+    ramp_radps2: float = 0.0                # acceleration of the wheel with the larger change; 0: no limit
     kp: float = 0.5                         # [1]
     ki: float = 5.0                         # [1/s]
     feedforward: float = 1.0                # [1]
-    lag_ns: int = 0                         # of a wheel, as far as the loop knows
+    lag_ns: int = 0                         # time constant of a wheel that the loop assumes
     command_max_radps: float = 0.0          # 0: no limit
-    counts_per_turn: int = 16_384           # of a wheel's encoder
+    counts_per_turn: int = 16_384           # counts of an encoder per turn of the wheel
     unit: int = 0                           # added to every identifier
-    port: str = ""                          # "": the one called can, or the only one
+    port: str = ""                          # "": the port called can, or the only port
     dbc: Path = DRIVE_DBC
 
     def __post_init__(self) -> None:
@@ -51,7 +51,7 @@ class DriveSettings:
             raise ValueError(f"unit={self.unit}: expected 0 to {UNITS - 1}, each drive of a bus its own")
 
     def port_of(self, ports: Collection[str]) -> str:
-        """The name of the drive's port among those of its node; ValueError if it is not clear."""
+        """Return the name of the drive's port among those of its node; ValueError if there is none or no unique one."""
         name = self.port or ("can" if "can" in ports or len(ports) != 1 else next(iter(ports)))
         if name not in ports:
             raise ValueError(f"port={name!r}: no such port; there are {', '.join(ports) or 'none'}; name the CAN bus "
@@ -59,10 +59,10 @@ class DriveSettings:
         return name
 
     def speed_loop(self) -> SpeedLoop:
-        """Of one wheel."""
+        """Return a new speed loop for one wheel."""
         return SpeedLoop(self.kp, self.ki, self.feedforward, self.command_max_radps or inf, self.lag_ns)
 
     def publication_after(self, release_ns: int) -> int:
-        """The first release at or after `release_ns`, a release itself, whose odometry is published."""
+        """Return the first release at or after `release_ns`, itself a release, whose odometry is published."""
         number = (release_ns - self.offset_ns) // self.period_ns
         return release_ns + -number % self.odometry_every * self.period_ns

@@ -1,7 +1,7 @@
-"""The speeds that the loop follows: those of the setpoint while running, else down to zero by a ramp.
+"""Reference speeds of the wheels: those of the setpoint while running, otherwise ramped down to zero.
 
-While running they change by at most `ramp` a second, if there is one: motors that can do no more are not asked for it.
-Both wheels change in one proportion, the one with the longer way by the ramp: stopping, the robot stays on its arc.
+While running they change by at most `ramp_radps2`, if set, for motors that cannot accelerate faster. Both wheels change
+in proportion, the one with the larger change by the ramp, so a robot that stops stays on its arc.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class SetpointRamp:
     right_radps: float = 0.0
 
     def follow(self, state: DriveState, setpoint: Setpoint | None, elapsed_ns: int) -> None:
-        """`elapsed_ns`: since the last call, local."""
+        """Update the speeds; `elapsed_ns` is the local time since the last call."""
         running = state is DriveState.RUNNING and setpoint is not None
         left, right = (setpoint.left_radps, setpoint.right_radps) if running and setpoint else (0.0, 0.0)
         ramp = self.ramp_radps2 if running else self.stop_ramp_radps2

@@ -1,13 +1,13 @@
-"""Whether the wheels run, stopped or stale: what was last heard, and how long ago on the local clock.
+"""The state of a drive, by the last setpoint received and its age on the local clock.
 
-                   setpoint RUN                  silent for stale_after
+                   setpoint RUN                  none for stale_after
     STOPPED ---------------------> RUNNING -----------------------------> STALE
        ^       setpoint STOP          |  ^            setpoint RUN          |
        +------------------------------+  +----------------------------------+
        +--------------------------------- setpoint STOP --------------------+
 
-Silence is noticed when the state is looked at: at the first release at or after heard + stale_after. Who was told to
-stop may be left alone: there silence changes nothing.
+A drive becomes STALE at the first release at or after heard_ns + stale_after_ns, when `look` is called. A drive that is
+STOPPED needs no further setpoints.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from netem.wire.level import Level
 class SetpointWatch:
     stale_after_ns: int
     setpoint: Setpoint | None = field(default=None, init=False)
-    heard_ns: int = field(default=0, init=False)            # local
+    heard_ns: int = field(default=0, init=False)            # local time of the last setpoint
     state: DriveState = field(default=DriveState.STOPPED, init=False)
-    _silent_ns: int = field(default=0, init=False)          # how long, when the silence was broken
+    _silent_ns: int = field(default=0, init=False)          # time between the last two setpoints
 
     def heard(self, setpoint: Setpoint, now_ns: int) -> None:
         if self.setpoint is not None and now_ns - self.heard_ns >= self.stale_after_ns:
@@ -45,7 +45,7 @@ class SetpointWatch:
         return f"drive {self.state.name.lower()}", "", Level.INFO
 
     def age_ns(self, now_ns: int) -> int | None:
-        """Of the last setpoint; never negative, also where the clock was set back."""
+        """Return the age of the last setpoint, None without one; at least 0, also if the clock was set back."""
         return None if self.setpoint is None else max(0, now_ns - self.heard_ns)
 
     def _state_at(self, now_ns: int) -> DriveState:

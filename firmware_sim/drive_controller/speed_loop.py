@@ -1,10 +1,10 @@
-"""PI control of one wheel's speed with feedforward; the integral stands still while it would push on at the limit.
+"""PI control of one wheel's speed with feedforward and conditional integration.
 
     error = expected - measured          command = feedforward reference + kp error + integral, |command| <= limit
     integral += ki error dt              unless the command is at its limit and the error has the same sign
 
-`expected` is the reference, or with a lag what a wheel of that time constant would make of the references so far:
-then the integral is not charged with the wheel's own lag, which feedforward makes it give back as overshoot.
+`expected` is the reference or, with a lag, the speed of a first-order wheel with that time constant which follows the
+references. Then the integral does not accumulate the wheel's own lag, which with feedforward would cause overshoot.
 Source: Astrom & Hagglund 1995, PID Controllers, section 3.5 (windup; conditional integration) and 3.4 (two degrees of
 freedom).
 """
@@ -24,10 +24,10 @@ class SpeedLoop:
     lag_ns: int = 0
     integral_radps: float = field(default=0.0, init=False)
     _expected_radps: float = field(default=0.0, init=False)
-    _reference_radps: float = field(default=0.0, init=False)        # of the period that is over
+    _reference_radps: float = field(default=0.0, init=False)        # reference of the last period
 
     def command(self, reference_radps: float, measured_radps: float, elapsed_ns: int) -> float:
-        """What to command for the time to come; `elapsed_ns`: since the last call."""
+        """Return the command [rad/s] for the next period; `elapsed_ns` is the time since the last call."""
         error = self._expect(reference_radps, elapsed_ns) - measured_radps
         integral = self.integral_radps + self.ki * error * elapsed_ns / 1e9
         wanted = self.feedforward * reference_radps + self.kp * error + integral

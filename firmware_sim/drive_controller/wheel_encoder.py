@@ -1,4 +1,4 @@
-"""An incremental encoder on a wheel: angle to counts, and the speed from two readings.
+"""An incremental encoder on a wheel: counts from the angle, and the speed from two readings.
 
     count = floor(angle / 2 pi counts_per_turn), as a 32-bit counter that wraps
     speed = 2 pi / counts_per_turn (count - last count) / elapsed
@@ -18,15 +18,15 @@ WRAP = 1 << 32
 @dataclass
 class WheelEncoder:
     counts_per_turn: int
-    count: int = field(default=0, init=False)           # as read last, -2^31 <= count < 2^31
+    count: int = field(default=0, init=False)           # last reading, -2^31 <= count < 2^31
     speed_radps: float = field(default=0.0, init=False)
 
     def restart(self, angle_rad: float) -> None:
-        """A reading that says nothing about the speed: the first one, or one of which it is not known how old it is."""
+        """Take a reading without a speed: the first one, or one at an unknown time after the last."""
         self.count = self._counter(angle_rad)
 
     def read(self, angle_rad: float, elapsed_ns: int) -> None:
-        """`elapsed_ns` > 0: since the last reading, local."""
+        """Take a reading; `elapsed_ns` > 0 is the local time since the last one."""
         before, self.count = self.count, self._counter(angle_rad)
         self.speed_radps = 2 * pi / self.counts_per_turn * _signed(self.count - before) / (elapsed_ns / 1e9)
 
@@ -35,5 +35,5 @@ class WheelEncoder:
 
 
 def _signed(count: int) -> int:
-    """As 32 bits hold it in two's complement."""
+    """Return `count` as a signed 32-bit integer."""
     return (count + WRAP // 2) % WRAP - WRAP // 2

@@ -1,7 +1,7 @@
-"""TIMESYNC and PING: how the other end learns our clock and the way's length.
+"""TIMESYNC and PING, by which the other end measures the vehicle's clock and the delay of the link.
 
-    TIMESYNC: tc1 = 0, ts1 = theirs  -->  tc1 = our local clock [ns], ts1 = theirs
-    PING: to 0/0                     -->  the same, addressed to who asked
+    TIMESYNC: tc1 = 0, ts1 = theirs  -->  tc1 = the vehicle's local clock [ns], ts1 = theirs
+    PING: to 0/0                     -->  the same, addressed to the sender
 
 Source: mavlink.io, time synchronization and ping protocols.
 """
@@ -16,7 +16,7 @@ def answer(received: Received, now_ns: int) -> list[Message]:
     asked = received.message
     if asked.name == "TIMESYNC":
         if asked["tc1"]:
-            return []                   # an answer
+            return []                   # the message is itself an answer
         return [message("TIMESYNC", tc1=now_ns, ts1=asked["ts1"])]
     if asked["target_system"] or asked["target_component"]:
         return []

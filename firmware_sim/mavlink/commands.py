@@ -1,10 +1,10 @@
 """COMMAND_LONG and COMMAND_INT: each is carried out at once or refused, and answered by one COMMAND_ACK.
 
-A command that is sent again since its answer was lost (`confirmation` > 0, the same otherwise) is answered again and
-not carried out twice. Source: mavlink.io, command protocol; the meaning of numbers as in PX4.
+A repeated command (`confirmation` > 0, otherwise equal), sent because its answer was lost, is answered again and not
+carried out twice. Source: mavlink.io, command protocol; the meaning of numbers as in PX4.
 
-Differs from PX4: no command takes time, so none is answered `IN_PROGRESS`; NAV_TAKEOFF's altitude counts from where the
-vehicle was armed if the frame says so, else above sea level; without one it is the parameter MIS_TAKEOFF_ALT.
+Differs from PX4: no command takes time, so none is answered `IN_PROGRESS`; the altitude of NAV_TAKEOFF is relative to
+the place of arming if the frame says so, otherwise above sea level; without one it is the parameter MIS_TAKEOFF_ALT.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from firmware_sim.mavlink.telemetry import Telemetry, names
 RESULTS: Final = {result: CommandResult[result.name] for result in Result}
 RELATIVE: Final = (Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_RELATIVE_ALT_INT)
 TAKEOFF_PARAMETER: Final = "MIS_TAKEOFF_ALT"
-TAKEOFF_HEIGHT_M: Final = 2.5           # where the vehicle has no such parameter
-AGAIN_NS: Final = 3_000_000_000         # for how long a repetition is known as one
+TAKEOFF_HEIGHT_M: Final = 2.5           # for a vehicle without the parameter MIS_TAKEOFF_ALT
+AGAIN_NS: Final = 3_000_000_000         # time within which an equal command is a repetition
 US_NS: Final = 1_000
-LONGEST_US: Final = 2_147_483_647      # what MESSAGE_INTERVAL can tell
+LONGEST_US: Final = 2_147_483_647      # largest interval that MESSAGE_INTERVAL can hold
 
 
 @dataclass(frozen=True)
 class Request:
     command: int
-    parameters: tuple[float, ...]       # seven; the fifth and sixth in the units of their message
-    frame: int | None                   # of COMMAND_INT
+    parameters: tuple[float, ...]       # seven; the fifth and sixth in the units of the message
+    frame: int | None                   # of COMMAND_INT; None for COMMAND_LONG
     confirmation: int
 
 
@@ -46,7 +46,7 @@ class Commands:
     telemetry: Telemetry
     streams: Streams
     missions: Missions
-    finest_ns: int                      # shortest interval that can be served
+    finest_ns: int                      # shortest interval of a stream
     event: Callable[[str, str], None] = lambda kind, detail: None
     _last: dict[tuple[int, int], tuple[Request, int, CommandResult]] = field(default_factory=dict, init=False)
 
@@ -177,7 +177,7 @@ def _request(received: Message) -> Request:
 
 
 def _same(request: Request, other: Request) -> bool:
-    """NaN is like NaN here."""
+    """Return whether two requests are equal, NaN equal to NaN."""
     return (request.command, request.frame, repr(request.parameters)) == (other.command, other.frame,
                                                                          repr(other.parameters))
 

@@ -1,9 +1,9 @@
-"""The other end of the link, for a companion computer: telemetry, commands until they are answered, targets.
+"""The companion computer's end of the link: latest telemetry, commands repeated until they are answered, targets.
 
     hear(bytes) --> latest telemetry, answers        step(now) --> heartbeat each second, unanswered commands again
     command(...)  --> one at a time, in order; repeated with `confirmation` counting up, given up after `most_tries`
 
-It hands out bytes and waits for nothing; the program sends them and asks `step` often enough (`again_ns` or finer).
+It returns bytes and never waits; the program sends them, and calls `step` at least every `again_ns`.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class Companion:
     again_ns: int = 500_000_000
     most_tries: int = 10
     armed: bool = False
-    mode: Mode | None = None            # None: not heard yet, or a mode that is not known here
-    heartbeat_ns: int = -1              # when both were heard last
+    mode: Mode | None = None            # None: no heartbeat yet, or an unknown mode
+    heartbeat_ns: int = -1              # time of the last heartbeat; -1: none yet
     landed_state: int = 0               # MAV_LANDED_STATE
     position_ned_m: Vector | None = None
     velocity_ned_mps: Vector | None = None
@@ -53,7 +53,7 @@ class Companion:
     _heartbeat_ns: int = field(default=0, init=False)
 
     def hear(self, data: bytes, now_ns: int) -> list[Message]:
-        """Everything that the vehicle told with these bytes, noted already."""
+        """Take received bytes; return the vehicle's messages in them, already applied to the attributes."""
         told = [received.message for received in self.link.receive(data, now_ns) if received.system == self.vehicle]
         for found in told:
             self._note(found, now_ns)
@@ -72,11 +72,11 @@ class Companion:
         self.command(Command.DO_SET_MODE, ModeFlag.CUSTOM_MODE_ENABLED, main, sub)
 
     def take_off(self, altitude_m: float = nan) -> None:
-        """Above sea level; nan: to the vehicle's own height."""
+        """Command a take-off to `altitude_m` above sea level; nan: to the vehicle's parameter MIS_TAKEOFF_ALT."""
         self.command(Command.NAV_TAKEOFF, *(nan,) * 6, altitude_m)
 
     def step(self, now_ns: int) -> list[bytes]:
-        """What is to be sent now."""
+        """Return the frames to send now: a heartbeat if due, the current command if due."""
         out = []
         if now_ns >= self._heartbeat_ns:
             self._heartbeat_ns = now_ns + HEARTBEAT_NS
@@ -95,7 +95,7 @@ class Companion:
         return out
 
     def target(self, target: PositionTarget, now_ns: int) -> bytes:
-        """A frame with `target` in the local frame."""
+        """Return a frame with `target`, in coordinates of LOCAL_NED."""
         mask = ACCELERATIONS
         for axes, bits in ((target.position_ned_m, AXES), (target.velocity_ned_mps, SPEEDS)):
             for value, bit in zip(axes, bits, strict=True):

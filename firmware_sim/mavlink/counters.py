@@ -1,6 +1,6 @@
-"""Counters of this package, by name: a board declares them, so that a counter of what never happened exists and is 0.
+"""The names of this package's counters: a board declares them, so that a counter without an event exists and is 0.
 
-`frames lost from SYSTEM/COMPONENT` is not among them: who is heard shows only in the run.
+`frames lost from SYSTEM/COMPONENT` is not among them: the sources are known only during the run.
 """
 
 from __future__ import annotations

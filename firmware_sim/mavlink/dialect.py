@@ -23,7 +23,7 @@ class Message:
 
 @dataclass(frozen=True)
 class Layout:
-    """How the payload of one kind of message is laid out."""
+    """The layout of the payload of one message type."""
 
     id: int
     name: str
@@ -35,7 +35,7 @@ class Layout:
 
 
 def layout(message_id: int) -> Layout | None:
-    """None: no message of this dialect."""
+    """Return the layout of a message type; None if it is not of this dialect."""
     return _layouts().get(message_id)
 
 
@@ -44,14 +44,14 @@ def layout_of(name: str) -> Layout:
 
 
 def message(name: str, /, **fields: Any) -> Message:
-    """A message to send; a wrong name of it or of a field raises at once."""
+    """Return a message to send; raises for an unknown message or field."""
     known = layout_of(name).field_names
     assert known.issuperset(fields), f"{name} has no field {sorted(set(fields) - known)}"
     return Message(name, fields)
 
 
 def pack(message: Message) -> bytes:
-    """The payload, with the zeros at its end cut off as MAVLink 2 does."""
+    """Return the payload, without the zeros at its end, as MAVLink 2 requires."""
     found = layout_of(message.name)
     values: list[Any] = []
     for name, count in found.fields:
@@ -68,7 +68,7 @@ def pack(message: Message) -> bytes:
 
 
 def unpack(found: Layout, payload: bytes) -> Message:
-    """Any payload is one: too short ones are filled up with zeros, too long ones come from a newer dialect."""
+    """Return the message; a short payload is padded with zeros, a long one, of a newer dialect, is cut."""
     size = found.wire.size
     values = found.wire.unpack(payload[:size].ljust(size, b"\0"))
     fields: dict[str, Any] = {}
@@ -81,13 +81,13 @@ def unpack(found: Layout, payload: bytes) -> Message:
 
 
 def load_library() -> None:
-    """Import pymavlink now: else the first message does, in each process of its own."""
+    """Import pymavlink now, so that the first message need not, in each process."""
     _by_name()
 
 
 @cache
 def _layouts() -> dict[int, Layout]:
-    from pymavlink.dialects.v20 import common  # late: the check of a scenario needs no message
+    from pymavlink.dialects.v20 import common  # here: the check of a scenario needs no message
 
     layouts = {}
     for number, cls in common.mavlink_map.items():

@@ -152,4 +152,4 @@ AUTOPILOT_PX4 = 12              # MAV_AUTOPILOT
 PARAM_TYPE_REAL32 = 9           # MAV_PARAM_TYPE
 MISSION_TYPE_MISSION = 0        # MAV_MISSION_TYPE
 GPS_FIX_TYPE_3D_FIX = 3         # GPS_FIX_TYPE
-FORCE_ARM = 21196.0             # second parameter of COMPONENT_ARM_DISARM: pass over the checks
+FORCE_ARM = 21196.0             # second parameter of COMPONENT_ARM_DISARM: skip the checks

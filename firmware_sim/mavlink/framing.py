@@ -1,15 +1,15 @@
-"""MAVLink 2 frames in a stream of bytes.
+"""Finds MAVLink 2 frames in a stream of bytes, and builds them.
 
     FD, length, incompatible, compatible, sequence, system, component, message id (3), payload, checksum (2)
     [, signature (13)]
 
-    SEARCH --FD--> CANDIDATE --all its bytes are there, checksum right--> frame
+    SEARCH --FD--> CANDIDATE --complete, checksum right--> frame
                        |--wrong checksum, unknown flag--> SEARCH behind its first byte
 
-The checksum is CRC-16/MCRF4XX over everything behind FD, up to the payload's end, and one byte that depends on the
-message's fields. A candidate that turns out wrong costs its first byte only, so a frame within it is still found; what
-stays incomplete is given up by `give_up`. A message that the dialect does not have cannot be checked: it is skipped as
-a whole where another frame, or nothing, follows it. Bytes never raise.
+The checksum is CRC-16/MCRF4XX over all bytes after FD up to the payload's end, and one byte that depends on the
+message's fields. Only the first byte of a wrong candidate is dropped, so a frame within it is still found. `give_up`
+drops an incomplete candidate. A message unknown to the dialect cannot be checked: it is skipped as a whole if another
+frame, or nothing, follows it. No bytes raise an exception.
 
 Source: mavlink.io, packet serialization. Not modelled: MAVLink 1 (its frames are noise here).
 """
@@ -36,13 +36,13 @@ class Frame:
     component: int
     layout: Layout
     payload: bytes
-    unsigned: bytes                 # the frame without its signature: what a signature is over
+    unsigned: bytes                 # the frame without its signature, over which the signature is computed
     signature: bytes = b""          # link id, timestamp, hash; empty: not signed
 
 
 @dataclass
 class FrameReader:
-    """Counts what it drops: noise bytes, bad checksums, unknown flags, unknown messages, incomplete frames."""
+    """Reads frames; counts noise bytes, bad checksums, unknown flags, unknown messages and incomplete frames."""
 
     counts: Counter[str] = field(default_factory=Counter)
     _buffer: bytearray = field(default_factory=bytearray)
@@ -53,11 +53,11 @@ class FrameReader:
 
     @property
     def incomplete(self) -> bool:
-        """Whether the begin of a frame waits for the rest."""
+        """Whether the buffer holds the beginning of a frame."""
         return bool(self._buffer)
 
     def give_up(self) -> list[Frame]:
-        """The rest does not come: read on behind the begin that waits for it."""
+        """Drop the first byte of an incomplete frame, whose rest will not arrive, and read on behind it."""
         if not self._buffer:
             return []
         self.counts["incomplete frames"] += 1
@@ -111,14 +111,14 @@ class FrameReader:
 
 
 def build(known: Layout, payload: bytes, sequence: int, system: int, component: int, *, signed: bool = False) -> bytes:
-    """A frame without its signature, which follows if `signed`."""
+    """Return a frame without its signature; with `signed`, its flag says that a signature follows."""
     head = bytes((len(payload), SIGNED if signed else 0, 0, sequence, system, component))
     body = head + known.id.to_bytes(3, "little") + payload
     return bytes((START,)) + body + checksum(body, known.checksum_seed).to_bytes(2, "little")
 
 
 def checksum(data: bytes, seed: int) -> int:
-    """CRC-16/MCRF4XX of `data` and the byte `seed`."""
+    """Return the CRC-16/MCRF4XX of `data` and the byte `seed`."""
     crc = 0xFFFF
     for byte in data:
         crc = (crc >> 8) ^ _TABLE[(crc ^ byte) & 0xFF]

@@ -1,16 +1,16 @@
-"""The MAVLink side of a vehicle on one link: bytes that came in, bytes that go out, and nothing that waits.
+"""The MAVLink side of a vehicle on one link: takes received bytes and returns frames to send, without waiting.
 
     step(bytes, now) --> link --> services --> Vehicle
               answers at once; then, as the budget allows: texts, streams by how long they waited, the parameter list
 
 Invariants:
-- what is no message for us changes neither the vehicle nor a service;
-- heartbeats and answers go out whatever the budget says, and are charged to it.
+- bytes that are no message for this vehicle change neither the vehicle nor a service;
+- heartbeats and answers are sent whatever the budget, and are charged to it.
 
-A clock that is set back starts the streams anew; whatever waited for a later time then counts as over.
+If the local clock is set back, the streams start anew and all waits end.
 
-The link-loss failsafe is fed by what somebody says to this vehicle, and by heartbeats of ground stations and companion
-computers; what other vehicles tell the world does not count.
+Messages addressed to this vehicle, and heartbeats of ground stations and companion computers, keep the link-loss
+failsafe from acting; other broadcasts do not.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class MavlinkFront:
         }
 
     def step(self, data: bytes, now_ns: int) -> list[bytes]:
-        """Frames to hand out, in order, after `data` came in since the last call."""
+        """Return the frames to send, in order; `data` are the bytes received since the last call."""
         if now_ns < self._now_ns:
             self.streams.restart(now_ns)
         self._now_ns = now_ns
@@ -95,7 +95,7 @@ class MavlinkFront:
         return out
 
     def _when_there_is_room(self, due: list[str]) -> Iterator[Message]:
-        """Taken as long as there is credit: texts, then streams and one of a parameter list in turn."""
+        """Yield messages to send while the budget has credit: texts, then streams and parameters of a list in turn."""
         now_ns = self._now_ns
         while self._budget.credit(now_ns) and (text := self.texts.next()) is not None:
             yield text
@@ -139,11 +139,11 @@ class MavlinkFront:
         return []
 
     def notice(self, severity: Severity, text: str) -> None:
-        """Tell the ground what the vehicle has to say; whoever builds it connects its `on_notice` with this."""
+        """Send a notice of the vehicle to the ground; the board connects the vehicle's `on_notice` to this method."""
         self.texts.say(severity, text, self._now_ns)
 
     def _complain(self, severity: Severity, text: str) -> None:
-        """Tell the ground, and the record, what is wrong with what it said."""
+        """Report a wrong message to the ground, as a text, and to the record."""
         if self.texts.say(severity, text, self._now_ns):
             self.event("complaint", text)
 

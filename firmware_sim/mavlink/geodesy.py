@@ -1,10 +1,11 @@
-"""The flat map around the origin: metres north, east, down to degrees and back.
+"""The flat map around the origin: converts metres north and east to degrees and back.
 
     latitude = latitude0 + north / R        longitude = longitude0 + east / (R cos latitude0)        R = 6 371 000 m
 
-Clients that fly by latitude and longitude get them from this map; the vehicle itself knows only metres. Both ways are
-the same linear map, so nothing drifts; against a sphere it is off by about d^2 tan(latitude) / R at a distance d: 2 mm
-at 100 m and 45 degrees. `latitude_e7` and the like are whole 1e-7 degrees (1.1 cm of latitude), as MAVLink sends them.
+The map serves clients that fly by latitude and longitude; the vehicle itself knows only metres. Both directions are the
+same linear map, so conversions there and back do not drift. Compared with a sphere the error is about
+d^2 tan(latitude) / R at a distance d: 2 mm at 100 m and 45 degrees. `latitude_e7` and `longitude_e7` are whole 1e-7
+degrees (1.1 cm of latitude), as in MAVLink.
 """
 
 from __future__ import annotations
@@ -32,13 +33,13 @@ class Origin:
             raise ValueError(f"altitude_m={self.altitude_m}: expected -500 to 10000")
 
     def to_global(self, north_m: float, east_m: float) -> tuple[int, int]:
-        """(latitude_e7, longitude_e7)"""
+        """Return (latitude_e7, longitude_e7)."""
         latitude = self.latitude_deg + degrees(north_m / EARTH_RADIUS_M)
         longitude = self.longitude_deg + degrees(east_m / self._radius_m())
         return round(latitude * E7), round(longitude * E7)
 
     def to_local(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
-        """(north_m, east_m)"""
+        """Return (north_m, east_m)."""
         return (radians(latitude_deg - self.latitude_deg) * EARTH_RADIUS_M,
                 radians(longitude_deg - self.longitude_deg) * self._radius_m())
 

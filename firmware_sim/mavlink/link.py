@@ -1,7 +1,7 @@
-"""One end of a MAVLink link: bytes in, messages for us out, and back, with a counter for each way to fail.
+"""One end of a MAVLink link: reads messages for this end from bytes, and builds frames; a counter for each way to fail.
 
-What is not a frame of the dialect, not signed as it should be, our own echo, or for somebody else is counted and goes
-no further.
+Bytes that are no frame of the dialect, and frames with a wrong or missing signature, of this end itself or addressed to
+another system are counted and dropped.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from firmware_sim.mavlink.framing import Frame, FrameReader, build
 from firmware_sim.mavlink.sequence_gaps import SequenceGaps
 from firmware_sim.mavlink.signing import Signing, Verdict
 
-INCOMPLETE_NS: Final = 100_000_000      # silence after which the begin of a frame is given up
+INCOMPLETE_NS: Final = 100_000_000      # time without bytes after which an incomplete frame is given up
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class MavlinkLink:
         self._heard_ns = 0
 
     def receive(self, data: bytes, now_ns: int) -> list[Received]:
-        """What of `data`, and of what came before it, is a message for us."""
+        """Return the messages for this end that are complete with `data`."""
         frames = []
         if self._reader.incomplete and not 0 <= now_ns - self._heard_ns < INCOMPLETE_NS:
             frames = self._reader.give_up()

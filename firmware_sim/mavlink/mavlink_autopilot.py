@@ -2,7 +2,7 @@
 
     motion capture --> Autopilot --Vehicle--> MavlinkTask <--> serial line, radio or gateway
 
-Both run on the same local clock; only the front hands anything out, at its own releases.
+Both run on the same local clock; only the MAVLink task sends frames, at its own releases.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class MavlinkAutopilot:
         self.autopilot = Autopilot(board, settings.autopilot)
         self.task = MavlinkTask(board, settings.mavlink.port_of(board.ports, settings.autopilot.mocap),
                                 self.autopilot.controller, settings.mavlink)
-        self.autopilot.listeners.append(self._tell_the_ground)      # the event of it is the autopilot's own
+        self.autopilot.listeners.append(self._tell_the_ground)      # the autopilot itself records the notice
 
     def run(self) -> Generator[Event, Any, None]:
         self._board.start(self.task.run())
@@ -47,7 +47,7 @@ class MavlinkAutopilot:
 
     @staticmethod
     def check(scenario: ScenarioView, own: Own[MavlinkAutopilotSettings]) -> Iterator[str]:
-        """What no such board could start with."""
+        """Yield the reasons why these boards could not start."""
         for name, agent in own.items():
             flight, link = agent.settings.autopilot, agent.settings.mavlink
             try:

@@ -1,10 +1,10 @@
-"""Mission items of MAVLink as the vehicle flies them, and back.
+"""Converts mission items of MAVLink to the vehicle's items and back.
 
     NAV_TAKEOFF, NAV_WAYPOINT, NAV_LAND, NAV_RETURN_TO_LAUNCH, in the frames GLOBAL, GLOBAL_RELATIVE_ALT (each also as
-    _INT) and LOCAL_NED; heights that are relative count from where it was armed last
+    _INT) and LOCAL_NED; relative heights are above the place where the vehicle was armed last
 
-They are told back as GLOBAL_RELATIVE_ALT_INT, which has the same numbers if they came so. A landing at latitude and
-longitude 0 lands where the item before it is.
+Downloaded items have the frame GLOBAL_RELATIVE_ALT_INT, with the same numbers if they were uploaded in it. A landing at
+latitude and longitude 0 is a landing at the position of the item before it.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ KINDS: Final = {Command.NAV_TAKEOFF: ItemKind.TAKEOFF, Command.NAV_WAYPOINT: Ite
 COMMAND_OF: Final = {kind: command for command, kind in KINDS.items()}
 ABSOLUTE: Final = (Frame.GLOBAL, Frame.GLOBAL_INT)
 RELATIVE: Final = (Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_RELATIVE_ALT_INT)
-FARTHEST_M: Final = 100_000.0           # from the origin; the map is flat
+FARTHEST_M: Final = 100_000.0           # largest distance from the origin, since the map is flat
 
 
 def mission_item(sent: Message, before: Sequence[MissionItem], origin: Origin,
                  home_ned_m: Vector) -> MissionItem | MissionResult:
-    """One item as it came (MISSION_ITEM_INT or MISSION_ITEM) behind those of `before`, or why it cannot be flown."""
+    """Return the item of MISSION_ITEM_INT or MISSION_ITEM, which follows those of `before`, or why it is refused."""
     kind = KINDS.get(sent["command"])
     if kind is None:
         return MissionResult.UNSUPPORTED

@@ -1,12 +1,12 @@
-"""The mission protocol: upload, download, clear, set current, and how far the flight has got.
+"""The mission protocol: upload, download, clear, set current, and progress of the flight.
 
-    upload:  MISSION_COUNT --> asking item 0 --item--> asking item 1 ... --last item--> MISSION_ACK
-             no item within `again_ns`: asked for again, after `most_tries` given up; any bad item ends it
-    download: MISSION_REQUEST_LIST --> MISSION_COUNT; MISSION_REQUEST_INT n --> item n    (the asker repeats itself)
+    upload:  MISSION_COUNT --> request item 0 --item--> request item 1 ... --last item--> MISSION_ACK
+             no item within `again_ns`: request it again, after `most_tries` give up; a bad item ends the upload
+    download: MISSION_REQUEST_LIST --> MISSION_COUNT; MISSION_REQUEST_INT n --> item n    (the client repeats requests)
 
-The vehicle gets a mission as a whole, when its last item is there: one that is broken off changes nothing. If the last
-answer is lost and the last item comes again, it is answered again. Source: mavlink.io, mission protocol.
-Fences and rally points are not there and refused.
+The vehicle gets a mission as a whole, with its last item; an upload that does not end changes nothing. If the client
+repeats the last item because the MISSION_ACK was lost, it is answered again. Source: mavlink.io, mission protocol.
+Fences and rally points are refused.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Missions:
     def handle(self, received: Received, now_ns: int) -> list[Message]:
         sent, partner = received.message, (received.system, received.component)
         if sent.name == "MISSION_ACK":
-            return []                                   # of a download, which needs nothing more
+            return []                                   # the client's acknowledgement of a download
         if sent.fields.get("mission_type", MISSION_TYPE_MISSION) != MISSION_TYPE_MISSION:
             return [_ack(partner, MissionResult.UNSUPPORTED, sent["mission_type"])]
         if sent.name == "MISSION_COUNT":
@@ -68,7 +68,7 @@ class Missions:
         return self._tell_item(partner, sent["seq"])
 
     def step(self, now_ns: int) -> list[Message]:
-        """What is to be said without being asked: items that did not come, waypoints that were reached."""
+        """Return messages due now: repeated requests for items, and MISSION_ITEM_REACHED."""
         return [*self._ask_again(now_ns), *self._reached()]
 
     def _begin(self, partner: Partner, count: int, now_ns: int) -> list[Message]:
@@ -90,7 +90,7 @@ class Missions:
                 return [_ack(partner, self._ended[2])]
             return []
         if sent["seq"] != len(upload.items):
-            return []                                   # repeated or too early; what is missing is asked for again
+            return []                                   # repeated or too early; `step` requests the missing item again
         item = mission_item(sent, upload.items, self.telemetry.origin, self.telemetry.home_ned_m)
         if isinstance(item, MissionResult):
             return self._end(upload, sent["seq"], item)
@@ -119,7 +119,7 @@ class Missions:
         return RESULTS[self.vehicle.load_mission(items)]
 
     def choose(self, number: int) -> Result:
-        """Fly on with item `number`: at once while a mission is flown, else when it is started next."""
+        """Continue with item `number`: at once while a mission is flown, otherwise at the next start."""
         if not 0 <= number < len(self.vehicle.mission):
             return Result.DENIED
         if self.vehicle.state().mode is Mode.MISSION:
@@ -128,7 +128,7 @@ class Missions:
         return Result.ACCEPTED
 
     def start(self, first: int = 0) -> Result:
-        """With item `first`, or for 0 with the one that was chosen."""
+        """Start the mission with item `first`, or for 0 with the item that `choose` has set."""
         result = self.vehicle.start_mission(first or self.telemetry.next_item or 0)
         if result is Result.ACCEPTED:
             self._flown, self.telemetry.next_item = -1, None

@@ -1,8 +1,8 @@
 """The parameter protocol: list, read, write; every value is a REAL32.
 
-PARAM_SET is answered by PARAM_VALUE with the value that holds afterwards, which tells whether it was taken; the reason
-of a refusal goes out as a text. The list goes out one by one as the link has room for it; a new request for it starts
-it again, since the asker has lost something. Source: mavlink.io, parameter protocol.
+PARAM_SET is answered by PARAM_VALUE with the value in force afterwards, which shows whether it was set; the reason of a
+refusal is sent as a text. The list is sent one by one as the budget allows; a new request for it starts it again, since
+the client has lost some. Source: mavlink.io, parameter protocol.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class ParameterService:
         return [self._value(name)]
 
     def next_of_list(self) -> Message | None:
-        """The next one of a list that is being sent; None: there is none."""
+        """Return the next parameter of a list that is being sent; None: no list is being sent."""
         if self._listing is None:
             return None
         name = next(self._listing, None)

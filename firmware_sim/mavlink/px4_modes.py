@@ -1,7 +1,7 @@
-"""The modes of the vehicle as PX4 numbers them: custom_mode = main << 16 | sub << 24.
+"""PX4's numbers for the modes of the vehicle: custom_mode = main << 16 | sub << 24.
 
-Source: PX4's px4_custom_mode.h, as MAVSDK, QGroundControl and MAVProxy read it. PX4's modes for a pilot's sticks
-(MANUAL, ALTCTL, POSCTL, ACRO) are not there: this vehicle has no sticks.
+Source: PX4's px4_custom_mode.h, as MAVSDK, QGroundControl and MAVProxy read it. PX4's manual modes (MANUAL, ALTCTL,
+POSCTL, ACRO) are not supported, since this vehicle has no remote control.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def custom_mode(mode: Mode) -> int:
 
 
 def mode_of_custom(custom: int) -> Mode | None:
-    """None: no mode of this vehicle."""
+    """Return the mode of a custom_mode; None if the vehicle does not have it."""
     return MODE_OF.get((custom >> 16 & 0xFF, custom >> 24 & 0xFF)) if custom & 0xFFFF == 0 else None
 
 

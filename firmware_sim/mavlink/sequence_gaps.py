@@ -1,10 +1,10 @@
-"""How many frames of each source were lost on the way, from their sequence numbers (modulo 256).
+"""Counts the lost frames of each source by their sequence numbers (modulo 256).
 
     number = expected            in order
-    up to 127 ahead              as many are missing
-    behind, or the same          late or repeated, unless the next one follows it: the source has started again
+    up to 127 ahead              that many frames are missing
+    behind, or the same          late or repeated; if the next frame follows it, the source has restarted
 
-A gap of 128 and more is taken for one of the rest of its 256: no counter of 8 bits tells more.
+A loss of 128 frames or more is counted wrongly, since the numbers have only 8 bits.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class Source:
     received: int = 1
     missing: int = 0
     late: int = 0
-    stray: int = -1             # the last late number, which a restart is told by
+    stray: int = -1             # the last late number, by which a restart is detected
 
 
 @dataclass
@@ -26,7 +26,7 @@ class SequenceGaps:
     sources: dict[tuple[int, int], Source] = field(default_factory=dict)
 
     def heard(self, system: int, component: int, sequence: int) -> int:
-        """Take note of a frame; how many are missing before it."""
+        """Note a frame; return how many frames are missing before it."""
         source = self.sources.get((system, component))
         if source is None:
             self.sources[system, component] = Source(sequence)

@@ -1,7 +1,7 @@
-"""SET_POSITION_TARGET_LOCAL_NED and SET_ATTITUDE_TARGET as targets of the vehicle, or the reason why not.
+"""Converts SET_POSITION_TARGET_LOCAL_NED and SET_ATTITUDE_TARGET to targets of the vehicle, or to a refusal's reason.
 
-    type mask bit set: that field is ignored. Position, velocity and yaw axis by axis; accelerations are not taken.
-    frames: LOCAL_NED; LOCAL_OFFSET_NED from where it is; BODY_NED: offset and velocity turned by the heading
+    type mask bit set: that field is ignored. Position, velocity and yaw axis by axis; accelerations are refused.
+    frames: LOCAL_NED; LOCAL_OFFSET_NED: relative to the position; BODY_NED: offset and velocity turned by the heading
 """
 
 from __future__ import annotations

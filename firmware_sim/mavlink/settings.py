@@ -1,4 +1,4 @@
-"""The keys of a MAVLink port in a scenario, and what is wrong with them. Times are on the local clock."""
+"""The settings of a MAVLink port in a scenario. Times are on the local clock."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ class MavlinkSettings:
     execution_ns: int = 200_000             # from a release until its bytes are handed out
     system: int = 1
     component: int = 1
-    receive_buffer_bytes: int = 4096        # what comes in beyond it between two releases is lost
+    receive_buffer_bytes: int = 4096        # bytes received between two releases beyond it are lost
     budget_bytes_per_s: int = 0             # for streams and lists; 0: no limit
-    streams_hz: Mapping[str, float] = field(default_factory=dict)      # over the default rates; 0: off
+    streams_hz: Mapping[str, float] = field(default_factory=dict)      # replaces default rates; 0: off
     latitude_deg: float = Origin.latitude_deg
     longitude_deg: float = Origin.longitude_deg
     altitude_m: float = Origin.altitude_m
     signing_key: str = ""                   # 64 hexadecimal digits; "": nothing is signed
     accept_unsigned: bool = False
-    clock_began_s: float = 0.0              # where the local clock's 0 lies, from 2015-01-01: for timestamps
+    clock_began_s: float = 0.0              # time of the local clock's 0 since 2015-01-01, for signatures
 
     def __post_init__(self) -> None:
         Periodic(self.period_ns, self.offset_ns).check_execution(self.execution_ns)
@@ -58,7 +58,9 @@ class MavlinkSettings:
         _ = self.origin, self.signing()
 
     def port_of(self, ports: Collection[str], taken: str) -> str:
-        """The link's port among those of its node, of which another task has `taken` one; ValueError if not clear."""
+        """Return the link's port among those of its node, not the one `taken` by another task.
+
+        Raises ValueError if there is none or no unique one."""
         free = [port for port in ports if port != taken]
         name = self.port or (free[0] if len(free) == 1 else "telemetry")
         if name not in free:
@@ -71,7 +73,7 @@ class MavlinkSettings:
         return Origin(self.latitude_deg, self.longitude_deg, self.altitude_m)
 
     def signing(self) -> Signing | None:
-        """A new one: it remembers what it has taken."""
+        """Return a new Signing, which keeps the timestamps accepted; None without a key."""
         if not self.signing_key:
             return None
         try:

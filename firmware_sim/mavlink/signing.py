@@ -1,14 +1,14 @@
-"""Message signing of MAVLink 2: who holds the key is heard, whoever repeats old frames is not.
+"""Message signing of MAVLink 2: accepts frames signed with the key, and refuses repeated old ones.
 
     signature = link id, timestamp (6 bytes, 10 us), first 6 bytes of SHA-256(key, frame, link id, timestamp)
 
-A timestamp is taken if it is later than the last one of its stream (system, component, link id); of a new stream, if
-it is at most a minute behind our own. Ours is the vehicle's local clock, plus where that began, never less than what
-was taken, and grows with every frame sent.
+A timestamp is accepted if it is later than the last one of its stream (system, component, link id); in a new stream, if
+it is at most a minute behind this end's timestamp. That is the local clock plus `clock_began_ticks`, at least every
+accepted one, and grows with every frame sent.
 
-Invariant: nothing changes unless the hash is right, so a forged timestamp locks nobody out.
-Source: mavlink.io, message signing. Not modelled: `SETUP_SIGNING` (a key is given before the start), keys that are
-kept over a restart.
+Invariant: nothing changes unless the hash is right, so a forged timestamp blocks no sender.
+Source: mavlink.io, message signing. Not modelled: `SETUP_SIGNING` (the scenario gives the key), timestamps kept over a
+restart.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ class Verdict(Enum):
 class Signing:
     key: bytes
     link_id: int = 0
-    clock_began_ticks: int = 0          # of 10 us since 2015: what the local clock's 0 stands for
+    clock_began_ticks: int = 0          # time of the local clock's 0 since 2015-01-01, in ticks of 10 us
     accept_unsigned: bool = False
     sign_outgoing: bool = True
-    _ticks: int = field(default=0, init=False)          # the last one sent or taken
+    _ticks: int = field(default=0, init=False)          # the last timestamp sent or accepted
     _streams: dict[tuple[int, int, int], int] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
@@ -64,7 +64,7 @@ class Signing:
         return Verdict.TAKEN
 
     def sign(self, frame: bytes, now_ns: int) -> bytes:
-        """The signature of `frame`, which follows it."""
+        """Return the signature of `frame`, to be sent after it."""
         self._ticks = max(self._now(now_ns), self._ticks + 1)
         stamp = bytes((self.link_id,)) + (self._ticks & (1 << 48) - 1).to_bytes(6, "little")
         return stamp + self._hash(frame, stamp)

@@ -1,4 +1,4 @@
-"""Texts for people: STATUSTEXT, of at most 50 characters, each text at most once a second."""
+"""The queue of STATUSTEXT, texts for the operator of at most 50 characters, each at most once a second."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class StatusTexts:
     _said_ns: dict[str, int] = field(default_factory=dict, init=False)
 
     def say(self, severity: Severity, text: str, now_ns: int) -> bool:
-        """False: it was said just now, or too many wait."""
+        """Queue a text; False if it was queued less than a second ago, or if the queue is full."""
         said_ns = self._said_ns.get(text)
         if said_ns is not None and 0 <= now_ns - said_ns < AGAIN_NS:
             return False

@@ -1,8 +1,8 @@
-"""Which messages go out by themselves, and when: an interval for each, and a budget for all.
+"""Streams, messages sent periodically: an interval for each, and a budget for all.
 
-Times come from multiples of the interval since it was set, so they do not drift; what could not go in time is left
-out, never made up for. Where several are due the one that has waited longest goes first, so a budget that is too small
-for all slows them all down and starves none.
+Due times are multiples of the interval since it was set, so they do not drift; a message that could not be sent in time
+is left out. If several are due, the one that has waited longest is first, so a budget that is too small slows all down
+and starves none.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ class Streams:
         self._streams = {name: Stream(interval_ns, 0) for name, interval_ns in self.defaults_ns.items()}
 
     def interval_ns(self, name: str) -> int:
-        """0: it does not go out by itself."""
+        """Return the interval of a message; 0: it is not streamed."""
         stream = self._streams.get(name)
         return 0 if stream is None else stream.interval_ns
 
     def set_interval(self, name: str, interval_ns: int | None, now_ns: int) -> None:
-        """None: the default; 0: no more."""
+        """Set the interval of a message; None: to the default, 0: stop the stream."""
         if interval_ns is None:
             interval_ns = self.defaults_ns.get(name, 0)
         if interval_ns:
@@ -43,27 +43,27 @@ class Streams:
             self._streams.pop(name, None)
 
     def restart(self, now_ns: int) -> None:
-        """The clock was set back to `now_ns`: everything is due."""
+        """Make all streams due, after the clock was set back to `now_ns`."""
         for stream in self._streams.values():
             stream.due_ns = now_ns
 
     def due(self, now_ns: int) -> list[str]:
-        """What is due at `now_ns`, the longest waiting first."""
+        """Return the messages due at `now_ns`, the longest waiting first."""
         found = [(stream.due_ns, name) for name, stream in self._streams.items() if stream.due_ns <= now_ns]
         return [name for _, name in sorted(found)]
 
     def done(self, name: str, now_ns: int) -> None:
-        """It went out, or had nothing to say: next time, please."""
+        """Note that a message was sent, or has no content now; set its next due time."""
         stream = self._streams[name]
         stream.due_ns += ((now_ns - stream.due_ns) // stream.interval_ns + 1) * stream.interval_ns
 
 
 @dataclass
 class Budget:
-    """A token bucket: what has to go out goes and is charged, everything else waits until there is credit again."""
+    """A token bucket: urgent messages are sent and charged at once, others wait until there is credit."""
 
     bytes_per_s: int                        # 0: no limit
-    burst_bytes: int = 300                  # most that is saved up
+    burst_bytes: int = 300                  # largest credit
     _credit: float = field(default=0.0, init=False)
     _filled_ns: int = field(default=0, init=False)
 

@@ -1,9 +1,9 @@
 """The MAVLink front as a task of a board: serves its port every period on the local clock.
 
-    release: what came in since the last one is read, up to the receive buffer   --execution-->   frames are handed out
+    release: read the bytes received since the last one, up to the receive buffer   --execution_ns-->   send frames
 
-It hands out frames at these instants only, whatever it hears: its port is `listen_only`.
-A write is one frame, which is one datagram behind a UDP gateway.
+It sends frames at these instants only, whatever arrives: its port is `listen_only`. Each `port.send` is one MAVLink
+frame, and one datagram behind a UDP gateway.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ class MavlinkTask:
             self._heard.clear()
             self._count()
             yield from board.sleep_until(release_ns + self._execution_ns)
-            self._hand_out(frames)
+            self._send(frames)
             release_ns = self._schedule.next_after(board.now_ns)
 
-    def _hand_out(self, frames: Sequence[bytes]) -> None:
+    def _send(self, frames: Sequence[bytes]) -> None:
         for frame in frames:
             self._port.send(frame)
 
@@ -57,7 +57,7 @@ class MavlinkTask:
         self._heard += data[:room]
 
     def _count(self) -> None:
-        """Hand over to the node's counters what has been counted since."""
+        """Add the counts since the last call to the node's counters."""
         for name, count in self.front.counts.items():
             if more := count - self._told.get(name, 0):
                 self._board.count(f"mavlink {name}", more)

@@ -1,8 +1,8 @@
-"""What the vehicle believes, as messages: one function for each that can be streamed or asked for.
+"""Messages of the vehicle's estimated state: one function for each that can be streamed or requested.
 
-The position is motion capture's; it is told as LOCAL_POSITION_NED and, by the flat map around the configured origin,
-as GLOBAL_POSITION_INT and a GPS with a fix, without which clients would not fly. Home is where it was armed last.
-Not there: a battery (its fields say "not measured"), an estimate of wind, raw sensors.
+The position, from motion capture, is sent as LOCAL_POSITION_NED and, by the flat map around the configured origin, as
+GLOBAL_POSITION_INT and as a GPS with a fix, without which clients would not fly. Home is the place of the last arming.
+Not modelled: a battery (its fields say "not measured"), an estimate of wind, raw sensors.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ POSITION_SENSORS: Final = (Sensor.SENSOR_GPS | Sensor.SENSOR_YAW_POSITION | Sens
                            | Sensor.SENSOR_XY_POSITION_CONTROL | Sensor.AHRS)
 CAPABILITIES: Final = (Capability.MISSION_INT | Capability.COMMAND_INT | Capability.SET_ATTITUDE_TARGET
                        | Capability.SET_POSITION_TARGET_LOCAL_NED | Capability.MAVLINK2)
-VERSION: Final = 0x01_0F_00_FF           # 1.15.0, release: of PX4's interface that is followed here
+VERSION: Final = 0x01_0F_00_FF           # 1.15.0, release: the version of PX4 whose interface this is
 UINT16_UNKNOWN: Final = 65_535
 
 
@@ -47,12 +47,12 @@ class Telemetry:
     vehicle: Vehicle
     origin: Origin = field(default_factory=Origin)
     home_ned_m: Vector = (0.0, 0.0, 0.0)
-    messages_lost: int = 0              # on the way to us, for SYS_STATUS
-    next_item: int | None = None        # of the mission, chosen for its next start
+    messages_lost: int = 0              # frames lost on the way to this vehicle, for SYS_STATUS
+    next_item: int | None = None        # mission item chosen for the next start
     _armed: bool = False
 
     def watch(self) -> bool:
-        """Look at the vehicle; True when home has moved."""
+        """Update home from the vehicle's state; return True if it has changed."""
         state = self.vehicle.state()
         moved = state.armed and not self._armed
         if moved:
@@ -61,7 +61,7 @@ class Telemetry:
         return moved
 
     def build(self, name: str, now_ns: int) -> Message | None:
-        """None: no such message, or nothing to say now."""
+        """Return the message `name`; None if there is no such message, or no content now."""
         builder = BUILDERS.get(name)
         return None if builder is None else builder(self, self.vehicle.state(), now_ns)
 
@@ -186,7 +186,7 @@ BUILDERS: Final[Mapping[str, Builder]] = {
 
 @cache
 def names() -> dict[int, str]:
-    """The messages of `BUILDERS` by number."""
+    """Return the names of the messages of `BUILDERS`, by number."""
     return {layout_of(name).id: name for name in BUILDERS}
 
 

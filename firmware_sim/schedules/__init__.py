@@ -1,8 +1,7 @@
-"""Schedules: when a firmware task or a transmission is due, on the local clock.
+"""Schedules: the instants of a firmware task or a transmission on the local clock.
 
-A member of this kind has one verb, `next_after`. It is a pure function of the local time, strictly increasing from
-instant to instant, and the k-th instant is computed from k, so it cannot drift. A clock that is set back gets the
-same instants again.
+A member of this kind has one verb, `next_after`, a pure function of the local time. The instants increase strictly, and
+the k-th one is computed from k, so it does not drift. If the clock is set back, the same instants occur again.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ class Periodic:
             raise ValueError(f"offset_ns={self.offset_ns}: expected 0 <= offset < period ({self.period_ns} ns)")
 
     def check_execution(self, execution_ns: int) -> None:
-        """Raise ValueError if a task that takes so long is not done before its next activation."""
+        """Raise ValueError if a task of `execution_ns` does not end before its next activation."""
         if not 0 <= execution_ns < self.period_ns:
             raise ValueError(f"execution_ns={execution_ns}: expected 0 <= execution < period ({self.period_ns} ns), or "
                              "the loop never keeps up; lengthen the period")

@@ -1,14 +1,14 @@
-"""Round-robin slots on the local clock: who may speak when (TDMA).
+"""Round-robin slots on the local clock, in which agents may send (TDMA).
 
     slot k = [start + k slot, start + (k+1) slot), belongs to part k mod T;  round m = slots m T .. m T + T - 1
 
     | guard |  data  | guard |  control  | guard |       without control sub-slots: | guard |  data  | guard |
     0       data          control_offset         slot
 
-The agents of part k mod T begin to send at start + k slot + guard. If the frames fit, clocks that differ from each
-other by up to the guard never make them overlap; without control sub-slots there are two guards between frames, so
-the clocks may differ by twice the guard. In the control sub-slot of slot k one agent alone may speak, agent k mod N in
-cycle floor(k / N), so it collides with nobody, whatever the graph: topology discovery uses it.
+The agents of part k mod T begin to send at start + k slot + guard. If the frames fit, they do not overlap as long as
+clocks differ from each other by at most the guard; without control sub-slots there are two guards between frames, so
+the clocks may differ by twice the guard. In the control sub-slot of slot k only agent k mod N may send, in cycle
+floor(k / N), so its frame collides with no other, whatever the graph; topology discovery uses it.
 
 Source: Protocol 1 of the dissertation, Chapter 6.
 Differs from the dissertation: `mod N` there is `mod T`, T the number of nonempty parts; with mod N the slots of
@@ -27,25 +27,25 @@ class SlotTooShort(ValueError):
 
 
 class Slot(NamedTuple):
-    number: int                 # k, counted from 0 at the schedule's start; negative before it: nobody speaks there
+    number: int                 # k, counted from 0 at the schedule's start; negative before it, where no agent sends
     part: int                   # 0 <= part < T
-    start_ns: int               # local; the slot is [start, start + slot)
+    start_ns: int               # local time; the slot is [start, start + slot)
 
 
 @dataclass(frozen=True)
 class SlottedBroadcast:
-    """All times are local times; what is next lies strictly after the time asked for.
+    """All times are local; a next instant is strictly after the given one.
 
-    - A schedule that starts at local time 0 without a guard has its first slot at 0: `next_slot_of(part, -1)`.
-    - A sender picks its slot, waits for it and then uses that slot's number. It does not ask again on waking: a clock
-      that is fast or shows ticks may read a little more than the instant waited for.
+    - To get a first slot at local time 0 (start and guard 0), call `next_slot_of(part, -1)`.
+    - A sender gets its slot, waits for it and then uses that slot's number. It does not get a slot anew on waking: a
+      clock that is fast or has ticks may read a little more than the instant it waited for.
     """
 
     parts: int                              # T
     slot_ns: int
     start_ns: int = 0
     guard_ns: int = 0
-    agents: int = 0                         # N owners of control sub-slots, 0: there are none
+    agents: int = 0                         # N, owners of control sub-slots; 0: no control sub-slots
     control_offset_ns: int | None = None    # start of the control transmission within its slot
 
     def __post_init__(self) -> None:
@@ -73,22 +73,21 @@ class SlottedBroadcast:
         return Slot(number, number % self.parts, self.start_ns + number * self.slot_ns)
 
     def slot_at(self, local_ns: int) -> Slot:
-        """The slot that holds `local_ns`; its number is negative before the start."""
+        """Return the slot that contains `local_ns`; its number is negative before the start."""
         return self.slot((local_ns - self.start_ns) // self.slot_ns)
 
     def data_ns(self, number: int) -> int:
-        """When the part of slot `number` begins to send."""
+        """Return the instant at which the part of slot `number` begins to send."""
         return self.start_ns + number * self.slot_ns + self.guard_ns
 
     def next_after(self, now_ns: int) -> int:
-        """The next instant at which any part begins to send."""
+        """Return the next instant at which any part begins to send."""
         return self.data_ns(self._first_after(now_ns, self.guard_ns))
 
     def next_slot_of(self, part: int, local_ns: int, after_slot: int = -1) -> Slot:
-        """The first slot of `part` that begins to send strictly after `local_ns` and comes after slot `after_slot`.
+        """Return the first slot of `part` after slot `after_slot` that begins to send strictly after `local_ns`.
 
-        A sender gives the slot in which it spoke last as `after_slot`: a clock that was set back then does not make
-        it speak twice.
+        A sender gives its last slot as `after_slot`, so that it does not send twice if its clock was set back.
         """
         if not 0 <= part < self.parts:
             raise ValueError(f"part={part}: expected 0 <= part < {self.parts}")
@@ -96,32 +95,32 @@ class SlottedBroadcast:
         return self.slot(earliest + (part - earliest) % self.parts)
 
     def nearest_slot_of(self, part: int, sent_ns: int) -> Slot:
-        """The slot of `part` whose sending instant is nearest to `sent_ns` (the earlier one of two)."""
+        """Return the slot of `part` whose sending instant is nearest to `sent_ns` (the earlier one of two)."""
         rounds = (sent_ns - self.data_ns(part) + (self.round_ns - 1) // 2) // self.round_ns
         return self.slot(max(0, rounds) * self.parts + part)
 
     def of_part(self, part: int) -> PartSlots:
-        """The instants of one part as a schedule of its own."""
+        """Return the sending instants of one part as a schedule."""
         return PartSlots(self, part)
 
     # --- control sub-slots
 
     def control_owner(self, number: int) -> int:
-        """The agent that may use the control sub-slot of slot `number`, 0 <= agent < N."""
+        """Return the agent that may use the control sub-slot of slot `number`, 0 <= agent < N."""
         self._control_offset()
         return number % self.agents
 
     def control_cycle(self, number: int) -> int:
-        """How many times every agent had its control sub-slot before the cycle of slot `number`."""
+        """Return the control cycle of slot `number`: in each cycle every agent has one control sub-slot."""
         self._control_offset()
         return number // self.agents
 
     def control_ns(self, number: int) -> int:
-        """When the owner of the control sub-slot of slot `number` begins to send."""
+        """Return the instant at which the owner of the control sub-slot of slot `number` begins to send."""
         return self.start_ns + number * self.slot_ns + self._control_offset()
 
     def next_control_of(self, agent: int, local_ns: int, after_slot: int = -1) -> Slot:
-        """The first slot whose control sub-slot is `agent`'s, begins strictly after `local_ns`, after `after_slot`."""
+        """Return the first slot after `after_slot` whose control sub-slot is `agent`'s and begins after `local_ns`."""
         offset_ns = self._control_offset()
         if not 0 <= agent < self.agents:
             raise ValueError(f"agent={agent}: expected 0 <= agent < {self.agents}")
@@ -129,19 +128,19 @@ class SlottedBroadcast:
         return self.slot(earliest + (agent - earliest) % self.agents)
 
     def control_of(self, agent: int) -> ControlSlots:
-        """The control instants of one agent as a schedule of its own."""
+        """Return the control instants of one agent as a schedule."""
         return ControlSlots(self, agent)
 
     # --- rounds
 
     def round_end_after(self, local_ns: int) -> int:
-        """The first end of a complete round strictly after `local_ns`; the start counts as one."""
+        """Return the first end of a complete round strictly after `local_ns`; the start counts as one."""
         rounds = max(0, (local_ns - self.start_ns) // self.round_ns + 1)
         return self.start_ns + rounds * self.round_ns
 
     def restart(self, at_local_ns: int, parts: int, slot_ns: int,
                 control_offset_ns: int | None = None) -> SlottedBroadcast:
-        """The schedule that takes over at the first complete round's end after `at_local_ns`, counting from slot 0."""
+        """Return the schedule, from slot 0, that replaces this one at the first end of a round after `at_local_ns`."""
         return replace(self, parts=parts, slot_ns=slot_ns, start_ns=self.round_end_after(at_local_ns),
                        control_offset_ns=self.control_offset_ns if control_offset_ns is None else control_offset_ns)
 
@@ -155,7 +154,7 @@ class SlottedBroadcast:
                   control_airtime_ns, "slot_ns")
 
     def _first_after(self, local_ns: int, offset_ns: int) -> int:
-        """Smallest k >= 0 with start + k slot + offset > local."""
+        """Return the smallest k >= 0 with start + k slot + offset > local."""
         return max(0, (local_ns - self.start_ns - offset_ns) // self.slot_ns + 1)
 
     def _control_offset(self) -> int:
@@ -172,7 +171,7 @@ def _fits(what: str, needed_ns: int, room_ns: int, guard_ns: int, airtime_ns: in
 
 @dataclass(frozen=True)
 class PartSlots:
-    """When one part begins to send."""
+    """The instants at which one part begins to send, as a schedule."""
 
     schedule: SlottedBroadcast
     part: int
@@ -186,7 +185,7 @@ class PartSlots:
 
 @dataclass(frozen=True)
 class ControlSlots:
-    """When one agent begins to send in its control sub-slots."""
+    """The instants at which one agent begins to send in its control sub-slots, as a schedule."""
 
     schedule: SlottedBroadcast
     agent: int

@@ -1,11 +1,12 @@
-/* FMI 2.0 for co-simulation on top of instance.c. What a model here does not have (integers, strings, derivatives,
- * asynchronous steps) answers with an error that says so; memory comes from the C library, as FMI 2.0 permits. */
+/* FMI 2.0 for co-simulation on top of instance.c. Functions for features that no model here has (integers, strings,
+ * derivatives, asynchronous steps) report an error that names the feature. Memory comes from the C library, as FMI 2.0
+ * permits. */
 #include "fmi2.h"
 
 #include <stdlib.h>
 
-/* FMI 2.0 loggers take a printf format: the message goes as the format itself, with every % doubled, so that hosts that
- * cannot expand variadic arguments still show it. */
+/* Pass `message` to the host's logger, which takes a printf format: as the format itself, every % doubled, so that a
+ * host that cannot expand variadic arguments shows it too. */
 static void say(const Instance *self, Status status, const char *message)
 {
     char format[1024];

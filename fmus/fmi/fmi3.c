@@ -1,5 +1,5 @@
-/* FMI 3.0 for co-simulation on top of instance.c. What a model here does not have (other types, clocks, events,
- * derivatives, the other two interface types) answers with an error that says so. */
+/* FMI 3.0 for co-simulation on top of instance.c. Functions for features that no model here has (other types, clocks,
+ * events, derivatives, the other two interface types) report an error that names the feature. */
 #include "fmi3.h"
 
 #include <stdlib.h>
@@ -17,7 +17,7 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const f
     return STATUS_OK;
 }
 
-/* FMI 3.0 refuses by returning no instance; the reason goes through the host's callback. */
+/* Refuse an instantiation: report `why` through the host's callback and return no instance. */
 static fmi3Instance refuse(fmi3String name, fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
                            const char *why)
 {
@@ -132,7 +132,7 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_
     return instance_deserialize(c, bytes, size, state);
 }
 
-/* What these models do not have. */
+/* Functions for features that these models do not have. */
 
 #define NO_VARIABLES_OF(TYPE)                                                                                          \
     fmi3Status fmi3Get##TYPE(fmi3Instance c, const fmi3ValueReference references[], size_t n, fmi3##TYPE values[],     \

@@ -1,5 +1,5 @@
 /* Types and prototypes of FMI 3.0, written from the standard (FMI 3.0.2, chapter 2). The functions of model exchange and
- * scheduled execution are there because the standard wants every function exported; they answer with an error. */
+ * scheduled execution exist because the standard requires every function to be exported; they report an error. */
 #ifndef FMI3_H
 #define FMI3_H
 

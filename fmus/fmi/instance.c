@@ -1,4 +1,4 @@
-/* What FMI 2.0 and 3.0 co-simulation have in common; see instance.h. */
+/* The state machine that FMI 2.0 and 3.0 co-simulation share; see instance.h. */
 #include "instance.h"
 
 #include <math.h>

@@ -2,12 +2,11 @@
  *
  *   INSTANTIATED --enter--> INITIALIZING --exit--> STEPPING --terminate--> TERMINATED
  *
- * An error while stepping leads to BROKEN, which only `reset`, a saved state or `free` leave.
+ * An error while stepping leads to BROKEN; only a reset, a restored state or `instance_free` leaves that mode.
  * fmi2.c and fmi3.c translate the two standards to the functions below; neither knows the model.
  *
- * The model (model.c) gives `model_step` and, where variables.toml asks for them in `functions`,
- * `model_start` and `model_outputs`. Values are doubles in the order of variables.toml; the position of a value is its
- * value reference. */
+ * model.c defines `model_step` and, if `functions` of variables.toml lists them, `model_start` and `model_outputs`.
+ * Values are doubles in the order of variables.toml; the position of a value is its value reference. */
 #ifndef INSTANCE_H
 #define INSTANCE_H
 
@@ -26,10 +25,10 @@
 
 void model_step(Values *v, double h /* [s], > 0; inputs are constant over it */);
 #ifdef MODEL_HAS_START
-void model_start(Values *v); /* start values are complete: set the states */
+void model_start(Values *v); /* called when all start values are set: initialize the states */
 #endif
 #ifdef MODEL_HAS_OUTPUTS
-void model_outputs(Values *v); /* inputs or states have changed: compute the outputs */
+void model_outputs(Values *v); /* called after inputs or states have changed: compute the outputs */
 #endif
 
 typedef enum { STATUS_OK = 0, STATUS_ERROR = 3 } Status; /* the numbers are those of FMI 2.0 and 3.0 */
@@ -44,7 +43,7 @@ typedef union {
 typedef struct {
     AllValues values;
     double time;        /* [s] */
-    bool outputs_stale; /* an input or a state is newer than the outputs */
+    bool outputs_stale; /* an input or a state has changed since the outputs were computed */
     Mode mode;
 } State;
 
@@ -52,9 +51,9 @@ typedef struct Instance {
     State state;
     void (*say)(const struct Instance *self, Status status, const char *message);
     void (*logger)(void); /* the host's callback, called by `say` in its own type */
-    void *environment;    /* the host's, handed back to its callback */
+    void *environment;    /* the host's pointer, passed to its callback */
     char *name;
-    unsigned outputs[VALUES_COUNT]; /* the values that a step computes */
+    unsigned outputs[VALUES_COUNT]; /* value references that a step computes */
     unsigned outputs_count;
 } Instance;
 

@@ -1,5 +1,5 @@
-/* What an instance of linear_system keeps beside its values: how far the matrices are filled, and the discretizations
- * of the last few step sizes, so that the repeating steps of a periodic schedule cost a matrix-vector product. */
+/* Memory of an instance of linear_system besides its values: the dimensions in use, and the discretizations of the last
+ * KEPT step sizes, so that a step whose size repeats costs only matrix-vector products. */
 #ifndef DISCRETIZATION_H
 #define DISCRETIZATION_H
 
@@ -15,11 +15,11 @@ typedef struct {
 
 typedef struct {
     int n, m, p;            /* states, inputs, outputs in use */
-    int next;               /* slot that the next new step size takes */
-    double h[KEPT];         /* [s], 0 = free */
+    int next;               /* slot for the next new step size */
+    double h[KEPT];         /* [s] step size of each slot, 0 = free */
     Discretization of[KEPT];
-    long long since_ns;     /* discrete time: since the last sample instant */
-    double held[INPUTS];    /* discrete time: the inputs at the last sample instant, once time has left it */
+    long long since_ns;     /* discrete time: time since the last sample instant */
+    double held[INPUTS];    /* discrete time: inputs at the last sample instant, valid while since_ns > 0 */
 } Memory;
 
 #endif

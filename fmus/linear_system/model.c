@@ -7,8 +7,8 @@
  * Z(2 h) = 2 Z + Z^2 double it back (Higham 2008, Functions of Matrices, section 10.3, with Phi as in section 10.7.4).
  * Z rather than exp(A h) is kept because a short step then loses no digits of A h against I.
  *
- * In discrete time x(k + 1) = A x(k) + B u(k) at t = k dt, dt rounded to a nanosecond; u(k) is what is set last at
- * k dt, and y holds C x(k) + D u(k) until (k + 1) dt.
+ * In discrete time x(k + 1) = A x(k) + B u(k) at t = k dt, dt rounded to a nanosecond; u(k) is the input set last at
+ * k dt, and y is C x(k) + D u(k) until (k + 1) dt.
  *
  * A trailing state whose rows of A and B and whose start are zero stays zero for ever, so leaving it out changes no
  * result; the same holds for trailing inputs with zero columns and outputs with zero rows.
@@ -128,7 +128,7 @@ static const Discretization *discretization(Values *v, double h)
     return &memory->of[slot];
 }
 
-/* States that one sample leads to. */
+/* Advance the states by one sample: x = A x + B held. */
 static void next_sample(Values *v)
 {
     double x[STATES];

@@ -3,8 +3,8 @@
  *     tau dv/dt = c - v              c = (v_x_cmd, v_y_cmd), shortened to speed_max
  *     tau domega/dt = c_omega - omega        dx/dt = v_x   dy/dt = v_y   dtheta/dt = omega
  *
- * Commands are in the world, so that turning and moving have nothing to do with each other and every step is a closed
- * form: with e = exp(-h / tau)
+ * Commands are in the world frame, so that turning and moving are independent and every step is a closed form: with
+ * e = exp(-h / tau)
  *
  *     v(h) = c + (v - c) e,      x(h) = x + c h + (v - c) tau (1 - e)
  *
@@ -27,7 +27,7 @@ static Command command_of(const Values *v)
 
 static void follow(double *place, double *speed, double command, double tau, double h)
 {
-    const double lost = tau > 0 ? -expm1(-h / tau) : 1; /* share of the difference that is gone after h */
+    const double lost = tau > 0 ? -expm1(-h / tau) : 1; /* share of the difference that has decayed after h */
     const double difference = *speed - command;
     *place += command * h + difference * tau * lost;
     *speed = tau > 0 ? command + difference * (1 - lost) : command;

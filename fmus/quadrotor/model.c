@@ -1,4 +1,4 @@
-/* Quadrotor: rigid body under four rotors, drag and gravity, over a ground on which it can stand.
+/* Quadrotor: rigid body under four rotors, drag and gravity, above a ground on which it can stand.
  *
  *     tau dw_i/dt = u_i - w_i       T_i = k_thrust w_i^2       M_i = k_moment w_i^2        front, left, back, right
  *     dp/dt = v                     m dv/dt = R(q) ((0, 0, sum T_i) - drag R(q)' (v - wind)) - (0, 0, m g)
@@ -7,22 +7,22 @@
  *
  * Motor speeds are closed forms. Flight: Runge-Kutta of fourth order in equal parts of at most h_max and tau.
  *
- *     z > 0, or it rises    flies     ---z reaches 0, instant by regula falsi--->  stands: v = omega = 0, level
- *     else                  stands    ---lift exceeds the weight, instant in closed form--->  flies
+ *     FLIES (z > 0 or v_z > 0)  --z reaches 0; instant by regula falsi-->             STANDS: v = omega = 0, level
+ *     STANDS                    --lift exceeds the weight; instant in closed form-->  FLIES
  *
  * Sources: Michael, Mellinger, Lindsey, Kumar 2010, The GRASP multiple micro-UAV testbed (equations, rotor order by
- * axes); drag linear in speed as of rotors near hover: Faessler, Franchi, Scaramuzza 2018.
+ * axes); Faessler, Franchi, Scaramuzza 2018 (drag of rotors near hover, linear in speed).
  * Not modelled: rotor inertia and its gyroscopic moment, ground effect, flapping, bouncing, toppling, a battery. */
 #include "variables.h"
 
 #include <math.h>
 
-#define MOST_PARTS 1e8   /* a step that needs more has parameters that make no sense */
-#define MOST_LANDINGS 64 /* in one step; each motor's thrust has one extreme at most */
+#define MOST_PARTS 1e8   /* a step that needs more fails: its parameters are unreasonable */
+#define MOST_LANDINGS 64 /* per step; a step with more fails. Each motor's thrust has at most one extreme in a step */
 
 enum { PX, PY, PZ, VX, VY, VZ, QW, QX, QY, QZ, OX, OY, OZ, STATES };
 
-/* Motor speed at a time t of a step is goal + gap * exp(-t / tau), gap the one at the start. */
+/* Motor speed at time t of a step is goal + gap * exp(-t / tau). */
 typedef struct {
     double goal[4], gap[4]; /* [rad/s] */
 } Motors;
@@ -37,7 +37,7 @@ static Motors motors_of(const Values *v)
     return m;
 }
 
-/* Total thrust and the three torques, `decay` = exp(-t / tau). */
+/* out = total thrust [N] and three torques [N.m] at the time t with exp(-t / tau) = decay. */
 static void rotors(const Values *v, const Motors *m, double decay, double out[4])
 {
     double square[4];
@@ -51,7 +51,7 @@ static void rotors(const Values *v, const Motors *m, double decay, double out[4]
     out[3] = v->k_moment * (square[0] - square[1] + square[2] - square[3]);
 }
 
-/* Rows of R(q). */
+/* R = rotation matrix of q, row by row. */
 static void rotation(const double q[4], double R[9])
 {
     const double w = q[0], x = q[1], y = q[2], z = q[3];
@@ -60,7 +60,7 @@ static void rotation(const double q[4], double R[9])
     R[6] = 2 * (x * z - w * y), R[7] = 2 * (y * z + w * x), R[8] = 1 - 2 * (x * x + y * y);
 }
 
-/* Specific force in the body's axes. */
+/* out = specific force [m/s2] in the body's axes. */
 static void specific_force(const Values *v, const double R[9], const double velocity[3], double thrust, double out[3])
 {
     const double a[3] = {velocity[0] - v->wind[0], velocity[1] - v->wind[1], velocity[2] - v->wind[2]};
@@ -88,7 +88,7 @@ static void slope(const Values *v, const double s[STATES], const double force[4]
     out[OZ] = (force[3] - (J[1] - J[0]) * o[0] * o[1]) / J[2];
 }
 
-/* `to` = `from` after h, the motors at the start, the middle and the end of it given by their decays. */
+/* to = state after h from `from`; `decay` holds exp(-t / tau) at the start, the middle and the end of this part. */
 static void runge_kutta(const Values *v, const Motors *m, const double decay[3], const double from[STATES], double h,
                         double to[STATES])
 {
@@ -116,7 +116,7 @@ static void part(const Values *v, const Motors *m, double t, const double from[S
     runge_kutta(v, m, decay, from, h, to);
 }
 
-/* The length of the part, at most h, after which z is 0: z >= 0 at the start and < 0 after h (Illinois rule). */
+/* Return the length <= h after which z is 0, by the Illinois rule; z >= 0 at the start and z_after < 0 after h. */
 static double touch(const Values *v, const Motors *m, double t, const double from[STATES], double h, double z_after)
 {
     double low = 0, high = h, z_low = from[PZ], z_high = z_after, to[STATES];
@@ -132,13 +132,13 @@ static double touch(const Values *v, const Motors *m, double t, const double fro
     return high;
 }
 
-/* Flies from t on until it touches the ground, at most until `end`; returns when that was. */
+/* Integrate the flight from t until the ground is touched, at most until `end`; return that time. */
 static double fly(const Values *v, const Motors *m, double t, double end, double s[STATES])
 {
     const double parts = fmax(1, ceil((end - t) / fmin(v->h_max, v->tau_motor) * (1 - 1e-12)));
     const double h = (end - t) / parts, half = exp(-0.5 * h / v->tau_motor);
     if (!(parts <= MOST_PARTS)) {
-        s[PZ] = NAN; /* the host says which step it was */
+        s[PZ] = NAN; /* instance.c reports the step as failed */
         return end;
     }
     double to[STATES];
@@ -169,8 +169,9 @@ static void stand_still(double s[STATES])
     s[QW] = cos(turn / 2), s[QX] = 0, s[QY] = 0, s[QZ] = sin(turn / 2);
 }
 
-/* When what stands lifts off, the first time from t on; `end` if not before. The lift less the weight is
- * c d^2 + b d + a with d = exp(-t / tau) falling to 0, positive below the smaller root if b < 0 < a. */
+/* Return the first time from t on at which a standing quadrotor lifts off, `end` if it does not before. Lift minus
+ * weight, divided by k_thrust, is c d^2 + b d + a with d = exp(-t / tau) falling to 0. It is positive below the smaller
+ * root if b < 0 < a. */
 static double lift_off(const Values *v, const Motors *m, double t, double end)
 {
     double a = (v->drag[2] * v->wind[2] - v->mass * v->g) / v->k_thrust, b = 0, c = 0;
@@ -206,7 +207,7 @@ void model_step(Values *v, double h /* [s] */)
         if (t < h)
             t = fly(v, &m, t, h, s);
     }
-    if (s[PZ] <= 0 && s[VZ] <= 0) /* touched at the very end */
+    if (s[PZ] <= 0 && s[VZ] <= 0) /* the ground was touched at the end of the step */
         stand_still(s);
     const double decay = exp(-h / v->tau_motor);
     v->x = s[PX], v->y = s[PY], v->z = s[PZ];
@@ -233,7 +234,7 @@ void model_outputs(Values *v)
     v->roll = atan2(R[7], R[8]);
     v->pitch = asin(fmax(-1, fmin(1, -R[6])));
     specific_force(v, R, v->v, v->thrust, v->force);
-    if (v->on_ground) { /* the ground carries the rest */
+    if (v->on_ground) { /* the ground supports it: the specific force at rest */
         v->force[0] = v->force[1] = 0;
         v->force[2] = v->g;
     }

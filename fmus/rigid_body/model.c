@@ -3,15 +3,15 @@
  *     dp/dt = v                     m dv/dt = R(q) (0, 0, thrust) - (0, 0, m g)
  *     dq/dt = q * (0, omega) / 2    J domega/dt = torque - omega x J omega
  *
- * Stepped with the explicit midpoint rule, the attitude by the rotation that the midpoint rate makes, so q keeps unit
- * length: second order in the step, which is at most h_max.
+ * Stepped with the explicit midpoint rule, of second order in the step, which is at most h_max. The attitude turns at
+ * the midpoint rate, so q keeps unit length.
  *
  * Not modelled: drag, rotor dynamics, ground, a full inertia tensor. */
 #include <math.h>
 
 #include "variables.h"
 
-/* omega turned on for h by the torque and the rates `at` */
+/* omega = v->omega after h, with the acceleration that the torque and the rates `at` cause */
 static void turn_rates(const Values *v, const double at[3], double h, double omega[3])
 {
     const double *J = v->J;
@@ -20,7 +20,7 @@ static void turn_rates(const Values *v, const double at[3], double h, double ome
     omega[2] = v->omega[2] + h * (v->torque[2] - (J[1] - J[0]) * at[0] * at[1]) / J[2];
 }
 
-/* out = q turned at the body rate omega for h */
+/* out = q after a rotation at the body rate omega over h */
 static void turn(const double q[4], const double omega[3], double h, double out[4])
 {
     const double rate = sqrt(omega[0] * omega[0] + omega[1] * omega[1] + omega[2] * omega[2]);
@@ -47,7 +47,7 @@ static void part(Values *v, double h)
         lift * 2 * (r[2] * r[3] - r[0] * r[1]),
         lift * (r[0] * r[0] - r[1] * r[1] - r[2] * r[2] + r[3] * r[3]) - v->g,
     };
-    const double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]); /* rounding only */
+    const double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]); /* 1 up to rounding */
     for (int i = 0; i < 3; i++) {
         v->p[i] += h * (v->v[i] + 0.5 * h * a[i]);
         v->v[i] += h * a[i];

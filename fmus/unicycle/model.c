@@ -8,11 +8,11 @@
  *
  *     chord = v h sin(a) / a in direction theta + a,  a = omega h / 2
  *
- * While wheel speeds change, x and y are 8-point Gauss sums over parts with omega h <= 1/2 and h <= tau / 2. Gauss
- * sums of m points err by at most (64/15) M rho^-2m / (1 - rho^-2) h / 2, M the largest |v cos theta| within the
- * Bernstein ellipse rho (Trefethen 2013, Approximation Theory and Approximation Practice, theorem 19.3). For rho = 12
- * speeds there are at most 3.6 times their bound on the part and |Im theta| <= 5.4, which gives an error of at most
- * 5e-15 of the way that the wheels can cover meanwhile.
+ * While wheel speeds change, x and y are 8-point Gauss sums over parts with omega h <= 1/2 and h <= tau / 2. The error
+ * of a Gauss sum of m points is at most (64/15) M rho^-2m / (1 - rho^-2) h / 2, with M the largest |v cos theta| within
+ * the Bernstein ellipse rho (Trefethen 2013, Approximation Theory and Approximation Practice, theorem 19.3). For
+ * rho = 12, speeds in the ellipse are at most 3.6 times their bound on the part and |Im theta| <= 5.4. So the error is
+ * at most 5e-15 of the largest distance that the wheels can cover in the part.
  *
  * Source of the kinematics with slip: Martinez et al. 2005, Approximating kinematics for tracked mobile robots,
  * Int. J. Robotics Research 24(10): constant centres of rotation, here as track, slip and icr_x.
@@ -20,7 +20,7 @@
 #include "variables.h"
 #include "wheel.h"
 
-#define MOST_PARTS 1e6 /* a step that needs more has parameters that make no sense */
+#define MOST_PARTS 1e6 /* a step that needs more fails: its parameters are unreasonable */
 
 static const double NODE[4] = {0.18343464249564980, 0.52553240991632899, 0.79666647741362674, 0.96028985649753623};
 static const double WEIGHT[4] = {0.36268378337836198, 0.31370664587788729, 0.22238103445337447, 0.10122853629037626};
@@ -68,7 +68,7 @@ static double heading(const Motion *m, double t)
          + (m->roll_right * wheel_angle(&m->right, t) - m->roll_left * wheel_angle(&m->left, t)) / m->track;
 }
 
-/* Constant wheel speeds over [t, end): exactly an arc. */
+/* Advance x and y over [t, end), in which wheel speeds are constant: exactly an arc. */
 static void arc(Values *v, const Motion *m, double t, double end)
 {
     const double a = turn_rate(m, t) * (end - t) / 2;
@@ -78,7 +78,7 @@ static void arc(Values *v, const Motion *m, double t, double end)
     v->y += chord * sin(direction);
 }
 
-/* Wheel speeds in one phase over [t, end). */
+/* Advance x and y over [t, end), in which each wheel stays in one phase, by Gauss sums. */
 static void gauss(Values *v, const Motion *m, double t, double end)
 {
     const double length = end - t;
@@ -87,7 +87,7 @@ static void gauss(Values *v, const Motion *m, double t, double end)
                        + fabs(m->roll_left) * wheel_bound(&m->left, t, length)) / m->track * length;
     const double parts = fmax(1, ceil(2 * fmax(turn, decay)));
     if (!(parts <= MOST_PARTS)) {
-        v->x = NAN; /* the host says which step it was */
+        v->x = NAN; /* instance.c reports the step as failed */
         return;
     }
     double dx = 0, dy = 0;
@@ -102,7 +102,7 @@ static void gauss(Values *v, const Motion *m, double t, double end)
     v->y += dy * length / parts / 2;
 }
 
-/* The next end of a phase of a wheel after `t`, at most `end`. */
+/* Return the end of the wheel's phase at `t`, at most `end`. */
 static double phase_end(const Wheel *w, double t, double end)
 {
     if (t < w->ramp_end)
@@ -122,7 +122,7 @@ void model_step(Values *v, double h /* [s] */)
         t = end;
     }
     v->theta = heading(&m, h);
-    const double half = (v->theta - m.theta) / 2; /* (x, y) turns about a point that is icr_x ahead of it */
+    const double half = (v->theta - m.theta) / 2; /* the body turns about a point icr_x ahead of (x, y) */
     const double across = 2 * v->icr_x_m * sin(half);
     v->x += across * sin(m.theta + half);
     v->y -= across * cos(m.theta + half);
@@ -135,7 +135,7 @@ void model_step(Values *v, double h /* [s] */)
 void model_outputs(Values *v)
 {
     const Motion m = motion_of(v);
-    v->wheel_left = m.left.start; /* the command itself where the wheel follows at once */
+    v->wheel_left = m.left.start; /* without lag the command itself */
     v->wheel_right = m.right.start;
     v->v = forward_speed(&m, 0);
     v->omega = turn_rate(&m, 0);

@@ -1,12 +1,12 @@
-/* How one wheel turns over a step: at the limit of its acceleration, then exponentially, then at constant speed.
+/* Speed and angle of one wheel over a step: first at its acceleration limit, then exponential, then at constant speed.
  *
  *     tau d(speed)/dt = command - speed,  |d(speed)/dt| <= limit
  *
  *     0        ramp_end           settled
  *     | ramp   | gap exp(-s/tau)  | = goal                speed - goal at ramp_end is gap, |gap| <= tau * limit
  *
- * Both phases are closed forms, so speed and angle are exact at any instant of the step. What is left of the gap when a
- * wheel is called settled, exp(-40) = 4e-18 of it, is below rounding. */
+ * All phases are closed forms, so speed and angle are exact at any instant of the step. At `settled` the gap has
+ * decayed to exp(-40) = 4e-18 of its value, which is below rounding. */
 #ifndef WHEEL_H
 #define WHEEL_H
 
@@ -19,12 +19,12 @@ typedef struct {
     double goal;     /* [rad/s] clipped command */
     double ramp;     /* [rad/s2] acceleration before ramp_end */
     double ramp_end; /* [s] after the start of the step */
-    double gap;      /* [rad/s] */
+    double gap;      /* [rad/s] speed - goal at ramp_end */
     double tau;      /* [s] */
-    double settled;  /* [s] from here on the speed is the goal */
+    double settled;  /* [s] after the start of the step: from here on the speed is the goal */
 } Wheel;
 
-/* top, limit: 0 = none */
+/* `top` [rad/s] limits the command, `limit` [rad/s2] the acceleration; 0 = no limit */
 static Wheel wheel_at(double speed, double command, double top, double limit, double tau)
 {
     const double goal = top > 0 ? fmin(fmax(command, -top), top) : command;
@@ -35,7 +35,7 @@ static Wheel wheel_at(double speed, double command, double top, double limit, do
         w.gap = gap > 0 ? limit * tau : -limit * tau;
         w.ramp_end = (fabs(gap) - limit * tau) / limit;
     } else if (tau == 0) {
-        w.start = goal; /* at once */
+        w.start = goal; /* without lag or limit the wheel has the commanded speed at once */
         w.gap = 0;
     }
     w.settled = w.ramp_end + (w.gap != 0 ? SETTLING * tau : 0);
@@ -62,7 +62,7 @@ static int wheel_decays(const Wheel *w, double t)
     return t >= w->ramp_end && t < w->settled;
 }
 
-/* Bound of |speed| from `t` on, for `length` [s] within one phase. */
+/* Return an upper bound of |speed| over [t, t + length), which lies within one phase. */
 static double wheel_bound(const Wheel *w, double t, double length)
 {
     if (t < w->ramp_end)

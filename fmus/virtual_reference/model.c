@@ -2,19 +2,19 @@
  *
  *     dx/dt = (v + e_v) cos(theta)     dy/dt = (v + e_v) sin(theta)     dtheta/dt = omega + e_omega
  *
- * From the start of an arc, where inputs or disturbance changed, to any instant of it the pose is a closed form:
+ * An arc starts where inputs or disturbance change. After a time s on it the pose is a closed form, with
  *
  *     chord = v s sin(a) / a in direction theta + a,  a = omega s / 2
  *
  * Time is counted in whole nanoseconds and a pose is computed from the start of its arc, never from the last step. So
- * changes of inputs take effect at their very instants, and how the host cuts time changes no bit of the result.
+ * inputs change exactly at their instants, and the host's choice of steps changes no bit of the result.
  *
  * Source: Tolic 2012, section 4.6 (omega_p = (v_R2, omega_R2), with e_omega superposed). */
 #include <math.h>
 
 #include "variables.h"
 
-/* The piece in force at `t_ns`, -1 before the first. */
+/* Return the index of the piece in force at `t_ns`, -1 before the first. */
 static int piece_at(const Memory *memory, long long t_ns)
 {
     int k = memory->count - 1;
@@ -32,7 +32,7 @@ void model_start(Values *v)
             continue;
         const Piece piece = {llround(v->from_s[i] * 1e9), v->v_mps[i], v->omega_radps[i]};
         int k = memory->count++;
-        for (; k > 0 && memory->piece[k - 1].from_ns > piece.from_ns; k--) /* of two from one instant the later rules */
+        for (; k > 0 && memory->piece[k - 1].from_ns > piece.from_ns; k--) /* stable: of equal from_s the last acts */
             memory->piece[k] = memory->piece[k - 1];
         memory->piece[k] = piece;
     }
@@ -44,7 +44,7 @@ void model_start(Values *v)
     memory->arc_theta = v->theta;
 }
 
-/* Bring the pose to `end_ns`, at inputs that are constant from `now_ns` on. */
+/* Advance the pose from `now_ns` to `end_ns` with constant inputs. */
 static void arc_to(Values *v, long long end_ns, double speed, double turn)
 {
     Memory *memory = &v->memory;

@@ -1,12 +1,12 @@
-"""When to look: a member of this kind is told what was asked for and seen, and says when the next look is due.
+"""Sampling policies: a member of this kind decides when the next look is due.
 
-    asked(look_ns)                          a look was asked for, its exposure is at look_ns
-    detected(seen_ns, place, surprised)     the newest detection; `surprised`: the filter is farther from it than rho
-    next_look_ns(now_ns, own)               the first instant after now at which to look
+    asked(look_ns)                          the pursuer has requested a look with its exposure at look_ns
+    detected(seen_ns, place, surprised)     the newest detection; `surprised`: the filter's error exceeds rho
+    next_look_ns(now_ns, own)               return the first instant after now at which to look
 
-The answer holds as long as nothing is detected and the pursuer, now at `own`, does not recede from what it saw last;
-a later question may give a later instant, never an earlier one. Instants are multiples of T_s. The first looks, which
-the filter starts from, are at consecutive instants.
+The returned instant holds until the next detection, as long as the pursuer, now at `own`, does not recede from the last
+one; a later call may return a later instant, never an earlier one. Instants are multiples of T_s. The first looks, from
+which the filter starts, are at consecutive instants.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Protocol
 
 from agents.pursuit import Place
 
-FIRST_LOOKS = 3                 # a circle needs as many
+FIRST_LOOKS = 3                 # detections that define a circle
 
 
 class Sampling(Protocol):

@@ -1,12 +1,12 @@
-"""The decision of Figure 3.3: look where the target may have come near the boundary, or the filter is off.
+"""The policy of Figure 3.3: look when the target may be near the boundary, or when the filter's error is large.
 
-    d(m) = R - |y - q(m)| - v_max (m T_s - t_seen)      the least distance to the boundary that is possible at m (3.4)
+    d(m) = R - |y - q(m)| - v_max (m T_s - t_seen)      the least possible distance to the boundary at m (3.4)
     look at m + 1   if d(m) <= zeta, or after the newest detection |expected - y| >= rho
 
-v_max (t - t_seen) is the escape time's other side: the reachable set of the target is a disk around what was seen.
-Answers come up to `latency_ns` after the exposure; meanwhile d goes on falling, and no further look is asked for: each
-would bring its own surprises; with a latency of 3 T_s that made four times as many looks (145 instead of 37).
-A look without an answer by then is asked for again, since the target may be gone.
+The reachable set of the target is a disk of radius v_max (t - t_seen) around the newest detection y.
+An answer takes up to `latency_ns` from the exposure. Meanwhile d goes on falling, but no other look is requested: each
+could report a large error again, which with a latency of 3 T_s made 145 looks instead of 37.
+A look without an answer by then is requested again, since the target may have left the view.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Adaptive:
         soonest_ns = (now_ns // step_ns + 1) * step_ns
         if self._first_looks > 0:
             return soonest_ns
-        if self._asked_ns > self._seen_ns:                                  # under way: until then it may be answered
+        if self._asked_ns > self._seen_ns:                                  # wait for the answer to the last look
             retry_ns = self._asked_ns + self._latency_ns
             soonest_ns = max(soonest_ns, (retry_ns // step_ns + 1) * step_ns)
         if self._surprised or self._place is None:
@@ -58,4 +58,4 @@ class Adaptive:
         doubt_ns = self._seen_ns + int(left_m / self._v_max_mps * 1e9)      # d = zeta, if the pursuer stays
         if doubt_ns <= now_ns:
             return soonest_ns
-        return max(soonest_ns, (-(-doubt_ns // step_ns) + 1) * step_ns)     # tested at the instant at or after it
+        return max(soonest_ns, (-(-doubt_ns // step_ns) + 1) * step_ns)     # one step after the next instant

@@ -1,4 +1,4 @@
-"""Looks at instants floor(i p) T_s, i = 0, 1, ..., whatever is seen; p need not be whole: N / n is n in N instants."""
+"""Looks at floor(i p) T_s, i = 0, 1, ..., whatever is detected; p = N / n, a fraction, makes n looks in N instants."""
 
 from __future__ import annotations
 

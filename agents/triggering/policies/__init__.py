@@ -1,8 +1,8 @@
-"""Policies: when is the next measurement due, given the one taken now?
+"""Policies: a member of this kind decides from a measurement when the next one is due.
 
-A member of this kind has one verb, `decide`: from a measurement and the inputs known with it to a `Decision`. Policies
-with `watch_ns` > 0 also want to look at the state in between, every `watch_ns`, without a transmission; `look` then
-returns the decision as it stands. What a decision rests on is checked by `agents.triggering.assumptions`.
+`decide` makes a `Decision` from a measurement and the inputs known with it. If `watch_ns` > 0, the caller also measures
+the state every `watch_ns` in between, without a transmission, and passes it to `look`, which returns the decision,
+possibly prolonged. `agents.triggering.assumptions` checks the assumptions of a decision.
 
 All times are those of the caller's clock, in nanoseconds.
 """
@@ -18,11 +18,11 @@ W = TypeVar("W", contravariant=True)
 
 
 class Decision(NamedTuple):
-    measured_ns: int        # t_i: when the state was measured, not when the news arrived
-    interval_ns: int        # ask again this long after; and, unanswered, again and again at this interval
-    valid_ns: int           # tau_i: the small-gain condition is certified until this long after
-    gain_per_s: float       # gamma_n that it was certified with
-    growth_per_s: float     # ||A|| that holds over [t_i, t_i + tau_i]
+    measured_ns: int        # t_i: when the state was measured, not when the measurement arrived
+    interval_ns: int        # from t_i to the next request, and between requests without an answer
+    valid_ns: int           # tau_i: the small-gain condition is certified over [t_i, t_i + tau_i]
+    gain_per_s: float       # gamma_n of the certificate
+    growth_per_s: float     # ||A|| of the certificate, valid over [t_i, t_i + tau_i]
 
     @property
     def next_ns(self) -> int:
@@ -34,28 +34,28 @@ class Decision(NamedTuple):
 
     @property
     def losses_allowed(self) -> int:
-        """How many attempts in a row may fail so that the one after them is still in time."""
+        """Number of requests in a row that may fail if the next one still arrives within tau_i."""
         return self.valid_ns // self.interval_ns - 1
 
     def attempt_ns(self, failed: int) -> int:
-        """When to ask again after that many attempts have failed."""
+        """Return when to send the next request after `failed` requests without an answer."""
         return self.measured_ns + (failed + 1) * self.interval_ns
 
     def gain_product(self, now_ns: int) -> float:
-        """gamma_n gamma_e(now - t_i): at most kappa while the decision holds; below 1 is what Theorem 4 needs."""
+        """Return gamma_n gamma_e(now - t_i): at most kappa while the decision holds; Theorem 4 requires < 1."""
         return self.gain_per_s * error_gain(self.growth_per_s, max(now_ns - self.measured_ns, 0) * 1e-9)
 
 
 class Policy(Protocol[X, W]):
     @property
     def watch_ns(self) -> int:
-        """How often `look` wants to be called between measurements; 0 for never."""
+        """Period at which the caller has to call `look` between measurements; 0: never."""
         ...
 
     def decide(self, measured_ns: int, x: X, inputs: W) -> Decision:
-        """ValueError if x or inputs are no measurement (not finite, or absurdly large)."""
+        """Return the decision for x, measured at `measured_ns`; ValueError for x or inputs not finite or too large."""
         ...
 
     def look(self, now_ns: int, x: X) -> Decision:
-        """The last decision, prolonged by what a look at the state now allows; never shortened."""
+        """Return the last decision, prolonged as far as the present state x allows; never shortened."""
         ...

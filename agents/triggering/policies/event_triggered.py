@@ -1,9 +1,9 @@
-"""Event triggering: constant monitoring of the condition that input-output triggering predicts.
+"""Event triggering: frequent evaluation of the condition that input-output triggering predicts.
 
-Between transmissions the state is looked at every `watch_ns`, where it is measured and without sending it. A look
-starts the prediction anew: A is that of the states predicted until now and of those reachable from the state seen now.
-An interval still ends before gamma_n gamma_e exceeds kappa, and never earlier than `inner` would end it. Each look
-costs one evaluation of the trigger.
+Between transmissions the state is measured every `watch_ns` without being sent. Each such look restarts the
+prediction: A is valid for the states predicted until now and for those reachable from the state measured now. An
+interval still ends before gamma_n gamma_e exceeds kappa, and never earlier than `inner` would end it. Each look costs
+one evaluation of the trigger.
 """
 
 from __future__ import annotations

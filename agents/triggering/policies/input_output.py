@@ -3,7 +3,7 @@
 `IndividualGains` uses the gain and the matrix A of the inputs measured now, `UnifiedGain` the largest gain Z of all
 inputs and the matrix of the worst ones, whatever was measured.
 
-Not modelled: intervals below 1 us; gains that would need them are refused.
+Not modelled: intervals below 1 us; gains that would require them raise ValueError.
 """
 
 from __future__ import annotations
@@ -44,17 +44,17 @@ class IndividualGains(Generic[X, W]):
         return self.last
 
     def predict(self, x: X, inputs: W) -> tuple[float, Prediction[X]]:
-        """gamma_n and what follows from the measurement."""
+        """Return gamma_n and the prediction from the measurement."""
         inputs = self.system.admissible(inputs)
         return self.gains.gain(inputs), self.system.predict(x, inputs, inputs)
 
     def shortest_s(self, radius: float) -> float:
-        """No horizon is shorter while |x| <= radius (Remark 4 with Z, V): the lower bound against Zeno behaviour."""
+        """Return a lower bound of all horizons [s] with |x| <= radius (Remark 4 with Z, V): no Zeno behaviour."""
         growth_until = self.system.growth_within(self.system.worst_inputs, radius)
         return largest_horizon(growth_until, self.gains.unified, self.kappa).tau_s
 
     def longest_s(self, inputs: W) -> float:
-        """kappa / gamma_n of the inputs: no horizon is longer (Remark 5)."""
+        """Return kappa / gamma_n of the inputs [s], an upper bound of the horizon (Remark 5)."""
         return longest_horizon_s(self.gains.gain(self.system.admissible(inputs)), self.kappa)
 
 
@@ -67,6 +67,6 @@ class UnifiedGain(IndividualGains[X, W]):
 
 
 def decision(measured_ns: int, horizon: Horizon, gain_per_s: float) -> Decision:
-    """Whole nanoseconds, rounded down."""
+    """Return the decision for `horizon`, rounded down to whole nanoseconds."""
     tau_ns = max(int(horizon.tau_s * 1e9), 1)
     return Decision(measured_ns, tau_ns, tau_ns, gain_per_s, horizon.growth_per_s)

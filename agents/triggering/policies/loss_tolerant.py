@@ -1,7 +1,7 @@
-"""Any policy where up to N^D attempts in a row may be lost: ask again after tau_i / (N^D + 1), so that one is in time.
+"""Wraps a policy so that up to N^D requests in a row may be lost: one is sent every tau_i / (N^D + 1).
 
-Differs from the dissertation: Remark 6 says tau_i / N^D. N^D losses in a row put successes N^D + 1 attempts apart; with
-the printed rule the last attempt comes at tau_i (N^D + 1) / N^D, too late. And the first N^D = 1 would change nothing.
+Differs from the dissertation: Remark 6 says tau_i / N^D. With N^D losses in a row, successes are N^D + 1 requests
+apart, so by the printed rule the last request is sent at tau_i (N^D + 1) / N^D, too late; N^D = 1 changes nothing.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Periodic measurements: the same interval whatever is measured, the shortest that any state within a radius needs."""
+"""Periodic measurements, at the shortest interval that any state within a radius requires."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ W = TypeVar("W", bound=tuple[float, ...])
 
 
 class Periodic(Generic[X, W]):
-    """Certified while |x| <= radius (Remark 4); `period_ns` overrides the period, not what is certified."""
+    """Certified while |x| <= radius (Remark 4); `period_ns` overrides the period, but not the certified tau_i."""
 
     watch_ns = 0
 

@@ -19,12 +19,12 @@ from agents.triggering.policies.periodic import Periodic
 
 @dataclass(frozen=True)
 class PolicySettings:
-    """What a scenario may say; each policy takes what it needs."""
+    """The settings of all policies; each policy uses its own."""
 
     kappa: float = KAPPA
     max_successive_losses: int = 0      # N^D
-    radius: float = 10.0                # periodic: largest |x| that the period is certified for
-    period_ns: int | None = None        # periodic: another period than the certified one
+    radius: float = 10.0                # periodic: largest |x| for which the period is certified
+    period_ns: int | None = None        # periodic: a period instead of the certified one
     watch_ns: int = MS                  # event_triggered: time between looks
 
 
@@ -51,7 +51,7 @@ POLICIES: Final = {
 
 def build_policy(name: str, system: System, gains: GainTable,
                  settings: PolicySettings | None = None) -> Policy[Any, Any]:
-    """The policy of that name, loss-tolerant if the settings allow for losses. ValueError for an unknown name."""
+    """Return the policy `name`, as LossTolerant if the settings allow losses; ValueError for an unknown name."""
     if name not in POLICIES:
         raise ValueError(f"policy={name!r}: expected one of {', '.join(POLICIES)}")
     settings = PolicySettings() if settings is None else settings
