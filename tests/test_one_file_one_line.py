@@ -16,14 +16,12 @@ from tests.members.every_second import EverySecond
 PROGRAM = '''
 class Talker:
     def __init__(self, board):
-        self.board = board
-        for port in board.node.ports.values():
-            port.on_receive = lambda data: board.node.count("heard")
+        self.board, self.ring = board, board.port("ring", lambda data: board.count("heard"), listen_only=True)
 
     def run(self):
         for k in range(10):
-            yield from self.board.wait_until(k * 10_000_000)
-            self.board.node.ports["ring"].send(b"four")
+            yield from self.board.sleep_until(k * 10_000_000)
+            self.ring.send(b"four")
 '''
 TABLES: dict[str, Any] = {
     "seed": 7, "length_s": 0.2, "agents_defaults": {"program": "talker:Talker"}, "agents": {"a": {}, "b": {}, "c": {}},
