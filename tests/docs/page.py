@@ -3,6 +3,7 @@
 - A block whose first line names a file (`# beacon.py`, `/* cart/model.c`) is written there, or appended (`, at its end`).
 - A block of TOML that names none changes lines of the file written last: each line replaces the one that begins like it.
 - Each line of an `sh` block is typed; its exit code is 0 unless the line says `# exit code 1`. `pip install` is not typed.
+- Blocks of Python that name no file are the cells of one notebook, executed after all else.
 - Each line of a `text` block is in the output of the `sh` block before it, whatever the spaces.
 """
 
@@ -16,7 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
-NAMED = re.compile(r"(?:#|/\*) (?P<name>[\w./]+\.(?:toml|py|c|yml))(?P<appended>, at its end)?")
+NAMED = re.compile(r"(?:#|/\*) (?P<name>[\w./]+\.(?:toml|py|c|yml|ini))(?P<appended>, at its end)?")
 
 
 class Block(NamedTuple):
@@ -55,11 +56,15 @@ def follow(page: str, folder: Path) -> None:
             assert not missing, f"{page}: {missing} not in\n{output}"
         else:
             _write(block, folder, written)
+    cells = [block.text for block in blocks(page) if block.language == "python" and not block.file]
+    if cells:
+        (folder / "cells.py").write_text("\n".join(cells))
+        type_in(folder, "python cells.py")
 
 
 def type_in(folder: Path, line: str) -> str:
     """Type a line into a shell; what it prints. AssertionError if its exit code is not the one that it tells."""
-    if not line.strip() or line.startswith(("pip install ", "#")):
+    if not line.strip() or line.startswith("pip install "):
         return ""
     environment = {**os.environ, "PATH": f"{sysconfig.get_path('scripts')}:{os.environ['PATH']}",
                    "MARCONET_CACHE": str(folder / "cache")}
