@@ -18,7 +18,7 @@ LAYOUT: Final = 2       # counts changes of `build` that change what it builds
 MODULES: Final = (
     "fmus.plant",
     "netem.core.agenda",
-    "netem.node.alarm",
+    "netem.node.environment",
     "netem.core.frame",
     "netem.media.links",
     "netem.emulator.conductor",

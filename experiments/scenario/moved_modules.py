@@ -6,7 +6,7 @@ from typing import Final
 
 MOVED: Final = {
     "netem.agenda": "netem.core.agenda",
-    "netem.alarm": "netem.node.alarm",
+    "netem.alarm": "netem.node.environment",
     "netem.diagnosis": "netem.transport.diagnosis",
     "netem.fate": "netem.core.fate",
     "netem.fate_meaning": "netem.core.fate",

@@ -123,23 +123,38 @@ def parameters_of(program: Callable[..., Any]) -> tuple[Shape | None, str]:
     declared = getattr(program, "Settings", None)
     if declared is not None and not (isinstance(declared, type) and is_dataclass(declared)):
         return None, f"{program.__name__}.Settings is no dataclass"
-    takes = "(board, settings)" if declared is not None else "(board)"
-    positional = [item for item in given if item.kind in (item.POSITIONAL_ONLY, item.POSITIONAL_OR_KEYWORD)]
     keywords = [item.name for item in given if item.kind is item.KEYWORD_ONLY]
     if keywords and declared is None:
         return None, (f"{program.__name__} takes {', '.join(keywords)} as keyword arguments: declare them as fields of "
                       f"a dataclass `Settings` of the class, and write __init__(self, board, settings)")
+    takes = ["board"] if declared is None else ["board", "settings"]
     try:
-        inspect.signature(program).bind(*["board", "settings"][:1 + (declared is not None)])
+        inspect.signature(program).bind(*takes)
     except TypeError:
-        there = inspect.signature(program)
-        if not positional:
-            return None, f"takes no board: {program.__name__}{there} has no positional argument"
-        return None, f"{program.__name__}{there}: expected {program.__name__}{takes}"
+        here = f"{program.__name__}{inspect.signature(program)}"
+        if not any(item.kind in (item.POSITIONAL_ONLY, item.POSITIONAL_OR_KEYWORD) for item in given):
+            return None, f"takes no board: {here} has no positional argument"
+        return None, f"{here}: expected {program.__name__}({', '.join(takes)})"
+    if complaint := _complaint_about_questions(program):
+        return None, complaint
     try:
         return (Shape({}, frozenset()) if declared is None else shape_of(declared)), ""
     except NameError as error:
         return None, f"{program.__name__}.Settings: {error}"
+
+
+def _complaint_about_questions(program: type) -> str:
+    """What is wrong with the signature of `check` or `prepare`, "" if nothing is."""
+    for name in ("check", "prepare"):
+        asked: Callable[..., Any] | None = getattr(program, name, None)
+        if asked is None:
+            continue
+        try:
+            inspect.signature(asked).bind("scenario", "own")
+        except TypeError:
+            return (f"{program.__name__}.{name}{inspect.signature(asked)}: expected {name}(scenario, own), where `own` "
+                    "holds the agents that run this program, with their settings")
+    return ""
 
 
 def _arguments(function: Any, given: list[inspect.Parameter]) -> tuple[Shape | None, str]:

@@ -3,7 +3,7 @@
     class Beacon:
         def run(self):                                      # a generator: it has a `yield`
             while True:
-                yield from self.board.wait_until(...)
+                yield from self.board.sleep_until(...)
 
 A class without `run` is a program if it only answers what it hears, or starts its processes itself.
 """
@@ -16,7 +16,7 @@ from difflib import get_close_matches
 from types import CodeType, FunctionType
 from typing import Any
 
-REMEDY = "wait in it with `yield from self.board.wait_until(local_ns)`"
+REMEDY = "wait in it with `yield from self.board.sleep_until(local_ns)`"
 
 
 def complaint_about_run(cls: type) -> str:

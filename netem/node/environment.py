@@ -1,26 +1,50 @@
 """SimPy, in the way a node needs it: times are integers, and an arriving frame can move the time on like an event.
 
-A node runs its events itself (`Node`), so that the compiled code does it; `step` does the same in Python.
+The only file that touches SimPy's private fields: `tests/netem/node/test_simpy_fields.py` names them and holds SimPy's
+version. The event loop stands here, as SimPy's `step` in a form that mypyc compiles.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from heapq import heappop, heappush
+from typing import Any, Final
 
-import simpy
+from mypy_extensions import mypyc_attr
+from simpy.core import Environment  # by this path, where mypyc looks for a base class
+from simpy.events import NORMAL
 
 from netem.wire.instants import NEVER_NS
 
+MAX_EVENTS_AT_ONE_INSTANT: Final = 100_000
 
-class NodeEnvironment(simpy.Environment):
-    _now: Any           # int, unless a program waits for a float, which `Node` refuses
+
+class Alarm:
+    """As much of an event as SimPy's queue asks for: cheaper than a process, or than an event to wait for."""
+
+    __slots__ = ("_ok", "callbacks")
+
+    def __init__(self, action: Callable[[Any], None]) -> None:
+        self.callbacks: list[Callable[[Any], None]] | None = [action]
+        self._ok = True
+
+
+@mypyc_attr(native_class=False)
+class Clock:
+    __slots__ = ("now_ns",)
+
+    now_ns: Any         # int, unless a program waits for a float, which `Node` refuses
+
+
+@mypyc_attr(native_class=False)
+class NodeEnvironment(Clock, Environment):
+    _now = Clock.__dict__["now_ns"]     # SimPy's name for the same slot, so that either is read and set without a call
 
     def __init__(self) -> None:
         super().__init__(initial_time=0)
         self.queue: list[tuple[Any, Any, int, Any]] = self._queue        # a heap by time
-        self.time_ns: Callable[[], int] = partial(getattr, self, "_now")     # read often: no Python on the way
+        self.time_ns: Callable[[], int] = partial(getattr, self, "now_ns")     # read often: no Python on the way
 
     def next_ns(self) -> int:
         """Time of the next event, `NEVER_NS` if there is none."""
@@ -28,5 +52,30 @@ class NodeEnvironment(simpy.Environment):
 
     def move_to(self, time_ns: int) -> None:
         """Set the time; every event before `time_ns` has run."""
-        assert self._now <= time_ns, f"{time_ns} ns lies before {self._now} ns"
-        self._now = time_ns
+        assert self.now_ns <= time_ns, f"{time_ns} ns lies before {self.now_ns} ns"
+        self.now_ns = time_ns
+
+    def call_in(self, delay_ns: int, action: Callable[[Any], None]) -> None:
+        """Call `action` after `delay_ns`, among the events of that instant."""
+        heappush(self.queue, (self.now_ns + delay_ns, NORMAL, next(self._eid), Alarm(action)))
+
+
+def run_before(limit_ns: int, env: NodeEnvironment) -> None:
+    """Run every event before `limit_ns`. A function: compiled, it is called without a look-up."""
+    queue = env.queue
+    instant_ns, events = -1, 0
+    while queue and (time_ns := queue[0][0]) < limit_ns:
+        if time_ns != instant_ns:
+            instant_ns, events = time_ns, 0
+        events += 1
+        if events > MAX_EVENTS_AT_ONE_INSTANT:
+            raise RuntimeError(f"{events - 1} events at {time_ns} ns: the program waits for no time to pass")
+        event = queue[0][3]
+        if not event._ok:
+            env.step()                      # a failure that nobody may have taken: SimPy knows
+            continue
+        heappop(queue)                      # what `step` does otherwise
+        env.now_ns = time_ns
+        callbacks, event.callbacks = event.callbacks, None
+        for callback in callbacks:
+            callback(event)

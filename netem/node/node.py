@@ -12,22 +12,19 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
-from heapq import heappop
 from typing import Any, Final
 
 import simpy
 from mypy_extensions import mypyc_attr
 from simpy.events import Event
 
-from netem.node.alarm import call_in
-from netem.node.environment import NodeEnvironment
+from netem.node.environment import NodeEnvironment, run_before
 from netem.node.named import Named
 from netem.wire.errors import WHOLE_NANOSECONDS
 from netem.wire.instants import NEVER_NS
 from netem.wire.messages import Grant, Hello, Offer, Report, Sample
 
 FrameBytes = bytes | bytearray | memoryview | Any       # Any: what else comes is refused by name, compiled or not
-MAX_EVENTS_AT_ONE_INSTANT: Final = 100_000
 WAS_ANSWERS: Final = ("a port has no `answers` any more: write `board.port(name, on_receive, listen_only=True)` for "
                       "what was `answers = False`")
 
@@ -114,7 +111,7 @@ class Node:
 
     def present_ns(self) -> int:
         """True time that the program stands at: of its event, or of the sample or show that is being read."""
-        now_ns: int = self._reading_ns if self._reading_ns >= 0 else self.env._now      # no call: plants ask often
+        now_ns: int = self._reading_ns if self._reading_ns >= 0 else self.env.now_ns      # no call: plants ask often
         return now_ns
 
     @property
@@ -138,7 +135,7 @@ class Node:
         """Call `action` after `delay_ns`."""
         if delay_ns < 0:
             raise ValueError(f"{self.name}: delay_ns={delay_ns}: expected 0 or more")
-        call_in(self.env, delay_ns, action)
+        self.env.call_in(delay_ns, action)
 
     def promise_firm(self, time_ns: int) -> None:
         """Firm promise: hand out nothing before `time_ns`, whatever is heard. A promise given is never taken back."""
@@ -154,7 +151,7 @@ class Node:
             self._unless_heard_ns = time_ns
 
     def hand_out(self, port: int, data: FrameBytes) -> None:
-        now_ns: Any = self.env._now
+        now_ns: Any = self.env.now_ns
         if type(now_ns) is not int:
             raise TypeError(f"{self._port_list[port].name}: a frame at {now_ns!r} ns: {WHOLE_NANOSECONDS}")
         if type(data) is not bytes:
@@ -239,8 +236,8 @@ class Node:
                 self._sample_before(arrival_ns)
             if self._next_show_ns <= arrival_ns:
                 self._show_before(arrival_ns + 1)
-            assert env._now <= arrival_ns, f"{arrival_ns} ns lies before {env._now} ns"
-            env._now = arrival_ns
+            assert env.now_ns <= arrival_ns, f"{arrival_ns} ns lies before {env.now_ns} ns"
+            env.now_ns = arrival_ns
             to = ports[port]
             if not to.listen_only:
                 self._unless_heard_ns = 0
@@ -278,26 +275,17 @@ class Node:
         """Run the node's own events before `limit_ns`, and take the samples that lie before the last of them."""
         env = self.env
         queue = env.queue
-        instant_ns, events = -1, 0
         while queue and (time_ns := queue[0][0]) < limit_ns:
             if self._next_sample_ns < time_ns:
                 self._sample_before(time_ns)
             if self._next_show_ns <= time_ns:
                 self._show_before(time_ns + 1)
-            if time_ns != instant_ns:
-                instant_ns, events = time_ns, 0
-            events += 1
-            if events > MAX_EVENTS_AT_ONE_INSTANT:
-                raise RuntimeError(f"{events - 1} events at {time_ns} ns: the program waits for no time to pass")
-            event = queue[0][3]
-            if not event._ok:
-                env.step()                      # a failure that nobody may have taken: SimPy knows
-                continue
-            heappop(queue)                      # what `env.step` does otherwise
-            env._now = time_ns
-            callbacks, event.callbacks = event.callbacks, None
-            for callback in callbacks:
-                callback(event)
+            stop_ns = limit_ns
+            if self._next_sample_ns < stop_ns:
+                stop_ns = self._next_sample_ns + 1
+            if self._next_show_ns < stop_ns:
+                stop_ns = self._next_show_ns
+            run_before(stop_ns, env)
 
     def _sample_before(self, time_ns: int) -> None:
         while self._next_sample_ns < time_ns:

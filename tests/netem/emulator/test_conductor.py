@@ -9,8 +9,10 @@ import pytest
 import simpy
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from simpy.events import URGENT
 
 from netem.emulator.conductor import MAX_ROUNDS_AT_ONE_INSTANT, Conductor
+from netem.node.environment import Alarm
 from netem.node.node import Node
 from netem.wire.errors import InstantLoop, NodeFailure
 from netem.wire.instants import NEVER_NS
@@ -300,10 +302,8 @@ def _run_globally(names: list[str], seeds: list[int], promises: list[str], laten
                     batch = due[other].setdefault(arrival, [])
                     batch.append((name, sequence[name], data))
                     if len(batch) == 1:
-                        event = env.event()
-                        event._ok, event._value = True, None
-                        event.callbacks.append(lambda _, other=other, arrival=arrival: arrive(other, arrival))
-                        env.schedule(event, 0, latency_ns)
+                        env.schedule(Alarm(lambda _, other=other, arrival=arrival: arrive(other, arrival)),
+                                     URGENT, latency_ns)
         return send
 
     def arrive(name: str, arrival: int) -> None:
