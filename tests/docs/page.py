@@ -1,8 +1,8 @@
 """Does what a page of docs/ tells its reader: writes its files, types its commands, compares what it shows.
 
-- A block whose first line names a file (`# beacon.py`, `/* cart/model.c`) is written there, or appended (`, at its end`).
-- A block of TOML that names none changes lines of the file written last: each line replaces the one that begins like it.
-- Each line of an `sh` block is typed; its exit code is 0 unless the line says `# exit code 1`. `pip install` is not typed.
+- A block whose first line names a file (`# beacon.py`, `/* cart/model.c`) is written there; `, at its end`: appended.
+- A block of TOML that names none changes lines of the file written last: each replaces the line that begins like it.
+- Each line of an `sh` block is typed, but for `pip install`; its exit code is 0, or as `# exit code 1` in it says.
 - Blocks of Python that name no file are the cells of one notebook, executed after all else.
 - Each line of a `text` block is in the output of the `sh` block before it, whatever the spaces.
 """
