@@ -76,7 +76,7 @@ def _navigation() -> str:
     sections["Packages"] = [f"reference/{package}.md" for package in _packages()]
     sections["Changes"] = ["changelog.md"]
     return "".join(f"  {{ {json.dumps(heading or 'All pages')} = {json.dumps(links if len(links) > 1 else links[0])} }},\n"
-                   for heading, links in sections.items())
+                   for heading, links in sections.items() if links)
 
 
 def _relinked(text: str, name: str) -> str:

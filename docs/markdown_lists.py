@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import griffe
 
-FIRST_ITEM: Final = re.compile(r"^(?!(?:[-*|>]|\d+\.) ?)(\S.*)\n(?=- |\| |\d+\. )", re.MULTILINE)
+FIRST_ITEM: Final = re.compile(r"^(?!- |\* |\||>|\d+\. )(\S.*)\n(?=- |\| |\d+\. )", re.MULTILINE)
 
 
 def spaced(text: str) -> str:

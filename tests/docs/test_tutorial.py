@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
-import yaml
 
 from tests.docs.page import ROOT, blocks, follow, write_files
 
@@ -24,9 +24,8 @@ def test_the_job_of_the_last_step_types_what_its_page_has_shown() -> None:
     jobs, = (block for block in blocks(STEPS[-1]) if block.language == "yaml")
     shown = [block.text.strip() for block in blocks(STEPS[-1]) if block.language == "sh"]
 
-    job, = yaml.safe_load(jobs.text)["jobs"].values()
+    install, command = re.findall(r"^ +- run: (.+)$", jobs.text, re.MULTILINE)
 
-    install, command = [step["run"] for step in job["steps"] if "run" in step]
     assert install.startswith("pip install pytest ")
     assert command == f"{shown[-1]} --junit-xml results.xml"
 
