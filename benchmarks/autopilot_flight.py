@@ -15,6 +15,7 @@ from random import Random
 from time import process_time
 
 from firmware_sim.autopilot.autopilot import Autopilot
+from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
 from firmware_sim.autopilot.vehicle import Mode, PositionTarget, Vector
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
@@ -43,8 +44,8 @@ class Flight:
         self.plant = Plant(describe(build_model("quadrotor")), "uav", preset.parameters)
         self.node = Node("uav", ["mocap"])
         clock = LocalClock(ClockSettings(), lambda: self.node.now_ns)
-        autopilot = Autopilot(Board(self.node, clock, self.plant, {}, Random(1)),
-                              parameters={"LINK_LOSS_ACT": 0.0, "MOCAP_DELAY": LATENCY_NS / 1e9})
+        settings = AutopilotSettings(parameters={"LINK_LOSS_ACT": 0.0, "MOCAP_DELAY": LATENCY_NS / 1e9})
+        autopilot = Autopilot(Board(self.node, clock, self.plant, {}, Random(1), {}), settings)
         self.controller = autopilot.controller
         self.node.start(autopilot.run())
         self.now_ns, self._rng = 0, Random(7)

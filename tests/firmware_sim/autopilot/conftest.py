@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from firmware_sim.autopilot.autopilot import Autopilot
+from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
 from firmware_sim.autopilot.vehicle import Landed, Mode, Result, Target, Vector
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
@@ -37,9 +38,10 @@ class FlightBench:
         self.node = Node("uav", ["mocap"], sample_period_ns)
         start = PRESETS["hummingbird"].parameters | dict(plant or {})
         self.plant = Plant(describe(build_model("quadrotor")), "uav", start)
-        self.board = Board(self.node, LocalClock(clock, lambda: self.node.now_ns), self.plant, {}, Random("7/uav"),
-                           clock_steps)
-        self.autopilot = Autopilot(self.board, **settings)
+        self.clock = LocalClock(clock, lambda: self.node.now_ns)
+        self.board = Board(self.node, self.clock, self.plant, {}, Random("7/uav"), {}, clock_steps)
+        self.board.keep_promises()
+        self.autopilot = Autopilot(self.board, AutopilotSettings(**settings))
         self.controller = self.autopilot.controller
         self.node.start(self.autopilot.run())
         self.captured, self.heard = True, True
