@@ -4,7 +4,7 @@
 
 - The pages of docs/ stay as they are; README.md and CHANGELOG.md stand beside them, as `about.md` and `changelog.md`.
 - Each package gets a page of the reference, `reference/PACKAGE.md`, made from the docstrings of its modules.
-- The navigation has a section for each table of docs/README.md, with the pages that the table links, then the reference.
+- The navigation has a section for each table of docs/README.md, with the pages that it links, then the reference.
 
 The exit code is 1 after any warning, such as a link that leads nowhere.
 """
@@ -17,6 +17,8 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Final
 
@@ -25,6 +27,7 @@ from markdown_lists import spaced
 ROOT: Final = Path(__file__).parents[1]
 PACKAGES: Final = ("marconet", "experiments", "agents", "firmware_sim", "fmus", "netem")
 BESIDE: Final = {"README.md": "about.md", "CHANGELOG.md": "changelog.md", "docs/README.md": "index.md"}
+FENCE: Final = re.compile(r"(^```.*?^```)", re.DOTALL | re.MULTILINE)
 CODE: Final = re.compile(r"(^```.*?^```|`[^`\n]*`)", re.DOTALL | re.MULTILINE)
 OF_THE_PAGE: Final = "    options: { show_root_heading: false, show_root_toc_entry: false }"
 LINK: Final = re.compile(r"(\]\()(?!https?:|#)([^)#\s]+)")
@@ -75,8 +78,9 @@ def _navigation() -> str:
         sections[heading.capitalize()] = [_page(os.path.normpath(f"docs/{link}")) for link in links]
     sections["Packages"] = [f"reference/{package}.md" for package in _packages()]
     sections["Changes"] = ["changelog.md"]
-    return "".join(f"  {{ {json.dumps(heading or 'All pages')} = {json.dumps(links if len(links) > 1 else links[0])} }},\n"
-                   for heading, links in sections.items() if links)
+    toml = {json.dumps(heading or "All pages"): json.dumps(links if len(links) > 1 else links[0])
+            for heading, links in sections.items() if links}
+    return "".join(f"  {{ {heading} = {links} }},\n" for heading, links in toml.items())
 
 
 def _relinked(text: str, name: str) -> str:
@@ -84,7 +88,12 @@ def _relinked(text: str, name: str) -> str:
     def relinked(link: re.Match[str]) -> str:
         target = _page(os.path.normpath(PurePosixPath(name).parent / link[2]))
         return link[1] + os.path.relpath(target, PurePosixPath(_page(name)).parent)
-    return "".join(part if place % 2 else LINK.sub(relinked, part) for place, part in enumerate(CODE.split(spaced(text))))
+    return _outside(CODE, partial(LINK.sub, relinked), _outside(FENCE, spaced, text))
+
+
+def _outside(code: re.Pattern[str], change: Callable[[str], str], text: str) -> str:
+    """`text`, changed but for what `code` matches."""
+    return "".join(part if place % 2 else change(part) for place, part in enumerate(code.split(text)))
 
 
 def _page(name: str) -> str:
