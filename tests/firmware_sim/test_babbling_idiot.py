@@ -20,6 +20,7 @@ def idiot(**parameters: int) -> Node:
     board = Board(node, LocalClock(ClockSettings(), lambda: node.now_ns), None, {}, Random(1), {})
     board.keep_promises()
     node.start(BabblingIdiot(board, BabblerSettings(**parameters)).run())
+    node.hello()
     return node
 
 

@@ -69,7 +69,8 @@ WITH_SETTINGS = HEAD + '''    @dataclass
      "Robot takes slot_ns, gain as keyword arguments: declare them as fields of a dataclass `Settings` of the class, "
      "and write __init__(self, board, settings)"),
     (HEAD + "    def __init__(self, board, slot_ns): pass\n", "Robot(board, slot_ns): expected Robot(board)"),
-    (WITH_SETTINGS.replace("(self, board, settings)", "(self, board)"), "Robot(board): expected Robot(board, settings)"),
+    (WITH_SETTINGS.replace("(self, board, settings)", "(self, board)"),
+     "Robot(board): expected Robot(board, settings)"),
     (WITH_SETTINGS.replace("(self, board, settings)", "(self)"), "takes no board: Robot() has no positional argument"),
     (WITH_SETTINGS.replace("    @dataclass\n", ""), "Robot.Settings is no dataclass"),
     (WITH_SETTINGS + "    @staticmethod\n    def check(scenario): pass\n",

@@ -71,7 +71,8 @@ class CanRun:
 
     def _drive(self) -> Node:
         node = Node("drive", ["can"], sample_period_ns=10 * MS)
-        self.plant = Plant(describe(build_model("unicycle")), "drive", {"tau_wheel_s": 0.05})
+        self.plant = Plant(describe(build_model("unicycle")), "drive", {"tau_wheel_s": 0.05},
+                           present=node.present_ns)
         board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), self.plant, {}, Random("7/drive"), {})
         board.keep_promises()
         node.start(DriveController(board, DriveSettings(stale_after_ns=100 * MS, lag_ns=50 * MS)).run())

@@ -33,9 +33,10 @@ def node_that(act: Callable[[Node], Any], wait: Any = 100) -> Callable[[], Node]
     (lambda node: node.ports["wire"].send("hello"), 100, "wire: 'hello' is str: a frame is bytes"),
     (lambda node: node.ports["wire"].send(b"x"), 1e2, "100.0 ns: times are int"),
     (lambda node: node.env.timeout(1e6), 100, "its next event is at 1000100.0 ns: times are int"),
-    (lambda node: node.signals([("p", "m"), ("q", "m")], lambda t: [1.0]), 100,
+    (lambda node: node.signals([("p", "m"), ("q", "m")], lambda: [1.0]), 100,
      "1 values for the signals p, q at 1000 ns"),
-    (lambda node: [node.signal("p", "m", float), node.signal("p", "m", float)], 100, "signal 'p' is there already"),
+    (lambda node: [node.signals([("p", "m")], float), node.signals([("p", "m")], float)], 100,
+     "signal 'p' is there already"),
     (lambda node: sys.exit(3), 100, "SystemExit: 3"),
 ])
 def test_nonsense_of_a_program_names_the_node_and_the_rule(conduct: Conduct, act: Any, wait: Any, message: str) -> None:
