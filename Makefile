@@ -8,12 +8,13 @@ OUT    ?= runs/demo
 WORKERS ?= $(shell echo $$(( $$(getconf _NPROCESSORS_ONLN) + 1 )))
 PYTEST  = $(BIN)/pytest -q -n $(WORKERS) --dist loadfile
 
-.PHONY: help demo test test-all lint bench lock clean
+.PHONY: help demo test test-all lint docs bench lock clean
 help:
 	@echo "make demo      install into $(VENV), run the scenario output_sync, write its report, then compile"
 	@echo "make test      lint, types and every test that is not slow"
 	@echo "make test-all  the slow tests as well, the others on the compiled modules too; none may be skipped"
 	@echo "make lint      ruff and mypy"
+	@echo "make docs      build all pages and the reference of the packages into build/site"
 	@echo "make bench     which benchmarks there are"
 	@echo "make lock      renew requirements-dev.lock"
 	@echo "make clean     remove $(VENV) and caches"
@@ -48,12 +49,16 @@ $(VENV)/.installed-compiled: pyproject.toml | $(VENV)/.installed
 	@$(call install,-e '.[compiled]')
 	@touch $@
 
+$(VENV)/.installed-docs: pyproject.toml | $(VENV)/.installed
+	@$(call install,-e '.[docs]')
+	@touch $@
+
 # A variable, since `call` would split its arguments at the commas.
-EXTRAS = dev,clients,oracles,peers,compiler,pandas
+EXTRAS = dev,clients,oracles,peers,compiler,pandas,docs
 
 $(VENV)/.installed-all: pyproject.toml | $(VENV)/.installed-dev
 	@$(call install,-e '.[$(EXTRAS)]')
-	@touch $@
+	@touch $@ $(VENV)/.installed-docs
 
 # The first verdict comes first; the compiler of the inner loops is installed and run after it.
 demo: $(VENV)/.installed
@@ -77,6 +82,10 @@ test-all: lint $(VENV)/.installed-all
 	$(BIN)/pytest -q --fail-on-skip -m slow
 	$(BIN)/marconet compile
 	MARCONET_COMPILED=1 $(PYTEST) --fail-on-skip -m "not slow"
+
+docs: $(VENV)/.installed-docs
+	@$(BIN)/python docs/build_site.py build/site
+	@echo "site: build/site/index.html; to search in it: $(BIN)/python -m http.server -d build/site"
 
 bench:
 	@grep -H -m1 -o '^"""[^"]*' benchmarks/*.py benchmarks/lockstep/compare.py | sed 's/:"""/: /'

@@ -1,0 +1,19 @@
+"""docs/howto: each page works as it stands, beside the files of the first two steps of the tutorial."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.docs.page import ROOT, follow, write_files
+
+PAGES = sorted(str(page.relative_to(ROOT)) for page in (ROOT / "docs" / "howto").glob("*.md"))
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_works_as_it_stands(page: str, tmp_path: Path) -> None:
+    write_files("docs/tutorial/1_two_beacons.md", tmp_path)
+    write_files("docs/tutorial/2_a_cart.md", tmp_path)
+
+    follow(page, tmp_path)
