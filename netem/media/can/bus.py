@@ -101,7 +101,9 @@ class CanBus(Medium):
             return
         self._queue(controller, frame, encoded)
         self._waiting[sender] = controller
-        self._arm(max(now_ns, self._timeline.free_ns, controller.ready_ns))
+        start_ns = max(now_ns, self._timeline.free_ns, controller.ready_ns)
+        if start_ns < self._armed_ns:           # mostly it is not, and this is called for every frame
+            self._arm(start_ns)
 
     def lookahead_ns(self, t0_ns: int) -> int:
         """As in `Medium`. What is on the bus has been handed to the links: only the next frame counts."""
