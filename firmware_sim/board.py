@@ -9,10 +9,11 @@ All times are local: readings of this robot's clock. A timer is armed at the ins
 offset and rate, as in a microcontroller. If the clock is set back meanwhile, the timer waits until the clock reads its
 time; if it is set forward, the timer acts late, by the step.
 
-**The promise of silence** follows from the timers: this robot hands out nothing before the first of them that may lead
-to a frame. The promise is firm if every port is `listen_only`. Otherwise a frame that arrives ends it, and a new one
-follows; so a reply from `on_receive` breaks no promise. A timer that leads to no frame says so (`sends=False`,
-`silent_until_ns`), and the emulator need not ask this robot earlier. A frame within the promise raises PromiseBroken.
+**The promise of silence** follows from the timers: this robot sends nothing before the first timer that may lead to a
+frame. The promise is firm if every port is `listen_only`. Otherwise an arriving frame ends the promise and the robot
+gives a new one, so a reply from `on_receive` breaks none. For a timer that leads to no frame the program says so
+(`sends=False`, `silent_until_ns`); then the emulator need not contact this robot for it. A frame sent within the
+promise raises PromiseBroken.
 """
 
 from __future__ import annotations
@@ -132,11 +133,11 @@ class Board:
         self._clock.trim(trim_ppm)
 
     def promise_firm(self, local_ns: int) -> None:
-        """Hand out nothing before `local_ns`, whatever is heard: beyond what the timers promise by themselves."""
+        """Promise to send nothing before `local_ns`, whatever arrives; extends the promise of the timers."""
         self._node.promise_firm(self._timers.no_later_than_a_step(self._clock.true_at(local_ns)))
 
     def promise_soft(self, local_ns: int) -> None:
-        """Hand out nothing before `local_ns`, unless something is heard: beyond what the timers promise."""
+        """Promise to send nothing before `local_ns` unless a frame arrives; extends the promise of the timers."""
         self._node.promise_soft(self._timers.no_later_than_a_step(self._clock.true_at(local_ns)))
 
     # --- the plant
@@ -175,11 +176,11 @@ class Board:
         self._node.signals(signals_and_units, read)
 
     def event(self, kind: str, detail: str = "", level: Level = Level.INFO) -> None:
-        """A line in the records of the run, with the time of now."""
+        """Record an event at the present time, of severity `level`."""
         self._node.event(kind, detail, level)
 
     def warn(self, kind: str, detail: str = "") -> None:
-        """An event that the summary and the report show as a warning."""
+        """Record an event that the summary and the report show as a warning."""
         self._node.warn(kind, detail)
 
     def parameter(self, name: str) -> Any:
@@ -189,7 +190,7 @@ class Board:
     # --- for the code that builds the node
 
     def keep_promises(self) -> None:
-        """Let the node's promise follow from the timers of this board."""
+        """Make the node take its promise from the timers of this board."""
         self._node.next_frame_ns = self._timers.next_frame_ns
 
     def _required_plant(self) -> Plant:

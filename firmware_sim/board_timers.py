@@ -2,7 +2,7 @@
 
 *Invariants*
 - `_silences` holds for each armed timer the true instant [ns] before which it leads to no frame.
-- No promise reaches beyond the next step of the clock by fault: the program may plan anew there.
+- No promise extends beyond the next step of the clock by a fault, at which the program may change its plans.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ from netem.wire.instants import NEVER_NS
 
 
 class Timers:
-    """All timers of one board. `clock_steps` are faults: (true_ns, delta_ns) in order."""
+    """All timers of one board; each (true_ns, delta_ns) of `clock_steps` is a fault that sets the clock by delta_ns.
+
+    Raises ValueError if the instants are out of order or over.
+    """
 
     def __init__(self, node: Node, clock: LocalClock, clock_steps: Sequence[tuple[int, int]]) -> None:
         instants = [true_ns for true_ns, _ in clock_steps]
@@ -32,14 +35,14 @@ class Timers:
             node.env.process(self._step_clock())
 
     def call_at(self, local_ns: int, action: Callable[[Any], None]) -> int:
-        """Call `action` when the clock, as it runs now, reads `local_ns`; gives that true instant."""
+        """Call `action` when the clock, with its present rate and offset, reads `local_ns`; return the true instant."""
         now_ns = self._node.env.time_ns()
         true_ns = max(now_ns, self._clock.true_at(local_ns))
         self._node.call_in(true_ns - now_ns, action)
         return true_ns
 
     def reached(self, local_ns: int) -> bool:
-        """Whether the clock reads at least `local_ns`."""
+        """Return whether the clock reads at least `local_ns`."""
         return self._clock.now_ns() >= local_ns
 
     def now_ns(self) -> int:
@@ -47,7 +50,10 @@ class Timers:
         return self._clock.now_ns()
 
     def until(self, local_ns: int, silent_until_ns: int | None) -> Timeout:
-        """SimPy event when the clock, as it runs now, reads `local_ns`; no frame before `silent_until_ns`, if given."""
+        """Return a SimPy event at which the clock, with its present rate and offset, reads `local_ns`.
+
+        It leads to no frame before `silent_until_ns`; None: not before it occurs.
+        """
         env, clock = self._node.env, self._clock
         true_ns = clock.true_at(local_ns)
         timeout = Timeout(env, max(0, true_ns - env.time_ns()))
@@ -71,20 +77,20 @@ class Timers:
         self._node.call_in(delay_ns, partial(self._after, true_ns, action, sends))
 
     def note_silence(self, true_ns: int) -> None:
-        """Take note of a timer that leads to no frame before `true_ns`."""
+        """Note that a timer was armed which leads to no frame before `true_ns`."""
         self._silences.append(true_ns)
 
     def withdraw_silence(self, true_ns: int) -> None:
-        """Forget a timer with that silence: it rang or was cancelled."""
+        """Note that a timer armed with `note_silence(true_ns)` rang or was cancelled."""
         self._silences.remove(true_ns)
 
     def next_frame_ns(self) -> int:
-        """The true instant before which no armed timer leads to a frame."""
+        """Return the true instant [ns] before which no armed timer leads to a frame."""
         first_ns = min(self._silences) if self._silences else NEVER_NS
         return self.no_later_than_a_step(first_ns) if self._steps_ahead else first_ns
 
     def no_later_than_a_step(self, true_ns: int) -> int:
-        """`true_ns`, or the next step of the clock by fault if that is earlier."""
+        """Return `true_ns`, or the instant of the clock's next step by a fault if that is earlier."""
         return min(true_ns, self._steps_ahead[0][0]) if self._steps_ahead else true_ns
 
     def _over(self, true_ns: int, event: Event) -> None:
@@ -113,7 +119,7 @@ class Timer:
     def __init__(self, timers: Timers, local_ns: int, action: Callable[[], object], sends: bool) -> None:
         self.local_ns = local_ns
         self._timers, self._action, self._sends = timers, action, sends
-        self._armed_ns = 0              # true
+        self._armed_ns = 0              # true time for which it is armed
         self._over = False
         self._arm()
 
@@ -154,7 +160,7 @@ class Repetition:
             raise ValueError(f"offset_ns={offset_ns}: expected 0 or more")
         self._timers, self._action, self._sends = timers, action, sends
         self._period_ns, self._offset_ns = period_ns, offset_ns
-        self._k = max(0, -((offset_ns - timers.now_ns()) // period_ns))      # the first instant that is not over
+        self._k = max(0, -((offset_ns - timers.now_ns()) // period_ns))     # index of the first instant not before now
         self._timer = self._next()
 
     def cancel(self) -> None:

@@ -50,7 +50,7 @@ COUNTERS: Final = ("looks", "looks that saw nothing", "detections", "detections 
 
 @dataclass(frozen=True)
 class CompanionSettings:
-    target: str                         # whom the vehicle follows
+    target: str                         # name of the agent that the vehicle follows
     pursuit: AerialSettings
     view: str = "view"                  # name of the port on the sensing medium
     link: str = "link"                  # name of the port on the line to the vehicle

@@ -40,7 +40,7 @@ def pursuer_problems(scenario: ScenarioView, own: Own[PursuerSettings]) -> Itera
 
 
 def view_problems(settings: LooksLike, observer: str, name: str, view: MediumView) -> Iterator[str]:
-    """What `observer` takes for granted of its sensor, the medium `name`, and is not so."""
+    """Yield a problem for each of `settings` that contradicts the camera of `observer` on the medium `name`."""
     known: Camera | None = view.settings and view.settings.camera(observer)
     if known is None:
         yield f"view={name!r}: expected a medium of kind sensing"

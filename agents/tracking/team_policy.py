@@ -14,7 +14,7 @@ from agents.triggering.policies.table import POLICIES, PolicySettings, build_pol
 
 
 def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings) -> Policy[State, Inputs]:
-    """The policy with the team's gains, else those of section 4.6. ValueError if they do not fit."""
+    """Return the policy `name` with the gains of `gains_of`; ValueError if the name or a setting does not fit."""
     known = [policy for policy, kind in POLICIES.items() if kind.measurable]
     if name not in known:
         raise ValueError(f"policy={name!r}: expected one of {', '.join(known)}; others need to see the reference all "

@@ -12,13 +12,13 @@ from agents.triggering.policies.table import PolicySettings
 class TrackingSettings:
     policy: str = "individual_gains"
     max_successive_losses: int = 0
-    certified_radius: float = 10.0                  # [m, m, rad]: the |x| that a periodic policy has to serve
-    measurement_noise: float = 0.15
+    certified_radius: float = 10.0                  # [m, m, rad] largest |x| for which a periodic policy is certified
+    measurement_noise: float = 0.15                 # [m, m, rad] amplitude of nu
     start: Sequence[float] = (0.0, 0.0, 0.0)        # x [m], y [m], heading [rad] of R1
-    refresh_ns: int = 50_000_000                    # the setpoint is repeated: the drive knows that somebody is there
+    refresh_ns: int = 50_000_000                    # period of repeated setpoints, without which the drive stops
     odometry_age_ns: int = 0                        # from the reading of the wheels to the end of the frame with it
-    # What the way to the wheels and back may take. Section 4.6 neglects it; so the trigger does, but an assumption that
-    # fails by no more than this is not reported.
+    # Time from a setpoint to the wheels and back. Section 4.6 and the trigger neglect it; a violation of an assumption
+    # by no more than this is not reported.
     actuation_ns: int = 5_000_000
 
     def policy_settings(self) -> PolicySettings:

@@ -2,15 +2,15 @@
 
     vehicle.py               the interface that the MAVLink front calls
     autopilot.py             the board's program: sensors and motion capture in, motor commands out
-    autopilot_settings.py    the keys of a scenario
-    flight_controller.py     arming, commands, changes of mode; implements the contract
-    modes.py                 the table of modes, and which follows which
-    flight.py                what a mode flies, and the phases of flight
-    refusals.py              why something cannot be done now
-    failsafe.py              what to do when something falls silent
-    mission_run.py           how far a mission is
-    landing_detector.py      whether it stands
-    target_limits.py         targets from a link, clipped
+    autopilot_settings.py    the settings in a scenario
+    flight_controller.py     arming, commands, changes of mode; implements `Vehicle`
+    modes.py                 the rules of each mode, and the mode after each event
+    flight.py                the goal of the loops in each mode, and the phases of flight
+    refusals.py              reasons why arming or a mode is refused
+    failsafe.py              reactions to a lost link, motion capture or stream of targets
+    mission_run.py           progress of a mission
+    landing_detector.py      detects that the vehicle stands
+    target_limits.py         clips or refuses targets from a link
     parameters.py            the table of parameters
     flight_loops.py          the control loops in their order:
     exposure_clock.py            stamps of motion capture on the board's clock

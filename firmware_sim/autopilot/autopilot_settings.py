@@ -14,8 +14,8 @@ from firmware_sim.schedules.periodic import Periodic
 class AutopilotSettings:
     """Times are on the local clock."""
 
-    period_ns: int = 1_000_000                  # of the attitude loop
-    offset_ns: int = 0                          # of its first release
+    period_ns: int = 1_000_000                  # period of the attitude loop
+    offset_ns: int = 0                          # first release
     execution_ns: int = 200_000                 # from a release to its motor commands
     navigation_every: int = 10                  # releases per step of the position loop
     mocap: str = "mocap"                        # name of the port that delivers motion capture

@@ -1,8 +1,8 @@
 """Failsafes: the mode to change to when motion capture, the link or the stream of targets is lost in flight.
 
-    motion capture silent, its position needed   ->  LAND, blind until it is back
-    link silent                                  ->  as LINK_LOSS_ACT says: hold and then land, land, return
-    targets silent in a mode that follows them   ->  HOLD, without motion capture LAND
+    motion capture lost and needed               ->  LAND, by dead reckoning until it is back
+    link lost                                    ->  as LINK_LOSS_ACT says: hold and then land, land, return
+    targets lost in a mode that follows them     ->  HOLD, without motion capture LAND
 
 They are checked in this order. A vehicle that lands or returns already goes on. When the link is back, the hold ends
 and the vehicle stays at its place until the ground commands something else. A landing is always completed.

@@ -1,9 +1,9 @@
-"""What a mode flies: from the mode, the targets and the mission to the goal of the loops, and to the phase of flight.
+"""Sets the goal of the control loops from the mode, the targets and the mission; tracks the phase of flight.
 
     ON_GROUND --goal above the ground--> TAKING_OFF --off the ground--> IN_AIR --mode LAND--> LANDING
-        ^------------------------------ the landing detector says that it stands ----------------------'
+        ^---------------------------- the landing detector finds the vehicle standing -----------------'
 
-It changes no mode: `progress` returns the event from which the flight controller looks the next mode up.
+`step` changes no mode: it returns the event from which the flight controller looks the next mode up.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from firmware_sim.autopilot.vehicle import (
     Vector,
 )
 
-OFF_GROUND_M = 0.1          # higher than this it flies
-STANDS_BELOW_M = 0.25       # of the ground where it was armed, for the ground is flat
-LIFTS_OFF = 0.3             # of its weight: more thrust of an attitude target than this is meant to fly
+OFF_GROUND_M = 0.1          # height above which the vehicle flies
+STANDS_BELOW_M = 0.25       # largest height at which it can stand; the ground is assumed flat
+LIFTS_OFF = 0.3             # share of the hovering thrust above which an attitude target requests a lift-off
 STAY = PositionTarget()
 
 
@@ -37,14 +37,14 @@ class Flight:
         self.loops = loops
         self.landed = Landed.ON_GROUND
         self.mission = MissionRun()
-        self.goal = STAY                        # of all modes without targets and items
+        self.goal = STAY                        # target of all modes but OFFBOARD, STABILIZE and MISSION
         self.home: Vector = (0.0, 0.0, 0.0)
-        self.target: Target | None = None       # the last one of the stream
+        self.target: Target | None = None       # last target received
         self._parameters, self._tell = parameters, tell
         self._detector = LandingDetector()
-        self._positional = False                # the ramps are in use
+        self._positional = False                # True while the position ramps are in use
 
-    # --- what the flight controller says
+    # --- calls of the flight controller
 
     def arm(self) -> None:
         self.home = self.loops.estimate.position
@@ -56,11 +56,14 @@ class Flight:
         self.loops.stop()
 
     def climb_to(self, height_m: float) -> None:
-        """Make a point above home the goal."""
+        """Set the goal to the point `height_m` above home."""
         self.goal = PositionTarget((self.home[0], self.home[1], self.home[2] - height_m))
 
     def step(self, now_ns: int, mode: Mode, position_valid: bool, targets_fresh: bool) -> Event | None:
-        """One navigation of an armed vehicle that wants to fly or does; what has happened by then."""
+        """Set the loops' goal for one period of the position loop and update the phase of flight.
+
+        Called while the vehicle is armed and flies or `requests_flight`. Returns the event that has occurred, if any.
+        """
         if self.landed is Landed.ON_GROUND:
             self.landed = Landed.TAKING_OFF
             self._detector.restart()
@@ -68,7 +71,7 @@ class Flight:
         self._fly(mode, position_valid)
         return self._progress(now_ns, mode, position_valid, targets_fresh)
 
-    # --- what it asks
+    # --- state
 
     @property
     def attitude_told(self) -> bool:
@@ -79,13 +82,13 @@ class Flight:
         least = self.home[2] - self._parameters.get("RTL_RETURN_ALT")
         return PositionTarget((self.home[0], self.home[1], min(least, self.loops.estimate.position[2])))
 
-    def wants_to_fly(self, mode: Mode, targets_fresh: bool) -> bool:
+    def requests_flight(self, mode: Mode, targets_fresh: bool) -> bool:
         if MODES[mode].targets:
             if not targets_fresh:
                 return False
             if isinstance(self.target, AttitudeTarget):
                 return self.target.thrust * self.loops.airframe.full_thrust_n > LIFTS_OFF * self.loops.hover_n
-        goal = self._where_to(mode)
+        goal = self._current_target(mode)
         down, climb = goal.position_ned_m[2], goal.velocity_ned_mps[2]
         return down < self.loops.ground_down - OFF_GROUND_M if down is not None else (climb or 0.0) < 0
 
@@ -103,9 +106,9 @@ class Flight:
             if not self._positional:
                 self._positional = True
                 loops.begin(fresh=False)
-            loops.follow(self._where_to(mode))
+            loops.follow(self._current_target(mode))
 
-    def _where_to(self, mode: Mode) -> PositionTarget:
+    def _current_target(self, mode: Mode) -> PositionTarget:
         land_speed = self._parameters.get("LAND_SPEED")
         if mode is Mode.OFFBOARD and isinstance(self.target, PositionTarget):
             return self.target
@@ -117,10 +120,10 @@ class Flight:
         return self.goal
 
     def _progress(self, now_ns: int, mode: Mode, position_valid: bool, targets_fresh: bool) -> Event | None:
-        """The phase of flight, and its ends: off the ground, arrived, landed."""
+        """End the phase of flight if the vehicle has left the ground, arrived or landed; return the event."""
         loops, descends = self.loops, mode is Mode.LAND
         low = loops.height_m < STANDS_BELOW_M or not position_valid
-        if low and (descends or self.landed is not Landed.TAKING_OFF or not self.wants_to_fly(mode, targets_fresh)):
+        if low and (descends or self.landed is not Landed.TAKING_OFF or not self.requests_flight(mode, targets_fresh)):
             if self._detector.stands(now_ns, loops.thrust_n, loops.hover_n, loops.force, loops.rates):
                 return self._stand(mode, position_valid)
         else:

@@ -1,9 +1,9 @@
 """The flight controller: arming, commands, modes and failsafes around the flight. It implements `Vehicle`.
 
 Invariants:
-- motors turn only while armed; nothing but `arm` arms;
-- a mode changes by a command, by an event of the flight (`modes.AFTER`) or by a failsafe, each told by a notice;
-- an exception never comes from a target, a frame or a parameter.
+- motors turn only while armed; only `arm` arms;
+- a mode changes by a command, by an event of the flight (`modes.AFTER`) or by a failsafe, each with a notice;
+- no target, frame or parameter raises an exception.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class FlightController:
         self._now_ns = 0
         self._armed, self._mode = False, Mode.HOLD
         self._target_ns = self._link_ns = LONG_AGO_NS
-        self._ground_ns = 0                     # since when it stands armed
+        self._ground_ns = 0                     # local time since which the vehicle has stood armed
 
     # --- calls of the board's tasks
 
@@ -173,7 +173,7 @@ class FlightController:
         self._watch(now_ns)
         if not self._armed:
             return
-        if self._on_ground and not flight.wants_to_fly(self._mode, self._targets_fresh):
+        if self._on_ground and not flight.requests_flight(self._mode, self._targets_fresh):
             loops.idle()
             idle_s = self.parameters.get("DISARM_IDLE")
             if idle_s and now_ns - self._ground_ns > idle_s * 1e9:
@@ -237,7 +237,7 @@ class FlightController:
         return Result.ACCEPTED
 
     def _begin(self, mode: Mode, why: str, severity: Severity = Severity.INFO) -> None:
-        """Enter a mode that is no consequence of the one before."""
+        """Enter a mode by a command or a failsafe, which sets a new goal."""
         self._flight.goal = self._flight.way_home if mode is Mode.RETURN else STAY
         self._enter(mode, why, severity)
 

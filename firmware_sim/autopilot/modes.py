@@ -1,8 +1,7 @@
-"""The modes of flight as two tables: what each mode needs, and which mode follows when something happens in it.
+"""The modes of flight as two tables: the rules of each mode, and the mode that follows an event of the flight.
 
-`MODES` is read by what refuses a mode (`refusals`), by what ends one in silence (`failsafe`) and by what flies it
-(`flight`); `AFTER` by the flight controller alone. What is not in `AFTER` changes no mode. Commands and failsafes
-change the mode from any other.
+`refusals`, `failsafe` and `flight` read `MODES`; the flight controller reads `AFTER`. An event that is not in `AFTER`
+changes no mode. Commands and failsafes change the mode from any other.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from firmware_sim.autopilot.vehicle import Mode
 
 
 class Position(Enum):
-    """When a mode flies by motion capture."""
+    """The condition under which a mode needs motion capture."""
 
     ALWAYS = auto()
     UNLESS_ATTITUDES = auto()       # not while the targets are attitudes or rates
@@ -23,14 +22,14 @@ class Position(Enum):
 
 
 class Targets(Enum):
-    """Which stream of targets must be fresh for a mode to begin."""
+    """The stream of targets that must be fresh for a mode to begin."""
 
     ANY = auto()
-    ATTITUDES_IN_AIR = auto()       # none on the ground
+    ATTITUDES_IN_AIR = auto()       # on the ground none is required
 
 
 class Where(Enum):
-    """Where the vehicle must be, armed, for a mode to begin."""
+    """The place at which the armed vehicle must be for a mode to begin."""
 
     ON_GROUND = auto()
     IN_AIR = auto()
@@ -39,11 +38,11 @@ class Where(Enum):
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModeRules:
     position: Position = Position.ALWAYS
-    targets: Targets | None = None          # None: it follows no stream of targets
+    targets: Targets | None = None          # None: the mode follows no stream of targets
     begins: Where | None = None             # None: anywhere, armed or not
-    arms: bool = True                       # the vehicle may be armed in it
+    arms: bool = True                       # arming is allowed in this mode
     blind: bool = False                     # begins and goes on without motion capture, by dead reckoning
-    homeward: bool = False                  # a silent link does not end it
+    homeward: bool = False                  # the loss of the link does not end this mode
     disarmed: Mode = Mode.HOLD              # the mode after the motors stop
 
 
@@ -64,7 +63,7 @@ def needs_position(mode: Mode, attitude_told: bool) -> bool:
 
 
 class Event(Enum):
-    """What happens in flight by itself."""
+    """Events of the flight that neither a command nor a failsafe causes."""
 
     ARRIVED = auto()            # at the goal of TAKEOFF or RETURN
     ITEMS_DONE = auto()         # the last mission item is reached

@@ -1,7 +1,7 @@
 """Reasons why arming or a mode is refused now, as text for the operator; "" if it is allowed.
 
-The rules of each mode stand in `modes.MODES`. Arming also needs a level stand and, while LINK_LOSS_ACT asks for one, a
-link: what `force` passes over.
+`modes.MODES` has the rules of each mode. Arming also needs a level stand and, unless LINK_LOSS_ACT is 0, a link;
+`force` skips these two.
 """
 
 from __future__ import annotations

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 def running() -> BlockingProgram | None:
-    """The program that the calling thread belongs to, None for any other thread of the process."""
+    """Return the program to which the calling thread belongs; None for any other thread of the process."""
     return cast("BlockingProgram | None", OF_THIS_THREAD.program)
 
 
 def this_program() -> BlockingProgram:
-    """The same for code that makes sense within a program only: `this_program().board.count("laps")`."""
+    """Return the program of the calling thread; RuntimeError if there is none. `this_program().board.count("laps")`"""
     program = running()
     if program is None:
         raise RuntimeError("this thread belongs to no blocking program: there is one only inside `marconet run`, in "

@@ -55,8 +55,8 @@ class BlockingProgram:
         self.over = False                           # the program has ended
         self.repeating: list[Repeating] = []
         self.can_buses = tuple(can_buses)           # the ports that python-can opens
-        self.own_frames = frozenset(own_frames)     # media that tell the node when its own frames got through
-        self.shared: dict[tuple[str, str], Any] = {}    # what an adapter keeps for the whole program
+        self.own_frames = frozenset(own_frames)     # media that deliver the node's own frames once they got through
+        self.shared: dict[tuple[str, str], Any] = {}    # data that an adapter keeps for the whole program
         self._load = load
         self._parameters = dict(parameters or {})
         self._threads: list[ProgramThread] = []

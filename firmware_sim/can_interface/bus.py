@@ -51,7 +51,7 @@ class Channel:
         self.hears_itself = name in program.own_frames
         self.buses: list[MarconetBus] = []
         self.state = State.ERROR_ACTIVE
-        self._senders: dict[bytes, MarconetBus] = {}        # who last sent this identifier; no other node may
+        self._senders: dict[bytes, MarconetBus] = {}        # identifier -> bus that sent it last; no other node may
         program.node.ports[name].on_receive = self._receive
         for what in ("malformed", "rx_dropped"):
             program.node.count(f"{name}.{what}", 0)

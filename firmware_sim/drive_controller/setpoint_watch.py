@@ -33,7 +33,7 @@ class SetpointWatch:
         self.heard_ns = now_ns
 
     def look(self, now_ns: int) -> tuple[str, str, Level] | None:
-        """Bring the state up to date; kind, detail and level of the event that its change is, if it changed."""
+        """Update the state; return kind, detail and level of an event if it changed, else None."""
         before, self.state = self.state, self._state_at(now_ns)
         if self.state is before:
             return None

@@ -47,7 +47,7 @@ class Companion:
     position_ned_m: Vector | None = None
     velocity_ned_mps: Vector | None = None
     quaternion_wxyz: Quaternion | None = None
-    answers: list[tuple[Command, CommandResult | None]] = field(default_factory=list)   # None: never answered
+    answers: list[tuple[Command, CommandResult | None]] = field(default_factory=list)   # None: given up
     texts: list[str] = field(default_factory=list)
     _asked: deque[Asked] = field(default_factory=deque, init=False)
     _heartbeat_ns: int = field(default=0, init=False)

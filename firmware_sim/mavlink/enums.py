@@ -1,7 +1,7 @@
-"""The numbers of common.xml that are used here; a test compares each with pymavlink's.
+"""Numbers of common.xml that this package uses; a test compares each with pymavlink's.
 
-Not taken from pymavlink itself: importing its dialect costs 0.3 s of CPU time, and loading the scenario of a quadrotor,
-0.5 s in all, needs these numbers but no message.
+They are repeated here since importing pymavlink's dialect takes 0.3 s of CPU time, and loading the scenario of a
+quadrotor, 0.5 s in all, needs these numbers but no message.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ START: Final = 0xFD
 HEADER_BYTES: Final = 10
 CHECKSUM_BYTES: Final = 2
 SIGNATURE_BYTES: Final = 13
-SIGNED: Final = 0x01            # the only incompatibility flag there is
+SIGNED: Final = 0x01            # the only incompatibility flag of MAVLink 2
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,10 +22,10 @@ STREAMS_HZ: Final[Mapping[str, float]] = MappingProxyType({
 
 @dataclass(frozen=True)
 class MavlinkSettings:
-    port: str = ""                          # that the link is on; "": the one called telemetry, or the only other one
-    period_ns: int = 5_000_000              # how often the link is served
-    offset_ns: int = 0
-    execution_ns: int = 200_000             # from a release until its bytes are handed out
+    port: str = ""                          # name of the link's port; "": telemetry, or the only other port
+    period_ns: int = 5_000_000              # period of the task that serves the link
+    offset_ns: int = 0                      # its first release
+    execution_ns: int = 200_000             # from a release until its frames are sent
     system: int = 1
     component: int = 1
     receive_buffer_bytes: int = 4096        # bytes received between two releases beyond it are lost

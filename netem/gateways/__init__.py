@@ -1,9 +1,9 @@
-"""Real time: the same nodes and media with a wall clock, and gateways to devices and programs outside the run.
+"""Gateways: runs in real time, in which devices and programs outside the run take part in a medium.
 
-A member of the kind `Gateway` stands on a medium like a node, but its bytes come from and go to the outside, at the
-wall clock's pace: it waits for what comes in and hands out what goes out. It is a class with a settings class, and a
-line in the table (table.py); the run builds it as `Member(name, medium, settings, event=...)`, where `event` takes a
-kind, a detail and a level.
+A member of the kind `Gateway` is on a medium like a node; it sends on the medium the bytes that it receives from
+outside, and sends outside the frames that reach it, at the pace of the wall clock. It is a class with a settings class,
+and a line in the table (table.py). The run builds it as `Member(name, medium, settings, event=...)`, where `event`
+takes a kind, a detail and a level.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ class Gateway(Protocol):
     medium: str
 
     def fileno(self) -> int:
-        """Of what becomes readable when bytes come in."""
+        """Return the descriptor that becomes readable when bytes arrive."""
 
     def receive(self, most: int) -> list[bytes]:
-        """At most `most` of the messages that have come in, oldest first; never blocks, never raises for bytes."""
+        """Return at most `most` of the messages that have arrived, oldest first; never block, never raise for bytes."""
 
     def send(self, data: bytes) -> None:
-        """Hand `data` out; what cannot be sent now is lost, as on a line that nobody listens to."""
+        """Send `data` outside; drop and count it if it cannot be sent now."""
 
     def counters(self) -> Mapping[str, int]:
-        """How many messages it has taken, refused, sent and not sent, under names for `run.json`."""
+        """Return the numbers of messages received, refused, sent and not sent, under names for `run.json`."""
 
     def close(self) -> None: ...

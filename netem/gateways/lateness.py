@@ -1,9 +1,8 @@
-"""How late instants began, in a histogram whose size does not depend on the length of the run.
+"""Lateness of the instants of a run in real time, in a histogram whose size does not depend on the run's length.
 
     bucket of t: [lower, lower + width)    width <= lower / 32, and 1 ns below 32 ns
 
-so a quantile, told as the upper bound of its bucket, is too large by less than 1/32 of itself. A day at 2000 instants a
-second takes the memory of a second.
+A quantile is given as the upper bound of its bucket, so it is too large by less than 1/32 of itself.
 """
 
 from __future__ import annotations
@@ -12,17 +11,17 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Final
 
-OVERRUN_NS: Final = 10_000_000      # lateness beyond is an event
+OVERRUN_NS: Final = 10_000_000      # a larger lateness is an event
 _BITS: Final = 5                    # bits kept of a lateness beyond its leading one
 
 
 @dataclass
 class Lateness:
-    """Lateness of every instant: the time from the instant to the end of the wait for it [ns]."""
+    """Collects the lateness of every instant: the time from the instant to the end of the wait for it [ns]."""
 
     instants: int = 0
     worst_ns: int = 0
-    overruns: int = 0               # stretches of instants that are more than OVERRUN_NS late
+    overruns: int = 0               # sequences of instants that are more than OVERRUN_NS late
     buckets: Counter[int] = field(default_factory=Counter)      # instants by the upper bound of their bucket [ns]
 
     def add(self, late_ns: int) -> None:
@@ -35,7 +34,7 @@ class Lateness:
         self.buckets[((late_ns >> shift) + 1 << shift) - 1] += 1
 
     def quantile_ns(self, ratio: float) -> int:
-        """The lateness that at least `ratio` of the instants do not exceed; 0 if there were none."""
+        """Return the lateness [ns] that at least `ratio` of the instants do not exceed; 0 without instants."""
         if not 0 <= ratio <= 1:
             raise ValueError(f"ratio={ratio}: expected 0 <= ratio <= 1")
         wanted, seen = ratio * self.instants, 0
@@ -46,6 +45,6 @@ class Lateness:
         return self.worst_ns
 
     def figures(self) -> dict[str, int]:
-        """Entries of `run.json` and the summary: lateness in ns, and two numbers."""
+        """Return the entries of `run.json` and the summary: counts, and lateness [ns]."""
         return {"instants": self.instants, "median_ns": self.quantile_ns(0.5), "p99_ns": self.quantile_ns(0.99),
                 "worst_ns": self.worst_ns, "overruns": self.overruns}

@@ -1,15 +1,16 @@
-"""The wall clock of a run in real time: nothing happens before its instant, and messages from outside act at theirs.
+"""The wall clock of a run in real time: no event happens before its instant.
 
-    virtual time t  <->  wall clock began + t            absolute: nothing is added up, so lateness does not grow
+    virtual time t  <->  wall clock at the start + t     absolute instants, so lateness does not accumulate
 
-The emulator asks to wait for its next instant. The wait ends at the instant, or earlier when a message comes in. An
-instant that is overdue is reached at once, with at most MOST_WHEN_OVERDUE messages of each gateway taken in beside it:
-no flood of messages holds up time, and a run that is always late still hears the outside. What goes out through a
-gateway waits for its arrival in virtual time. Lateness is the time from an instant to the end of the wait for it.
+The emulator calls `wait` for its next instant. The wait ends at the instant, or earlier when a message arrives from
+outside. The wait for an overdue instant ends at once and takes at most MOST_WHEN_OVERDUE messages from each gateway,
+so that neither a flood of messages stops virtual time nor a run that is always late ignores its gateways. A frame to a
+gateway is sent when the wall clock reaches its arrival. Lateness is the time from an instant to the end of the wait for
+it.
 
 Invariants:
-- what comes in has a virtual time not before the wall clock's;
-- everything handed out through a gateway leaves at or after its virtual time, in order.
+- a message from outside gets a virtual time at or after that of the wall clock;
+- gateways send every frame at or after its arrival in virtual time, in order.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from netem.gateways import Gateway
 from netem.gateways.lateness import OVERRUN_NS, Lateness
 from netem.wire.level import Level
 
-MOST_AT_ONCE: Final = 100           # messages of one gateway that one wait takes in
-MOST_WHEN_OVERDUE: Final = 1        # ... if its instant is overdue; the others wait in the system's buffer
+MOST_AT_ONCE: Final = 100           # messages that one wait takes from one gateway
+MOST_WHEN_OVERDUE: Final = 1        # the same if the instant is overdue; others wait in the system's buffer
 
 
 class FromOutside(NamedTuple):
@@ -36,7 +37,7 @@ class FromOutside(NamedTuple):
 
 
 class Waited(NamedTuple):
-    """How a wait ended: whether the instant was reached, and what came in meanwhile."""
+    """The result of a wait: whether the instant was reached, and the messages that arrived."""
 
     reached: bool
     heard: list[FromOutside]
@@ -59,21 +60,21 @@ class Pace:
         self._behind = False
 
     def start(self) -> None:
-        """Virtual time 0 is now."""
+        """Make the present virtual time 0."""
         self._began_ns = time.monotonic_ns()
 
     def now_ns(self) -> int:
         return time.monotonic_ns() - self._began_ns
 
     def take(self, gateway: str, arrival_ns: int, data: bytes) -> None:
-        """A frame arrives at a gateway at `arrival_ns`."""
+        """Keep a frame that arrives at a gateway at `arrival_ns`, to send it then."""
         heapq.heappush(self._leaving, (arrival_ns, self._taken, gateway, data))
         self._taken += 1
 
     def wait(self, next_ns: int) -> Waited:
-        """Wait until virtual time `next_ns`, or until something comes in."""
+        """Wait until virtual time `next_ns`, or until a message arrives from outside."""
         while True:
-            now_ns = self._hand_out()
+            now_ns = self._send_due()
             until_ns = min(next_ns, self._leaving[0][0]) if self._leaving else next_ns
             overdue = now_ns >= next_ns
             ready = self._selector.select(max(0, until_ns - now_ns) * 1e-9)
@@ -82,12 +83,12 @@ class Pace:
                      for data in key.data.receive(MOST_WHEN_OVERDUE if overdue else MOST_AT_ONCE)]
             reached = self.now_ns() >= next_ns
             if reached:
-                self._note(next_ns, self._hand_out() - next_ns)
+                self._note(next_ns, self._send_due() - next_ns)
             if reached or heard:
                 return Waited(reached, heard)
 
     def counters(self) -> dict[str, Mapping[str, int]]:
-        """Counters of each gateway."""
+        """Return the counters of each gateway."""
         return {name: gateway.counters() for name, gateway in self._by_name.items()}
 
     def close(self) -> None:
@@ -95,8 +96,8 @@ class Pace:
         for gateway in self._by_name.values():
             gateway.close()
 
-    def _hand_out(self) -> int:
-        """Send what is due; the time now."""
+    def _send_due(self) -> int:
+        """Send the frames that are due; return the present virtual time [ns]."""
         now_ns = self.now_ns()
         while self._leaving and self._leaving[0][0] <= now_ns:
             _, _, gateway, data = heapq.heappop(self._leaving)

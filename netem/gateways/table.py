@@ -10,4 +10,4 @@ from netem.gateways.udp import UdpGateway
 GATEWAYS: Final[Mapping[str, Any]] = {
     "udp": UdpGateway,
 }
-USUAL: Final = "udp"                # of a gateway that does not say its kind
+USUAL: Final = "udp"                # the default of `kind`

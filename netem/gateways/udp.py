@@ -1,9 +1,9 @@
 """A UDP endpoint on the loopback as a gateway: each datagram is one message, to and from one peer.
 
-The first address that speaks to the gateway is its peer. Until then the gateway speaks to the configured `peer`, if
-there is one, so that a ground station which only listens gets the first heartbeat. A datagram from another address is
-refused: dropped, counted, and told in an event once per address. When the peer has not spoken for PEER_SILENT_NS,
-another may take its place, which is an event as well; so a ground station may be started anew on another port.
+The first address that sends to the gateway becomes its peer. Until then the gateway sends to the configured `peer`, if
+there is one, so that a ground station which waits for a heartbeat gets the first. A datagram from another address is
+refused: dropped, counted, and recorded as an event once for each address. If the peer has sent nothing for
+PEER_SILENT_NS, another address may replace it, which is also an event; so a ground station may restart on another port.
 
 Not modelled: several peers at a time; messages longer than a datagram.
 """
@@ -25,7 +25,7 @@ Address = tuple[str, int]
 LARGEST_DATAGRAM: Final = 65_535
 PEER_SILENT_NS: Final = 10_000_000_000
 ADDRESS_RULE: Final = "expected \"127.0.0.1:port\": an address of the loopback and a port from 0 to 65535"
-MOST_TOLD: Final = 20               # refused addresses that get an event of their own
+MOST_TOLD: Final = 20               # refused addresses with an event each; further ones are only counted
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class UdpSettings:
     """Addresses of the loopback, as "127.0.0.1:port"."""
 
     listen: str = "127.0.0.1:0"         # port 0: the system chooses
-    peer: str | None = None             # spoken to until somebody speaks
+    peer: str | None = None             # address to send to until the first datagram arrives
 
     def __post_init__(self) -> None:
         given = {"listen": self.listen} if self.peer is None else {"listen": self.listen, "peer": self.peer}
@@ -46,8 +46,8 @@ class UdpGateway:
     """A gateway to one UDP peer.
 
     Invariants:
-    - `received + refused` datagrams were read; `sent + unsent` messages were handed to `send`;
-    - the peer changes only before anybody has spoken, or after PEER_SILENT_NS without a datagram from it.
+    - `received + refused` is the number of datagrams read, `sent + unsent` that of calls of `send`;
+    - the peer changes only by the first datagram, or after PEER_SILENT_NS without a datagram from it.
     """
 
     Settings: ClassVar = UdpSettings
@@ -55,9 +55,9 @@ class UdpGateway:
     def __init__(self, name: str, medium: str, settings: UdpSettings, *,
                  event: Callable[[str, str, Level], None] = lambda kind, detail, level: None,
                  clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
-        """OSError says what cannot be listened on.
+        """Bind the socket; raises OSError, with the address, if that fails.
 
-        `event` takes a kind, a detail and a level; `clock_ns` is the wall clock by which a peer is silent.
+        `event` takes a kind, a detail and a level; `clock_ns` is the clock that measures the silence of the peer.
         """
         self.name = name
         self.medium = medium
@@ -65,8 +65,8 @@ class UdpGateway:
         self.peer = None if settings.peer is None else address_of(settings.peer)
         self.received = self.refused = self.sent = self.unsent = 0
         self._event, self._clock_ns = event, clock_ns
-        self._spoke_ns: int | None = None           # when the peer spoke last; None: not yet
-        self._told: set[Address] = set()
+        self._spoke_ns: int | None = None           # time of the peer's last datagram; None: none yet
+        self._told: set[Address] = set()            # refused addresses with an event
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.setblocking(False)
@@ -86,7 +86,7 @@ class UdpGateway:
                 data, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
             except BlockingIOError:
                 break
-            except ConnectionError:         # the answer of a peer that does not listen (yet)
+            except ConnectionError:         # ICMP: nothing listens at the peer's port
                 continue
             if self._is_peer(sender):
                 found.append(data)
@@ -111,7 +111,7 @@ class UdpGateway:
         self._socket.close()
 
     def _is_peer(self, sender: Address) -> bool:
-        """Whether a datagram of `sender` is taken; without a peer, `sender` becomes the peer."""
+        """Return whether `sender` is the peer; make it the peer if there is none or the peer has been silent."""
         now_ns = self._clock_ns()
         if sender != self.peer or self._spoke_ns is None:
             if self._spoke_ns is not None and now_ns - self._spoke_ns < PEER_SILENT_NS:
@@ -133,7 +133,7 @@ class UdpGateway:
 
 
 def is_address(text: str) -> bool:
-    """Whether `text` is an address of the loopback with a port."""
+    """Return whether `text` is an address of the loopback with a port."""
     try:
         host, port = address_of(text)
         return ip_address(host).is_loopback and 0 <= port < 65536

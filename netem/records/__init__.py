@@ -1,10 +1,11 @@
-"""Recorders: what consumes every frame on the air, settled copy, sample and event of a run, and leaves a file of it.
+"""Recorders: each receives frames on the air, settled copies, samples or events of a run and writes a file of them.
 
 A member of this kind is a `Recorder` with a settings class, and a line in the table (table.py). The run builds it as
-`Member(settings, place)`; its verb `record` says what it wants of the run. Nothing is made for what nobody wants.
+`Member(settings, place)` and calls its verb `record`, with which it subscribes. Frames, copies and samples without a
+subscriber cost nothing.
 
-The ledger is no member: media count copies in it, and the run is checked against it. It is where copies are settled, so
-that a recorder hears of a fate once, when it is final, in the order of the ledger.
+The ledger is no member: media count copies in it, and the run is checked against it. It settles the copies, so a
+recorder receives each fate once, when it is final, in the order of the ledger.
 """
 
 from __future__ import annotations
@@ -25,34 +26,39 @@ Sample = Callable[[str, int, Sequence[float]], None]            # (node, time_ns
 
 @dataclass(frozen=True)
 class Place:
-    """Where a recorder writes, and what it may write about the run."""
+    """The folder of a recorder's files, and facts about the run to write into them."""
 
     folder: Path
     metadata: Mapping[str, str]             # scenario and seed
     scenario: bytes                         # the resolved scenario as JSON
-    end_ns: int                             # nothing at or after it belongs to the run
+    end_ns: int                             # the run is [0, end_ns)
 
 
 class FrameTap(Protocol):
-    """Takes the frames of media, as a medium comes to know of them: an instant may lie ahead, also beyond the end."""
+    """Receives the frames of a medium as soon as the medium has decided about them.
+
+    An instant may therefore lie after the present, even after the end of the run.
+    """
 
     def frame(self, frame: Frame, seen_ns: int) -> None:
-        """`frame` was on the air in [frame.on_air_ns, frame.end_ns) with the bytes `frame.data`; at `seen_ns` a
-        receiver has it whole. Its sender, medium and number are those of its copies in the ledger."""
+        """Take a frame with the bytes `frame.data` that is on the air in [frame.on_air_ns, frame.end_ns).
+
+        At `seen_ns` a receiver has all of it. The copies of the frame in the ledger have its medium, sender and number.
+        """
 
     def error_frame(self, medium: str, time_ns: int) -> None:
-        """An error frame of a CAN bus began at `time_ns`."""
+        """Take the start of an error frame on a CAN bus."""
 
 
 @dataclass
 class Feed:
-    """What a run tells: lists that a recorder puts functions into, before the first grant."""
+    """The subscriptions to a run: before the first grant a recorder adds functions to these lists."""
 
     frames: dict[str, list[FrameTap]] = field(default_factory=dict)             # by medium
     copies: list[Callable[[Sequence[Row]], None]] = field(default_factory=list)     # settled ones, some at a time
     declared: list[Declare] = field(default_factory=list)                       # before a node's first sample
     samples: list[Sample] = field(default_factory=list)
-    events: list[Callable[[Event], None]] = field(default_factory=list)         # as told, not in order of time
+    events: list[Callable[[Event], None]] = field(default_factory=list)         # in order of arrival, not of time
 
     def declare(self, node: str, signals: Sequence[tuple[str, str]]) -> None:
         for tell in self.declared:
@@ -63,7 +69,7 @@ class Feed:
             tell(event)
 
     def sampler(self) -> Sample:
-        """The function that tells every one of `samples`, as they are now."""
+        """Return a function that calls all present members of `samples`."""
         if len(self.samples) == 1:
             return self.samples[0]
         listeners = tuple(self.samples)
@@ -77,12 +83,15 @@ class Feed:
 
 @dataclass(frozen=True)
 class NoSettings:
-    """Of a recorder that has none."""
+    """The settings of a recorder without any."""
 
 
 class Recorder:
-    """A recorder. `Settings` is a dataclass, `FILES` names the files that it may leave; "{medium}" stands in them for
-    the name of any medium."""
+    """Base class of all recorders.
+
+    `Settings` is a dataclass. `FILES` names the files that the recorder may write; "{medium}" in a name stands for the
+    name of any medium.
+    """
 
     Settings: ClassVar[type[Any]] = NoSettings
     FILES: ClassVar[tuple[str, ...]] = ()
@@ -92,11 +101,11 @@ class Recorder:
         self.place = place
 
     def record(self, run: Feed) -> None:
-        """Put functions into the lists of `run`. Raises ValueError if it does not have what the settings ask for."""
+        """Subscribe to `run` by adding functions to its lists. Raises ValueError if the settings do not fit the run."""
         raise NotImplementedError
 
     def keep(self) -> None:
-        """Put on the disk what there is so far, for the case that this process is killed."""
+        """Write the records so far to the disk, so that they outlive this process if it is killed."""
 
     def finish(self) -> None:
-        """The run has ended or was broken off: close the files, which have their names only now."""
+        """Close the files and give them their final names, after the run has ended or was aborted."""

@@ -1,10 +1,10 @@
-"""Events of a run that are not frame copies: broken promises, nodes that end, topologies adopted.
+"""Events of a run besides frame copies, such as broken promises, the end of a node, a new topology.
 
-They reach the emulator in reports, and the order in which reports arrive differs between hosts and runs. What does not
-differ is the order in which one node tells its own events; so the log's order is (time, node, order of telling), and
-the hash is taken over that order. It is apart from the ledger's: two runs are the same if both hashes are.
+Nodes send events in reports. Reports of different nodes arrive in an order that differs between hosts and runs, while
+the events of one node keep their order. The log is therefore ordered by (time, node, order of arrival), and so is the
+hash. Two runs are equal if the hashes of their events and of their ledgers are.
 
-An event about the wall clock (a late node, an overrun) is kept and shown but marked `wall_clock` and not hashed.
+An event about the wall clock (a late node, an overrun) is recorded and shown but marked `wall_clock` and not hashed.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ class Event(NamedTuple):
 
 
 def in_order(events: Iterable[Event]) -> list[Event]:
-    """By (time, node), events of one node at one instant as they were told."""
+    """Return the events by (time, node); events of one node at one instant keep their order."""
     return sorted(events, key=lambda event: (event.time_ns, event.node))
 
 
 def hash_of_events(events: Iterable[Event]) -> str:
-    """BLAKE2b over the ordered events of simulated time, each as a MessagePack array."""
+    """Return the BLAKE2b hash of the ordered events without `wall_clock`, each as a MessagePack array."""
     encoder = msgspec.msgpack.Encoder()
     total = blake2b(digest_size=16)
     for event in in_order(events):

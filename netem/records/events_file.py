@@ -1,6 +1,6 @@
-"""The ledger's events as Parquet, `ledger_events.parquet`: what happened that is no frame copy, with time and cause.
+"""The events of a run as a Parquet file, `ledger_events.parquet`.
 
-Rows stand in the order that is hashed: by (time, node), events of one node at one instant as they were told.
+Rows are in the order that is hashed: by (time, node); events of one node at one instant keep their order.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SCHEMA = pa.schema([("time_ns", pa.int64()), ("node", NAME), ("kind", NAME), ("d
 
 
 def write_events(path: Path, events: Iterable[Event]) -> None:
-    """Write the file, in the order that is hashed; it appears whole or not at all."""
+    """Write `events` in the order that is hashed. On OSError no file is left."""
     part = part_of(path)
     rows = [_row(event) for event in in_order(events)]
     columns = zip(*rows, strict=True) if rows else [()] * len(SCHEMA)
@@ -40,7 +40,7 @@ def _row(event: Event) -> tuple[int, str, str, str, str, bool]:
 
 
 class EventRecorder(Recorder):
-    """`ledger_events.parquet` of a run, written at its end."""
+    """Writes `ledger_events.parquet` at the end of the run."""
 
     FILES = ("ledger_events.parquet",)
 

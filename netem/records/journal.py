@@ -1,10 +1,9 @@
-"""Journals hold on the disk what a run has recorded so far: pieces of bytes that are readable up to the last whole one.
+"""Journals: the records of a run so far, on the disk, as pieces of bytes that are readable up to the last whole one.
 
-    piece: length, CRC-32 (both uint32, little endian), then so many bytes, compressed with Zstandard
+    piece: length, CRC-32 (both uint32, little endian), then `length` bytes, compressed with Zstandard
 
-A file grows by whole commits. After a commit that failed (full disk) it is as it was before, what waits stays in
-memory, and the next commit tries again. A process that is killed leaves what it had committed, and at most the
-beginning of one piece behind that.
+A file grows by whole commits. A commit that fails (full disk) leaves the file unchanged and the data in memory, and the
+next commit tries again. If the process is killed, the file holds all commits, followed by at most a part of one piece.
 """
 
 from __future__ import annotations
@@ -19,11 +18,11 @@ from typing import Final
 import zstandard
 
 HEADER: Final = struct.Struct("<II")
-LEVEL: Final = 1            # a journal lives as long as its run: speed counts
+LEVEL: Final = 1            # the fastest: a journal is removed at the end of its run
 
 
 class GrowingFile:
-    """The file at `path`, made anew; to libraries that write into it, a binary stream."""
+    """A new file at `path`, as a binary stream for libraries that write into it; it grows only by `commit`."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -41,7 +40,7 @@ class GrowingFile:
         return self._committed + len(self._waiting)
 
     def flush(self) -> None:
-        """Nothing: libraries flush where it suits them, the file grows when it is told to."""
+        """Do nothing, as libraries flush at times of their own."""
 
     def writable(self) -> bool:
         return True
@@ -50,7 +49,7 @@ class GrowingFile:
         return False
 
     def commit(self) -> None:
-        """Put what waits on the disk. OSError, as for a full disk, leaves the file as it was."""
+        """Write the data in memory to the disk. On OSError, as for a full disk, the file is unchanged."""
         if not self._waiting:
             return
         if not self._is_open():
@@ -69,14 +68,14 @@ class GrowingFile:
         self._waiting.clear()
 
     def close(self) -> None:
-        """Close the file with what was committed."""
+        """Close the file; data that was not committed is lost."""
         if not self.closed:
             self.closed = True
             if self._is_open():
                 os.close(self._descriptor)
 
     def _is_open(self) -> bool:
-        """False if a robot program has closed the file: the number may be that of another one by now."""
+        """Return False if a robot program has closed the descriptor, whose number may belong to another file now."""
         try:
             return os.fstat(self._descriptor).st_ino == self._file
         except OSError:
@@ -91,13 +90,13 @@ class Journal:
         self._compress = zstandard.ZstdCompressor(level=LEVEL).compress
 
     def add(self, piece: bytes) -> None:
-        """Add a piece, in memory."""
+        """Add a piece; it stays in memory until `commit`."""
         packed = self._compress(piece)
         self._file.write(HEADER.pack(len(packed), zlib.crc32(packed)))
         self._file.write(packed)
 
     def commit(self) -> None:
-        """Put the pieces added on the disk. OSError, as for a full disk, keeps them for the next commit."""
+        """Write the added pieces to the disk. On OSError, as for a full disk, they wait for the next commit."""
         self._file.commit()
 
     def close(self) -> None:
@@ -105,7 +104,7 @@ class Journal:
 
 
 def pieces_of(path: Path) -> Iterator[bytes]:
-    """The whole pieces of the journal at `path`, in order. FileNotFoundError if there is none."""
+    """Yield the whole pieces of the journal at `path`, in order. Raises FileNotFoundError if there is no journal."""
     unpack = zstandard.ZstdDecompressor().decompress
     with path.open("rb") as file:
         while len(header := file.read(HEADER.size)) == HEADER.size:

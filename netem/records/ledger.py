@@ -1,19 +1,20 @@
 """The ledger: one row per frame copy, with its times and exactly one fate.
 
-Conservation is counted at two places that do not know each other: `expect` where copies come into being (a medium for
-the intended receivers of a frame, a link for duplicates) and `close` where they end.
+Conservation is checked by two independent counts: `expect` where copies are created (by a medium for the intended
+receivers of a frame, by a link for duplicates) and `close` where they end.
 
 A copy is closed when its medium or link decides about it, which may be long before it arrives. Until the emulator has
-passed its arrival its fate is open: it becomes UNFINISHED where the run ends first, and RECEIVER_GONE where its
-receiver's node does. `keep`, a full chunk and `finish` settle fates, and what they settle is final.
+passed the arrival, the fate may change: to UNFINISHED if the run ends first, to RECEIVER_GONE if the receiver's node
+does. `keep`, a full chunk and `finish` settle fates; a settled fate is final.
 
 Invariants:
-- rows stand in the order in which copies were closed, the emulator's event order, which does not depend on the host;
+- rows are in the order in which copies were closed, the emulator's event order, which does not depend on the host;
 - the hash covers every column of every row in that order, and neither the scenario's name nor the size of a chunk;
-- hash, journal, file and listeners get settled rows only, in order: an open row holds back those behind it.
+- hash, journal, file and listeners get settled rows only, in order: a row that is not settled holds back later ones.
 
-Given a path the rows go to Parquet chunk by chunk and memory stays bounded; without one they stay in `rows`. `keep`
-puts the rows of the chunk in a journal meanwhile, which costs little more than the hash, as it takes the same bytes.
+With a path the ledger writes rows to a Parquet file chunk by chunk, so memory is bounded; without one they stay in
+`rows`. `keep` writes the rows of the present chunk to a journal; it takes the bytes encoded for the hash, so it adds
+little work.
 """
 
 from __future__ import annotations
@@ -44,12 +45,12 @@ RECEIVER, DELIVERED_NS, FATE = COLUMNS.index("receiver"), COLUMNS.index("deliver
 
 
 class ConservationError(Exception):
-    """Copies that came into being and copies that ended differ in number."""
+    """The number of copies created differs from the number of copies closed."""
 
 
 @dataclass(frozen=True)
 class LedgerResult:
-    """What a finished ledger says: its hash and how many copies met which fate (fates in the order of `Fate`)."""
+    """The hash and the totals of a finished ledger: copies by fate, in the order of `Fate`, and by medium and fate."""
 
     hash: str
     rows: int
@@ -60,10 +61,10 @@ class LedgerResult:
 
 @mypyc_attr(allow_interpreted_subclasses=True)
 class Ledger:
-    """`path` is the Parquet file to write, `metadata` goes into it beside the hash (scenario, seed).
+    """Collects the rows; `path` is the Parquet file to write, `metadata` its entries beside the hash (scenario, seed).
 
-    `passed_ns` tells how far the emulator has come: every arrival before it has happened. Each of `listeners` gets the
-    rows as they are settled, some at a time.
+    `passed_ns()` returns the emulator's time: every arrival before it has happened. Each of `listeners` is called with
+    rows as they are settled, several at a time.
     """
 
     def __init__(self, path: Path | None = None, *, metadata: Mapping[str, str] | None = None,
@@ -73,9 +74,9 @@ class Ledger:
             raise ValueError(f"chunk_rows={chunk_rows}: a chunk holds at least 1 row")
         self._expected_of: Counter[str] = Counter()
         self._rows: list[Row] = []
-        self._ended: Counter[tuple[str, str]] = Counter()       # (medium, fate) of the rows counted so far,
-        self._counted = 0                                       # which are those written and so many of `_rows`
-        self._kept = 0                                          # so many of `_rows` are settled, hashed, in the journal
+        self._ended: Counter[tuple[str, str]] = Counter()       # (medium, fate) of the rows counted so far:
+        self._counted = 0                                       # those written and the first `_counted` of `_rows`
+        self._kept = 0                          # the first `_kept` of `_rows` are settled, hashed and in the journal
         self._passed_ns = passed_ns
         self._listeners = listeners
         self._gone_from_ns: dict[str, int] = {}                 # by receiver
@@ -86,12 +87,12 @@ class Ledger:
         self._result: LedgerResult | None = None
 
     def expect(self, copies: int, medium: str = "") -> None:
-        """Announce copies; with every medium named, a difference is blamed on its medium."""
+        """Announce copies. If every call names its medium, a ConservationError names the media that differ."""
         self._expected_of[medium] += copies
 
     def close(self, frame: Frame, receiver: str, fate: Fate, *, copy: int = 0, delivered_ns: int = -1,
               cause: str = "") -> None:
-        """End one copy. `delivered_ns` is when it reaches the node (-1: it does not); `cause` names what ended it."""
+        """Record the fate of one copy and its `cause`; `delivered_ns` is its arrival at the node, -1 without one."""
         rows = self._rows
         rows.append((frame.medium, frame.sender, frame.number, receiver, copy, frame.offered_ns, frame.on_air_ns,
                      frame.end_ns, delivered_ns, len(frame.data), frame.digest, fate._value_, cause))
@@ -99,7 +100,7 @@ class Ledger:
             self._flush()
 
     def receiver_gone(self, receiver: str, from_ns: int) -> None:
-        """No copy reaches `receiver` at or after `from_ns`, an instant that the emulator has not passed."""
+        """Note that no copy reaches `receiver` at or after `from_ns`, an instant that the emulator has not passed."""
         self._gone_from_ns[receiver] = from_ns
 
     @property
@@ -109,7 +110,7 @@ class Ledger:
 
     @property
     def closed(self) -> Counter[Fate]:
-        """Copies closed so far, by fate; those under way count as they were decided."""
+        """Copies closed so far, by fate; one that has not arrived counts with the fate that its medium decided."""
         total: Counter[Fate] = Counter()
         for fate, copies in self._by_fate().items():
             total[Fate(fate)] = copies
@@ -117,12 +118,14 @@ class Ledger:
 
     @property
     def rows(self) -> Sequence[Row]:
-        """The rows not yet written: all of them when the ledger has no path."""
+        """The rows that are not written yet; all rows if the ledger has no path."""
         return self._rows
 
     def keep(self) -> None:
-        """Put the rows settled so far in the journal, so that they outlive this process. OSError, as for a full disk,
-        keeps them in memory for the next call."""
+        """Write the rows settled so far to the journal, so that they outlive this process.
+
+        On OSError, as for a full disk, they stay in memory for the next call.
+        """
         if self._file is None or self._kept == len(self._rows):
             return
         with uninterrupted():
@@ -131,11 +134,11 @@ class Ledger:
                 self._file.note(encoded)
 
     def finish(self, *, end_ns: int = NEVER_NS, complete: bool = True) -> LedgerResult:
-        """Settle and write what is left, close the file and check conservation. The run has ended at `end_ns`.
+        """Settle and write the remaining rows of a run that ended at `end_ns`, close the file and check conservation.
 
-        A run that was broken off passes `complete=False`: copies on the air have no fate then, and nothing is checked.
-        The file is whole in every case. Raises ConservationError; OSError, as for a full disk, leaves the journal with
-        the rows kept so far.
+        The caller passes `complete=False` for an aborted run: copies on the air have no fate then, and nothing is
+        checked. The file is whole in either case. Raises ConservationError; on OSError, as for a full disk, the journal
+        with the rows kept so far remains.
         """
         if self._result is None:
             self._result = self._end(end_ns)
@@ -144,7 +147,7 @@ class Ledger:
         return self._result
 
     def _end(self, end_ns: int) -> LedgerResult:
-        with uninterrupted():               # else a second end would hash the same rows again
+        with uninterrupted():               # otherwise a second call would hash the same rows again
             unkept = self._take_settled(end_ns, ended=True)
         by_medium: dict[str, dict[str, int]] = {}
         for (medium, fate), copies in sorted(self._counts().items(), key=lambda item: (item[0][0], _rank(item[0][1]))):
@@ -185,9 +188,9 @@ class Ledger:
                 self._file.write(rows)
 
     def _take_settled(self, passed_ns: int, *, ended: bool = False) -> bytes:
-        """Settle fates and hash the rows that have become final; those rows as MessagePack, empty for none.
+        """Settle and hash the rows up to the first that arrives at or after `passed_ns`; return them as MessagePack.
 
-        Rows arrive before `passed_ns`, up to the first that does not; with `ended`, no later one will any more.
+        With `ended` that row and later ones like it become UNFINISHED. Returns b"" if no row is settled.
         """
         rows: list[Any] = self._rows            # not Row: compiled code would unpack each
         gone, kept, settled = self._gone_from_ns, self._kept, len(rows)
@@ -209,7 +212,7 @@ class Ledger:
         return self._hash.add(rows)
 
     def _correct(self, index: int, fate: Fate, cause: str) -> None:
-        """Give a copy that was on its way the fate with which it ended instead of arriving."""
+        """Replace the fate of a copy that does not arrive after all."""
         rows: list[Any] = self._rows
         row = rows[index]
         if index < self._counted:
@@ -218,7 +221,7 @@ class Ledger:
         rows[index] = (*row[:DELIVERED_NS], -1, *row[DELIVERED_NS + 1:FATE], fate.value, cause)
 
     def _counts(self) -> Counter[tuple[str, str]]:
-        """How the copies closed so far ended; what was counted before is not looked at again."""
+        """Return copies closed so far by (medium, fate); rows counted by an earlier call are not read again."""
         self._ended.update((row[0], row[11]) for row in islice(self._rows, self._counted, None))
         self._counted = len(self._rows)
         return +self._ended

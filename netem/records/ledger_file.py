@@ -1,15 +1,15 @@
-"""The ledger's Parquet file, written row group by row group; it has its name when it is whole.
+"""The ledger's Parquet file, written row group by row group; it gets its final name when it is whole.
 
 Columns are those of `ledger.COLUMNS`; names and fates are dictionary-encoded, times are int64 nanoseconds from the
-start of the run, -1 where the instant does not exist. Arrow's own copy of the schema, 1.6 kB, is left out: a reader
-that wants names as dictionaries says so, as `read_ledger` does. The file's metadata holds `marconet.hash`,
-`marconet.rows`, `marconet.expected` and what the run adds (`marconet.scenario`, `marconet.seed`).
+start of the run, -1 if the instant does not exist. Arrow's own copy of the schema, 1.6 kB, is left out; a reader asks
+for names as dictionaries, as `read_ledger` does. The file's metadata holds `marconet.hash`, `marconet.rows`,
+`marconet.expected` and the entries of the run (`marconet.scenario`, `marconet.seed`).
 
-Integers are stored as packed differences and digests without their lengths: what is left of a row are the digest and
-the times that do not repeat (decision 0014).
+Integers are stored as packed differences and digests without their lengths, so that a row takes little more than its
+digest and the times that do not repeat (decision 0014).
 
-A Parquet file cannot be read before its end is written. So the rows are in a journal too, `ledger.rows.part`, as long
-as the run goes on.
+A Parquet file cannot be read before its end is written. During the run the rows are therefore also in a journal,
+`ledger.rows.part`.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ Rows = Sequence[Sequence[Any]]
 
 
 def journal_of(path: Path) -> Path:
-    """The journal of the ledger that will be at `path`, as long as the run goes on."""
+    """Return the path of the journal for the ledger at `path`; the journal exists during the run."""
     return part_of(path.with_suffix(".rows"))
 
 
 class LedgerFile:
-    """The ledger that `finish` leaves at `path`, and its journal."""
+    """Writes the ledger at `path` and, until `finish`, its journal."""
 
     def __init__(self, path: Path, metadata: Mapping[str, str]) -> None:
         self._path = path
@@ -64,12 +64,12 @@ class LedgerFile:
         self._writer = _writer(self._file, metadata)
 
     def note(self, encoded_rows: bytes) -> None:
-        """Add rows to the journal, as a MessagePack array. OSError, as for a full disk, keeps them for later."""
+        """Add rows, a MessagePack array, to the journal. On OSError, as for a full disk, the next call writes them."""
         self._journal.add(encoded_rows)
         self._journal.commit()
 
     def write(self, rows: Rows) -> None:
-        """Add rows to the file. On a full disk they wait in memory: the journal, which is written first, says so."""
+        """Add rows to the file. On a full disk they wait in memory; the journal, written before, raises the error."""
         self._writer.write_batch(_batch(rows))
         with suppress(OSError):
             self._file.commit()
@@ -99,14 +99,14 @@ class LedgerFile:
 
 
 def noted_batches(path: Path) -> Iterator[pa.RecordBatch]:
-    """The rows that the journal of the ledger at `path` holds, up to its last whole piece."""
+    """Yield the rows in the journal of the ledger at `path`, up to its last whole piece."""
     decode = msgspec.msgpack.Decoder(list[list[Any]]).decode
     for piece in pieces_of(journal_of(path)):
         yield _batch(decode(piece))
 
 
 def write_from_journal(path: Path, metadata: Mapping[str, str]) -> None:
-    """Write the ledger at `path` from its journal and remove the journal. OSError leaves the journal alone."""
+    """Write the ledger at `path` from its journal and remove the journal. On OSError the journal remains."""
     file = GrowingFile(part_of(path))
     try:
         writer = _writer(file, metadata)

@@ -1,8 +1,8 @@
 """The hash of a run's frame copies: BLAKE2b (RFC 7693) over the rows as MessagePack, one after the other.
 
 Every row is an array of its columns in order: text as str, times and counts as the shortest int, the digest as bin. The
-stream starts with the array of column names. Rows are encoded in chunks, without the chunk's own array header, so where
-one chunk ends leaves no trace: the hash of n rows is the hash of their concatenated encodings.
+stream starts with the array of column names. Rows are encoded in chunks whose array headers are not hashed, so the hash
+does not depend on the chunks: it is that of the concatenated rows.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class LedgerHash:
         self._hash = blake2b(self._encoder.encode(tuple(columns)), digest_size=DIGEST_BYTES)
 
     def add(self, rows: Sequence[tuple[Any, ...]]) -> bytes:
-        """Hash further rows; returns them as the MessagePack array that was made for it."""
+        """Add rows to the hash; return them as the MessagePack array that was hashed."""
         encoded = self._encoder.encode(rows)
         self._hash.update(memoryview(encoded)[array_header_bytes(len(rows)):])
         return encoded
@@ -32,5 +32,5 @@ class LedgerHash:
 
 
 def array_header_bytes(items: int) -> int:
-    """Length of MessagePack's array header: fixarray, array 16, array 32."""
+    """Return the length of MessagePack's array header: fixarray, array 16, array 32."""
     return 1 if items < 1 << 4 else 3 if items < 1 << 16 else 5

@@ -1,6 +1,6 @@
-"""Reading a ledger back: rows, metadata, and the hash computed again.
+"""Reads a ledger: rows, metadata, and the hash computed from the rows.
 
-Where a run was killed there is no Parquet file but the journal of its rows: it is read up to its last whole piece, and
+A run that was killed leaves no Parquet file but the journal of its rows, which is read up to its last whole piece and
 has no metadata.
 """
 
@@ -17,8 +17,11 @@ from netem.records.ledger_hash import LedgerHash
 
 
 def read_ledger(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
-    """The rows in the order in which they were closed; `columns`: only these. Text columns are dictionary-encoded, with
-    one dictionary for all chunks. FileNotFoundError if neither the file nor its journal is there."""
+    """Return the rows in the order in which they were closed, with `columns` or all columns.
+
+    Text columns are dictionary-encoded, with one dictionary for all chunks. Raises FileNotFoundError if neither the
+    file nor its journal exists.
+    """
     if path.exists() or not journal_of(path).exists():
         with pq.ParquetFile(path, read_dictionary=NAMES) as file:
             return file.read(None if columns is None else list(columns), use_threads=False).unify_dictionaries()
@@ -27,8 +30,10 @@ def read_ledger(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
 
 
 def read_metadata(path: Path) -> dict[str, str]:
-    """Metadata of the file: hash, rows, expected, and the entries of the run (scenario, seed); empty where the
-    run was killed before the file was written."""
+    """Return the file's metadata: hash, rows, expected, and the entries of the run (scenario, seed).
+
+    It is empty if the run was killed before the file was written.
+    """
     if not path.exists() and journal_of(path).exists():
         return {}
     found = pq.read_metadata(path).metadata or {}
@@ -37,7 +42,7 @@ def read_metadata(path: Path) -> dict[str, str]:
 
 
 def hash_of(path: Path) -> str:
-    """The hash computed again from the rows: equal to the one in the metadata unless the rows were changed."""
+    """Return the hash computed from the rows; it equals that in the metadata unless the rows were changed."""
     total = LedgerHash(SCHEMA.names)
     for batch in _batches(path):
         columns = [column.to_pylist() for column in batch.columns]

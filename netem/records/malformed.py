@@ -1,4 +1,4 @@
-"""Frames that a program handed out and its medium does not carry: too long, empty, or no frame of its kind."""
+"""Finds frames that a program sent and its medium did not carry: too long, empty, or no frame of that medium."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ COLUMNS = ["medium", "sender", "number", "offered_ns", "size_bytes", "cause"]
 
 
 def malformed_frames(ledger: Path) -> list[str]:
-    """A line for each medium and reason, with the senders, the number of frames, the first one's instant and length."""
+    """Return a line for each medium and cause: senders, number of frames, instant and length of the first frame."""
     table = pq.read_table(ledger, columns=[*COLUMNS, "fate"])
     table = table.filter(pc.equal(pc.cast(table["fate"], "string"), Fate.MALFORMED.value)).select(COLUMNS)
     found: dict[tuple[str, str], dict[tuple[str, int], tuple[int, int]]] = {}

@@ -1,6 +1,6 @@
-"""Reading a signals file back: one table per node, the events, the metadata and the scenario, in one pass.
+"""Reads a signals file in one pass: a table for each node, the events, the metadata and the scenario.
 
-Where a run was killed there is only the journal of the signals; it is read up to its last whole piece, and `whole` is
+A run that was killed leaves only the journal of the signals; it is read up to its last whole piece, and `whole` is
 False.
 """
 

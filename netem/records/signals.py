@@ -4,10 +4,10 @@ One topic per node, `/<node>/signals`, with one number per signal and its unit i
 holds `foxglove.Log` messages with `kind` and `detail` beside Foxglove's own fields. `log_time = publish_time` =
 simulated time [ns] from the start of the run; `sequence` is 0, as there is no publisher whose messages could be missed.
 
-JSON has no number for nan and infinity: such a value is left out of its message and reads back as nan.
+JSON has no number for nan and infinity: such a value is left out of its message and is read as nan.
 
-The file has its name when it is whole. Until then samples and events are in a journal too, `signals.rows.part`, as
-MessagePack: encoding them as JSON is left for the end.
+The file gets its name when it is whole. Until then samples and events are also in a journal, `signals.rows.part`, as
+MessagePack, since encoding them as JSON takes longer.
 
 The file has no message index, which would take 16 bytes a sample beside the 6 of the sample itself, and no chunk index,
 since Foxglove refuses a chunk index without a message index; without both Foxglove reads the file as a whole (decision
@@ -56,7 +56,7 @@ LOG_SCHEMA = {
 
 
 def journal_of(path: Path) -> Path:
-    """The journal of the signals that will be at `path`, as long as the run goes on."""
+    """Return the path of the journal for the signals at `path`; the journal exists during the run."""
     return part_of(path.with_suffix(".rows"))
 
 
@@ -65,11 +65,11 @@ class _Topic:
     channel: int
     names: tuple[str, ...]
     samples: list[tuple[int, tuple[float, ...]]] = field(default_factory=list)
-    kept: int = 0                       # so many of the samples are in the journal
+    kept: int = 0                       # the first `kept` samples are in the journal
 
 
 class SignalFile:
-    """Collects samples and events; writes them in time order, at the latest when `finish` is called."""
+    """Collects samples and events and writes them in order of time, the last of them in `finish`."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -87,7 +87,10 @@ class SignalFile:
         self._closed = False
 
     def declare(self, node: str, signals: Sequence[tuple[str, str]]) -> None:
-        """Announce a node's signals as (name, unit) pairs; unit "1" for a pure number."""
+        """Announce all signals of a node as (name, unit) pairs; the unit of a pure number is "1".
+
+        Raises ValueError if a name occurs twice or the node has declared its signals already.
+        """
         names = tuple(name for name, _ in signals)
         if node in self._topics:
             raise ValueError(f"node {node!r} declared its signals twice: declare all of them at once")
@@ -99,7 +102,10 @@ class SignalFile:
         self._journal.add(self._encode(("signals", node, list(signals))))
 
     def append(self, node: str, time_ns: int, values: Sequence[float]) -> None:
-        """One sample of every signal of `node`, in the order declared; times of one node never decrease."""
+        """Add a value for each signal of `node`, in the order declared; times of one node never decrease.
+
+        Raises ValueError for another number of values.
+        """
         topic = self._topics[node]
         if len(values) != len(topic.names):
             raise ValueError(f"node {node!r} at {time_ns} ns: {len(values)} values for the {len(topic.names)} signals "
@@ -114,8 +120,10 @@ class SignalFile:
         self._events.append(event)
 
     def keep(self) -> None:
-        """Put samples and events given so far in the journal, so that they outlive this process. OSError, as for a full
-        disk, keeps them in memory for the next call."""
+        """Write the samples and events so far to the journal, so that they outlive this process.
+
+        On OSError, as for a full disk, they stay in memory for the next call.
+        """
         with uninterrupted():
             self._note(self._unkept())
             for topic in self._topics.values():
@@ -124,12 +132,12 @@ class SignalFile:
             self._journal.commit()
 
     def _note(self, pieces: Iterable[tuple[Any, ...]]) -> None:
-        """Add pieces to the journal, in memory."""
+        """Add pieces to the journal; they stay in memory until its `commit`."""
         for piece in pieces:
             self._journal.add(self._encode(piece))
 
     def _unkept(self) -> list[tuple[Any, ...]]:
-        """Samples and events that the journal does not have yet, as its pieces."""
+        """Return the samples and events that are not in the journal yet, as its pieces."""
         pieces: list[tuple[Any, ...]] = [("samples", node, topic.samples[topic.kept:])
                                          for node, topic in self._topics.items() if topic.kept < len(topic.samples)]
         if self._events_kept < len(self._events):
@@ -145,10 +153,10 @@ class SignalFile:
         return hash_of_events(self._events)
 
     def finish(self, metadata: Mapping[str, str], scenario: bytes = b"") -> None:
-        """Write what is left, the metadata record `marconet` and the resolved scenario (JSON), and close the file.
+        """Write the remaining samples, the events, the metadata record `marconet` and the resolved scenario (JSON).
 
-        On OSError, as for a full disk, the file is removed; the journal stays, and the samples and events that it does
-        not have yet are added to it if there is room for them now.
+        On OSError, as for a full disk, the file is removed; the journal stays, and the samples and events that are not
+        in it yet are added to it if there is room now.
         """
         if self._closed:
             return
@@ -213,7 +221,7 @@ class SignalFile:
 
 
 class SignalRecorder(Recorder):
-    """Signals and events of the run, with the scenario attached."""
+    """Writes the signals and events of the run, with the scenario attached."""
 
     FILES = ("signals.mcap",)
 

@@ -1,4 +1,4 @@
-"""The recorders of a run: those of every run, those that the settings of a medium ask for, and those of `[records]`."""
+"""The recorders, by kind: those of every run, those that the settings of a medium request, and those of `[records]`."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Work that a signal does not cut in two: SIGINT, SIGTERM and SIGHUP wait until it is done.
+"""Holds SIGINT, SIGTERM and SIGHUP back while a `with` block runs, so that none of them ends the block halfway.
 
     with uninterrupted():
         rows go to the file, the hash and the counters, or to none of them
 
-The handlers act afterwards, in the order in which the signals came. Outside the main thread, where Python runs no
-handlers, nothing is to be done.
+The handlers run after the block, in the order in which the signals arrived. Outside the main thread the block runs
+unchanged, as Python calls no handlers there.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ ENDING: Final = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "S
 
 @contextmanager
 def uninterrupted(*, drop: bool = False) -> Iterator[list[int]]:
-    """Hold the ending signals back, or with `drop` ignore them; gives the list of those that came meanwhile."""
+    """Hold back, or with `drop` ignore, the signals in `ENDING`; yields the list of those that arrive meanwhile."""
     came: list[int] = []
     if threading.current_thread() is not threading.main_thread():
         yield came
