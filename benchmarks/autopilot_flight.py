@@ -15,6 +15,7 @@ from random import Random
 from time import process_time
 
 from firmware_sim.autopilot.autopilot import Autopilot
+from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
 from firmware_sim.autopilot.vehicle import Mode, PositionTarget, Vector
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
@@ -40,24 +41,24 @@ class Flight:
     def __init__(self) -> None:
         folder = MODELS / "quadrotor"
         preset = read_presets(folder, read_model(folder / "variables.toml"))["hummingbird"]
-        self.plant = Plant(describe(build_model("quadrotor")), "uav", preset.parameters)
-        self.node = Node("uav", ["mocap"])
+        self.node, self.now_ns = Node("uav", ["mocap"]), 0
+        self.plant = Plant(describe(build_model("quadrotor")), "uav", preset.parameters,
+                           present=lambda: max(self.node.present_ns(), self.now_ns))
         clock = LocalClock(ClockSettings(), lambda: self.node.now_ns)
-        autopilot = Autopilot(Board(self.node, clock, self.plant, {}, Random(1)),
-                              parameters={"LINK_LOSS_ACT": 0.0, "MOCAP_DELAY": LATENCY_NS / 1e9})
+        settings = AutopilotSettings(parameters={"LINK_LOSS_ACT": 0.0, "MOCAP_DELAY": LATENCY_NS / 1e9})
+        autopilot = Autopilot(Board(self.node, clock, self.plant, {}, Random(1), {}), settings)
         self.controller = autopilot.controller
         self.node.start(autopilot.run())
-        self.now_ns, self._rng = 0, Random(7)
+        self._rng = Random(7)
         self._pose = self.plant.output_group(["x", "y", "z", "roll", "pitch", "heading"])
 
     def frame(self) -> tuple[float, ...]:
         """One period of motion capture; x, y, z, roll, pitch, heading at its beginning."""
-        self.plant.advance_to(self.now_ns)
         pose = self._pose.read()
         seen = Detection(self.now_ns, *(each + self._rng.gauss(0.0, NOISE_M) for each in pose[:3]), "uav")
-        arrival_ns = self.now_ns + LATENCY_NS
-        self.now_ns += FRAME_NS
-        self.node.advance(Grant(0, self.now_ns, False, True, [(arrival_ns, 0, pack_detection(seen))]))
+        arrival_ns, next_ns = self.now_ns + LATENCY_NS, self.now_ns + FRAME_NS
+        self.node.advance(Grant(0, next_ns, False, True, [(arrival_ns, 0, pack_detection(seen))]))
+        self.now_ns = next_ns
         return pose
 
     def frames(self, seconds: float) -> list[tuple[float, ...]]:

@@ -57,8 +57,8 @@ def send() -> None:
 def us_per_call(function: Callable[[], None], frames: int) -> float:
     """`frames` arrive at 1, 2, 3 ... ms."""
     node = BlockingNode("robot", ["can0"])
-    board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), None, {}, Random(1))
-    node.program = BlockingProgram(board, lambda: function, {}, {"can0": "can"})
+    board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), None, {}, Random(1), {})
+    node.program = BlockingProgram(node, board, ClockSettings(), lambda: function, {}, {"can0": "can"})
     node.program.begin()
     data = pack(CanFrame(1, bytes(8)))
     grant = Grant(1, 10**12, False, True, [(k * 1_000_000, 0, data) for k in range(1, frames + 1)])

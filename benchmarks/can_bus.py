@@ -87,7 +87,7 @@ def talker(name: str, period_ns: int, *, firm: bool) -> Node:
         while True:
             next_ns = place * 150_000 + k * period_ns
             if firm:
-                node.silent_until(next_ns)
+                node.promise_firm(next_ns)
             yield node.env.timeout(next_ns - node.now_ns)
             send(pack(CanFrame(0x100 + place, k.to_bytes(8, "little"))))
             k += 1

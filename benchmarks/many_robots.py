@@ -19,21 +19,22 @@ from tempfile import TemporaryDirectory
 
 SLOT_NS = 400_000
 PROGRAM = '''
+from dataclasses import dataclass
+
+
 class Speaker:
-    def __init__(self, board, *, first_ns: int, period_ns: int):
-        self.board, self.next_ns, self.period_ns = board, first_ns, period_ns
-        self.port = board.port("radio")
-        self.port.on_receive, self.port.answers = self.hear, False
+    @dataclass
+    class Settings:
+        first_ns: int
+        period_ns: int
+
+    def __init__(self, board, settings):
         self.heard = 0
+        port = board.port("radio", self.hear, listen_only=True)
+        board.every(settings.period_ns, lambda: port.send(b"8 bytes."), offset_ns=settings.first_ns)
 
     def hear(self, frame):
         self.heard += 1
-
-    def run(self):
-        while True:
-            yield from self.board.sleep_until(self.next_ns)
-            self.port.send(b"8 bytes.")
-            self.next_ns += self.period_ns
 '''
 
 

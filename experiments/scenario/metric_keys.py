@@ -125,7 +125,7 @@ def uncounted(key: str, counters: Mapping[str, Collection[str]]) -> str:
         return ""
     near = f"; nearest: {COUNT}.{asked.nodes}.{nearest(asked.counter, known)}" if known else ""
     return (f"no node that matches {asked.nodes!r} has a counter {asked.counter!r}{near}; if its program may count "
-            f"nothing, let it declare the counter at its start: node.count({asked.counter!r}, 0)")
+            f"nothing, let it declare the counter at its start: board.count({asked.counter!r}, 0)")
 
 
 def matching(pattern: str, nodes: Iterable[str]) -> list[str]:

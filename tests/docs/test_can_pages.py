@@ -38,13 +38,13 @@ class Companion:
     """A setpoint every 10 ms, as the page declares it; tells a gain product, as the page on guarantees has it."""
 
     def __init__(self, board):
-        self.board = board
+        self.board, self.can, self.k = board, board.port("can"), 0
+        board.every(10_000_000, self.command, offset_ns=10_000_000)
 
-    def run(self):
-        for k in range(1, 50):
-            yield from self.board.sleep_until(k * 10_000_000)
-            self.board.port("can").send(MESSAGES.pack(Setpoint(2.0, 2.0, Mode.RUN, k % 256)))
-            self.board.event("gain product", "0.93")
+    def command(self):
+        self.k += 1
+        self.can.send(MESSAGES.pack(Setpoint(2.0, 2.0, Mode.RUN, self.k % 256)))
+        self.board.event("gain product", "0.93")
 '''
 FRAME = """# A drive, a companion and a reference.
 # Question: do the pages fit together?

@@ -31,15 +31,15 @@ FAILED = {                  # by the run: the first line, and the author's line 
     "p06_sleep": ("2 agents: r1, r2: its program failed at 0 ns: time.sleep(0.01) would hold up the emulator by the "
                   "wall clock and let no robot time pass; write `yield from self.board.sleep_until(self.board.now_ns + "
                   "10_000_000)`", "import time; time.sleep(0.01)"),
-    "p07_forgotfrom": ("2 agents: r1, r2: its program failed at 0 ns: p07_forgotfrom.py:20: yield of the generator "
-                       "Board.wait_until: it waits only if it is delegated to; write `yield from ...sleep_until(...)`",
-                       "yield from self.board.sleep_until(next_ns)"),
+    "p07_forgotfrom": ("2 agents: r1, r2: its program failed at 0 ns: p07_forgotfrom.py:25: yield of the generator "
+                       "Board.sleep_until: it waits only if it is delegated to; write `yield from ...sleep_until(...)`",
+                       "yield self.board.sleep_until(next_ns)"),
     "p16_port": ("2 agents: r1, r2: could not start: r1 has no port 'radi'; did you mean 'radio'?",
-                 'self.radio = board.port("radi")'),
+                 'self.radio = board.port("radi", self.hear, listen_only=True)'),
 }
 MISBEHAVING = {
     "NotGen": "node bad: could not start: TypeError: NotGen.run() gave 5: expected a generator; write `run` with ",
-    "YieldJunk": "node bad: its program failed at 0 ns: robots.py:121: yield 5: expected an event, as ",
+    "YieldJunk": "node bad: its program failed at 0 ns: robots.py:124: yield 5: expected an event, as ",
     "SendStr": "node bad: its program failed at 200000000 ns: TypeError: radio: 'hello' is str: a frame is bytes",
     "StrSignal": "node bad: its program failed at 0 ns: ValueError: bad: the signals bad at 0 ns: ('foo',): expected ",
     "InfYield": "node bad: its program failed at 0 ns: RuntimeError: 100000 waits in a row at 0 ns for instants ",
@@ -141,7 +141,7 @@ SIBLINGS = {
                                   "r1 has no key of [team] 'gain'; the scenario has no [team]"),
     "a plant that is not": ("    def run(self):\n        yield self.board.until(1)\n"
                             "        self.board.sensors(['x'])",
-                            "this agent has no plant; give it one, plant = {"),
+                            "r1 has no plant; give it one, as agents.r1.plant = {"),
     "a yield of nothing": ("    def run(self):\n        yield", "yield None: expected an event"),
     "a sleep imported by name": ("    def run(self):\n        sleep(1)\n        yield self.board.until(1)",
                                  "time.sleep(1) would hold up the emulator"),
@@ -165,7 +165,7 @@ def test_a_sibling_of_these_mistakes_is_told_with_its_remedy(case, host, tmp_pat
 
 @pytest.mark.parametrize("body", [
     "    pass",                                                                         # only listens
-    "        board.node.start(self.loop())\n    def loop(self):\n        yield self.board.until(1)",
+    "        board.start(self.loop())\n    def loop(self):\n        yield self.board.until(1)",
     "    def run(self):\n        return self.loop()\n    def loop(self):\n        yield self.board.until(1)"])
 def test_a_program_without_a_run_of_its_own_kind_is_accepted_if_it_starts_itself(body, tmp_path):
     (tmp_path / "robot_of_a_novice.py").write_text(PROGRAM.format(body=body))

@@ -20,7 +20,6 @@ from firmware_sim.clock_settings import ClockSettings
 from fmus.build import build_model, model_folder
 from fmus.describe import read_model
 from fmus.describe_fmu import describe
-from fmus.errors import PlantError
 from netem.node.node import Node
 from netem.wire.messages import Grant
 
@@ -28,48 +27,39 @@ CASES = Path(__file__).parents[1] / "cases"
 MS = 1_000_000
 A, B, C = [[-0.6, -1.0], [1.0, 0.0]], [[1.0], [0.0]], [[0.0, 2.0]]
 PROGRAMS = '''
+from dataclasses import dataclass
 from math import sin
 
 
 class Steps:
     """Sets and reads without a word of where the plant is; by names, or by groups."""
 
-    def __init__(self, board, *, groups: bool = False, named: bool = False):
-        self.board, self.plant = board, board.plant
-        write = board.actuators(["u[1]"]).write
-        read = board.sensors(["y[1]"]).read
-        self.set = (lambda u: write([u])) if groups else (lambda u: board.actuate("u[1]", u))
-        self.get = (lambda: read()[0]) if groups else (lambda: board.sense("y[1]"))
-        if named:
-            board.record("y[1]", "m", lambda: -1.0)
+    @dataclass
+    class Settings:
+        groups: bool = False
+        named: bool = False
 
-    def run(self):
-        k = 0
-        while True:
-            yield from self.board.sleep_until(k * 50_000_000)
-            self.board.event("y", repr(self.get()))
-            self.set(sin(0.7 * k))
-            k += 1
+    def __init__(self, board, settings):
+        self.board, self.k = board, 0
+        write, read = board.actuators(["u[1]"]).write, board.sensors(["y[1]"]).read
+        self.set = (lambda u: write([u])) if settings.groups else (lambda u: board.actuate("u[1]", u))
+        self.get = (lambda: read()[0]) if settings.groups else (lambda: board.sense("y[1]"))
+        if settings.named:
+            board.record("y[1]", "m", lambda: -1.0)
+        board.every(50_000_000, self.step)
+
+    def step(self):
+        self.board.event("y", repr(self.get()))
+        self.set(sin(0.7 * self.k))
+        self.k += 1
 
 
 class Looks(Steps):
-    """Records what a read gives while a sample is taken, without advancing the plant."""
+    """Records what a read gives while a sample is taken."""
 
-    def __init__(self, board):
-        super().__init__(board, groups=True)
-        board.record("seen", "1", lambda: self.get())
-
-
-class Ahead:
-    """Steps its plant to a later instant than it stands at."""
-
-    def __init__(self, board):
-        self.board = board
-
-    def run(self):
-        yield from self.board.sleep_until(10_000_000)
-        self.board.plant.advance_to(15_000_000)
-        self.board.actuate("u[1]", 1.0)
+    def __init__(self, board, settings):
+        super().__init__(board, settings)
+        board.record("seen", "1", self.get)
 '''
 
 
@@ -123,7 +113,7 @@ def test_outputs_are_recorded_though_no_program_names_them(folder: Path) -> None
 @pytest.mark.parametrize("sample_period_ns", [3 * MS, 10 * MS, 50 * MS])
 def test_what_a_program_reads_while_a_sample_is_taken_is_of_the_samples_instant(sample_period_ns: int, folder: Path,
                                                                                 ) -> None:
-    report = node(folder, sample_period_ns, "Looks").advance(Grant(1, 500 * MS, False, True, []))
+    report = node(folder, sample_period_ns, "Looks", groups=True).advance(Grant(1, 500 * MS, False, True, []))
 
     seen, recorded = zip(*((values[0], values[1]) for _, values in report.samples), strict=True)
     assert len(set(recorded)) > 8
@@ -139,19 +129,9 @@ def test_a_signal_of_the_program_with_the_name_of_an_output_stands(folder: Path)
     assert {values[0] for _, values in report.samples} == {-1.0}
 
 
-def test_what_is_set_on_a_plant_ahead_of_the_present_is_refused_with_both_instants(folder: Path) -> None:
-    with pytest.raises(PlantError) as caught:
-        node(folder, 0, "Ahead").advance(Grant(1, 100 * MS, False, True, []))
-
-    assert str(caught.value).endswith(
-        ": p: set or read at t=0.01 s, but the plant was stepped to t=0.015 s already: advance_to takes the present "
-        "true time, board.node.now_ns, no later instant and not the local clock's board.now_ns")
-
-
-@pytest.mark.parametrize("file", ["ctl.py", "ctl_advance.py"])
-def test_ordinary_blocking_code_closes_the_loop(file: str, tmp_path: Path) -> None:
-    """y(k) = 1 - 0.95^k, whether or not the program says where the plant is."""
-    (tmp_path / "ctl.py").write_bytes((CASES / "blocking_plant" / file).read_bytes())
+def test_ordinary_blocking_code_closes_the_loop(tmp_path: Path) -> None:
+    """y(k) = 1 - 0.95^k."""
+    (tmp_path / "ctl.py").write_bytes((CASES / "blocking_plant" / "ctl.py").read_bytes())
     (tmp_path / "ctl.toml").write_bytes((CASES / "blocking_plant" / "ctl.toml").read_bytes())
 
     result = run(load(tmp_path / "ctl.toml"), out=tmp_path / "out", report=False)

@@ -20,15 +20,15 @@ class Fuzz:
     """Says random bytes at all of its ports, looks and whole CAN frames among them, and counts what it hears."""
 
     def __init__(self, board):
-        self.board, self.node = board, board.node
-        for name, port in self.node.ports.items():
-            port.on_receive = lambda data, name=name: self.count("heard on " + name)
+        self.board = board
+        self.ports = [board.port(name, lambda data, name=name: board.count("heard on " + name))
+                      for name in board.ports]
 
     def run(self):
         rng, next_ns = self.board.rng, 0
         while True:
             yield from self.board.sleep_until(next_ns)
-            for port in self.node.ports.values():
+            for port in self.ports:
                 size = rng.choice([0, 1, 3, 8, 16, 60, 72, rng.randrange(2_000)])
                 can = rng.randrange(0x800).to_bytes(4, "little") + bytes([8, 0, 0, 0]) + rng.randbytes(8)
                 port.send(rng.choice([can, LOOK, rng.randbytes(size)]))

@@ -17,16 +17,12 @@ ECHO = """
 class Echo:
     def __init__(self, board):
         self.board = board
-        self.port = board.port("radio")
-        self.port.on_receive = self.hear
+        self.port = board.port("radio", self.hear)
+        board.at(20_000_000, lambda: self.port.send(b"hello"))
 
     def hear(self, data):
         self.board.count("heard")
         self.port.send(b"you said " + data)
-
-    def run(self):
-        yield from self.board.sleep_until(20_000_000)
-        self.port.send(b"hello")
 """
 SCENARIO = """# A robot that answers.
 # Question: does it answer somebody outside?

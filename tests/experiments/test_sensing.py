@@ -17,8 +17,8 @@ from netem.media.sensing.sight import LOOK, Detection, unpack_sight
 
 class Watcher:
     def __init__(self, board):
-        self.port, self.board = board.port("view"), board
-        self.port.on_receive = self.hear
+        self.board = board
+        self.port = board.port("view", self.hear, listen_only=True)
 
     def hear(self, data):
         sight = unpack_sight(data)

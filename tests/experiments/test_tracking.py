@@ -195,18 +195,18 @@ class Fuzzer:
     """Says random bytes on both media, CAN frames with the drive's identifiers among them."""
 
     def __init__(self, board):
-        self.board = board
+        self.board, self.radio, self.can = board, board.port("radio"), board.port("can")
 
     def run(self):
-        rng, ports = self.board.rng, self.board.node.ports
+        rng = self.board.rng
         for k in range(1, 400):
             yield from self.board.sleep_until(k * 2_500_000)
-            ports["radio"].send(rng.randbytes(rng.choice([0, 3, 43, 60, rng.randrange(60)])))
+            self.radio.send(rng.randbytes(rng.choice([0, 3, 43, 60, rng.randrange(60)])))
             data = rng.randbytes(rng.choice([0, 16, 72, rng.randrange(90)]))
             if len(data) == 16:
                 ids = [0x110, 0x190, 0x1A0, 0x710]
                 data = rng.choice(ids).to_bytes(4, "little") + bytes([rng.randrange(9), 0, 0, 0]) + data[8:]
-            ports["can"].send(data)
+            self.can.send(data)
 '''
 
 

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from firmware_sim.babbling_idiot import BabblingIdiot
+from firmware_sim.babbling_idiot import BabblerSettings, BabblingIdiot
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
@@ -17,8 +17,10 @@ from netem.wire.messages import Grant
 
 def idiot(**parameters: int) -> Node:
     node = Node("idiot", ["can"])
-    board = Board(node, LocalClock(ClockSettings(), lambda: node.now_ns), None, {}, Random(1))
-    node.start(BabblingIdiot(board, **parameters).run())
+    board = Board(node, LocalClock(ClockSettings(), lambda: node.now_ns), None, {}, Random(1), {})
+    board.keep_promises()
+    node.start(BabblingIdiot(board, BabblerSettings(**parameters)).run())
+    node.hello()
     return node
 
 

@@ -12,7 +12,7 @@ from experiments.scenario import ScenarioError, load
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
-from firmware_sim.radio_modem import RadioModem
+from firmware_sim.radio_modem import ModemSettings, RadioModem
 from netem.media.radio_presets import PRESETS
 from netem.node.node import Node
 from netem.wire.messages import Grant
@@ -24,9 +24,8 @@ BYTE_NS = 100 * US              # 8N1 at 100 kbit/s
 def modem(arrivals, **parameters):
     """(time_ns, port, data) of what the modem hands out for these (time_ns, port, data); port 0 serial, 1 radio."""
     node = Node("modem", ["uart", "air"])
-    board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), None, {}, Random(1))
-    program = RadioModem(board, serial="uart", radio="air", **{"baud_bps": 100_000, **parameters})
-    node.start(program.run())
+    board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), None, {}, Random(1), {})
+    RadioModem(board, ModemSettings("uart", "air", **{"baud_bps": 100_000, **parameters}))
     return node.advance(Grant(1, 1_000 * MS, False, True, arrivals)).offers
 
 
@@ -62,19 +61,19 @@ def test_nonsense_is_refused(wrong):
 
 
 TALKER = """
+from dataclasses import dataclass
+
+
 class Talker:
-    def __init__(self, board, *, line: str, say: int = 0):
-        self.board, self.say, self.port = board, say, board.port(line)
-        self.port.on_receive = self.hear
+    @dataclass
+    class Settings:
+        line: str
+        say: int = 0
 
-    def hear(self, data):
-        self.board.event("heard", data.hex())
-
-    def run(self):
-        for k in range(self.say):
-            yield from self.board.sleep_until(k * 100_000_000)
-            self.port.send(bytes([k]) * 21)
-        self.board.node.silent_until(1 << 62)
+    def __init__(self, board, settings):
+        port = board.port(settings.line, lambda data: board.event("heard", data.hex()), listen_only=True)
+        for k in range(settings.say):
+            board.at(k * 100_000_000, lambda k=k: port.send(bytes([k]) * 21))
 """
 SCENARIO = """# Two machines talk through a pair of radio modems.
 # Question: when does what one says arrive at the other?

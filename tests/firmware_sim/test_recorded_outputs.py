@@ -40,7 +40,7 @@ def test_at_most_a_stated_number_is_recorded_and_what_is_left_out_is_told(plant:
     assert names == ["first", *(f"wide[{k}]" for k in range(1, MOST_RECORDED))]
     (event,) = node.advance(Grant(1, 1, False, True, [])).events
     assert event == (0, "outputs not recorded", "7 of 71 numbers: at most 64 of a plant are; a program can record "
-                     "others with node.signal")
+                     "others with board.record")
 
 
 def test_a_plant_that_has_stopped_leaves_no_numbers(plant: Plant) -> None:

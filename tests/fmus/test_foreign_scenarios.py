@@ -16,19 +16,20 @@ from tests.fmus.foreign_fmus import stair, steps, types_fmi3
 
 CASES = Path(__file__).parents[1] / "cases"
 PROBE = '''
+from dataclasses import dataclass, field
+
+
 class Probe:
     """Steps, reads and sets its plant by its own clock; a truth of its own goes into the record."""
 
-    def __init__(self, board, *, period_ns: int, inputs: list = ()):
-        self.board, self.period_ns, self.inputs = board, period_ns, list(inputs)
+    @dataclass
+    class Settings:
+        period_ns: int
+        inputs: list = field(default_factory=list)
 
-    def run(self):
-        k = 0
-        while True:
-            yield from self.board.sleep_until(k * self.period_ns)
-            if k < len(self.inputs):
-                self.board.actuate("u", self.inputs[k])
-            k += 1
+    def __init__(self, board, settings):
+        for k, value in enumerate(settings.inputs):
+            board.at(k * settings.period_ns, lambda value=value: board.actuate("u", value))
 
 
 class Quiet:

@@ -29,18 +29,25 @@ kind = "broadcast_radio"
 "count.r2.heard" = { min = 5 }
 """
 PROGRAM = """\
-class Beacon:
-    def __init__(self, board, *, period_ns: int = 10_000_000, offset_ns: int = 1_000_000):
-        self.board, self.period_ns, self.next_ns = board, period_ns, offset_ns
-        board.port("radio").on_receive = lambda data: board.count("heard")
-        board.record("sent", "1", lambda: self.next_ns // self.period_ns)
+from dataclasses import dataclass
 
-    def run(self):
-        while True:
-            yield from self.board.sleep_until(self.next_ns)
-            self.board.port("radio").send(b"here")
-            self.board.event("said")
-            self.next_ns += self.period_ns
+
+class Beacon:
+    @dataclass
+    class Settings:
+        period_ns: int = 10_000_000
+        offset_ns: int = 1_000_000
+
+    def __init__(self, board, settings):
+        self.board, self.sent = board, 0
+        self.port = board.port("radio", lambda data: board.count("heard"))
+        board.record("sent", "1", lambda: self.sent)
+        board.every(settings.period_ns, self.say, offset_ns=settings.offset_ns)
+
+    def say(self):
+        self.port.send(b"here")
+        self.board.event("said")
+        self.sent += 1
 """
 
 

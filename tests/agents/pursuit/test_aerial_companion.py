@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import common
 
-from agents.pursuit.aerial_companion import AerialCompanion
+from agents.pursuit.aerial_companion import AerialCompanion, CompanionSettings
 from agents.pursuit.aerial_settings import AerialSettings
 from agents.pursuit.flight_signals import distances, heights, in_degrees
 from experiments.judge.run_data import load_run
@@ -35,8 +35,9 @@ class Bench:
 
     def __init__(self, **settings):
         self.node = Node("companion", ["view", "link"])
-        board = Board(self.node, LocalClock(ClockSettings(), self.node.env.time_ns), None, {}, Random(1))
-        self.companion = AerialCompanion(board, target="rovio", pursuit=AerialSettings(**{**SURE, **settings}))
+        board = Board(self.node, LocalClock(ClockSettings(), self.node.env.time_ns), None, {}, Random(1), {})
+        board.keep_promises()
+        self.companion = AerialCompanion(board, CompanionSettings("rovio", AerialSettings(**SURE | settings)))
         self.node.start(self.companion.run())
         self.now_ns, self.arrivals, self.sent = 0, [], []
         self.vehicle = common.MAVLink(None, srcSystem=1, srcComponent=1)

@@ -4,7 +4,7 @@ from random import Random
 
 import pytest
 
-from agents.pursuit.fusion_center_node import FusionCenterNode
+from agents.pursuit.fusion_center_node import FusionCenterNode, FusionCenterSettings
 from agents.pursuit.team_frames import Charges, News, Report, Team, pack_report, unpack
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
@@ -19,8 +19,9 @@ TEAM = Team(("a", "b", "c"), ("t0", "t1"))
 def answers(*heard, until_ns=400 * MS, **parameters):
     """[(time [ms], frame)], counters, of a center that hears (time [ms], report or bytes)."""
     node = Node("center", ["radio"])
-    board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), None, TEAM._asdict(), Random(1))
-    FusionCenterNode(board, **parameters)
+    board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), None, TEAM._asdict(), Random(1), {})
+    board.keep_promises()
+    FusionCenterNode(board, FusionCenterSettings(**parameters))
     report = node.advance(Grant(1, until_ns, False, True, [
         (at_ms * MS, 0, frame if isinstance(frame, bytes) else pack_report(TEAM, frame)) for at_ms, frame in heard]))
     return [(time_ns / MS, unpack(TEAM, data)) for time_ns, _, data in report.offers], report.counters

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from agents.pursuit.pursuer_settings import SensorSettings
 from agents.pursuit.sensor_robot import SensorRobot
 from agents.pursuit.team_frames import Charges, News, Report, Team, pack_charges, pack_news, unpack
 from firmware_sim.board import Board
@@ -25,8 +26,9 @@ VIEW, CAN, RADIO = 0, 1, 2
 def sensor():
     node = Node("s0", ["view", "can", "radio"])
     board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), None, TEAM._asdict() | {"robot": WHEELS},
-                  Random(1))
-    SensorRobot(board, radius_m=2.3, latency_ns=70 * MS)
+                  Random(1), {})
+    board.keep_promises()
+    SensorRobot(board, SensorSettings(radius_m=2.3, latency_ns=70 * MS))
     return node
 
 

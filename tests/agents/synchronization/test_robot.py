@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from agents.synchronization.preparation import prepare
-from agents.synchronization.robot import SyncRobot
+from agents.synchronization.robot import SyncRobot, SyncSettings
 from agents.synchronization.sync_frame import SyncFrameCodec
 from experiments.run.node_build import build_node
 from experiments.run.runner import node_specifications
@@ -23,9 +23,6 @@ from netem.node.node import Node
 from netem.wire.messages import Grant
 
 END_NS = 30_000_000
-
-
-
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +65,7 @@ def test_a_robot_needs_a_plant() -> None:
     scenario = load(find("output_sync"))
     node = Node("r1", ["radio"])
     clock = LocalClock(ClockSettings(), node.env.time_ns)
-    board = Board(node, clock, None, dict(scenario.team) | prepare(scenario), Random(0))
+    board = Board(node, clock, None, dict(scenario.team) | prepare(scenario, {}), Random(0), {})
 
-    with pytest.raises(ValueError, match="r1: a synchronizing robot needs a plant"):
-        SyncRobot(board)
+    with pytest.raises(ValueError, match=r"r1 has no plant; give it one, as agents.r1.plant = "):
+        SyncRobot(board, SyncSettings())

@@ -52,7 +52,7 @@ def test_an_expectation_on_a_misspelt_counter_does_not_hold_and_names_the_neares
     assert not found["count.r1.herd"].holds
     assert found["count.r1.herd"].by_how_much() == (
         "no node that matches 'r1' has a counter 'herd'; nearest: count.r1.heard; if its program may count nothing, "
-        "let it declare the counter at its start: node.count('herd', 0)")
+        "let it declare the counter at its start: board.count('herd', 0)")
 
 
 @pytest.mark.parametrize(("section", "says"), [

@@ -226,7 +226,7 @@ def test_a_counter_that_never_was_does_not_hold_whatever_the_bound(key: str, say
 
     assert (verdict.value, verdict.holds) == (None, False)
     assert verdict.by_how_much().startswith(says)
-    assert verdict.by_how_much().endswith(f"at its start: node.count('{key.split('.')[-1]}', 0)")
+    assert verdict.by_how_much().endswith(f"at its start: board.count('{key.split('.')[-1]}', 0)")
 
 
 def test_a_counter_that_was_declared_and_never_counted_holds_at_0() -> None:

@@ -42,7 +42,7 @@ def line_of(file: Path, text: str) -> int:
 @pytest.mark.parametrize("host", ["process", "inline"])
 @pytest.mark.parametrize(("scenario", "file", "node", "code", "function"), [
     ("robots_that_misbehave/BusyLoop.toml", "robots.py", "bad", "while True: pass", "act"),
-    ("novice/p05_inf.toml", "p05_inf.py", "r2", "while next_ns > 500_000_000: pass", "run"),
+    ("novice/p05_inf.toml", "p05_inf.py", "r2", "while self.board.now_ns > 500_000_000: pass", "say"),
 ])
 def test_a_robot_that_hangs_is_named_with_its_line(scenario: str, file: str, node: str, code: str, function: str,
                                                    host: runner.HostName, tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ def test_a_plant_that_crashes_or_hangs_is_named_with_its_fmi_call(plant: str, wh
     failure = failure_of(CASES / "novice" / f"{plant}.toml", "process", tmp_path, 4.0)
 
     carts = CASES / "novice" / "carts.py"
-    assert (f"{what} in fmi3DoStep of plant {plant}, called at {carts}:{line_of(carts, 'plant.advance_to')} in measure"
+    assert (f"{what} in fmi3DoStep of plant {plant}, called at {carts}:{line_of(carts, 'board.sense')} in measure"
             in failure.reason)
 
 
@@ -102,7 +102,7 @@ def test_an_inline_run_whose_plant_crashes_says_the_same_as_one_with_processes(t
     carts = CASES / "novice" / "carts.py"
     assert ended.returncode == 3
     assert re.search(r"^node (left|right): its process was ended by SIGSEGV in fmi3DoStep of plant k07_segv, called at "
-                     rf"{re.escape(str(carts))}:{line_of(carts, 'plant.advance_to')} in measure$", ended.stderr,
+                     rf"{re.escape(str(carts))}:{line_of(carts, 'board.sense')} in measure$", ended.stderr,
                      re.MULTILINE)
 
 

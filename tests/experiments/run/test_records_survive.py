@@ -28,17 +28,13 @@ PROGRAM = '''
 class Beacon:
     def __init__(self, board):
         self.board = board
-        self.radio = board.port("radio")
-        self.radio.on_receive = lambda frame: board.count("heard")
-        board.record("sent", "1", lambda: time_ns / 10_000_000)
+        self.radio = board.port("radio", lambda frame: board.count("heard"), listen_only=True)
+        board.record("sent", "1", lambda: board.now_ns / 10_000_000)
+        board.every(10_000_000, self.say)
 
-    def run(self):
-        next_ns = 0
-        while True:
-            yield from self.board.sleep_until(next_ns)
-            self.radio.send(bytes(8))
-            self.board.event("spoke")
-            next_ns += 10_000_000
+    def say(self):
+        self.radio.send(bytes(8))
+        self.board.event("spoke")
 '''
 FOREVER = '''
 # Question: what is left?

@@ -9,22 +9,31 @@ from pathlib import Path
 import pytest
 
 ROBOTS = '''
+from dataclasses import dataclass
 from pathlib import Path
 
 
 class Talker:
     """A program as far as the loader looks at it."""
 
-    def __init__(self, board, *, slot_ns: int = 1_000_000, gain: float = 1.0, log: Path | None = None):
+    @dataclass
+    class Settings:
+        slot_ns: int = 1_000_000
+        gain: float = 1.0
+        log: Path | None = None
+
+    def __init__(self, board, settings):
         self.board = board
 
 
 class Strict(Talker):
-    def __init__(self, board, *, gain: float, anything=None):
-        self.board = board
+    @dataclass
+    class Settings:
+        gain: float
+        anything: object = None
 
     @staticmethod
-    def check(scenario):
+    def check(scenario, own):
         if scenario.team.get("impossible"):
             yield "team.impossible=true: this cannot work; leave it out"
             yield "team.impossible=true: really not"

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from firmware_sim.autopilot.autopilot import Autopilot
+from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
 from firmware_sim.autopilot.vehicle import Landed, Mode, Result, Target, Vector
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
@@ -36,19 +37,22 @@ class FlightBench:
         settings["parameters"] = {"MOCAP_DELAY": LATENCY_NS / 1e9} | settings.get("parameters", {})
         self.node = Node("uav", ["mocap"], sample_period_ns)
         start = PRESETS["hummingbird"].parameters | dict(plant or {})
-        self.plant = Plant(describe(build_model("quadrotor")), "uav", start)
-        self.board = Board(self.node, LocalClock(clock, lambda: self.node.now_ns), self.plant, {}, Random("7/uav"),
-                           clock_steps)
-        self.autopilot = Autopilot(self.board, **settings)
+        self.now_ns = 0                 # to where it went on, and where the plant is
+        self.plant = Plant(describe(build_model("quadrotor")), "uav", start,
+                           present=lambda: max(self.node.present_ns(), self.now_ns))
+        self.clock = LocalClock(clock, lambda: self.node.now_ns)
+        self.board = Board(self.node, self.clock, self.plant, {}, Random("7/uav"), {}, clock_steps)
+        self.board.keep_promises()
+        self.autopilot = Autopilot(self.board, AutopilotSettings(**settings))
         self.controller = self.autopilot.controller
         self.node.start(self.autopilot.run())
+        self.node.hello()
         self.captured, self.heard = True, True
         self.commanded: Target | None = None        # repeated at every step
         self.notices: list[str] = []
         self.autopilot.listeners.append(lambda _severity, text: self.notices.append(text))
         self.counters: dict[str, int] = {}
         self.samples: list[tuple[int, list[float]]] = []
-        self.now_ns = 0
         self._rng, self._noise_m = Random("7/noise"), noise_m
         self._position = self.plant.output_group(["x", "y", "z"])
         self._deliveries: list[tuple[int, int, bytes]] = []
@@ -61,11 +65,11 @@ class FlightBench:
             if self.commanded is not None:
                 self.controller.target(self.commanded, self.board.now_ns)
             if self.captured:
-                self.plant.advance_to(self.now_ns)
                 place = (each + self._rng.gauss(0.0, self._noise_m) for each in self._position.read())
                 self.hears(self.now_ns + LATENCY_NS, pack_detection(Detection(self.now_ns, *place, "uav")))
-            self.now_ns += EXPOSURES_NS
-            report = self.node.advance(Grant(0, self.now_ns, False, True, sorted(self._deliveries)))
+            next_ns = self.now_ns + EXPOSURES_NS
+            report = self.node.advance(Grant(0, next_ns, False, True, sorted(self._deliveries)))
+            self.now_ns = next_ns
             self._deliveries = []
             self.counters = report.counters
             self.samples += report.samples
@@ -77,7 +81,6 @@ class FlightBench:
 
     def ned(self) -> Vector:
         """The truth."""
-        self.plant.advance_to(max(self.now_ns, self.plant.now_ns))
         x, y, z = self._position.read()
         return y, x, -z
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
-from dataclasses import fields
 from math import dist, pi
 from types import SimpleNamespace
 
@@ -16,6 +14,7 @@ from firmware_sim.autopilot.autopilot import NO_PLANT, Autopilot
 from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
 from firmware_sim.autopilot.vehicle import Landed, Mode, Result
 from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.scenario_view import OwnAgent
 from netem.media.sensing.sight import Detection, pack_detection, pack_nothing
 from netem.wire.instants import NEVER_NS
 from netem.wire.messages import Grant
@@ -39,7 +38,7 @@ def test_motors_change_an_execution_time_after_a_release_on_the_local_clock(benc
     uav.run(0.05)
 
     # local time is 103.26 ms after 100 ms: the next releases are at 105, 107, .. ms, and idling motors change at each
-    assert written[:10] == [uav.board.clock.true_at((105 + 2 * k) * MS + 700_000) for k in range(10)]
+    assert written[:10] == [uav.clock.true_at((105 + 2 * k) * MS + 700_000) for k in range(10)]
     assert uav.counters.get("releases missed", 0) == 0
 
 
@@ -121,12 +120,6 @@ def test_the_record_holds_truth_belief_and_what_was_meant(bench: Bench) -> None:
     assert last["landed"] == float(list(Landed).index(Landed.IN_AIR))
 
 
-def test_the_keys_of_the_program_are_the_settings() -> None:
-    keys = {name: each.default for name, each in inspect.signature(Autopilot).parameters.items() if name != "board"}
-
-    assert keys == {each.name: getattr(AutopilotSettings(), each.name) for each in fields(AutopilotSettings)}
-
-
 @pytest.mark.parametrize(("wrong", "says"), [
     ({"period_ns": 0}, "period_ns=0"), ({"offset_ns": MS}, "offset_ns"), ({"execution_ns": MS}, "never keeps up"),
     ({"navigation_every": 0}, "navigation_every"), ({"airframe": {"mass_kg": -1.0}}, "mass_kg"),
@@ -139,12 +132,10 @@ def test_settings_that_make_no_sense_are_refused(wrong: dict, says: str) -> None
 
 
 def test_a_scenario_is_told_what_its_autopilots_lack() -> None:
-    program = "firmware_sim.autopilot.autopilot:Autopilot"
-    agents = {"good": SimpleNamespace(program=program, parameters={}, media=("mocap",), plant=object()),
-              "deaf": SimpleNamespace(program=program, parameters={}, media=("radio",), plant=None),
-              "other": SimpleNamespace(program="agents.x:Y", parameters={}, media=(), plant=None)}
+    own = {name: OwnAgent(name, AutopilotSettings(), SimpleNamespace(media=media, plant=plant))
+           for name, media, plant in (("good", ("mocap",), object()), ("deaf", ("radio",), None))}
 
-    said = list(Autopilot.check(SimpleNamespace(agents=agents)))
+    said = list(Autopilot.check(SimpleNamespace(), own))
 
     assert said == [
         "agents.deaf.parameters: mocap='mocap': no such port; there are radio; name the sensing medium that tells the "

@@ -20,8 +20,10 @@ Begin = Callable[..., BlockingProgram]
 def a_program(function: Callable[..., object], clock_steps: Sequence[tuple[int, int]] = (),
               **clock: float) -> BlockingProgram:
     node = BlockingNode("robot", ["can0", "radio"])
-    board = Board(node, LocalClock(ClockSettings(**clock), node.env.time_ns), None, {}, Random("7/robot"), clock_steps)
-    node.program = BlockingProgram(board, lambda: function, {}, {"can0": "can", "radio": "broadcast_radio"})
+    settings = ClockSettings(**clock)
+    board = Board(node, LocalClock(settings, node.env.time_ns), None, {}, Random("7/robot"), {}, clock_steps)
+    node.program = BlockingProgram(node, board, settings, lambda: function, {},
+                                   {"can0": "can", "radio": "broadcast_radio"})
     node.program.begin()
     return node.program
 

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from firmware_sim.blocking import program_thread
 from firmware_sim.blocking.here import running, this_program
 from firmware_sim.blocking.inbox import Inbox
+from firmware_sim.clock_settings import ClockSettings
 from netem.wire.instants import NEVER_NS
 from netem.wire.messages import Grant
 
@@ -285,7 +286,8 @@ def test_what_loading_raises_is_raised_before_the_run(begin):
     def load():
         raise ModuleNotFoundError("no such module")
 
-    program = BlockingProgram(begin(lambda: None).board, load)
+    other = begin(lambda: None)
+    program = BlockingProgram(other.node, other.board, ClockSettings(), load)
 
     with pytest.raises(ModuleNotFoundError, match="no such module"):
         program.begin()

@@ -37,8 +37,10 @@ class Robots:
     def begin(self, name: str, function: Callable[..., object], ports: Sequence[str] = ("can0",),
               own_frames: Sequence[str] = (), **clock: Any) -> BlockingNode:
         node = BlockingNode(name, ports)
-        board = Board(node, LocalClock(ClockSettings(**clock), node.env.time_ns), None, {}, Random(f"7/{name}"))
-        node.program = BlockingProgram(board, lambda: function, {}, {port: KINDS[port] for port in ports}, own_frames)
+        settings = ClockSettings(**clock)
+        board = Board(node, LocalClock(settings, node.env.time_ns), None, {}, Random(f"7/{name}"), {})
+        node.program = BlockingProgram(node, board, settings, lambda: function, {},
+                                       {port: KINDS[port] for port in ports}, own_frames)
         self.programs.append(node.program)
         node.program.begin()
         return node

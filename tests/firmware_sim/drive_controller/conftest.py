@@ -12,6 +12,7 @@ from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.drive_controller.drive_controller import DriveController
 from firmware_sim.drive_controller.drive_messages import DriveMessage, DriveMessages, Mode, Setpoint
+from firmware_sim.drive_controller.drive_settings import DriveSettings
 from firmware_sim.local_clock import LocalClock
 from fmus.build import build_model
 from fmus.describe_fmu import describe
@@ -32,11 +33,13 @@ class DriveBench:
     def __init__(self, plant: Mapping[str, float] | None = None, clock: ClockSettings = ClockSettings(),
                  clock_steps: tuple[tuple[int, int], ...] = (), **settings: Any) -> None:
         self.node = Node("drive", ["can"])
-        local = LocalClock(clock, lambda: self.node.now_ns)
-        self.plant = Plant(describe(build_model("unicycle")), "drive", plant or {})
-        self.board = Board(self.node, local, self.plant, {}, Random("7/drive"), clock_steps)
-        self.drive = DriveController(self.board, **settings)
+        self.clock = LocalClock(clock, lambda: self.node.now_ns)
+        self.plant = Plant(describe(build_model("unicycle")), "drive", plant or {}, present=self.node.present_ns)
+        self.board = Board(self.node, self.clock, self.plant, {}, Random("7/drive"), {}, clock_steps)
+        self.board.keep_promises()
+        self.drive = DriveController(self.board, DriveSettings(**settings))
         self.node.start(self.drive.run())
+        self.node.hello()
         self.messages = DriveMessages(unit=settings.get("unit", 0))
         self.offers: list[tuple[int, bytes]] = []
         self.events: list[tuple[int, str, str]] = []
@@ -63,7 +66,6 @@ class DriveBench:
         return [(time_ns, message) for time_ns, message in found if isinstance(message, kind)]
 
     def wheels(self) -> tuple[float, float]:
-        self.plant.advance_to(max(self.plant.now_ns, self.node.now_ns))
         return self.plant.get("wheel_left"), self.plant.get("wheel_right")
 
 

@@ -24,6 +24,7 @@ from firmware_sim.drive_controller.drive_messages import (
     Status,
     WheelSpeeds,
 )
+from firmware_sim.drive_controller.drive_settings import DriveSettings
 from firmware_sim.local_clock import LocalClock
 from fmus.build import build_model
 from fmus.describe_fmu import describe
@@ -70,9 +71,11 @@ class CanRun:
 
     def _drive(self) -> Node:
         node = Node("drive", ["can"], sample_period_ns=10 * MS)
-        self.plant = Plant(describe(build_model("unicycle")), "drive", {"tau_wheel_s": 0.05})
-        board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), self.plant, {}, Random("7/drive"))
-        node.start(DriveController(board, stale_after_ns=100 * MS, lag_ns=50 * MS).run())
+        self.plant = Plant(describe(build_model("unicycle")), "drive", {"tau_wheel_s": 0.05},
+                           present=node.present_ns)
+        board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), self.plant, {}, Random("7/drive"), {})
+        board.keep_promises()
+        node.start(DriveController(board, DriveSettings(stale_after_ns=100 * MS, lag_ns=50 * MS)).run())
         return node
 
     def _companion(self) -> Node:

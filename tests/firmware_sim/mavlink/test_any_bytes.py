@@ -188,7 +188,7 @@ def test_every_kind_of_message_with_any_fields_is_survived(seed):
 
 def test_a_flood_is_cut_at_the_receive_buffer_and_the_streams_go_on():
     node = Node("vehicle", ["telemetry"])
-    board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), None, {}, Random(1))
+    board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), None, {}, Random(1), {})
     ground = Ground()
     task = MavlinkTask(board, "telemetry", ground.vehicle, MavlinkSettings(receive_buffer_bytes=1000))
     node.start(task.run())

@@ -12,6 +12,7 @@ from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 
 COMPANION = """
+from dataclasses import dataclass
 from math import dist
 
 from firmware_sim.autopilot.vehicle import Mode, PositionTarget
@@ -24,9 +25,13 @@ TICK_NS = 50_000_000
 
 
 class Flyer:
-    def __init__(self, board, *, line: str):
-        self.board, self.port = board, board.port(line)
-        self.port.on_receive, self.port.answers = self.hear, False
+    @dataclass
+    class Settings:
+        line: str
+
+    def __init__(self, board, settings):
+        self.board = board
+        self.port = board.port(settings.line, self.hear, listen_only=True)
         self.companion = Companion(MavlinkLink(245, 190))
         self.next_ns = 0
 
@@ -38,30 +43,30 @@ class Flyer:
         for frame in (*frames, *self.companion.step(self.board.now_ns)):
             self.port.send(frame)
         self.next_ns += TICK_NS
-        return self.board.sleep_until(self.next_ns)
+        yield from self.board.sleep_until(self.next_ns)
 
     def until(self, wanted, *frame):
         while not wanted():
-            yield self.tick(*(make() for make in frame))
+            yield from self.tick(*(make() for make in frame))
 
     def run(self):
-        companion, node = self.companion, self.board.node
+        board, companion = self.board, self.companion
         yield from self.until(lambda: companion.position_ned_m is not None)
         companion.command(Command.COMPONENT_ARM_DISARM, 1)
         companion.take_off(489.0)
         yield from self.until(lambda: companion.mode is Mode.HOLD and companion.landed_state == 2)
-        node.event("flew up")
+        board.event("flew up")
         companion.set_mode(Mode.OFFBOARD)
         for corner in CORNERS:
             target = PositionTarget(corner)
             yield from self.until(lambda: dist(companion.position_ned_m, corner) < 0.2,
                                   lambda: companion.target(target, self.board.now_ns))
-            node.event("corner", str(corner))
+            board.event("corner", str(corner))
         companion.command(Command.NAV_LAND)
         yield from self.until(lambda: not companion.armed)
-        node.event("landed", ", ".join(f"{command.name} {result.name}" for command, result in companion.answers))
+        board.event("landed", ", ".join(f"{command.name} {result.name}" for command, result in companion.answers))
         while True:
-            yield self.tick()
+            yield from self.tick()
 """
 SCENARIO = """# A companion flies a quadrotor through radio modems.
 # Question: does it land?

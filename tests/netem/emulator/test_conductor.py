@@ -32,7 +32,7 @@ def talker(name: str, instants: Sequence[int], heard: Log, *, firm: bool = False
         def program() -> Generator[Any, Any, None]:
             for instant in instants:
                 if firm:
-                    node.silent_until(instant)
+                    node.promise_firm(instant)
                 yield node.env.timeout(instant - node.now_ns)
                 node.ports["wire"].send(name.encode())
 
@@ -75,17 +75,17 @@ def test_a_firm_promise_saves_grants_and_changes_nothing_else(conduct: Conduct) 
     assert soft.grants > 2 * firm.grants
 
 
-def listener(heard: Log, *, answers: bool, says: int = 900) -> Callable[[], Node]:
+def listener(heard: Log, *, listen_only: bool, says: int = 900) -> Callable[[], Node]:
     """Ticks every 10 ns and speaks once, at `says`; promises to be silent until then unless it hears something."""
 
     def build() -> Node:
         node = Node("ear", ["wire"])
-        node.ports["wire"].answers = answers
+        node.ports["wire"].listen_only = listen_only
         node.ports["wire"].on_receive = lambda frame: heard.append((node.now_ns, "ear", frame))
 
         def program() -> Generator[Any, Any, None]:
             while node.now_ns < says:
-                node.silent_unless_heard_until(says)
+                node.promise_soft(says)
                 yield node.env.timeout(10)
             node.ports["wire"].send(b"ear")
 
@@ -100,8 +100,8 @@ def test_a_port_that_does_not_answer_and_events_that_hand_out_nothing_cost_no_gr
     answering: Log = []
     at = [100 * k for k in range(1, 9)]
 
-    quiet = conduct({"ear": listener(heard, answers=False), "a": talker("a", at, [])}, latency_ns=5, end_ns=1_000)
-    loud = conduct({"ear": listener(answering, answers=True), "a": talker("a", at, [])}, latency_ns=5, end_ns=1_000)
+    quiet, loud = (conduct({"ear": listener(log, listen_only=deaf), "a": talker("a", at, [])}, latency_ns=5,
+                           end_ns=1_000) for log, deaf in ((heard, True), (answering, False)))
 
     assert heard == answering == [(instant + 5, "ear", b"a") for instant in at]
     assert quiet.grants == 2 + 8 + 1 + 1 + 2            # the first instant, a's frames, ear speaks, a hears it, the end
@@ -113,7 +113,7 @@ def test_a_program_that_speaks_before_its_soft_promise_without_having_heard_anyt
         node = Node("ear", ["wire"])
 
         def program() -> Generator[Any, Any, None]:
-            node.silent_unless_heard_until(500)
+            node.promise_soft(500)
             yield node.env.timeout(100)
             node.ports["wire"].send(b"early")
 
@@ -169,9 +169,9 @@ def test_a_program_that_breaks_its_promise_is_named(conduct: Conduct) -> None:
         node = Node("liar", ["wire"])
 
         def program() -> Generator[Any, Any, None]:
-            node.silent_until(500)
+            node.promise_firm(500)
             yield node.env.timeout(600)
-            node.silent_until(900)
+            node.promise_firm(900)
             node.ports["wire"].send(b"too early")
 
         node.start(program())
@@ -271,8 +271,8 @@ def test_windows_give_what_one_global_event_list_gives(conduct: Conduct, seeds: 
             program, on_frame, ticks = chatter(names[i], seeds[i], promises[i], windowed)
             send = node.ports["wire"].send
             node.ports["wire"].on_receive = lambda data: on_frame(node.env, send, data)
-            node.ports["wire"].answers = promises[i] != "quiet"
-            promised = {"firm": node.silent_until, "calm": node.silent_unless_heard_until}.get(promises[i], lambda _: 0)
+            node.ports["wire"].listen_only = promises[i] == "quiet"
+            promised = {"firm": node.promise_firm, "calm": node.promise_soft}.get(promises[i], lambda _: 0)
             node.start(program(node.env, send, promised))
             node.start(ticks(node.env))
             return node

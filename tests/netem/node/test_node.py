@@ -33,9 +33,10 @@ def node_that(act: Callable[[Node], Any], wait: Any = 100) -> Callable[[], Node]
     (lambda node: node.ports["wire"].send("hello"), 100, "wire: 'hello' is str: a frame is bytes"),
     (lambda node: node.ports["wire"].send(b"x"), 1e2, "100.0 ns: times are int"),
     (lambda node: node.env.timeout(1e6), 100, "its next event is at 1000100.0 ns: times are int"),
-    (lambda node: node.signals([("p", "m"), ("q", "m")], lambda t: [1.0]), 100,
+    (lambda node: node.signals([("p", "m"), ("q", "m")], lambda: [1.0]), 100,
      "1 values for the signals p, q at 1000 ns"),
-    (lambda node: [node.signal("p", "m", float), node.signal("p", "m", float)], 100, "signal 'p' is there already"),
+    (lambda node: [node.signals([("p", "m")], float), node.signals([("p", "m")], float)], 100,
+     "signal 'p' is there already"),
     (lambda node: sys.exit(3), 100, "SystemExit: 3"),
 ])
 def test_nonsense_of_a_program_names_the_node_and_the_rule(conduct: Conduct, act: Any, wait: Any, message: str) -> None:
@@ -64,7 +65,7 @@ def test_a_program_that_never_lets_time_pass_is_named(conduct: Conduct) -> None:
 def test_a_signal_that_is_no_number_is_named(conduct: Conduct) -> None:
     def build() -> Node:
         node = node_that(lambda node: None)()
-        node.signal("speed", "m/s", lambda t: None)
+        node.signals([("speed", "m/s")], lambda: (None,))
         return node
 
     with pytest.raises(NodeFailure, match=r"the signals speed at 0 ns: \(None,\): expected numbers"):
@@ -95,7 +96,7 @@ def test_buffers_are_frames_and_numpy_numbers_are_samples(conduct: Conduct) -> N
             node.ports["wire"].send(memoryview(b"y"))
 
         node = node_that(send)()
-        node.signal("p", "m", lambda t: np.float64(2.5))
+        node.signals([("p", "m")], lambda: (np.float64(2.5),))
         return node
 
     conduct({"a": sender, "b": receiver}, latency_ns=10, end_ns=2_000, samples=samples)
@@ -115,7 +116,7 @@ def test_what_is_shown_goes_out_at_its_instants_whatever_the_program_promises(co
         def show(period_ns: int) -> Callable[[int], bytes]:
             return lambda time_ns: shown.append(time_ns) or f"{period_ns} at {time_ns}".encode()     # type: ignore[func-returns-value]
 
-        node = node_that(lambda node: node.silent_until(silent_until_ns), wait=0)()
+        node = node_that(lambda node: node.promise_firm(silent_until_ns), wait=0)()
         for period_ns in (300, 500):
             node.show("wire", period_ns, show(period_ns))
         return node

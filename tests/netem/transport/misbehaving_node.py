@@ -29,7 +29,7 @@ def build(name: str, behaviour: str) -> Node:
     node = Node(name, ["wire"], 10 * PERIOD_NS)
     heard: list[bytes] = []
     node.ports["wire"].on_receive = heard.append
-    node.signal("heard", "1", lambda _: float(len(heard)))
+    node.signals([("heard", "1")], lambda: (float(len(heard)),))
     if behaviour == "lies":
         node._signals.extend([("x", "m"), ("x", "m")])          # past the check of `Node.signals`
 

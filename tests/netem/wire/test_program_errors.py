@@ -14,8 +14,8 @@ RuntimeError: Invalid yield value "{value}"
 
 
 @pytest.mark.parametrize(("value", "name"), [
-    ("<generator object Board.wait_until at 0x7f6389dcc0e0>", "Board.wait_until"),
-    ("<firmware_sim.board.wait_until_Board_gen object at 0x7f6389dcc0e0>", "Board.wait_until"),
+    ("<generator object Board.sleep_until at 0x7f6389dcc0e0>", "Board.sleep_until"),
+    ("<firmware_sim.board.sleep_until_Board_gen object at 0x7f6389dcc0e0>", "Board.sleep_until"),
     ("<netem.media.talk_on_air_gen object at 0x7f6389dcc0e0>", "talk_on_air")])
 def test_a_forgotten_from_is_told_alike_from_sources_and_compiled(value, name):
     told = what_failed(FROM_SOURCES.format(root="", value=value))

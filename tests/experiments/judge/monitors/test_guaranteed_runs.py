@@ -23,15 +23,24 @@ from marconet.command_line import app
 from netem.wire.errors import NodeFailure
 
 ROBOTS = '''
+from dataclasses import dataclass
+
+
 class Talker:
     """Ten bytes every 10 ms from offset_ns on, and once more at each instant of `extra_ms`; reports a gain at 25 ms."""
 
-    def __init__(self, board, *, offset_ns: int = 0, extra_ms: tuple[int, ...] = (), dies_ms: int = 0):
-        self.board, self.dies_ms = board, dies_ms
-        self.port = board.port("radio")
-        self.port.on_receive = lambda frame: None
-        self.instants = sorted([offset_ns + k * 10_000_000 for k in range(100)] + [ms * 1_000_000 for ms in extra_ms])
-        board.record("gain", "1", lambda: 0.5 if time_ns < 30_000_000 else 1.5)
+    @dataclass
+    class Settings:
+        offset_ns: int = 0
+        extra_ms: tuple[int, ...] = ()
+        dies_ms: int = 0
+
+    def __init__(self, board, settings):
+        self.board, self.dies_ms = board, settings.dies_ms
+        self.port = board.port("radio", lambda frame: None)
+        self.instants = sorted([settings.offset_ns + k * 10_000_000 for k in range(100)]
+                               + [ms * 1_000_000 for ms in settings.extra_ms])
+        board.record("gain", "1", lambda: 0.5 if board.now_ns < 30_000_000 else 1.5)
 
     def run(self):
         told = False

@@ -220,13 +220,8 @@ class Driver:
     """Shows where it is, and drives as it is."""
 
     def __init__(self, board):
-        plant = board.plant
-        at = plant.output_group(["x", "y", "theta"], ["m", "m", "rad"])
-
-        def read(time_ns):
-            plant.advance_to(time_ns)
-            return at.read()
-        board.record_all([("x", "m"), ("y", "m"), ("theta", "rad")], read)
+        names, units = ("x", "y", "theta"), ("m", "m", "rad")
+        board.record_all(list(zip(names, units)), board.sensors(names, units).read)
 
     def run(self):
         return

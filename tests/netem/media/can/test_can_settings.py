@@ -14,19 +14,22 @@ from netem.media.can.settings import CanSettings
 from tests.netem.media.can.can_bench import MS, CanBench
 
 PROGRAM = """
+from dataclasses import dataclass
+
 from netem.media.can.frame import CanFrame, pack
 
-class Talker:
-    def __init__(self, board, *, can_id: int, period_ns: int, size: int = 8):
-        self.board, self.frame, self.period_ns = board, pack(CanFrame(can_id, bytes(size))), period_ns
-        board.port("can").on_receive = lambda frame: board.count("heard")
 
-    def run(self):
-        k = 0
-        while True:
-            yield from self.board.sleep_until(k * self.period_ns)
-            self.board.port("can").send(self.frame)
-            k += 1
+class Talker:
+    @dataclass
+    class Settings:
+        can_id: int
+        period_ns: int
+        size: int = 8
+
+    def __init__(self, board, settings):
+        port = board.port("can", lambda frame: board.count("heard"), listen_only=True)
+        frame = pack(CanFrame(settings.can_id, bytes(settings.size)))
+        board.every(settings.period_ns, lambda: port.send(frame))
 """
 SCENARIO = """# Two talkers on one CAN bus.
 # Question: do they get through?
