@@ -23,7 +23,7 @@ class SetpointWatch:
     setpoint: Setpoint | None = field(default=None, init=False)
     heard_ns: int = field(default=0, init=False)            # local time of the last setpoint
     state: DriveState = field(default=DriveState.STOPPED, init=False)
-    _silent_ns: int = field(default=0, init=False)          # time between the last two setpoints
+    _silent_ns: int = field(default=0, init=False)          # length of the last time without setpoints
 
     def heard(self, setpoint: Setpoint, now_ns: int) -> None:
         if self.setpoint is not None and now_ns - self.heard_ns >= self.stale_after_ns:
@@ -32,7 +32,7 @@ class SetpointWatch:
         self.heard_ns = now_ns
 
     def look(self, now_ns: int) -> tuple[str, str] | None:
-        """Update the state; return kind and detail of an event if it became stale or recovered, else None."""
+        """Update the state; return kind and detail of the event of a change, None without a change."""
         before, self.state = self.state, self._state_at(now_ns)
         if self.state is before:
             return None
