@@ -96,7 +96,7 @@ def test_how_often_a_signal_is_recorded_never_changes_the_physics(sample_period_
                                                                   ) -> None:
     report = node(folder, sample_period_ns, groups=groups).advance(Grant(1, 2_000 * MS + 1, False, True, []))
 
-    found = [float(detail) for _, _, detail in report.events]
+    found = [float(detail) for _, _, detail, _ in report.events]
     assert found == pytest.approx(closed_form(), rel=1e-12, abs=1e-12)
 
 

@@ -53,7 +53,7 @@ def test_the_longest_delay_that_passes_lets_discovery_end(tmp_path: Path) -> Non
 def test_one_nanosecond_more_is_refused_and_would_never_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     line = refusal(f"kind='delay', delay_ns={REST_NS}")
 
-    monkeypatch.setattr(SyncRobot, "check", staticmethod(lambda scenario: ()))
+    monkeypatch.setattr(SyncRobot, "check", staticmethod(lambda scenario, own: ()))
     run(delayed(f"kind='delay', delay_ns={REST_NS}"), host="inline", out=tmp_path, report=False)
     events = Counter(event.kind for event in load_run(tmp_path).events)
     assert events["adopted topology"] == 0

@@ -25,23 +25,28 @@ from netem.records.ledger_table import read_ledger
 from netem.records.table import RECORDERS
 
 PROGRAM = '''
+from dataclasses import dataclass
+
 from netem.media.can.frame import CanFrame, pack
 
 class Beacon:
-    def __init__(self, board, *, number: int):
-        self.board, self.number = board, number
-        board.node.signal("time", "s", lambda time_ns: time_ns * 1e-9)
+    @dataclass
+    class Settings:
+        number: int
 
-    def run(self):
-        ports, k = self.board.node.ports, 0
-        while True:
-            yield from self.board.wait_until(10_000_000 * k + 1_000_000 * self.number)
-            ports["radio"].send(bytes([self.number, k]) * 4)
-            ports["bus"].send(pack(CanFrame(self.number, bytes([k]))))
-            if "line" in ports:
-                ports["line"].send(b"serial")
-            self.board.node.event("spoke", str(k))
-            k += 1
+    def __init__(self, board, settings):
+        self.board, self.number, self.k = board, settings.number, 0
+        self.ports = {name: board.port(name) for name in board.ports}
+        board.record("time", "s", lambda: board.now_ns * 1e-9)
+        board.every(10_000_000, self.say, offset_ns=1_000_000 * settings.number)
+
+    def say(self):
+        self.ports["radio"].send(bytes([self.number, self.k]) * 4)
+        self.ports["bus"].send(pack(CanFrame(self.number, bytes([self.k]))))
+        if "line" in self.ports:
+            self.ports["line"].send(b"serial")
+        self.board.event("spoke", str(self.k))
+        self.k += 1
 '''
 SCENARIO = '''
 # Question: who gets every frame?

@@ -16,23 +16,26 @@ from netem.records.ledger_table import hash_of, read_ledger, read_metadata
 
 MS = 1_000_000
 PROGRAM = '''
+from dataclasses import dataclass
+
 from netem.media.can.frame import CanFrame, pack
 
 class Beacon:
-    def __init__(self, board, *, offset_ns: int, identifier: int):
-        self.board, self.next_ns, self.frame = board, offset_ns, pack(CanFrame(identifier, bytes(8)))
-        self.ports = board.node.ports
-        for port in self.ports.values():
-            port.on_receive = lambda frame: board.node.count("heard")
-        board.node.signal("time", "s", lambda time_ns: time_ns * 1e-9)
+    @dataclass
+    class Settings:
+        offset_ns: int
+        identifier: int
 
-    def run(self):
-        while True:
-            self.board.silent_until(self.next_ns)
-            yield from self.board.wait_until(self.next_ns)
-            self.ports["radio"].send(bytes(8))
-            self.ports["bus"].send(self.frame)
-            self.next_ns += 10_000_000
+    def __init__(self, board, settings):
+        self.frame = pack(CanFrame(settings.identifier, bytes(8)))
+        self.radio, self.bus = (board.port(name, lambda frame: board.count("heard"), listen_only=True)
+                                for name in ("radio", "bus"))
+        board.record("time", "s", lambda: board.now_ns * 1e-9)
+        board.every(10_000_000, self.say, offset_ns=settings.offset_ns)
+
+    def say(self):
+        self.radio.send(bytes(8))
+        self.bus.send(self.frame)
 '''
 SCENARIO = '''
 # Question: what becomes of copies to a node that is gone?
