@@ -1,6 +1,6 @@
 """State of a host that calls its nodes in its own process, which the guard and the watchdog read from other threads.
 
-The host sets it at every step. As a compiled class it makes that a store into a field.
+The host sets it at every step, which in a compiled class is a store into a field.
 """
 
 from __future__ import annotations

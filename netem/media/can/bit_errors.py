@@ -60,7 +60,7 @@ class BitErrors:
         self.possible = bool(settings.ratio or settings.scripted)
 
     def first_hit(self, transmission: int, start_ns: int, bits: int) -> int | None:
-        """The first inverted bit of a frame with so many bits, from SOF = 0; None if there is none."""
+        """Return the index of the frame's first inverted bit, SOF = 0, among so many bits; None if there is none."""
         hits = []
         scripted = self._scripted.get(transmission)
         if scripted is not None and -bits <= scripted < bits:
