@@ -66,8 +66,8 @@ def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[N
         except KeyboardInterrupt as error:
             number = error.number if isinstance(error, Interrupted) else int(signal.SIGINT)
             what = in_words(error)
-            _tell(what, _what_is_left(kept))
-            raise Ended(ExitCode(128 + number), what, folder=_there(kept)) from None
+            _print(what, _records_line(kept))
+            raise Ended(ExitCode(128 + number), what, folder=_if_folder(kept)) from None
         except Exception as error:
             if show_traceback:
                 traceback.print_exception(error)
@@ -77,14 +77,14 @@ def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[N
             if code is ExitCode.DEFECT and not show_traceback:
                 lines = [f"{type(error).__name__}: {error}", "this is a defect of marconet; --verbose shows where"]
             left = kept if getattr(error, "leaves_records", True) else None
-            _tell(*lines, _what_is_left(left))
-            raise Ended(code, *lines, folder=_there(left)) from None
+            _print(*lines, _records_line(left))
+            raise Ended(code, *lines, folder=_if_folder(left)) from None
         except BaseException as error:      # a library's panic, or sys.exit in a user's code
             if show_traceback:
                 traceback.print_exception(error)
             what = f"{in_words(error)}: raised outside of a node's program"
-            _tell(what, _what_is_left(kept))
-            raise Ended(ExitCode.NODE_FAILED, what, folder=_there(kept)) from None
+            _print(what, _records_line(kept))
+            raise Ended(ExitCode.NODE_FAILED, what, folder=_if_folder(kept)) from None
 
 
 @contextmanager
@@ -123,12 +123,12 @@ def in_words(error: BaseException) -> str:
     return str(error) if isinstance(error, NodeFailure) else f"{type(error).__name__}: {error}"
 
 
-def _there(kept: Path | None) -> Path | None:
+def _if_folder(kept: Path | None) -> Path | None:
     return kept if kept is not None and kept.is_dir() else None
 
 
-def _what_is_left(kept: Path | None) -> str:
-    return f"what was recorded: {kept}" if _there(kept) is not None else ""
+def _records_line(kept: Path | None) -> str:
+    return f"what was recorded: {kept}" if _if_folder(kept) is not None else ""
 
 
 def exit_code_of(error: Exception) -> ExitCode:
@@ -141,7 +141,7 @@ def exit_code_of(error: Exception) -> ExitCode:
     return ExitCode.BAD_INPUT if isinstance(error, PlantError | OSError) else ExitCode.DEFECT
 
 
-def _tell(*lines: str) -> None:
+def _print(*lines: str) -> None:
     with suppress(OSError):             # the terminal may be closed
         for line in lines:
             if line:

@@ -73,53 +73,53 @@ class Ending:
 class Child:
     """The child's side. `under_way` is memory that the parent reads if the child ends without its last message."""
 
-    def __init__(self, under_way: UnderWay, words: int) -> None:
+    def __init__(self, under_way: UnderWay, channel: int) -> None:
         self.under_way = under_way
-        self._words = words
-        self._file = os.fstat(words).st_ino
+        self._channel = channel
+        self._file = os.fstat(channel).st_ino
 
     def begins(self, folder: Path, nodes: Sequence[str], timeout_s: float) -> None:
         """Report the run that begins, before any code of a robot program runs."""
-        self._tell(Begins(str(folder), list(nodes), timeout_s))
+        self._send(Begins(str(folder), list(nodes), timeout_s))
 
     def became(self, outcome: bytes) -> None:
         """Report the outcome of a scenario."""
-        self._tell(Became(outcome))
+        self._send(Became(outcome))
 
     def ends(self, exit_code: int) -> None:
-        self._tell(Ends(exit_code))
+        self._send(Ends(exit_code))
 
-    def _tell(self, word: Begins | Became | Ends) -> None:
-        data = msgspec.msgpack.encode(word)
+    def _send(self, message: Begins | Became | Ends) -> None:
+        data = msgspec.msgpack.encode(message)
         with suppress(OSError):                 # closed by a robot program: the parent uses the exit status instead
-            if os.fstat(self._words).st_ino == self._file:
-                os.write(self._words, LENGTH.pack(len(data)) + data)
+            if os.fstat(self._channel).st_ino == self._file:
+                os.write(self._channel, LENGTH.pack(len(data)) + data)
 
 
 def run_in_child(work: Callable[[Child], int]) -> Ending:
     """Call `work` in a child and return how it ended: as a failed program if its last message is missing."""
     under_way = UnderWay()
-    words = os.memfd_create("what the child says", os.MFD_CLOEXEC)
+    channel = os.memfd_create("messages of the child", os.MFD_CLOEXEC)
     sys.stdout.flush()
     sys.stderr.flush()
     parent = os.getpid()
     pid = os.fork()
     if pid == 0:
-        _be_child(Child(under_way, words), work, parent)
+        _be_child(Child(under_way, channel), work, parent)
     take_orphans()
     try:
         with _forwarding_to(pid):
             try:
-                status, stopped_in = _await(pid, under_way, lambda: _run_of(words).timeout_s)
+                status, stopped_in = _wait_for(pid, under_way, lambda: _run_in_progress(channel).timeout_s)
             finally:
                 end_children()
-            outcomes = [word.outcome for word in _heard(words) if isinstance(word, Became)]
-            code = next((word.exit_code for word in _heard(words) if isinstance(word, Ends)), None)
+            outcomes = [message.outcome for message in _messages_in(channel) if isinstance(message, Became)]
+            code = next((message.exit_code for message in _messages_in(channel) if isinstance(message, Ends)), None)
             if code is not None and stopped_in is None:
                 return Ending(code, outcomes)
-            return _conclude(_run_of(words), outcomes, status, stopped_in, under_way)
+            return _conclude(_run_in_progress(channel), outcomes, status, stopped_in, under_way)
     finally:
-        os.close(words)
+        os.close(channel)
         under_way.close()
 
 
@@ -177,7 +177,7 @@ def _forwarding_to(pid: int) -> Iterator[None]:
         signal.raise_signal(late[0])
 
 
-def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tuple[int, int | None]:
+def _wait_for(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tuple[int, int | None]:
     """Wait for the child; return its status and None.
 
     A child that has stopped and does not continue within `patience_s()` is ended; then the second value is the place of
@@ -191,7 +191,7 @@ def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tu
             if time.monotonic() > stopped_s:
                 place = under_way.running()
                 ask_for_dump(pid)
-                return _end_of(pid), place
+                return _wait_or_kill(pid), place
             time.sleep(LOOK_EVERY_S)
         elif os.WIFSTOPPED(status):
             if os.WSTOPSIG(status) == signal.SIGSTOP:       # not Ctrl-Z, which stops this process as well
@@ -202,7 +202,7 @@ def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tu
             return status, None
 
 
-def _end_of(pid: int) -> int:
+def _wait_or_kill(pid: int) -> int:
     """Wait for the end of a process that is ending and return its status; kill it after DUMP_WITHIN_S."""
     deadline_s = time.monotonic() + DUMP_WITHIN_S
     while time.monotonic() < deadline_s:
@@ -214,28 +214,28 @@ def _end_of(pid: int) -> int:
     return os.waitpid(pid, 0)[1]
 
 
-def _heard(words: int) -> list[Begins | Became | Ends]:
+def _messages_in(channel: int) -> list[Begins | Became | Ends]:
     """Return the messages of the child so far, up to bytes that are none, as a robot program may have written there."""
-    data = os.pread(words, os.fstat(words).st_size, 0)
+    data = os.pread(channel, os.fstat(channel).st_size, 0)
     decode = msgspec.msgpack.Decoder(Begins | Became | Ends).decode
-    heard: list[Begins | Became | Ends] = []
+    messages: list[Begins | Became | Ends] = []
     start = 0
     with suppress(msgspec.MsgspecError, struct.error, UnicodeDecodeError):
         while start < len(data):
             start += LENGTH.size
             length, = LENGTH.unpack(data[start - LENGTH.size:start])
-            heard.append(decode(data[start:start + length]))
+            messages.append(decode(data[start:start + length]))
             start += length
-    return heard
+    return messages
 
 
-def _run_of(words: int) -> Begins:
+def _run_in_progress(channel: int) -> Begins:
     """Return the run in progress; without one, a `Begins` without a folder."""
     run = Begins("", [], 30.0)
-    for word in _heard(words):
-        if isinstance(word, Begins):
-            run = word
-        elif isinstance(word, Became):
+    for message in _messages_in(channel):
+        if isinstance(message, Begins):
+            run = message
+        elif isinstance(message, Became):
             run = Begins("", [], 30.0)
     return run
 

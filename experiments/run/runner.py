@@ -72,7 +72,7 @@ KEEP_EVERY_S = 0.7          # largest age of the records on the disk; the conduc
 # The records hold up to 231 000 objects in memory, rows of a chunk of the ledger and buffered samples, and none of them
 # is in a cycle. A collection that scans them takes 20 ms, so it waits until there can be nearly as many others.
 COLLECT_AFTER_OBJECTS = 400_000
-LAST_WORDS_S = 10.0         # time-out for the counters of the nodes after a failure or an abort
+COUNTERS_WITHIN_S = 10.0    # time-out for the counters of the nodes after a failure or an abort
 PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
 
@@ -207,7 +207,7 @@ class _Run:
                 self.feed.event(Event(self.conductor.end_ns, self.conductor.ended_by, "run ended",
                                       self.conductor.ended_because))
         except BaseException as error:
-            self._fails(error)
+            self._fail(error)
         self._leave_if_forked()
         with uninterrupted(drop=True) as came:
             summary = self._conclude()
@@ -225,13 +225,13 @@ class _Run:
         if not self.owned.holds():
             if isinstance(self.failure, OSError):
                 self.failure = None             # a consequence of the closed files
-            self._fails(FilesClosed(f"{self.scenario.name}: a robot program closed files of the emulator (os.close or "
-                                    "os.closerange): give each robot a process of its own with --host process"))
+            self._fail(FilesClosed(f"{self.scenario.name}: a robot program closed files of the emulator (os.close or "
+                                   "os.closerange): give each robot a process of its own with --host process"))
         reopen_standard_files()
         if self.failure is not None:
             self.ended_s = time.monotonic()
             with suppress(Exception):           # the counters of some nodes stay unknown
-                self.conductor.ask_counters(LAST_WORDS_S)
+                self.conductor.ask_counters(COUNTERS_WITHIN_S)
         reached_ns = self.conductor.end_ns if self.failure is None else self.conductor.reached_ns
         self._step(lambda: self._finish_ledger(reached_ns))
         self._step(lambda: self.guarantees.judge(self.folder, reached_ns))
@@ -253,9 +253,9 @@ class _Run:
         try:
             step()
         except BaseException as error:
-            self._fails(error)
+            self._fail(error)
 
-    def _fails(self, error: BaseException) -> None:
+    def _fail(self, error: BaseException) -> None:
         """Keep `error` as the failure of the run, unless there is an earlier one."""
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
             error = CannotRecord(f"{self.folder}: cannot write the records: {error.strerror}: free space, or name "
@@ -295,7 +295,7 @@ class _Run:
         try:
             return evaluate(self.scenario.expect, load_run(self.folder))
         except Exception as error:
-            self._fails(error)
+            self._fail(error)
             return []
 
     def _summary(self, verdicts: list[Verdict], reached_ns: int) -> Summary:

@@ -75,7 +75,7 @@ class Batch:
                 self._in_turn(sources, one, self.outcomes.append)
         finally:
             with errors_as_text(self.verbose):
-                self._tell(verb, len(sources) > 1)
+                self._print(verb, len(sources) > 1)
         return max(outcome.exit_code for outcome in self.outcomes)
 
     def _in_turn(self, sources: Sequence[str], one: Callable[[str], ScenarioOutcome],
@@ -141,7 +141,7 @@ class Batch:
         code = ExitCode.DONE if result.summary.holds else ExitCode.EXPECTATION_BROKEN
         return ScenarioOutcome(scenario.name, source, code, problems, str(result.folder), result.summary)
 
-    def _tell(self, verb: str, several: bool) -> None:
+    def _print(self, verb: str, several: bool) -> None:
         if several:
             self.console.print()
             print_table(self.console, ["scenario", "outcome", "wall time", "records"], [

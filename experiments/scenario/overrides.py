@@ -106,7 +106,7 @@ def _put(document: dict[str, Any], place: Place, value: Any, top_level: Sequence
         if part not in here:
             if depth == 0 and part not in [*top_level, *here]:
                 return f"unknown key; {near(part, [*top_level, *here])}"
-            if _is_a_name(place[:depth]):
+            if _author_names_keys(place[:depth]):
                 return f"{so_far} has no {part!r}; {near(part, here)}"
         if last:
             for other in siblings(part):
@@ -117,6 +117,6 @@ def _put(document: dict[str, Any], place: Place, value: Any, top_level: Sequence
     return ""
 
 
-def _is_a_name(parent: Place) -> bool:
+def _author_names_keys(parent: Place) -> bool:
     """Return whether the author chooses the keys of this table, rather than the file format."""
     return parent in (("agents",), ("media",), ("guarantees",), ("expect",))

@@ -72,7 +72,7 @@ class _ModulesBeside(MetaPathFinder):
         try:
             return import_module(self._private(name, importer=""))
         except ModuleNotFoundError as error:
-            self._say_plainly(error)
+            self._remove_tag(error)
             raise
 
     def find_spec(self, fullname: str, path: Sequence[str] | None = None,
@@ -100,7 +100,7 @@ class _ModulesBeside(MetaPathFinder):
         try:
             return builtins.__import__(name, globals, locals, fromlist or (), level)
         except ModuleNotFoundError as error:
-            self._say_plainly(error)
+            self._remove_tag(error)
             raise
 
     def _private(self, name: str, importer: str) -> str:
@@ -136,7 +136,7 @@ class _ModulesBeside(MetaPathFinder):
         spec = find_spec(top)
         return spec is not None and spec.origin is not None and self.folder not in Path(spec.origin).parents
 
-    def _say_plainly(self, error: ModuleNotFoundError) -> None:
+    def _remove_tag(self, error: ModuleNotFoundError) -> None:
         error.msg = error.msg.replace(self._tag, "")
         error.name = error.name and error.name.replace(self._tag, "")
 

@@ -193,7 +193,7 @@ class TableReader:
             self.problems.add((*place, key), f"no such {key}; {near(tag, by_tag)}", tag)
         else:
             self.problems.add((*place, key), "is missing")
-        self.read(shape_of(_meant(members, table)), table, place)       # adds the other mistakes of the table
+        self.read(shape_of(_best_fit(members, table)), table, place)       # adds the other mistakes of the table
         return WRONG
 
     def _one_of(self, hints: Sequence[Any], written: Any, place: Place, unit: str) -> Any:
@@ -203,7 +203,7 @@ class TableReader:
             return None
         classes = [member for member in members if isinstance(member, type) and is_dataclass(member)]
         if classes and isinstance(written, dict):
-            return self.value(_meant(classes, written), written, place)
+            return self.value(_best_fit(classes, written), written, place)
         if Path in members and isinstance(written, str) and written:
             written = str(self.folder / written)
         tried: list[_Tried] = []
@@ -252,7 +252,7 @@ def _add_any_of(tried: Iterable[_Tried], problems: Problems) -> None:
                      *values[place])
 
 
-def _meant(classes: Sequence[type], table: Mapping[str, Any]) -> type:
+def _best_fit(classes: Sequence[type], table: Mapping[str, Any]) -> type:
     """Return the class that a table is meant for: by its `kind`, or by the number of keys that fit."""
     def fit(cls: type) -> tuple[bool, int, int]:
         shape = shape_of(cls)

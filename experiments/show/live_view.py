@@ -38,10 +38,10 @@ def live_view(console: Console, what: str, length_s: float,
                 bar.refresh()
 
             bar.refresh()
-            yield _now_and_then(draw, BAR_EVERY_S, now_s)
+            yield _throttled(draw, BAR_EVERY_S, now_s)
     else:
         console.print(f"{what}: {length_s:g} s of robot time", soft_wrap=True)
-        yield _now_and_then(lambda progress: console.print(f"{what}: {figures(progress)}", soft_wrap=True),
+        yield _throttled(lambda progress: console.print(f"{what}: {figures(progress)}", soft_wrap=True),
                             LINE_EVERY_S, now_s)
 
 
@@ -106,7 +106,7 @@ def _bar(console: RichConsole) -> Bar:
                TextColumn("{task.fields[figures]}", markup=False), console=console, auto_refresh=False, transient=True)
 
 
-def _now_and_then(show: Callable[[Progress], None], every_s: float,
+def _throttled(show: Callable[[Progress], None], every_s: float,
                   now_s: Callable[[], float]) -> Callable[[Progress], None]:
     due_s = now_s() + every_s if every_s == LINE_EVERY_S else now_s()
     waiting = False

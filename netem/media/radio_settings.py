@@ -62,8 +62,8 @@ class RadioSettings(MediumSettings):
     def radio(self) -> RadioPreset:
         """Return the preset with the values of this scenario."""
         preset = PRESETS[self.preset]
-        return replace(preset, **_said(self, RadioPreset, besides="csma"),
-                       csma=replace(preset.csma, **_said(self.csma, type(preset.csma))))
+        return replace(preset, **_given(self, RadioPreset, besides="csma"),
+                       csma=replace(preset.csma, **_given(self.csma, type(preset.csma))))
 
     def decoding(self) -> Decoding:
         return DECODINGS[self.decode](self.radio())
@@ -74,6 +74,6 @@ class RadioSettings(MediumSettings):
         return MACS[self.mac].defers
 
 
-def _said(settings: object, of: type[Any], besides: str = "") -> dict[str, Any]:
+def _given(settings: object, of: type[Any], besides: str = "") -> dict[str, Any]:
     named = [f.name for f in fields(of) if f.name != besides]
     return {name: getattr(settings, name) for name in named if getattr(settings, name) is not None}

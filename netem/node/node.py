@@ -88,8 +88,8 @@ class Node:
                                         "port", f"no medium is attached: agents.{name}.media or [media] names none")
         self._port_list = list(self.ports.values())
         self._firm_ns = 0
-        self._unless_heard_ns = 0
-        self._hears = True              # False if every port is `listen_only`
+        self._soft_ns = 0
+        self._listens = True            # False if every port is `listen_only`
         self._offers: list[Offer] = []
         self._samples: list[Sample] = []
         self._events: list[ToldEvent] = []
@@ -149,8 +149,8 @@ class Node:
 
         Such a frame ends the promise; until then it cannot be withdrawn.
         """
-        if time_ns > self._unless_heard_ns:
-            self._unless_heard_ns = time_ns
+        if time_ns > self._soft_ns:
+            self._soft_ns = time_ns
 
     def hand_out(self, port: int, data: FrameBytes) -> None:
         """Offer `data` at the port number `port` now; raises TypeError for data or time of another type, PromiseBroken.
@@ -162,9 +162,9 @@ class Node:
             if not isinstance(data, bytearray | memoryview):
                 raise TypeError(f"{self._port_list[port].name}: {data!r} is {type(data).__name__}: a frame is bytes")
             data = bytes(data)
-        if now_ns < self._firm_ns or now_ns < self._unless_heard_ns:
+        if now_ns < self._firm_ns or now_ns < self._soft_ns:
             raise PromiseBroken(f"{self._port_list[port].name}: a frame at {now_ns} ns, but silence was promised until "
-                                f"{max(self._firm_ns, self._unless_heard_ns)} ns")
+                                f"{max(self._firm_ns, self._soft_ns)} ns")
         self._offers.append((now_ns, port, data))
 
     def signals(self, names_and_units: Sequence[tuple[str, str]], read: Callable[[], Sequence[Any]]) -> None:
@@ -209,8 +209,8 @@ class Node:
 
     def hello(self) -> Hello:
         quiet = [port.index for port in self._port_list if port.listen_only]
-        self._hears = len(quiet) < len(self._port_list)
-        return Hello(self.name, min(max(self.env.next_ns(), self._unless_heard_ns), self._next_show_ns),
+        self._listens = len(quiet) < len(self._port_list)
+        return Hello(self.name, min(max(self.env.next_ns(), self._soft_ns), self._next_show_ns),
                      min(self._firm_ns, self._next_show_ns), list(self.ports), self._signals, quiet)
 
     def counters(self) -> dict[str, int]:
@@ -253,7 +253,7 @@ class Node:
             env.now_ns = arrival_ns
             to = ports[port]
             if not to.listen_only:
-                self._unless_heard_ns = 0
+                self._soft_ns = 0
             if to.on_receive is not None:
                 to.on_receive(data)
             else:
@@ -264,7 +264,7 @@ class Node:
         if self._next_sample_ns < horizon_ns:
             self._sample_before(horizon_ns)
         if (planned_ns := self.next_frame_ns()):
-            if self._hears:
+            if self._listens:
                 self.promise_soft(planned_ns)
             else:
                 self.promise_firm(planned_ns)
@@ -275,8 +275,8 @@ class Node:
         soft_ns: Any = queue[0][0] if queue else NEVER_NS
         if type(soft_ns) is not int:
             raise TypeError(f"{self.name}: its next event is at {soft_ns!r} ns: {WHOLE_NANOSECONDS}")
-        if soft_ns < self._unless_heard_ns:
-            soft_ns = self._unless_heard_ns
+        if soft_ns < self._soft_ns:
+            soft_ns = self._soft_ns
         if soft_ns > self._next_show_ns:
             soft_ns = self._next_show_ns
         report = Report(grant.window, soft_ns, firm_ns, self._offers, self._samples, self._events,
