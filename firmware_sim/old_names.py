@@ -13,9 +13,6 @@ BOARD: Final = {
     "silent_unless_heard_until": "board.at, every and sleep_until promise silence by themselves; board.promise_soft "
                                  "gives more",
 }
-ANSWERS: Final = ("Port has no 'answers': what was `answers = False` is `board.port(name, on_receive, "
-                  "listen_only=True)`")
-
 
 def renamed(name: str) -> str:
     """Return the text of the AttributeError for an attribute `name` that a board does not have."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from firmware_sim.board import Board
 from tests.docs.page import ROOT, follow, write_files
 
 PAGES = ("docs/architecture.md", "docs/concepts.md", "docs/vocabulary.md")
@@ -40,6 +41,18 @@ def test_the_summary_of_the_concepts_is_that_of_the_tutorials_run(tmp_path: Path
         write_files(f"docs/tutorial/{step}.md", tmp_path)
 
     follow("docs/concepts.md", tmp_path)
+
+
+def test_the_base_of_the_page_on_programs_is_answered(tmp_path: Path) -> None:
+    follow("docs/program.md", tmp_path)
+
+
+def test_every_method_of_a_board_is_on_the_page_on_programs() -> None:
+    text = (ROOT / "docs/program.md").read_text(encoding="utf-8")
+    for_others = {"keep_promises", "call_at", "note_silence", "withdraw_silence"}
+
+    assert [name for name in vars(Board) if not name.startswith("_") and name not in for_others
+            and not re.search(rf"`{name}\b", text)] == []
 
 
 def test_the_vocabulary_is_in_order_and_has_each_word_once() -> None:

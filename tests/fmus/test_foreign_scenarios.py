@@ -154,15 +154,8 @@ def test_a_run_that_ends_early_ends_for_everybody_at_one_instant(write: Write, t
     (tmp_path / "beacons_of_foreign_plants.py").write_text('''
 class Beacon:
     def __init__(self, board):
-        self.board = board
-        board.record("k", "1", lambda: t_ns / 1e6)
-
-    def run(self):
-        k = 0
-        while True:
-            yield from self.board.sleep_until(k * 3_000_000)
-            self.board.port("radio").send(b"x")
-            k += 1
+        board.record("k", "1", lambda: board.now_ns / 1e6)
+        board.every(3_000_000, lambda: board.port("radio").send(b"x"))
 ''')
 
     results = [run(load(path), host=host, out=tmp_path / host, report=False) for host in ("inline", "process")]

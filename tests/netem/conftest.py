@@ -10,16 +10,15 @@ from netem.core.agenda import Agenda
 from netem.core.frame import Frame
 from netem.emulator.conductor import Conductor, Recorders
 from netem.media.links import Links
+from netem.media.medium import Medium
 from netem.node.node import Node
 from netem.records.ledger import Ledger
 from netem.transport.hosts import Host, InlineHost
 
 
-class FixedLatency:
-    name = "wire"
-
+class FixedLatency(Medium):
     def __init__(self, nodes: Sequence[str], links: Links, ledger: Ledger, latency_ns: int) -> None:
-        self._nodes = nodes
+        super().__init__("wire", nodes)
         self._links = links
         self._ledger = ledger
         self._latency_ns = latency_ns
@@ -28,7 +27,7 @@ class FixedLatency:
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
         frame = Frame(self.name, sender, self._number, now_ns, data)
         self._number += 1
-        receivers = [node for node in self._nodes if node != sender]
+        receivers = [node for node in self.nodes if node != sender]
         self._ledger.expect(len(receivers))
         for receiver in receivers:
             self._links.receive(frame, receiver, now_ns + self._latency_ns, checksum=True)

@@ -39,6 +39,7 @@ class Bench:
         board.keep_promises()
         self.companion = AerialCompanion(board, CompanionSettings("rovio", AerialSettings(**SURE | settings)))
         self.node.start(self.companion.run())
+        self.node.hello()
         self.now_ns, self.arrivals, self.sent = 0, [], []
         self.vehicle = common.MAVLink(None, srcSystem=1, srcComponent=1)
         self.parser = common.MAVLink(None)
