@@ -142,7 +142,7 @@ def _lock(path: Path) -> int | None:
         with suppress(FileNotFoundError):
             if os.fstat(descriptor).st_ino == (path / LOCK).stat().st_ino:
                 break
-        os.close(descriptor)            # its owner removed it meanwhile
+        os.close(descriptor)            # the former owner has removed the file
     os.truncate(descriptor, 0)
     os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}, since {datetime.now():%Y-%m-%d %H:%M:%S},"
              .encode())

@@ -20,8 +20,7 @@ class LinkPattern(NamedTuple):
 
     def links(self, senders: Iterable[str], receivers: Collection[str],
               to_themselves: Collection[str] = ()) -> list[tuple[str, str]]:
-        """Return (sender, receiver) pairs of different nodes; a node in `to_themselves` may also be paired with itself.
-        """
+        """Return (sender, receiver) pairs of different nodes, and of one node if it is in `to_themselves`."""
         found = [(sender, receiver) for sender in senders for receiver in receivers
                  if sender != receiver or sender in to_themselves]
         return found + [(receiver, sender) for sender, receiver in found if self.both_ways]

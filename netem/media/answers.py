@@ -29,7 +29,7 @@ class Camera(NamedTuple):
 class FloorPlan:
     carriers: Mapping[str, str]     # observer -> node that carries its camera
     unasked: tuple[str, ...]        # observers that see every exposure without a request
-    range_m: float | None           # of every camera; None: unlimited
+    range_m: float | None           # range of every camera; None: unlimited
     half_angle_deg: float
     obstacles: tuple[Obstacle, ...]
 

@@ -153,8 +153,7 @@ class Node:
             self._soft_ns = time_ns
 
     def hand_out(self, port: int, data: FrameBytes) -> None:
-        """Offer `data` at the port number `port` now; raises TypeError for data or time of another type, PromiseBroken.
-        """
+        """Offer `data` at port number `port` now; raises TypeError for other types of data or time, PromiseBroken."""
         now_ns: Any = self.env.now_ns
         if type(now_ns) is not int:
             raise TypeError(f"{self._port_list[port].name}: a frame at {now_ns!r} ns: {WHOLE_NANOSECONDS}")

@@ -11,6 +11,6 @@ from mypy_extensions import mypyc_attr
 @mypyc_attr(allow_interpreted_subclasses=True)
 class Turn:
     def __init__(self) -> None:
-        self.program_runs = False                   # whether a node's code is running
+        self.program_runs = False                   # True while a node's code is running
         self.refusal: BaseException | None = None   # the first exception that a guard raised in such code
         self.steps = 0                              # number of times such code has returned

@@ -53,7 +53,7 @@ class Table(Protocol):
     runs: int                           # default number of runs
 
     def steps(self, runs: int) -> int:
-        """Return the number of calls of `progress` for so many runs."""
+        """Return the number of calls of `progress` for `runs` runs."""
         ...
 
     def measure(self, runs: int, progress: Callable[[], None]) -> Iterator[Measured]: ...
