@@ -1,1 +1,1 @@
-"""Running. In: a loaded scenario. Out: the folder of its records, and the `Summary` of the run."""
+"""Runs a loaded scenario; the results are the folder of its records and the `Summary` of the run."""

@@ -1,11 +1,11 @@
-"""How a command ends: exit codes, and errors as text instead of tracebacks.
+"""Exit codes of the commands, and errors as text instead of tracebacks.
 
     0 done, every [expect] holds    1 an [expect] does not hold    2 bad input    3 a node failed
     4 a defect of marconet itself    129 its terminal was closed (SIGHUP)    130 interrupted with Ctrl-C
     143 terminated (SIGTERM), as by a time limit
 
-The first of these signals ends the work; those that come within a second of it are taken as the same wish, so that a
-second Ctrl-C does not cut off the closing of the records.
+The first of these signals ends the work. Further ones within a second are ignored, so that a second Ctrl-C does not
+interrupt the closing of the records.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from typing import Final
 
 from netem.wire.errors import Interrupted, NodeFailure
 
-SAME_WISH_S: Final = 1.0
+IGNORE_FURTHER_S: Final = 1.0
 VERBS: Final = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended, as its terminal was closed"}
 
 
@@ -40,8 +40,10 @@ class ExitCode(IntEnum):
 
 
 class Ended(SystemExit):
-    """The command ends with this code; `lines` are what was printed about it, without where the records are, which
-    `folder` says if there are any."""
+    """Ends the command with `exit_code`.
+
+    `lines` are the error lines printed, without that about the records; `folder` has the records, if there are any.
+    """
 
     def __init__(self, exit_code: ExitCode, *lines: str, folder: Path | None = None) -> None:
         super().__init__(int(exit_code))
@@ -52,7 +54,7 @@ class Ended(SystemExit):
 
 @contextmanager
 def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[None]:
-    """Print what went wrong and exit with its code; `kept` is the folder with what is left of the work, if it is there.
+    """Print an error of the `with` block as text and raise `Ended` with its code; `kept` is the folder of the records.
 
     SIGTERM and SIGHUP end the work as Ctrl-C does, so that records are closed and no robot process is left.
     """
@@ -64,8 +66,8 @@ def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[N
         except KeyboardInterrupt as error:
             number = error.number if isinstance(error, Interrupted) else int(signal.SIGINT)
             what = in_words(error)
-            _tell(what, _what_is_left(kept))
-            raise Ended(ExitCode(128 + number), what, folder=_there(kept)) from None
+            _print(what, _records_line(kept))
+            raise Ended(ExitCode(128 + number), what, folder=_if_folder(kept)) from None
         except Exception as error:
             if show_traceback:
                 traceback.print_exception(error)
@@ -75,20 +77,20 @@ def errors_as_text(show_traceback: bool, kept: Path | None = None) -> Iterator[N
             if code is ExitCode.DEFECT and not show_traceback:
                 lines = [f"{type(error).__name__}: {error}", "this is a defect of marconet; --verbose shows where"]
             left = kept if getattr(error, "leaves_records", True) else None
-            _tell(*lines, _what_is_left(left))
-            raise Ended(code, *lines, folder=_there(left)) from None
-        except BaseException as error:      # a library's panic, or sys.exit in what a user brought
+            _print(*lines, _records_line(left))
+            raise Ended(code, *lines, folder=_if_folder(left)) from None
+        except BaseException as error:      # a library's panic, or sys.exit in a user's code
             if show_traceback:
                 traceback.print_exception(error)
             what = f"{in_words(error)}: raised outside of a node's program"
-            _tell(what, _what_is_left(kept))
-            raise Ended(ExitCode.NODE_FAILED, what, folder=_there(kept)) from None
+            _print(what, _records_line(kept))
+            raise Ended(ExitCode.NODE_FAILED, what, folder=_if_folder(kept)) from None
 
 
 @contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Raise Interrupted in the main thread for the signals that end a command, unless the parent had them ignored."""
-    if threading.current_thread() is not threading.main_thread():       # only there signals can be handled
+    """Raise Interrupted in the main thread for the signals that end a command, unless the parent ignores them."""
+    if threading.current_thread() is not threading.main_thread():       # Python handles signals only there
         yield
         return
     raised_s = float("-inf")
@@ -96,7 +98,7 @@ def _ended_by_signals() -> Iterator[None]:
     def end(number: int, frame: FrameType | None) -> None:
         nonlocal raised_s
         now_s = time.monotonic()
-        if now_s > raised_s + SAME_WISH_S:
+        if now_s > raised_s + IGNORE_FURTHER_S:
             raised_s = now_s
             raise Interrupted(number)
 
@@ -113,7 +115,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 def in_words(error: BaseException) -> str:
-    """Name the cause that ended the work, for a reader of the summary."""
+    """Return the cause that ended the work, as text for the summary."""
     if isinstance(error, KeyboardInterrupt):
         number = error.number if isinstance(error, Interrupted) else int(signal.SIGINT)
         name = signal.Signals(number).name
@@ -121,16 +123,16 @@ def in_words(error: BaseException) -> str:
     return str(error) if isinstance(error, NodeFailure) else f"{type(error).__name__}: {error}"
 
 
-def _there(kept: Path | None) -> Path | None:
+def _if_folder(kept: Path | None) -> Path | None:
     return kept if kept is not None and kept.is_dir() else None
 
 
-def _what_is_left(kept: Path | None) -> str:
-    return f"what was recorded: {kept}" if _there(kept) is not None else ""
+def _records_line(kept: Path | None) -> str:
+    return f"what was recorded: {kept}" if _if_folder(kept) is not None else ""
 
 
 def exit_code_of(error: Exception) -> ExitCode:
-    """An error may bring its own; a user's plant or path is input."""
+    """Return the exit code of an error: its attribute `exit_code`, BAD_INPUT for a plant or path, else DEFECT."""
     from fmus.errors import PlantError
 
     own = getattr(error, "exit_code", None)
@@ -139,8 +141,8 @@ def exit_code_of(error: Exception) -> ExitCode:
     return ExitCode.BAD_INPUT if isinstance(error, PlantError | OSError) else ExitCode.DEFECT
 
 
-def _tell(*lines: str) -> None:
-    with suppress(OSError):             # its terminal may be gone
+def _print(*lines: str) -> None:
+    with suppress(OSError):             # the terminal may be closed
         for line in lines:
             if line:
                 print(line, file=sys.stderr)

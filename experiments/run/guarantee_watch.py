@@ -1,9 +1,9 @@
-"""The guarantees of a running scenario: keeps what they need, and judges them when the run has ended or was broken off.
+"""Judges the guarantees of a scenario after its run has ended or was aborted, from samples and events kept until then.
 
     samples, events -> kept here, samples if a guarantee is about signals or sights
     ledger closed -> monitors -> guarantees.json, one event for each violation -> signals closed
 
-A run without guarantees costs nothing: nothing is kept.
+In a run without guarantees it keeps no samples and no events.
 """
 
 from __future__ import annotations
@@ -46,8 +46,11 @@ class GuaranteeWatch:
         self.standings: list[Standing] = []
 
     def admit(self, declared: Declared) -> None:
-        """The nodes with their (signal, unit) pairs; ScenarioError for a guarantee about a signal that nobody has,
-        or about a body that does not record where it is."""
+        """Take the (signal, unit) pairs that each node records.
+
+        Raises ScenarioError for a guarantee about a signal that no node records, or about a body whose position its
+        node does not record.
+        """
         self._declared = declared
         unknown = []
         for name, guarantee in self._scenario.guarantees.items():
@@ -63,7 +66,7 @@ class GuaranteeWatch:
             raise ScenarioError(unknown)
 
     def _unrecorded(self) -> Iterator[str]:
-        """Bodies whose outputs, as their medium names them, are not among the signals of their nodes."""
+        """Yield a problem for each body whose outputs, as its medium names them, are not all signals of its node."""
         for name, guarantee in self._scenario.guarantees.items():
             if MONITORS[guarantee.kind].ON is not Named.SIGHTS:
                 continue
@@ -82,7 +85,7 @@ class GuaranteeWatch:
                        f"plant's outputs")
 
     def judge(self, folder: Path, reached_ns: int) -> None:
-        """Over [0, reached_ns): write what became of them, and tell each violation as an event."""
+        """Judge the guarantees over [0, reached_ns): write guarantees.json and record an event for each violation."""
         if not self._scenario.guarantees:
             return
         sights = {name: medium.settings for name, medium in self._scenario.media.items() if medium.settings.poses()}

@@ -1,14 +1,14 @@
-"""Inline runs on the command line: the emulator and all robot programs in a child, and a small parent that outlives it.
+"""Inline runs on the command line: a child process has the emulator and all robot programs, and its parent outlives it.
 
     parent --fork--> child: scenarios, emulator, robot programs, records
-    parent <-memory- the run that begins, what became of each scenario, at last the exit code
+    parent <-memory- messages: the run that begins, the outcome of each scenario, the exit code
 
-What a robot program does to its process (a crash in a plant, `os._exit`) then ends the child alone. A child that
-ends without a word ends as a failed program: the parent names the node whose code ran, says what happened and where,
-and makes the records from the journals. What the child had not begun goes on in a new child. The parent forwards the
-signals that end a command, and leaves no process behind.
+A robot program that ends its process (by a crash in a plant, by `os._exit`) then ends only the child. If the child ends
+without its last message, the parent reports a failed program: it prints the node whose code ran, the cause and the
+place, and makes the records from the journals. A new child runs the remaining scenarios. The parent forwards the
+signals that end a command, and leaves no process running.
 
-The parent forks before anything heavy is imported. The child ends when its parent does (Linux).
+The parent forks before it imports large modules. The child ends when its parent does (Linux).
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ from netem.transport.left_behind import end_children, end_with_parent, take_orph
 
 FORWARDED: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LOOK_EVERY_S: Final = 0.05
-LENGTH: Final = struct.Struct("<I")     # before each word in the memory
+LENGTH: Final = struct.Struct("<I")     # precedes each message in the shared memory
 
 
 class Begins(msgspec.Struct, tag=True):
-    """A run begins: nothing of a robot program has run yet."""
+    """A run begins; no code of a robot program has run yet."""
 
     folder: str
     nodes: list[str]
@@ -47,7 +47,7 @@ class Begins(msgspec.Struct, tag=True):
 
 
 class Became(msgspec.Struct, tag=True):
-    """Outcome of the next scenario, as the caller of `run_in_child` encodes it."""
+    """The outcome of the next scenario, as the caller of `run_in_child` encodes it."""
 
     outcome: bytes
 
@@ -58,7 +58,10 @@ class Ends(msgspec.Struct, tag=True):
 
 @dataclass(frozen=True)
 class Ending:
-    """How a child ended. `outcomes`: those it told; `broken_off`: it ended without a word, `lines` say how."""
+    """The end of a child. `outcomes` are those that it reported.
+
+    `broken_off` is True if it ended without its last message; `lines` then describe the end.
+    """
 
     exit_code: int
     outcomes: list[bytes]
@@ -68,60 +71,60 @@ class Ending:
 
 
 class Child:
-    """The child's end. `under_way` is memory that the parent reads if the child ends without a word."""
+    """The child's side. `under_way` is memory that the parent reads if the child ends without its last message."""
 
-    def __init__(self, under_way: UnderWay, words: int) -> None:
+    def __init__(self, under_way: UnderWay, channel: int) -> None:
         self.under_way = under_way
-        self._words = words
-        self._file = os.fstat(words).st_ino
+        self._channel = channel
+        self._file = os.fstat(channel).st_ino
 
     def begins(self, folder: Path, nodes: Sequence[str], timeout_s: float) -> None:
-        """Say which run begins, before anything of a robot program runs."""
-        self._tell(Begins(str(folder), list(nodes), timeout_s))
+        """Report the run that begins, before any code of a robot program runs."""
+        self._send(Begins(str(folder), list(nodes), timeout_s))
 
     def became(self, outcome: bytes) -> None:
-        """Say what became of a scenario."""
-        self._tell(Became(outcome))
+        """Report the outcome of a scenario."""
+        self._send(Became(outcome))
 
     def ends(self, exit_code: int) -> None:
-        self._tell(Ends(exit_code))
+        self._send(Ends(exit_code))
 
-    def _tell(self, word: Begins | Became | Ends) -> None:
-        data = msgspec.msgpack.encode(word)
-        with suppress(OSError):                 # a robot program has closed it: the parent judges by how it ends
-            if os.fstat(self._words).st_ino == self._file:
-                os.write(self._words, LENGTH.pack(len(data)) + data)
+    def _send(self, message: Begins | Became | Ends) -> None:
+        data = msgspec.msgpack.encode(message)
+        with suppress(OSError):                 # closed by a robot program: the parent uses the exit status instead
+            if os.fstat(self._channel).st_ino == self._file:
+                os.write(self._channel, LENGTH.pack(len(data)) + data)
 
 
 def run_in_child(work: Callable[[Child], int]) -> Ending:
-    """Call `work` in a child; its ending is that of a failed program if the child ended without a word."""
+    """Call `work` in a child and return how it ended: as a failed program if its last message is missing."""
     under_way = UnderWay()
-    words = os.memfd_create("what the child says", os.MFD_CLOEXEC)
+    channel = os.memfd_create("messages of the child", os.MFD_CLOEXEC)
     sys.stdout.flush()
     sys.stderr.flush()
     parent = os.getpid()
     pid = os.fork()
     if pid == 0:
-        _be_child(Child(under_way, words), work, parent)
+        _be_child(Child(under_way, channel), work, parent)
     take_orphans()
     try:
         with _forwarding_to(pid):
             try:
-                status, stopped_in = _await(pid, under_way, lambda: _run_of(words).timeout_s)
+                status, stopped_in = _wait_for(pid, under_way, lambda: _run_in_progress(channel).timeout_s)
             finally:
                 end_children()
-            outcomes = [word.outcome for word in _heard(words) if isinstance(word, Became)]
-            code = next((word.exit_code for word in _heard(words) if isinstance(word, Ends)), None)
+            outcomes = [message.outcome for message in _messages_in(channel) if isinstance(message, Became)]
+            code = next((message.exit_code for message in _messages_in(channel) if isinstance(message, Ends)), None)
             if code is not None and stopped_in is None:
                 return Ending(code, outcomes)
-            return _conclude(_run_of(words), outcomes, status, stopped_in, under_way)
+            return _conclude(_run_in_progress(channel), outcomes, status, stopped_in, under_way)
     finally:
-        os.close(words)
+        os.close(channel)
         under_way.close()
 
 
 def _be_child(child: Child, work: Callable[[Child], int], parent: int) -> None:
-    """Never returns: what the parent had planned for its own end is not the child's."""
+    """Run `work` and end the process; never return, as the code after the fork belongs to the parent."""
     code: int = ExitCode.DEFECT
     try:
         end_with_parent(signal.SIGTERM)
@@ -145,7 +148,7 @@ def _be_child(child: Child, work: Callable[[Child], int], parent: int) -> None:
 
 
 def _out_of_reach(stream: TextIO) -> TextIO:
-    """The same file by another descriptor, which stays open where a robot program closes 0, 1 and 2."""
+    """Return a stream to the same file by another descriptor, in case a robot program closes 0, 1 and 2."""
     if not isinstance(stream, io.TextIOWrapper):
         return stream
     return io.TextIOWrapper(open(os.dup(stream.fileno()), "wb"), stream.encoding, stream.errors,
@@ -154,7 +157,7 @@ def _out_of_reach(stream: TextIO) -> TextIO:
 
 @contextmanager
 def _forwarding_to(pid: int) -> Iterator[None]:
-    """Hand the signals that end a command on to `pid`; one that came after its end is raised again afterwards."""
+    """Forward the signals that end a command to `pid`; raise the first that arrives after its end again afterwards."""
     late: list[int] = []
 
     def forward(number: int, frame: FrameType | None) -> None:
@@ -174,9 +177,12 @@ def _forwarding_to(pid: int) -> Iterator[None]:
         signal.raise_signal(late[0])
 
 
-def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tuple[int, int | None]:
-    """Wait for the child; return its status. A child that has stopped and is not continued within the time-out is ended
-    here; the place of the node whose code stopped it is then returned as well."""
+def _wait_for(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tuple[int, int | None]:
+    """Wait for the child; return its status and None.
+
+    A child that has stopped and does not continue within `patience_s()` is ended; then the second value is the place of
+    the node whose code stopped it.
+    """
     stopped_s = float("inf")
     while True:
         waiting = stopped_s < float("inf")
@@ -185,7 +191,7 @@ def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tu
             if time.monotonic() > stopped_s:
                 place = under_way.running()
                 ask_for_dump(pid)
-                return _end_of(pid), place
+                return _wait_or_kill(pid), place
             time.sleep(LOOK_EVERY_S)
         elif os.WIFSTOPPED(status):
             if os.WSTOPSIG(status) == signal.SIGSTOP:       # not Ctrl-Z, which stops this process as well
@@ -196,8 +202,8 @@ def _await(pid: int, under_way: UnderWay, patience_s: Callable[[], float]) -> tu
             return status, None
 
 
-def _end_of(pid: int) -> int:
-    """How a process ended that is ending; it is killed if that takes longer than a dump of its stacks may."""
+def _wait_or_kill(pid: int) -> int:
+    """Wait for the end of a process that is ending and return its status; kill it after DUMP_WITHIN_S."""
     deadline_s = time.monotonic() + DUMP_WITHIN_S
     while time.monotonic() < deadline_s:
         found, status = os.waitpid(pid, os.WNOHANG)
@@ -208,34 +214,34 @@ def _end_of(pid: int) -> int:
     return os.waitpid(pid, 0)[1]
 
 
-def _heard(words: int) -> list[Begins | Became | Ends]:
-    """Messages of the child so far. A robot program may have written there: text that is no message ends the list."""
-    data = os.pread(words, os.fstat(words).st_size, 0)
+def _messages_in(channel: int) -> list[Begins | Became | Ends]:
+    """Return the messages of the child so far, up to bytes that are none, as a robot program may have written there."""
+    data = os.pread(channel, os.fstat(channel).st_size, 0)
     decode = msgspec.msgpack.Decoder(Begins | Became | Ends).decode
-    heard: list[Begins | Became | Ends] = []
+    messages: list[Begins | Became | Ends] = []
     start = 0
     with suppress(msgspec.MsgspecError, struct.error, UnicodeDecodeError):
         while start < len(data):
             start += LENGTH.size
             length, = LENGTH.unpack(data[start - LENGTH.size:start])
-            heard.append(decode(data[start:start + length]))
+            messages.append(decode(data[start:start + length]))
             start += length
-    return heard
+    return messages
 
 
-def _run_of(words: int) -> Begins:
-    """The run under way; one without a folder where none has begun since the last scenario's end."""
+def _run_in_progress(channel: int) -> Begins:
+    """Return the run in progress; without one, a `Begins` without a folder."""
     run = Begins("", [], 30.0)
-    for word in _heard(words):
-        if isinstance(word, Begins):
-            run = word
-        elif isinstance(word, Became):
+    for message in _messages_in(channel):
+        if isinstance(message, Begins):
+            run = message
+        elif isinstance(message, Became):
             run = Begins("", [], 30.0)
     return run
 
 
 def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped_in: int | None, under_way: UnderWay) -> Ending:
-    """Say how the child ended, and make the records of its run."""
+    """Print how the child ended, make the records of its run, and return its ending."""
     from netem.transport.diagnosis import words  # late: only where something went wrong
     from netem.transport.watchdog import last_words
 
@@ -250,7 +256,7 @@ def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped_in: int |
         how = words.hangs("no answer", run.timeout_s, under_way, stopped=True)
     folder = Path(run.folder)
     what = f"node {node}: {how}" if node else f"the emulator: {how}"
-    if number == 0 and run.folder and (failure := _failure_of(folder)):      # it had no file left to say it
+    if number == 0 and run.folder and (failure := _failure_of(folder)):      # all files of the child were closed
         what, stack = failure, ""
     print(what, *([stack.rstrip()] if stack else []), sep="\n", file=sys.stderr)
     if run.folder:
@@ -259,7 +265,7 @@ def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped_in: int |
 
 
 def _failure_of(folder: Path) -> str:
-    """The failure that the summary in `folder` names, "" if there is none."""
+    """Return the failure that the summary in `folder` names, "" if there is none."""
     with suppress(OSError, msgspec.MsgspecError):
         return str(msgspec.json.decode((folder / "summary.json").read_bytes())["failure"])
     return ""

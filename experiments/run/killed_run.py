@@ -1,9 +1,9 @@
-"""Makes the records of a run that was killed: from its journals, up to the last piece that is whole.
+"""Makes the records of a run that was killed, from its journals up to the last whole piece.
 
     ledger.rows.part -> ledger.parquet              signals.rows.part -> signals.mcap, ledger_events.parquet
     run.json.part -> run.json, summary.json with the failure
 
-What cannot be made (a disk that is still full) stays as a journal, and reports read the journal.
+A record that cannot be made (the disk is still full) remains as a journal, which reports can read.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ KILLED = "the emulator's process was killed"
 
 
 def is_unfinished(folder: Path) -> bool:
-    """Whether a run began in `folder` that left no summary, or a record only as a journal."""
+    """Return whether a run in `folder` has left no summary, or a record only as a journal."""
     if not (folder / "scenario.json").exists():
         return False
     return not (folder / "summary.json").exists() or any(part_of(folder / name).exists() for name in JOURNALS)
 
 
 def complete(folder: Path, failure: str = KILLED, host: str = "") -> list[str]:
-    """Make the records of the run in `folder`; returns what could not be made, and why.
+    """Make the records of the run in `folder`; return a line for each that could not be made, with the reason.
 
-    FolderTaken if the run still goes on.
+    Raises FolderTaken if the run is still in progress.
     """
     owned = RunFolder.left(folder)
     try:
@@ -65,7 +65,7 @@ def _complete(owned: RunFolder, failure: str, host: str) -> list[str]:
     attempt("ledger_events.parquet", lambda: _events(folder / "ledger_events.parquet", recording))
     attempt("signals.mcap", lambda: _signals(folder, names, recording))
     if (folder / "summary.json").exists():
-        return problems             # the run closed by itself, but had no room for all of its records
+        return problems             # the run ended by itself, but the disk had no room for all records
     ledger = read_ledger(folder / "ledger.parquet", ["fate", "offered_ns"])
     frames = {found["values"]: found["counts"] for found in ledger["fate"].combine_chunks().value_counts().to_pylist()}
     reached_ns = int(standing.get("reached_ns") or max(ledger["offered_ns"].to_pylist(), default=0))

@@ -35,7 +35,7 @@ class Network:
                                    partial(stream, scenario.seed)) for name, spec in scenario.media.items()}
 
     def observe(self, feed: Feed, event: Callable[[Event], None]) -> None:
-        """Feed what the media sample, and hand each of their events to `event`."""
+        """Subscribe `feed` to the samples of the media, and `event` to their events."""
         for name, medium in self.media.items():
             if medium.signals:
                 feed.declare(name, medium.signals)
@@ -45,7 +45,7 @@ class Network:
         return {name: medium.changes_ns(until_ns) for name, medium in self.media.items()}
 
     def add_counters(self, counters: dict[str, dict[str, int]]) -> None:
-        """Add those of the media to `counters` by node; what a medium counts of itself stands under its name."""
+        """Add the counters of the media to `counters` by node; those of a medium itself are under its name."""
         for medium in self.media.values():
             for node, found in medium.counters().items():
                 own = counters.setdefault(node, {})
@@ -58,7 +58,7 @@ class Network:
 
 
 def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
-    """Each directed link's own impairments in the order of the scenario, each with its own random stream."""
+    """Return the impairments of each directed link, in the order of the scenario, each with its own random stream."""
     pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
     recordings = Recordings()
     for spec in scenario.impairments:

@@ -1,8 +1,8 @@
-"""From a node's specification to the node: its program, clock, plant and ports. The same function for both hosts.
+"""Builds a node from its specification, with program, clock, plant and ports, for both hosts.
 
 A class is a board's program; any other callable is ordinary blocking code (`firmware_sim/blocking`), which needs a
-process of its own. A robot's process imports this and what its program needs, nothing else: no scenario, no records,
-no report.
+process of its own. A robot's process imports this module and the modules of its program, but no scenario, records or
+report.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ from netem.node.outside_guard import guarded
 class PlantSpecification(msgspec.Struct, frozen=True):
     description: PlantDescription
     start: dict[str, Any]
-    step_ns: int | None = None          # of an FMU that takes steps of one size and does not say which
-    idle_outputs: list[str] = []        # that are 0 for good: not recorded
+    step_ns: int | None = None          # step of an FMU with a fixed step that its description does not name
+    idle_outputs: list[str] = []        # outputs that are always 0 and are not recorded
 
 
 class Shown(msgspec.Struct, frozen=True):
-    """A medium that sees this node's plant at every exposure."""
+    """Outputs of this node's plant that `medium` reads at 0, period, 2 period, ..."""
 
     medium: str
     period_ns: int
@@ -47,30 +47,30 @@ class Shown(msgspec.Struct, frozen=True):
 
 
 class NodeSpecification(msgspec.Struct, frozen=True):
-    """Everything a process needs to become this node."""
+    """All data from which a process builds this node."""
 
     name: str
     program: str                    # "package.module:Class", or ":function" if it is blocking
     parameters: dict[str, Any]
-    media: tuple[str, ...]          # its ports are named like these
+    media: tuple[str, ...]          # also the names of its ports
     clock: ClockSettings
     plant: PlantSpecification | None
     team: Mapping[str, Any]
     sample_period_ns: int
     seed: int
-    folder: str                     # where the scenario's own programs may lie
+    folder: str                     # folder of the scenario and of programs beside it
     blocking: bool = False
-    own_frames: tuple[str, ...] = ()    # the media that tell it when its own frames got through
-    can_buses: tuple[str, ...] = ()     # the media that python-can opens
-    shown: tuple[Shown, ...] = ()       # where it is seen
+    own_frames: tuple[str, ...] = ()    # media that deliver the node's own frames once they got through
+    can_buses: tuple[str, ...] = ()     # media that python-can opens
+    shown: tuple[Shown, ...] = ()       # media that read outputs of its plant
 
 
 def build_node(specification: NodeSpecification, at_end: ExitStack | None = None,
                record: CallRecord | None = None) -> Node:
-    """The node, its program constructed and started.
+    """Return the node with its program constructed and started.
 
-    `at_end` is closed when its process ends; on the host without processes there is none. `record` is told which FMI
-    call of its plant runs.
+    `at_end` is closed at the end of the node's process; the host `inline` passes None. `record` receives the FMI call
+    of the plant that runs.
     """
     if specification.blocking:
         return _blocking_node(specification, at_end, record)
@@ -119,7 +119,7 @@ def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None, r
 
 
 def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:
-    """The function. Its own thread calls this: python-can, imported here, has to find the node's time and locks."""
+    """Return the function; called in its own thread, so that python-can is imported with virtual time and locks."""
     if specification.can_buses and guarded():
         from firmware_sim.can_interface.other_interfaces import only_our_interface
 

@@ -1,6 +1,6 @@
-"""The process that nodes are forked from: `python -m experiments.run.node_process [MODULE ...]`.
+"""The process from which nodes are forked: `python -m experiments.run.node_process [MODULE ...]`.
 
-The process host starts it. The modules named, programs of marconet's own, are imported once, before there are nodes.
+The process host starts it. It imports the modules named, programs of marconet's own, once, before it forks nodes.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from netem.transport.node_link import run_node
 from netem.transport.start_message import StartMessage
 from netem.transport.zenoh_session import ENTRANCES
 
-# Modules that import a library when they first need it: `load_library` does it.
+# Modules that import a library when they first need it, or when `load_library` is called.
 IMPORT_LATE: Final = ("agents.tracking.heading_slope", "firmware_sim.mavlink.dialect", "netem.media.can.dbc_file")
 
 
@@ -42,10 +42,10 @@ def main() -> int:
     for module in sys.argv[1:]:
         import_module(module)
     for module in IMPORT_LATE:
-        if module in sys.modules:           # once here, instead of in every node
+        if module in sys.modules:           # imported once here instead of in every node
             sys.modules[module].load_library()
     post_guards(ENTRANCES)
-    with sleep_refused():                   # holds in the nodes too: their main thread has the same identifier
+    with sleep_refused():                   # also in the nodes, whose main thread has the same identifier
         return serve(run_child)
 
 
@@ -53,5 +53,5 @@ if __name__ == "__main__":
     code = main()
     if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
         sys.stdout.flush()
-        os._exit(code)          # a thread of the program did not end; the interpreter would wait for it for ever
+        os._exit(code)          # a thread of the program did not end, and the interpreter would wait for it
     sys.exit(code)

@@ -1,5 +1,8 @@
-"""Signals that a scenario asks for and no node records: refused before the first grant, when every node has said which
-signals it has. `[guarantees]` have their own check, in `guarantee_watch`."""
+"""Refuses a scenario that uses signals which no node records.
+
+The runner calls it before the first grant, when every node has declared its signals. `guarantee_watch` has the check of
+`[guarantees]`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The recorders of a run: those of every run, those that its media ask for, and those of `[records]`."""
+"""The recorders of a run: those of every run, those that its media request, and those of `[records]`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from netem.records.table import IN_EVERY_RUN, RECORDERS
 
 
 class Recording:
-    """`feed` is what the run tells; `recorders` consume it, and are to be finished in this order."""
+    """`feed` has the subscriptions of `recorders`, which the runner finishes in this order."""
 
     def __init__(self, scenario: Scenario, place: Place) -> None:
         self.feed = Feed()

@@ -1,11 +1,11 @@
-"""The folder of a run: owned by one process while the run goes on, never overwritten unless that is asked for.
+"""The folder of a run: one process owns it during the run, and it is overwritten only on request.
 
     claim -> lock `run.lock`, space for summary.json and run.json -> ... records ... -> release
 
-A run is *finished* when `summary.json` is there: that of a run which ended by itself, failed or was broken off. Without
-it the run was killed, and `killed_run` makes the records of what is left. Both are refused as the folder of a new run.
+A run is *finished* if `summary.json` exists, whether the run ended by itself, failed or was aborted. Without it the run
+was killed, and `killed_run` makes the records from the journals. A new run refuses either folder.
 
-The lock is the operating system's: it ends with the process that holds it, however that ends.
+The lock is one of the operating system, which releases it when the process ends in any way.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class RunFolder:
 
     @classmethod
     def claim(cls, path: Path, *, overwrite: bool = False) -> RunFolder:
-        """The folder for a new run, made if it is not there; FolderTaken if it is in use or holds another run."""
+        """Return the folder for a new run, made if it is missing; FolderTaken if it is in use or holds another run."""
         made = not path.exists()
         path.mkdir(parents=True, exist_ok=True)
         lock = _lock(path)
@@ -70,11 +70,11 @@ class RunFolder:
 
     @classmethod
     def left(cls, path: Path) -> RunFolder:
-        """The folder of a run that was killed, with all that it left; FolderTaken if the run still goes on."""
+        """Return the folder of a run that was killed, with its files; FolderTaken if the run is still in progress."""
         return cls(path, _lock(path), made=False)
 
     def abandon(self) -> None:
-        """Remove what a run that could not begin has left, and the folder if it was made for it."""
+        """Remove the files of a run that could not begin, and the folder if `claim` made it."""
         clear(self.path)
         self.release()
         if self._made:
@@ -82,7 +82,7 @@ class RunFolder:
                 self.path.rmdir()
 
     def release(self) -> None:
-        """Let other processes have the folder."""
+        """Release the lock, so that other processes may claim the folder."""
         if self._lock is not None:
             (self.path / LOCK).unlink(missing_ok=True)
             if self.holds():
@@ -90,7 +90,7 @@ class RunFolder:
         self._lock = None
 
     def holds(self) -> bool:
-        """Whether the files of this process are open that it had opened: the lock is the first of a run."""
+        """Return False if a robot program has closed the files of this process, of which the lock is the first."""
         if self._lock is None:
             return True
         try:
@@ -100,7 +100,7 @@ class RunFolder:
 
 
 def owner(path: Path) -> str:
-    """The process that runs a scenario into `path`, in words; empty if there is none."""
+    """Return a description of the process that runs a scenario into `path`, "" if there is none."""
     if fcntl is None or not (path / LOCK).exists():
         return ""
     with (path / LOCK).open("rb") as file:
@@ -114,7 +114,7 @@ def owner(path: Path) -> str:
 
 
 def clear(path: Path) -> None:
-    """Remove the records of a run, whole or in parts; what else is in the folder stays."""
+    """Remove the records of a run, whole or in parts; other files in the folder stay."""
     there = set(os.listdir(path))
     records = {*_recorded(path), *RECORDS, *JOURNALS} if there - {LOCK} else set()
     for name in sorted(there & (records | {record + SUFFIX for record in records})):
@@ -124,7 +124,7 @@ def clear(path: Path) -> None:
 
 
 def _lock(path: Path) -> int | None:
-    """The descriptor that holds the lock. FolderTaken names the process that has it."""
+    """Return the descriptor that holds the lock, None without locks; FolderTaken names the process that has it."""
     if fcntl is None:
         return None
     while True:
@@ -142,7 +142,7 @@ def _lock(path: Path) -> int | None:
         with suppress(FileNotFoundError):
             if os.fstat(descriptor).st_ino == (path / LOCK).stat().st_ino:
                 break
-        os.close(descriptor)            # its owner removed it meanwhile
+        os.close(descriptor)            # the former owner has removed the file
     os.truncate(descriptor, 0)
     os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}, since {datetime.now():%Y-%m-%d %H:%M:%S},"
              .encode())
@@ -159,7 +159,7 @@ def _refuse_run(path: Path) -> None:
 
 
 def _recorded(path: Path) -> list[str]:
-    """Names of the files that recorders may have left of the run in `path`."""
+    """Return the names of the files that recorders may have written for the run in `path`."""
     try:
         media: dict[str, Any] = msgspec.json.decode((path / "scenario.json").read_bytes())["media"]
         return [file.format(medium=medium) for recorder in RECORDERS.values() for file in recorder.FILES

@@ -1,9 +1,9 @@
-"""Runs a scenario: media, links and records in this process, nodes on a host, and a folder of evidence at the end.
+"""Runs a scenario: media, links and records in this process, nodes on a host; the result is a folder of records.
 
     scenario -> node specifications -> host -> conductor -> ledger, signals -> metrics -> summary, report
 
-The folder is there whatever happens. A run that fails or is broken off leaves its records up to there, with a summary
-and a report that say what ended it; one whose process is killed leaves journals, which `killed_run` makes records of.
+A run that fails or is aborted leaves its records up to that instant, with a summary and a report that name the cause. A
+run whose process is killed leaves journals, from which `killed_run` makes the records.
 """
 
 from __future__ import annotations
@@ -67,12 +67,12 @@ from netem.wire.level import Level
 from netem.wire.messages import Hello
 
 HostName = Literal["process", "inline"]
-OWN_PROGRAMS = ("agents.", "firmware_sim.")         # whose import does nothing but define
-KEEP_EVERY_S = 0.7          # age of what is on the disk; the conductor may be a tenth of a second late
+OWN_PROGRAMS = ("agents.", "firmware_sim.")         # packages whose modules only define names when imported
+KEEP_EVERY_S = 0.7          # largest age of the records on the disk; the conductor may be 0.1 s late
 # The records hold up to 231 000 objects in memory, rows of a chunk of the ledger and buffered samples, and none of them
-# is in a cycle. A collection takes 20 ms to find that out, so it waits until there can be nearly as many others.
+# is in a cycle. A collection that scans them takes 20 ms, so it waits until there can be nearly as many others.
 COLLECT_AFTER_OBJECTS = 400_000
-LAST_WORDS_S = 10.0         # for the counters of the nodes, once another has failed or the run was broken off
+COUNTERS_WITHIN_S = 10.0    # time-out for the counters of the nodes after a failure or an abort
 PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
 
@@ -80,14 +80,14 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
         progress: Callable[[Progress], None] | None = None, report: bool = True,
         shuffle_start: int | None = None, real_time: bool = False, overwrite: bool = False,
         under_way: UnderWay | None = None) -> RunResult:
-    """Run `scenario` into the folder `out` (default: a new one below ./runs), with `report.html` unless told otherwise.
+    """Run `scenario` into the folder `out` (default: a new one below ./runs) and, with `report`, write `report.html`.
 
-    `real_time`: at the wall clock's pace, with the scenario's gateways to the outside; these need it.
+    `progress` is called during the run. `real_time` runs at the pace of the wall clock, as gateways require.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
-    `overwrite`: replace the records of an earlier run in `out`.
-    `under_way`: memory from which another process can tell what an inline run did when it crashed.
-    Raises NodeFailure, InstantLoop or ConservationError after the folder was written, NeedsProcess, NeedsRealTime or
-    FolderTaken before.
+    `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
+    what an inline run was doing when it crashed.
+    Raises NeedsProcess, NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop or ConservationError
+    after it, with the records written.
     """
     command_s = time.monotonic()
     if host == "inline":
@@ -112,8 +112,10 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
 
 @contextmanager
 def _collecting_only_what_the_run_makes() -> Iterator[None]:
-    """The garbage collector passes over everything that was there before, seldom looks during the run, and frees the
-    run's own cycles at its end: for a run of 0.2 s a collection of the whole process takes longer than the run."""
+    """Make the garbage collector ignore older objects, run seldom, and free the cycles of the run at its end.
+
+    A collection of the whole process takes longer than a run of 0.2 s.
+    """
     threshold = gc.get_threshold()
     gc.freeze()
     gc.set_threshold(COLLECT_AFTER_OBJECTS, 50, 100)
@@ -127,12 +129,12 @@ def _collecting_only_what_the_run_makes() -> Iterator[None]:
 
 @cache
 def _versions() -> dict[str, str]:
-    """Versions of Python and of the packages that a result depends on; the look-up takes longer than a short run."""
+    """Return the versions of Python and of the packages that affect a result; cached, as a look-up takes long."""
     return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
 
 
 class NeedsRealTime(ValueError):
-    """A scenario with gateways in virtual time."""
+    """A scenario with gateways was to run in virtual time."""
 
     exit_code = 2
 
@@ -205,7 +207,7 @@ class _Run:
                 self.feed.event(Event(self.conductor.end_ns, self.conductor.ended_by, "run ended",
                                       self.conductor.ended_because))
         except BaseException as error:
-            self._fails(error)
+            self._fail(error)
         self._leave_if_forked()
         with uninterrupted(drop=True) as came:
             summary = self._conclude()
@@ -216,18 +218,20 @@ class _Run:
         return RunResult(self.folder, summary)
 
     def _conclude(self) -> Summary:
-        """Close the records, end the nodes, judge. What fails on the way becomes the failure of the run, and the rest
-        is done all the same."""
+        """Close the records, end the nodes, judge and write the summary.
+
+        An exception in one of these steps becomes the failure of the run; the other steps are still carried out.
+        """
         if not self.owned.holds():
             if isinstance(self.failure, OSError):
-                self.failure = None             # it follows from this:
-            self._fails(FilesClosed(f"{self.scenario.name}: a robot program closed files of the emulator (os.close or "
-                                    "os.closerange): give each robot a process of its own with --host process"))
+                self.failure = None             # a consequence of the closed files
+            self._fail(FilesClosed(f"{self.scenario.name}: a robot program closed files of the emulator (os.close or "
+                                   "os.closerange): give each robot a process of its own with --host process"))
         reopen_standard_files()
         if self.failure is not None:
             self.ended_s = time.monotonic()
             with suppress(Exception):           # the counters of some nodes stay unknown
-                self.conductor.ask_counters(LAST_WORDS_S)
+                self.conductor.ask_counters(COUNTERS_WITHIN_S)
         reached_ns = self.conductor.end_ns if self.failure is None else self.conductor.reached_ns
         self._step(lambda: self._finish_ledger(reached_ns))
         self._step(lambda: self.guarantees.judge(self.folder, reached_ns))
@@ -249,10 +253,10 @@ class _Run:
         try:
             step()
         except BaseException as error:
-            self._fails(error)
+            self._fail(error)
 
-    def _fails(self, error: BaseException) -> None:
-        """The first failure is that of the run."""
+    def _fail(self, error: BaseException) -> None:
+        """Keep `error` as the failure of the run, unless there is an earlier one."""
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
             error = CannotRecord(f"{self.folder}: cannot write the records: {error.strerror}: free space, or name "
                                  "another folder with --out; what was written before can be read")
@@ -262,12 +266,12 @@ class _Run:
     def _finish_ledger(self, reached_ns: int) -> None:
         complete = self.failure is None
         ended_ns = reached_ns if complete else self.conductor.passed_ns
-        self.result = self.ledger.finish(end_ns=ended_ns, complete=False)   # its counts, also if the disk is full
+        self.result = self.ledger.finish(end_ns=ended_ns, complete=False)   # returns the counts before any check raises
         if complete:
             self.ledger.finish()
 
     def _standing(self, reached_ns: int, *, versions: bool = False) -> bytes:
-        """Content of `run.json`: how far the run came, and the counters."""
+        """Return the content of `run.json`: the instant reached [ns], the counters and the cause of the end."""
         return msgspec.json.encode({
             "reached_ns": reached_ns,
             "ended": _end_in_words(self.conductor),
@@ -279,7 +283,7 @@ class _Run:
         })
 
     def _counters(self) -> dict[str, dict[str, int]]:
-        """Counters of programs, gateways and media, by node; those of a medium itself under its name."""
+        """Return the counters of programs, gateways and media, by node; those of a medium itself are under its name."""
         of_nodes = {**(self.host.counters() or self.conductor.counted), **self.conductor.counters}
         counters = {node: dict(found) for node, found in of_nodes.items()}
         if self.conductor.pace is not None:
@@ -291,7 +295,7 @@ class _Run:
         try:
             return evaluate(self.scenario.expect, load_run(self.folder))
         except Exception as error:
-            self._fails(error)
+            self._fail(error)
             return []
 
     def _summary(self, verdicts: list[Verdict], reached_ns: int) -> Summary:
@@ -308,18 +312,18 @@ class _Run:
             last_report=failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns=reached_ns)
 
     def _keep(self, reached_ns: int) -> None:
-        """Put on the disk what there is so far, for the case that this process is killed."""
+        """Write the records so far to the disk, so that they outlive this process if it is killed."""
         self.ledger.keep()
         self.recording.keep()
         self.owned.run.update(self._standing(reached_ns))
 
     def _leave_if_forked(self) -> None:
-        """End a process that a program forked and that came back into the emulator: the run belongs to its parent."""
+        """End this process if a robot program has forked it, as the run belongs to its parent."""
         if os.getpid() != self.process:
             os._exit(0)
 
     def _malformed(self) -> list[str]:
-        """A line for each node and reason, if frames were no frames of their medium."""
+        """Return a line for each medium and reason for which frames were malformed."""
         if self.failure is not None or self.result is None or not self.result.by_fate.get(Fate.MALFORMED.value):
             return []
         from netem.records.malformed import malformed_frames
@@ -327,7 +331,7 @@ class _Run:
         return malformed_frames(self.folder / "ledger.parquet")
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
-        """The names of the signals of each agent and medium."""
+        """Return the names of the signals of each agent and medium."""
         found: dict[str, Sequence[tuple[str, str]]] = {
             name: medium.signals for name, medium in self.network.media.items()}
         found |= {name: hellos[name].signals for name in self.scenario.agents}
@@ -341,11 +345,11 @@ class _Run:
         self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail, level)
 
     def _real_time(self) -> dict[str, int] | None:
-        """Lateness of a run in real time; None in virtual time."""
+        """Return the lateness of a run in real time; None in virtual time."""
         return None if self.conductor.pace is None else self.conductor.pace.lateness.figures()
 
     def _event_on_medium(self, event: Event) -> None:
-        if event.time_ns < self.conductor.end_ns:   # a medium may know ahead how a frame will end
+        if event.time_ns < self.conductor.end_ns:   # a medium may report events after the end of the run
             self.feed.event(event)
 
     def _progress(self, now_ns: int) -> None:
@@ -365,7 +369,7 @@ class _Run:
 
 
 def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
-    """One for each agent. What a program class prepares for its team (`prepare`) is part of what the team knows."""
+    """Return a specification for each agent; the results of the programs' `prepare` are added to the table [team]."""
     team: dict[str, Any] = dict(scenario.team)
     blocking = set()
     for path in sorted({agent.program for agent in scenario.agents.values()}):
@@ -421,7 +425,7 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)
-    # -P: modules come from where they are installed or from the scenario's folder, not from the current one
+    # -P: modules are imported from the installation or the scenario's folder, not from the current folder
     programs = sorted({specification.program.partition(":")[0] for specification in specifications.values()})
     return ProcessHost([sys.executable, "-P", "-m", "experiments.run.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
@@ -430,7 +434,7 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
 
 
 def _end_in_words(conductor: Conductor) -> str:
-    """Why the run ended before its length, "" if it did not."""
+    """Return why the run ended before its length, "" if it did not."""
     if not conductor.ended_by:
         return ""
     return f"at {conductor.end_ns / 1e9:.9g} s, by node {conductor.ended_by}: {conductor.ended_because}"

@@ -1,7 +1,7 @@
-"""`marconet run` and `marconet check` over one or several scenarios: each to its end, then a table, JSON, JUnit XML.
+"""`marconet run` and `marconet check` for one or several scenarios, with a table, JSON and JUnit XML at the end.
 
-A scenario that is refused or fails, or whose robot program ends the process of an inline run, does not keep the next
-from running; Ctrl-C and SIGTERM end the whole call. The exit code is the highest of the scenarios' codes.
+After a scenario that is refused or fails, or whose robot program ends the process of an inline run, the next one runs;
+Ctrl-C and SIGTERM end the whole call. The exit code is the highest of the scenarios' codes.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ class Batch:
     console: Console
     verbose: bool
     junit: Path | None
-    json_key: str | None                # of the list in the JSON document; None: text
+    json_key: str | None                # key of the list in the JSON document; None: text
     outcomes: list[ScenarioOutcome] = field(default_factory=list)
-    in_children: bool = False           # runs go on in children of this process, which judges how these end
-    child: Child | None = None          # in such a child
+    in_children: bool = False           # True: scenarios run in child processes (inline_parent.py)
+    child: Child | None = None          # set in such a child
 
     def check(self, sources: Sequence[str], seed: int | None, duration_s: float | None,
               overrides: Sequence[str]) -> int:
@@ -75,7 +75,7 @@ class Batch:
                 self._in_turn(sources, one, self.outcomes.append)
         finally:
             with errors_as_text(self.verbose):
-                self._tell(verb, len(sources) > 1)
+                self._print(verb, len(sources) > 1)
         return max(outcome.exit_code for outcome in self.outcomes)
 
     def _in_turn(self, sources: Sequence[str], one: Callable[[str], ScenarioOutcome],
@@ -94,8 +94,7 @@ class Batch:
         return code
 
     def _in_children(self, sources: Sequence[str], one: Callable[[str], ScenarioOutcome]) -> None:
-        """In one child of this process after the other: what a child leaves undone that a robot program has ended goes
-        on in a new one."""
+        """Run the scenarios in a child process; if a robot program ends it, run the remaining ones in a new child."""
         from experiments.run.inline_parent import run_in_child
 
         left = list(sources)
@@ -142,7 +141,7 @@ class Batch:
         code = ExitCode.DONE if result.summary.holds else ExitCode.EXPECTATION_BROKEN
         return ScenarioOutcome(scenario.name, source, code, problems, str(result.folder), result.summary)
 
-    def _tell(self, verb: str, several: bool) -> None:
+    def _print(self, verb: str, several: bool) -> None:
         if several:
             self.console.print()
             print_table(self.console, ["scenario", "outcome", "wall time", "records"], [
@@ -161,7 +160,7 @@ class Batch:
 
 
 def what_does_not_hold(summary: Summary) -> list[str]:
-    """A line for each expectation and each guarantee that is not as it should be."""
+    """Return a line for each expectation that does not hold and each guarantee that is not as expected."""
     return [*(f"expect.{verdict.key}{'' if verdict.value is None else f'={verdict.value}'}: {verdict.by_how_much()}"
               for verdict in summary.verdicts if not verdict.holds),
             *(f"guarantees.{standing.name}: {standing.in_words()}"
@@ -169,7 +168,7 @@ def what_does_not_hold(summary: Summary) -> list[str]:
 
 
 def run_folder(scenario: Scenario, out: Path | None) -> Path:
-    """The folder of the run."""
+    """Return the folder of the run; raises an OSError if `out` is a file or holds other files than those of a run."""
     folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     above = next((parent for parent in folder.parents if parent.exists()), None)
     if above is not None and not above.is_dir():
@@ -181,7 +180,7 @@ def run_folder(scenario: Scenario, out: Path | None) -> Path:
 
 
 def _folder_names(sources: Sequence[str]) -> dict[str, str]:
-    """By source the name of its records folder: the stem of the file, with `-2`, `-3`, ... where a stem is taken."""
+    """Return, by source, the name of its records folder: the stem of the file, with `-2`, `-3`, ... if it is taken."""
     taken: Counter[str] = Counter()
     names = {}
     for source in dict.fromkeys(sources):
@@ -192,7 +191,7 @@ def _folder_names(sources: Sequence[str]) -> dict[str, str]:
 
 
 def _stem(source: str) -> str:
-    """The name of a scenario that was not loaded, or not in this process."""
+    """Return the name of a scenario that was not loaded, or not in this process."""
     return Path(source).stem if source.endswith(".toml") else source
 
 

@@ -1,7 +1,7 @@
-"""Refuses `time.sleep` in the program of a class, where it would hold up the emulator and let no robot time pass.
+"""Refuses `time.sleep` in the program of a class, where it would delay the emulator while no robot time passes.
 
-Blocking programs (`firmware_sim/blocking`) sleep in virtual time and are not concerned; nor are threads beside the one
-that runs the nodes. The question who calls is asked only when somebody sleeps, so nothing else becomes slower.
+Blocking programs (`firmware_sim/blocking`), which sleep in virtual time, and threads other than the one that runs the
+nodes may sleep. The caller is looked up on the stack only when a thread sleeps, so other code is not slowed down.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ OURS = ("netem", "fmus", "firmware_sim", "agents", "experiments")
 
 
 class SleepRefused(RuntimeError):
-    """A program of a class called `time.sleep`."""
+    """The program of a class called `time.sleep`."""
 
 
 @contextmanager
 def sleep_refused() -> Iterator[None]:
-    """Within it `time.sleep` raises if a program of this thread calls it, also under `from time import sleep`."""
+    """Make `time.sleep` raise SleepRefused if a program of this thread calls it, also by `from time import sleep`."""
     real, thread = time.sleep, threading.get_ident()
 
     def sleep(seconds: float, /) -> None:
@@ -42,7 +42,7 @@ def sleep_refused() -> Iterator[None]:
 
 
 def _replaced(real: Callable[[float], None], by: Callable[[float], None]) -> Iterator[tuple[str, str]]:
-    """Put `by` where authors' modules and `time` have the real function; gives the places."""
+    """Replace the real function in `time` and in authors' modules; yield (module, name) of each replacement."""
     for module_name, module in list(sys.modules.items()):
         file = getattr(module, "__file__", None)
         if module_name != "time" and not (isinstance(file, str) and is_authors(file)):
@@ -54,7 +54,7 @@ def _replaced(real: Callable[[float], None], by: Callable[[float], None]) -> Ite
 
 
 def _program_calls() -> bool:
-    """Whether a file of a program's author is nearer on the stack than anything of marconet's."""
+    """Return whether the innermost frame of a program's author or of marconet is one of the author's."""
     frame = sys._getframe(2)
     while frame is not None:
         if str(frame.f_globals.get("__name__", "")).partition(".")[0] in OURS:

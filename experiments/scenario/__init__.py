@@ -1,4 +1,4 @@
-"""Scenarios: a TOML file in, one frozen object out that holds everything a run needs. Format: docs/scenario.md."""
+"""Reads a scenario from a TOML file into one frozen object with all data of a run. Format: docs/scenario.md."""
 
 from experiments.scenario.library import catalog, find
 from experiments.scenario.loader import load

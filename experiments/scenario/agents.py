@@ -37,9 +37,9 @@ class AgentTable:
 
 
 class Agents:
-    """Reads them; `programs` are the classes found on the way, with the settings of the agents that run each.
+    """Reads the agents; `programs` maps each program class to the settings of the agents that run it, by name.
 
-    `look_up` gives the table of the file at a path, or what is wrong with the path.
+    `look_up` returns the table at a path in the file, and a problem of the path or "".
     """
 
     def __init__(self, reading: Reading, look_up: Callable[[str], tuple[dict[str, Any], str]]) -> None:
@@ -49,7 +49,7 @@ class Agents:
         self.programs: dict[type, dict[str, Any]] = {}
 
     def agent(self, name: str, table: Any, defaults: dict[str, Any], media: Sequence[str]) -> AgentSpec:
-        """With mistakes in it, what is left of the agent: others may refer to it."""
+        """Return the agent; with mistakes in it, without its wrong parts, as other sections may refer to it."""
         place = ("agents", name)
         self.reading.check_name(place, name)
         merged = _merged(defaults, table) if defaults and isinstance(table, dict) else table
@@ -102,7 +102,7 @@ class Agents:
 
 
 def _merged(defaults: dict[str, Any], table: dict[str, Any]) -> dict[str, Any]:
-    """`table` over `defaults`, tables within tables too; a time in `table` replaces one in another unit."""
+    """Return `defaults` with the values of `table`, nested tables included; a time replaces one in another unit."""
     merged = {key: value for key, value in defaults.items() if not any(other in table for other in siblings(key))}
     for key, value in table.items():
         below = merged.get(key)

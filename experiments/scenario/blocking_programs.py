@@ -1,4 +1,4 @@
-"""Which agents of a scenario run ordinary blocking code (`firmware_sim/blocking`), and that these need processes."""
+"""Refuses the host `inline` for agents that run ordinary blocking code (`firmware_sim/blocking`)."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from experiments.scenario.own_modules import class_for
 
 
 class NeedsProcess(ValueError):
-    """A program that cannot run beside others in one process."""
+    """A program cannot run in one process with others."""
 
     exit_code = 2
 
 
 def is_blocking(program: Any) -> bool:
-    """A class is a board's program, whatever else can be called is blocking code."""
+    """Return whether a program is blocking code: any callable but a class, which is a board's program."""
     return not isinstance(program, type)
 
 

@@ -1,4 +1,4 @@
-"""`[derived.NAME]`: signals that are worked out from recorded ones after the run."""
+"""Reads `[derived.NAME]`: signals that are computed from recorded ones after the run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from experiments.scenario.shape import shape_of
 
 @dataclass(frozen=True)
 class Table:
-    """As the file has it: `signals` maps the name of each result to its unit."""
+    """A table `[derived.NAME]`; `signals` maps the name of each result to its unit."""
 
     function: str
     of: list[str]
@@ -24,7 +24,7 @@ class Table:
 
 
 def read_derived(tables: Mapping[str, Any], agents: Collection[str], reading: Reading) -> dict[str, DerivedSpec]:
-    """Those that are in order; which signals a node really has shows only when it runs."""
+    """Return the tables without mistakes. Signals of nodes are not checked, as nodes declare them when they start."""
     derived: dict[str, DerivedSpec] = {}
     known: dict[str, Collection[str]] = {}
     for name, raw in tables.items():

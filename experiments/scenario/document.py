@@ -1,4 +1,4 @@
-"""The file as text and as TOML: the question in its first comment, and values that JSON can carry."""
+"""Reads a scenario file as TOML, with the question in its first comment; refuses values that JSON cannot carry."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any, Final
 
 from experiments.scenario.problems import Place, Problems, ScenarioError
 
-DEEPEST: Final = 40             # tables and lists within each other
+DEEPEST: Final = 40             # largest depth of nested tables and lists
 _TOML_PLACE: Final = re.compile(r"(?P<rule>.*) \(at (?:line (?P<line>\d+), column (?P<column>\d+)|end of document)\)",
                                 re.DOTALL)
 
 
 def read(path: Path) -> tuple[dict[str, Any], str]:
-    """The file's tables and the question that it asks."""
+    """Return the file's tables and its question; ScenarioError if it cannot be read or is not TOML."""
     try:
         text = path.read_bytes().decode("utf-8")
     except OSError as error:
@@ -32,7 +32,7 @@ def read(path: Path) -> tuple[dict[str, Any], str]:
 
 
 def question_of(text: str) -> str:
-    """What follows `Question:` in the comment that opens the file, up to an empty line; "" if it asks none."""
+    """Return the text after `Question:` in the comment that opens the file, up to an empty line; "" if none."""
     words: list[str] = []
     for line in text.splitlines():
         if not line.lstrip().startswith("#"):
@@ -53,7 +53,7 @@ def question_of(text: str) -> str:
 
 
 def check_values(document: dict[str, Any], problems: Problems) -> None:
-    """Refuse what no later step should have to think of: dates, not-a-number, infinity, integers beyond 64 bits."""
+    """Report values that no section may have: dates, not-a-number, infinity, integers beyond 64 bits."""
     waiting: list[tuple[Place, Any]] = [((), document)]
     while waiting:
         place, value = waiting.pop()

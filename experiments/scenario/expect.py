@@ -1,4 +1,4 @@
-"""`[expect]`: what has to hold at the end of the run."""
+"""Reads `[expect]`: bounds on figures of the run, judged at its end."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ SHAPE = Shape({"min": float, "max": float, "during_ns": tuple[int, int]}, frozen
 
 def read_expect(tables: Mapping[str, Any], nodes: Collection[str], media: Collection[str],
                 guarantees: Mapping[str, GuaranteeSpec], reading: Reading) -> dict[str, Bound]:
-    """`nodes` are all names under which signals and counters are recorded: agents, gateways, derived signals,
-    media."""
+    """Return the bounds by key; problems are added to `reading`.
+
+    `nodes` are all names under which signals and counters are recorded: agents, gateways, derived signals, media.
+    """
     bounds: dict[str, Bound] = {}
     problems = reading.problems
     for key, table in tables.items():

@@ -3,8 +3,8 @@
     frames_offered = frames_delivered + frames_not_delivered
     frames_not_delivered = the sum of the keys of all other fates
 
-Not arrived is what did not reach the node as it was handed out: `frames_delivered_corrupt` counts as not delivered.
-A key says no more than the fate it counts. A key that did is refused with the two that it may have meant.
+A copy counts as delivered if it reached the node unchanged, so `frames_delivered_corrupt` counts as not delivered. The
+name of a key covers exactly the fate that it counts. Former keys with wider names are refused, with two remedies.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ ABOUT: Final = {"frames_lost": "counts only what an impairment dropped, one fate
 
 
 def in_words(fate: str) -> str:
-    """A fate of the ledger, as a reader takes it for no more than it is: "lost on link", "deaf"."""
+    """Return the text for a fate of the ledger that covers exactly that fate: "lost on link", "deaf"."""
     return WORDS.get(fate, fate)
 
 
 def complaint(metric: str) -> str:
-    """Why a former name is refused, and what to write; empty for any other name."""
+    """Return the reason and the remedy for a former name, "" for any other name."""
     if metric not in FORMER:
         return ""
     return f"{ABOUT[metric]}; write {FORMER[metric]} for that, or {NOT_DELIVERED} for all copies that did not arrive"

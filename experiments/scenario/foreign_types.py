@@ -1,4 +1,4 @@
-"""Values of types that only a user's program asks for, such as `Decimal` or a pydantic model: pydantic judges them."""
+"""Converts values to types that only users' programs have, such as `Decimal` or a pydantic model, by pydantic."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ RULES: Final = {"int_type": "expected a whole number", "float_type": "expected a
 
 
 def judge(hint: Any, value: Any) -> tuple[Any, list[tuple[Place, str, Any]]]:
-    """`value` as a `hint`, and what is wrong with it: where within it, by what rule, what stands there."""
-    from pydantic import ValidationError  # late: 0.1 s, and our own types do without
+    """Return `value` converted to the type `hint`, and its problems as (place within it, rule, value there)."""
+    from pydantic import ValidationError  # late: it takes 0.1 s, and our own types do not need it
 
     adapter = _adapter(hint)
     if adapter is None:
@@ -27,7 +27,7 @@ def judge(hint: Any, value: Any) -> tuple[Any, list[tuple[Place, str, Any]]]:
 
 @cache
 def _adapter(hint: Any) -> Any:
-    """For a list with one of them, as a type may have a configuration of its own; None: pydantic does not know it."""
+    """Return an adapter for a list with one `hint`, which may have its own configuration; None for unknown types."""
     from pydantic import TypeAdapter
     from pydantic.errors import PydanticSchemaGenerationError
 
@@ -39,7 +39,7 @@ def _adapter(hint: Any) -> Any:
 
 def _complaint(item: Any, value: Any) -> tuple[Place, str, Any]:
     path: Place = ()
-    for part in item["loc"][1:]:            # without the names of a union's members
+    for part in item["loc"][1:]:            # skips the names of a union's members
         if (isinstance(value, dict) and part in value) or (isinstance(value, list) and part in range(len(value))):
             path, value = (*path, part), value[part]
     if item["type"] in ("too_short", "too_long") and "actual_length" in item["ctx"]:

@@ -1,4 +1,4 @@
-"""`[gateways.NAME]`: who is outside the emulator and takes part in real time."""
+"""Reads `[gateways.NAME]`: connections to devices and programs outside the emulator, in real time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The kinds of guarantees that a scenario can state. A new one is a file and a line here.
+"""The kinds of guarantees that a scenario can state. A new kind is a file and a line here.
 
 Every member is a frozen dataclass whose fields are its TOML keys. Times are fields `<name>_ns`, in TOML `<name>_s`,
 `_ms` or `_us`.

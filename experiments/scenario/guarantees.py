@@ -1,4 +1,4 @@
-"""`[guarantees.NAME]`: what has to hold at every instant of the run, and what `[expect]` takes from that by default."""
+"""Reads `[guarantees.NAME]`: requirements on every instant of the run, with the expectations that they imply."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from experiments.scenario.subjects import Subject, subjects_of
 
 @dataclass(frozen=True)
 class GuaranteeHeader:
-    """What every kind has."""
+    """The keys of every kind."""
 
     on: str
     expected: Literal["holds", "violated"] = "holds"
 
 
 class Guarantees:
-    """Reads them; `built` are the media without mistakes, `length_ns` and `sample_period_ns` those of the run."""
+    """Reads the guarantees; `built` are the media without mistakes, `length_ns` and `sample_period_ns` of the run."""
 
     def __init__(self, reading: Reading, agents: Mapping[str, AgentSpec], media: Mapping[str, MediumSpec],
                  derived: Mapping[str, DerivedSpec], built: Mapping[str, Any], length_ns: int,
@@ -39,7 +39,7 @@ class Guarantees:
         self.sample_period_ns = sample_period_ns
 
     def read(self, tables: Mapping[str, Any]) -> dict[str, GuaranteeSpec]:
-        """Those that are known by kind, with mistakes in them too: expectations may refer to them."""
+        """Return the guarantees of known kinds, also those with mistakes, as expectations may refer to them."""
         links = self._links() if tables else []
         found = {name: self._guarantee(name, table, links) for name, table in tables.items()}
         return {name: guarantee for name, guarantee in found.items() if guarantee is not None}
@@ -87,12 +87,12 @@ class Guarantees:
         return subjects
 
     def _shows(self, medium: str, sender: str, receiver: str) -> bool:
-        """Whether cameras of this medium can see the sender."""
+        """Return whether cameras of this medium can see the sender."""
         settings = self.media[medium].settings
         return settings is not None and sender in settings.poses()
 
     def _links(self) -> list[Link]:
-        """Those that the media have at some time; all pairs of a medium that has mistakes of its own."""
+        """Return the links that exist at some time of the run; for a medium with mistakes, all pairs of its nodes."""
         found: list[Link] = []
         for name, medium in self.media.items():
             pairs = [(one, other) for one in medium.nodes for other in medium.nodes if one != other]
@@ -103,6 +103,6 @@ class Guarantees:
 
 
 def implied(guarantees: Mapping[str, GuaranteeSpec]) -> dict[str, Bound]:
-    """A guarantee that is stated is expected to hold, unless the scenario says that it is to be violated."""
+    """Return a bound on the violations of each guarantee: none, or at least one if it is expected to be violated."""
     return {f"{GUARANTEE}.{name}.violations": Bound(max=0.0) if guarantee.expected == "holds" else Bound(min=1.0)
             for name, guarantee in guarantees.items()}

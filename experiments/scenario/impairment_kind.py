@@ -1,7 +1,7 @@
-"""What the `kind` of an impairment names: one of the house, or a class of its own by import path, `module:Class`.
+"""Finds the class that the `kind` of an impairment names: a name in the table, or an import path `module:Class`.
 
-An own class is found as programs are and keeps the contract of `netem.impairments`: a dataclass whose fields are its
-TOML keys (a field `rng` of type `random.Random` is its random stream), a verb `carry` and a constant `loses_as`.
+An author's class is found as programs are and keeps the contract of `netem.impairments`: a dataclass whose fields are
+its TOML keys (a field `rng` of type `random.Random` is its random stream), a method `carry` and a constant `loses_as`.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ KEYS_OF_EVERY_KIND: Final = ("on", "during_ns", "kind", "name")
 
 
 def impairment_class(kind: str, folder: Path) -> Any:
-    """The class of a kind in a scenario that was loaded from `folder`."""
+    """Return the class of a kind in a scenario that was loaded from `folder`."""
     return IMPAIRMENTS[kind] if kind in IMPAIRMENTS else import_impairment(kind, folder)
 
 
 def import_impairment(path: str, folder: Path) -> type:
-    """The author's class; ValueError says what is wrong with the path or the class."""
+    """Return the author's class; ValueError with the reason if the path or the class is wrong."""
     cls = import_program(path, folder)
     if not is_dataclass(cls):
         raise ValueError(f"{cls.__name__} is no dataclass; write @dataclass above it, its fields are the keys here")

@@ -1,9 +1,10 @@
-"""The JSON Schema of a scenario, for editors: from the same classes and types that scenarios are read with.
+"""Makes the JSON Schema of a scenario, for editors, from the classes and types with which scenarios are read.
 
-An editor completes keys and marks wrong ones; `marconet check` knows more: names, units that contradict each other,
-rules between keys, programs. What the schema refuses, `check` refuses too.
+With it an editor completes keys and marks wrong ones. `marconet check` also checks names, units that contradict each
+other, rules between keys, and programs; it refuses every document that the schema refuses.
 
-Every time `x_ns` may be written `x_s`, `x_ms`, `x_us` or `x_ns`, a number of that unit. Draft 7, as Taplo reads it.
+Every time `x_ns` may be written `x_s`, `x_ms`, `x_us` or `x_ns`, a number of that unit. The schema is of draft 7, which
+Taplo reads.
 """
 
 from __future__ import annotations
@@ -40,16 +41,16 @@ _LIMITS: Final = {Ge: ("ge", "minimum"), Gt: ("gt", "exclusiveMinimum"), Le: ("l
                   Lt: ("lt", "exclusiveMaximum")}
 NAMES: Final = {"pattern": "^[A-Za-z][A-Za-z0-9_-]*$"}
 ABOUT: Final = {
-    "team": "what every robot knows beforehand, as its program asks for it",
-    "agents": "the nodes: each a program with its clock, plant and place",
-    "agents_defaults": "what every agent has unless it says otherwise",
-    "media": "what carries frames between the agents",
-    "gateways": "who takes part from outside, in real time",
-    "impairments": "what goes wrong on links, in this order",
-    "derived": "signals worked out from recorded ones after the run",
-    "guarantees": "what has to hold at every instant",
-    "records": "what the run records besides what every run does",
-    "expect": "what has to hold at the end",
+    "team": "data that all programs can read as board.team",
+    "agents": "the nodes: each a program with its clock, plant and position",
+    "agents_defaults": "default values of every agent",
+    "media": "the networks that carry frames between the agents",
+    "gateways": "connections to devices and programs outside the run, in real time",
+    "impairments": "losses, delays and errors on links, applied in this order",
+    "derived": "signals computed from recorded ones after the run",
+    "guarantees": "requirements that have to hold at every instant",
+    "records": "recorders of this run, besides those of every run",
+    "expect": "bounds on figures, judged at the end of the run",
 }
 
 
@@ -88,7 +89,7 @@ def _named(table: Schema) -> Schema:
 
 
 def _table(shape: Shape, *, complete: bool = True, kind: Schema | None = None) -> Schema:
-    """`complete`: the required fields have to be there; `kind`: what the key `kind` has to be."""
+    """Return the schema of a table; `complete` requires its required fields, `kind` is the schema of the key `kind`."""
     properties: Schema = {} if kind is None else {"kind": kind}
     required = [] if kind is None else ["kind"]
     one_of_each: list[Schema] = []
@@ -113,8 +114,10 @@ def _table(shape: Shape, *, complete: bool = True, kind: Schema | None = None) -
 
 def _kinds(shapes: Mapping[str, Shape], common: Shape | None = None, *, own_classes: bool = False,
            usual: str = "") -> Schema:
-    """A table whose key `kind` says which of the shapes it has, each with the fields of `common`; one that says none
-    has the shape `usual`."""
+    """Return the schema of a table whose key `kind` selects one of the shapes, each with the fields of `common`.
+
+    A table without the key has the shape `usual`. With `own_classes`, `kind` may also be an import path.
+    """
     more = Shape({}, frozenset()) if common is None else common
     tables = [_table(Shape({**more.hints, **shape.hints}, more.required | shape.required), kind={"const": kind})
               for kind, shape in shapes.items()]
@@ -127,7 +130,7 @@ def _kinds(shapes: Mapping[str, Shape], common: Shape | None = None, *, own_clas
 
 
 def _of(hint: Any, time: bool = False, complete: bool = True) -> Schema:
-    """`time`: whole numbers of nanoseconds, written as numbers of another unit; `complete`: as in `_table`."""
+    """Return the schema of a type. With `time` an int is written as a number of another unit; `complete` as above."""
     origin, parts = get_origin(hint), get_args(hint)
     if origin is Annotated:
         schema = _of(parts[0], time, complete)

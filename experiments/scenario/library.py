@@ -1,4 +1,4 @@
-"""Where scenarios are found: a path, a name in ./scenarios, or one that comes with the installed package."""
+"""Finds scenarios by path, by name in ./scenarios, or by name among those of the installed package."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class Entry(NamedTuple):
 
 
 def folders() -> list[Path]:
-    """The folders with scenarios, the nearest first."""
+    """Return the folders with scenarios; ./scenarios precedes that of the package."""
     candidates = [Path("scenarios").absolute(), Path(str(files("scenarios")))]
     return [folder for index, folder in enumerate(candidates) if folder.is_dir() and folder not in candidates[:index]]
 
 
 def find(name_or_path: str | Path) -> Path:
-    """The file of a scenario. A name has no slash and no `.toml`."""
+    """Return the file of a scenario; a name has no slash and no `.toml`. ScenarioError if there is none."""
     path = Path(name_or_path)
     if path.suffix == ".toml" or len(path.parts) != 1:
         if path.is_file():
@@ -47,12 +47,12 @@ def find(name_or_path: str | Path) -> Path:
 
 
 def _files_in(folder: Path) -> list[str]:
-    """Scenarios by path in a folder that may be missing."""
+    """Return the paths of the scenarios in a folder, which may be missing."""
     return sorted(str(path) for path in folder.glob("*.toml") if not path.name.startswith("."))
 
 
 def catalog() -> list[Entry]:
-    """Every scenario that has a name, in alphabetical order; one in ./scenarios hides one of the package."""
+    """Return every scenario that has a name, in alphabetical order; one in ./scenarios hides one of the package."""
     found: dict[str, Entry] = {}
     for folder in folders():
         for path in sorted(folder.glob("*.toml")):

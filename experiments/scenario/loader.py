@@ -1,4 +1,4 @@
-"""A scenario file into a `Scenario`, or into every mistake in it at once.
+"""Loads a scenario file into a `Scenario`, or reports every mistake in it at once.
 
     file --TOML, overrides--> tables --names, units, types--> header, agents, media, ..., expect
                                      --each class's own rules, links, programs--> Scenario --check of its programs-->
@@ -33,27 +33,27 @@ from firmware_sim.scenario_view import OwnAgent
 
 @dataclass(frozen=True)
 class Header:
-    """The single values at the top of the file."""
+    """The values at the top of the file, before its tables."""
 
     seed: Annotated[int, Ge(0)]
     length_ns: Annotated[int, Gt(0)]
     sample_period_ns: Annotated[int, Ge(0)] = 10_000_000      # 0: no samples
-    node_timeout_s: Annotated[float, Gt(0)] = 30.0            # wall clock: stays in seconds
+    node_timeout_s: Annotated[float, Gt(0)] = 30.0            # wall-clock time, in seconds
     question_signal: str = ""                                 # "node.signal", shown first in the report
 
 
 def load(source: Path, **changes: Any) -> Scenario:
-    """The scenario in the file `source`; `changes` as in `load_tables`. ScenarioError holds every problem found."""
+    """Return the scenario in the file `source`; `changes` as in `load_tables`. ScenarioError lists every problem."""
     return load_tables(*read(source), source, **changes)
 
 
 def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: int | None = None,
                 duration_s: float | None = None, overrides: Sequence[str] = (),
                 values: Mapping[str, Any] | None = None) -> Scenario:
-    """The scenario of these tables, as if they had been read from the file `source`, whose folder its paths start from.
+    """Return the scenario of these tables, as if they were in the file `source`; paths are relative to its folder.
 
-    `document` is changed: `overrides` ("path=value"), `values` (of Python, by path), `seed` and `duration_s` replace
-    what it says. ScenarioError holds every problem found.
+    `overrides` ("path=value"), `values` (Python values by path), `seed` and `duration_s` replace entries of `document`,
+    which is changed. ScenarioError lists every problem.
     """
     problems = Problems(source.name)
     reading = Reading(source.absolute().parent, problems)
@@ -104,7 +104,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
 
 
 def _written_at(document: Mapping[str, Any], place: Place) -> Place:
-    """What an agent has from `agents_defaults` was written there."""
+    """Return the place in the file of a value: that in `agents_defaults` if an agent has it from there."""
     if len(place) < 3 or place[0] != "agents":
         return place
     defaults = document.get("agents_defaults")
@@ -114,7 +114,7 @@ def _written_at(document: Mapping[str, Any], place: Place) -> Place:
 
 
 def _ask_programs(scenario: Scenario, programs: Mapping[type, Mapping[str, Any]], problems: Problems) -> None:
-    """A program's class may refuse a run that its domain knows to be impossible."""
+    """Add the problems that the `check` of each program class finds in the scenario."""
     for cls, settings_of in programs.items():
         check = getattr(cls, "check", None)
         if check is None:
@@ -122,7 +122,7 @@ def _ask_programs(scenario: Scenario, programs: Mapping[type, Mapping[str, Any]]
         own = {name: OwnAgent(name, settings, scenario.agents[name]) for name, settings in settings_of.items()}
         program = scenario.agents[next(iter(own))].program
         try:
-            with warnings.catch_warnings():         # figures beyond all bounds are told as what they break
+            with warnings.catch_warnings():         # `check` reports an overflow by the rule that it breaks
                 warnings.simplefilter("ignore", RuntimeWarning)
                 found: Iterable[str] = check(scenario, own) or ()
                 for problem in found:

@@ -1,7 +1,7 @@
-"""The keys of `[expect]`: what may be asked about a run.
+"""The keys of `[expect]`, each of which names a figure of a run.
 
-Metrics, media, nodes and guarantees are checked before the run, signals when every node has said which it has, counters
-after the run. A key that names nothing never holds.
+Metrics, media, nodes and guarantees are checked before the run, signals when every node has declared its own, counters
+after the run. An expectation whose key names no figure does not hold.
 
     <metric>                        delivery_ratio, frames_collided, age_of_information_max_s, ...    over all media
     <medium>.<metric>               radio.frames_collided                                             one medium
@@ -75,13 +75,13 @@ Key = LedgerKey | SignalKey | CountKey | GuaranteeKey | RealTimeKey
 
 
 def guarantee_figures(unit: str) -> tuple[str, ...]:
-    """What may be asked of a guarantee whose bound is in `unit`, "s" or ""."""
+    """Return the figures of a guarantee whose bound is in `unit`, "s" or ""."""
     suffix = f"_{unit}" if unit else ""
     return ("violations", "first_violation_s", "violated_s", f"worst{suffix}", f"margin{suffix}")
 
 
 def parse(key: str) -> Key | None:
-    """What `key` asks for, by its form alone; None if it has no known form."""
+    """Return the parts of `key`, by its form alone; None if it has no known form."""
     parts = key.split(".")
     if not all(parts) or len(parts) < 2:
         return LedgerKey(key) if key in LEDGER_METRICS else None
@@ -97,7 +97,7 @@ def parse(key: str) -> Key | None:
 
 
 def over_a_window(key: str) -> bool:
-    """Whether `key` can be judged over a part of the run: samples and frame copies are of one instant, ages are not."""
+    """Return whether `key` can be judged over a part of the run, as samples and frame copies can, but not ages."""
     match parse(key):
         case SignalKey():
             return True
@@ -108,15 +108,20 @@ def over_a_window(key: str) -> bool:
 
 def unknown_keys(expect: Iterable[str], nodes: Nodes, media: Collection[str],
                  guarantees: Mapping[str, Collection[str]] = MappingProxyType({})) -> list[str]:
-    """One line per key that cannot be answered: key, rule, nearest valid key. Signals are checked where `nodes` maps
-    each node to the names of its signals. `guarantees` maps to their figures. For counters: `uncounted`."""
+    """Return a line for each key that names no figure, with key, rule and nearest valid key.
+
+    Signals are checked if `nodes` maps each node to the names of its signals; `guarantees` maps names to figures. For
+    counters see `uncounted`.
+    """
     lines = (_complaint(key, nodes, media, guarantees) for key in expect)
     return [line for line in lines if line]
 
 
 def uncounted(key: str, counters: Mapping[str, Collection[str]]) -> str:
-    """Why `key` asks for a counter that no node has: the rule, the nearest one and the remedy; else empty. `counters`
-    maps each node to the names of its counters, at the end of the run."""
+    """Return rule, nearest counter and remedy if `key` names a counter that no node has, else "".
+
+    `counters` maps each node to the names of its counters at the end of the run.
+    """
     asked = parse(key)
     if not isinstance(asked, CountKey):
         return ""
@@ -133,7 +138,7 @@ def matching(pattern: str, nodes: Iterable[str]) -> list[str]:
 
 
 def nearest(word: str, words: Iterable[str]) -> str:
-    """The word most like `word`, or "" if there are none."""
+    """Return the word most similar to `word`, "" if there are no words."""
     return closest(word, sorted(set(words)), 0.0) or ""
 
 

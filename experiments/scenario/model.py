@@ -1,4 +1,4 @@
-"""A scenario as it will be run: every default filled in, every name resolved, every time in integer nanoseconds."""
+"""The scenario that a run takes: every default filled in, every name resolved, every time in integer nanoseconds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Window = tuple[int, int]                # [start_ns, end_ns)
 
 
 class Bound(msgspec.Struct, frozen=True):
-    """What `[expect]` allows: min <= figure <= max, None where it is open; over [start, end) of the run, if given."""
+    """An entry of `[expect]`: min <= figure <= max, None: no bound; over [start, end) of the run, if given."""
 
     min: float | None = None
     max: float | None = None
@@ -26,7 +26,7 @@ class Bound(msgspec.Struct, frozen=True):
 class PlantSpec(msgspec.Struct, frozen=True):
     fmu: str                            # name of an own model, or the absolute path of a .fmu
     parameters: dict[str, Any]
-    step_ns: int | None = None          # of an FMU whose description does not say it
+    step_ns: int | None = None          # step of an FMU whose description does not name it
 
 
 class AgentSpec(msgspec.Struct, frozen=True):
@@ -42,7 +42,7 @@ class AgentSpec(msgspec.Struct, frozen=True):
 
 
 def positions(nodes: Iterable[str], agents: Mapping[str, AgentSpec]) -> dict[str, tuple[float, ...] | None]:
-    """Where nodes stand [m], as far as that is said; a gateway stands nowhere."""
+    """Return the positions of nodes [m], None for an agent without one and for a gateway."""
     return {node: agents[node].at_m if node in agents else None for node in nodes}
 
 
@@ -51,11 +51,11 @@ class MediumSpec(msgspec.Struct, frozen=True):
     kind: str
     settings: Any                       # an instance of MEDIA[kind].Settings
     nodes: tuple[str, ...]              # the agents with a port on it, in the order of the scenario
-    floor_plan: FloorPlan | None = None     # what a view from above shows of it
+    floor_plan: FloorPlan | None = None     # data for a view from above
 
 
 class GatewaySpec(msgspec.Struct, frozen=True):
-    """Somebody outside who stands on `medium` like a node."""
+    """A connection to a device or program outside the run, with a port on `medium` like a node."""
 
     name: str
     medium: str
@@ -70,18 +70,18 @@ class ImpairmentSpec(msgspec.Struct, frozen=True):
     on: str
     links: tuple[Link, ...]
     windows_ns: tuple[Window, ...]
-    kind: str                           # of the house, or "package.module:Class"
+    kind: str                           # name in the table of impairments, or "package.module:Class"
     fields: dict[str, Any]
-    name: str = ""                      # by which its author calls it; no two have the same
+    name: str = ""                      # name given by the author, unique; "": none
 
     @property
     def called(self) -> str:
-        """Name of its random streams, and of its losses in the ledger: `name`, else its place."""
+        """The name of its random streams, and of its losses in the ledger: `name`, else its place."""
         return self.name or self.place
 
 
 class DerivedSpec(msgspec.Struct, frozen=True):
-    """Signals that `function` works out after the run from those named in `of` ("node.signal")."""
+    """Signals that `function` computes after the run from those named in `of` ("node.signal")."""
 
     function: str                       # "package.module:function"
     of: tuple[str, ...]
@@ -90,14 +90,14 @@ class DerivedSpec(msgspec.Struct, frozen=True):
 
 
 class GuaranteeSpec(msgspec.Struct, frozen=True):
-    """What `MONITORS[kind](**fields)` watches on each of `subjects`, over the whole run."""
+    """A requirement that `MONITORS[kind](**fields)` judges on each of `subjects`, over the whole run."""
 
     kind: str
     on: str
-    subjects: tuple[tuple[str, ...], ...]       # links, senders, signals or events, as the kind has it
+    subjects: tuple[tuple[str, ...], ...]       # links, senders, signals, events or sights, depending on the kind
     expected: Literal["holds", "violated"]
     fields: dict[str, Any]
-    unit: str                                   # of its worst value and its margin: "s", or "" for plain numbers
+    unit: str                                   # unit of worst value and margin: "s", or "" for plain numbers
 
 
 class Scenario(msgspec.Struct, frozen=True):
@@ -114,18 +114,18 @@ class Scenario(msgspec.Struct, frozen=True):
     impairments: tuple[ImpairmentSpec, ...]
     gateways: dict[str, GatewaySpec]
     derived: dict[str, DerivedSpec]
-    expect: dict[str, Bound]            # with what the guarantees imply
+    expect: dict[str, Bound]            # with those implied by the guarantees
     guarantees: dict[str, GuaranteeSpec] = {}
     records: dict[str, Any] = {}        # instances of RECORDERS[kind].Settings, by kind
     question_signal: str = ""           # "node.signal", each a pattern; "": the report shows outputs first
 
     @property
     def folder(self) -> Path:
-        """Where paths in the scenario start from, and where its own programs may lie."""
+        """The folder to which paths in the scenario are relative, and in which programs are looked for first."""
         return Path(self.path).parent
 
     def resolved(self) -> dict[str, Any]:
-        """As plain JSON types, for the run folder."""
+        """Return the scenario as plain JSON types, for the run folder."""
         return msgspec.json.decode(msgspec.json.encode(self, enc_hook=_plain), type=dict[str, Any])
 
 

@@ -1,4 +1,4 @@
-"""Modules that a user's program may still import by the name that they had: the error names the new one."""
+"""Former names of modules, so that the error for a program that imports one can name the present module."""
 
 from __future__ import annotations
 
@@ -38,5 +38,5 @@ MOVED: Final = {
 
 
 def where_it_is(module: str) -> str:
-    """"; it is now NAME" for a module that has moved, "" for any other."""
+    """Return "; it is now NAME" for a module that has moved, "" for any other."""
     return f"; it is now {MOVED[module]}" if module in MOVED else ""

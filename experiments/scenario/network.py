@@ -1,4 +1,4 @@
-"""`[media]` and `[[impairments]]`: what carries frames, and what goes wrong on the way."""
+"""Reads `[media]` and `[[impairments]]`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class ImpairmentHeader:
 
 
 class Network:
-    """Reads them; `built` are the media that took their settings and nodes, each built once, for what they know."""
+    """Reads media and impairments; `built` has the media without mistakes, built once to be asked for links."""
 
     def __init__(self, reading: Reading) -> None:
         self.reading = reading
@@ -83,7 +83,7 @@ class Network:
                                           output)
 
     def check_names(self, names: Iterable[Any]) -> None:
-        """Check the names that impairments are given, None for one without."""
+        """Check the names of the impairments, None for one without a name."""
         first: dict[str, Place] = {}
         for index, name in enumerate(names):
             if not isinstance(name, str):
@@ -96,7 +96,7 @@ class Network:
             first.setdefault(name, ("impairments", index))
 
     def impairment(self, table: Any, place: Place, media: Mapping[str, MediumSpec]) -> ImpairmentSpec:
-        """It is built once, so that what it refuses is said before the run."""
+        """Return an impairment, built once here so that its errors are reported before the run."""
         if not isinstance(table, dict):
             self.problems.add(place, "expected a table", table)
             return ImpairmentSpec(path_text(place), "", (), (), "", {})
@@ -142,7 +142,7 @@ class Network:
             return ()
 
     def _windows(self, during_ns: Sequence[Any], during: Any, place: Place) -> tuple[tuple[int, int], ...]:
-        """`during` is what its author wrote."""
+        """Return the windows [start_ns, end_ns); `during` is the value as written, for errors."""
         single = not during_ns or not isinstance(during_ns[0], list)
         windows: list[tuple[int, int]] = []
         for index, window in enumerate([list(during_ns)] if single else during_ns):

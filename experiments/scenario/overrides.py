@@ -1,7 +1,7 @@
-"""`--set path.to.key=value`: one value of the file replaced before it is validated. The value is TOML.
+"""Applies `--set path.to.key=value`: replaces a value of the file, before it is validated, by a TOML value.
 
-A path may add a key that the file leaves at its default, and any key to `[team]`, which is free in form; but no new
-agent, medium, impairment, guarantee or expectation: there a name that is not in the file is a slip of the pen.
+A path may add a key that the file leaves at its default, and any key to `[team]`, but no new agent, medium, impairment,
+guarantee or expectation, where a name that is not in the file is taken for a typing error.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _INDEX: Final = re.compile(r"\[(\d{1,9})\]")
 
 def apply(document: dict[str, Any], overrides: Iterable[str], values: Mapping[str, Any], top_level: Sequence[str],
           problems: Problems) -> None:
-    """Change `document` by overrides as on the command line, then by `values` of Python by their paths."""
+    """Change `document` by `overrides` as on the command line, then by `values`, Python values by path."""
     for override in overrides:
         if complaint := _apply(document, override, top_level):
             problems.say(f"--set {override}: {complaint}")
@@ -33,7 +33,7 @@ def apply(document: dict[str, Any], overrides: Iterable[str], values: Mapping[st
 
 
 def parse_path(text: str) -> tuple[Place, str]:
-    """The path that `text` begins with and what follows it."""
+    """Return the path at the beginning of `text` and the rest of the text."""
     place: Place = ()
     rest = text.strip()
     while True:
@@ -51,7 +51,7 @@ def parse_path(text: str) -> tuple[Place, str]:
 
 
 def look_up(document: Mapping[str, Any], dotted: str) -> tuple[dict[str, Any], str]:
-    """The table at a path, and what is wrong with the path, "" if nothing."""
+    """Return the table at a path, and a problem of the path or ""."""
     path, rest = parse_path(dotted)
     if not path or rest:
         return {}, "expected the path of a table, as in team.models.r1"
@@ -65,7 +65,7 @@ def look_up(document: Mapping[str, Any], dotted: str) -> tuple[dict[str, Any], s
 
 
 def holds(table: Any, path: Place) -> bool:
-    """Whether there is something at `path` within `table`."""
+    """Return whether `table` has a value at `path`."""
     for part in path:
         entries = range(len(table)) if isinstance(table, list) else table if isinstance(table, dict) else ()
         if part not in entries:
@@ -75,7 +75,7 @@ def holds(table: Any, path: Place) -> bool:
 
 
 def _apply(document: dict[str, Any], override: str, top_level: Sequence[str]) -> str:
-    """Change `document`; what is wrong with the override, "" if nothing."""
+    """Change `document`; return a problem of the override or ""."""
     place, rest = parse_path(override)
     if not place or not rest.startswith("="):
         return "expected path.to.key=value, as in impairments[0].loss_ratio=0.3"
@@ -87,7 +87,7 @@ def _apply(document: dict[str, Any], override: str, top_level: Sequence[str]) ->
 
 
 def _put(document: dict[str, Any], place: Place, value: Any, top_level: Sequence[str]) -> str:
-    """Change `document`; what is wrong with the place, "" if nothing."""
+    """Change `document`; return a problem of the place or ""."""
     here: Any = document
     for depth, part in enumerate(place):
         so_far, last = path_text(place[:depth]), depth == len(place) - 1
@@ -106,7 +106,7 @@ def _put(document: dict[str, Any], place: Place, value: Any, top_level: Sequence
         if part not in here:
             if depth == 0 and part not in [*top_level, *here]:
                 return f"unknown key; {near(part, [*top_level, *here])}"
-            if _is_a_name(place[:depth]):
+            if _author_names_keys(place[:depth]):
                 return f"{so_far} has no {part!r}; {near(part, here)}"
         if last:
             for other in siblings(part):
@@ -117,6 +117,6 @@ def _put(document: dict[str, Any], place: Place, value: Any, top_level: Sequence
     return ""
 
 
-def _is_a_name(parent: Place) -> bool:
-    """Whether the keys of this table are names of the author's choosing, not of the file format."""
+def _author_names_keys(parent: Place) -> bool:
+    """Return whether the author chooses the keys of this table, rather than the file format."""
     return parent in (("agents",), ("media",), ("guarantees",), ("expect",))

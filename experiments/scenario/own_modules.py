@@ -1,4 +1,4 @@
-"""Modules that lie beside a scenario, each under a private name, so that they meet no other module of their name.
+"""Imports modules beside a scenario under private names, so that they replace no other module of the same name.
 
     beacon.py beside the scenario       sys.modules["beacon@3f9a0c11d2e4"]          digest of the folder's path
     robots/arm.py                       sys.modules["robots@3f9a0c11d2e4.arm"]
@@ -26,7 +26,7 @@ from types import ModuleType
 from typing import Any, Final
 
 PACKAGES: Final = ("agents", "experiments", "firmware_sim", "fmus", "marconet", "netem", "scenarios")
-ROOT: Final = Path(__file__).parents[2]         # where marconet's packages lie
+ROOT: Final = Path(__file__).parents[2]         # folder of marconet's packages
 
 
 class NameTaken(ImportError):
@@ -34,17 +34,17 @@ class NameTaken(ImportError):
 
 
 def module_for(name: str, folder: Path) -> ModuleType:
-    """The module `name` that lies in `folder`, the scenario's; the installed one if there is none.
+    """Return the module `name` in `folder`, the scenario's, or the installed one if there is none.
 
-    Raises `NameTaken`, and ModuleNotFoundError where there is neither.
+    Raises `NameTaken`, and ModuleNotFoundError if there is neither.
     """
     return _modules_in(folder.absolute()).module(name)
 
 
 def class_for(path: str, folder: Path) -> Any:
-    """The class that "package.module:Class" names, or the function of a blocking program.
+    """Return the class that "package.module:Class" names, or the function of a blocking program.
 
-    That it is there was checked when the scenario was loaded.
+    The loader has checked that it exists.
     """
     module_name, _, class_name = path.partition(":")
     return getattr(module_for(module_name, folder), class_name)
@@ -60,7 +60,7 @@ def _modules_in(folder: Path) -> _ModulesBeside:
 
 
 class _ModulesBeside(MetaPathFinder):
-    """The modules of one folder. Python asks it for every name; it answers for private names with its own tag."""
+    """Finds the modules of one folder, for names that end in the tag of the folder."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -72,7 +72,7 @@ class _ModulesBeside(MetaPathFinder):
         try:
             return import_module(self._private(name, importer=""))
         except ModuleNotFoundError as error:
-            self._say_plainly(error)
+            self._remove_tag(error)
             raise
 
     def find_spec(self, fullname: str, path: Sequence[str] | None = None,
@@ -100,11 +100,11 @@ class _ModulesBeside(MetaPathFinder):
         try:
             return builtins.__import__(name, globals, locals, fromlist or (), level)
         except ModuleNotFoundError as error:
-            self._say_plainly(error)
+            self._remove_tag(error)
             raise
 
     def _private(self, name: str, importer: str) -> str:
-        """The private name of a module that lies beside the scenario; `name` itself for any other."""
+        """Return the private name of a module beside the scenario, `name` itself for any other."""
         top, dot, below = name.partition(".")
         kind = self._kinds.get(top) or self._kinds.setdefault(top, self._kind(top))
         if kind == "package" and top in PACKAGES:
@@ -118,7 +118,7 @@ class _ModulesBeside(MetaPathFinder):
         return private + dot + below
 
     def _kind(self, top: str) -> str:
-        """"package", "file" or "none": what an import of `top` finds in the folder."""
+        """Return what an import of `top` finds in the folder: "package", "file" or "none"."""
         place, ours = self.folder / top, ROOT / top
         if top in PACKAGES and ours.is_dir() and place.is_dir() and place.samefile(ours):
             return "none"
@@ -130,13 +130,13 @@ class _ModulesBeside(MetaPathFinder):
         return "package" if holds_modules and (top in PACKAGES or not self._installed(top)) else "none"
 
     def _installed(self, top: str) -> bool:
-        """Whether an installed module has this name. A blocking program has the folder on `sys.path`: not counted."""
+        """Return whether a module outside the folder has this name; a blocking program has the folder on `sys.path`."""
         if top in sys.modules:
             return True
         spec = find_spec(top)
         return spec is not None and spec.origin is not None and self.folder not in Path(spec.origin).parents
 
-    def _say_plainly(self, error: ModuleNotFoundError) -> None:
+    def _remove_tag(self, error: ModuleNotFoundError) -> None:
         error.msg = error.msg.replace(self._tag, "")
         error.name = error.name and error.name.replace(self._tag, "")
 
@@ -154,7 +154,10 @@ class _Loader(SourceFileLoader):
 
 
 def function_for(path: str, folder: Path) -> Callable[..., Any]:
-    """The function that "package.module:function" names, installed or beside the scenario. Raises ValueError."""
+    """Return the function that "package.module:function" names, installed or beside the scenario.
+
+    Raises ValueError with the reason if there is none.
+    """
     module_name, colon, name = path.partition(":")
     if not colon or not name.isidentifier() or not all(part.isidentifier() for part in module_name.split(".")):
         raise ValueError("expected 'package.module:function'")

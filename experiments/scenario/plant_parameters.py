@@ -1,7 +1,7 @@
-"""Which start values a plant gets: those of a preset, then from a table of the team's knowledge, then the agent's own.
+"""The start values of a plant: those of a preset, replaced by those of a table, replaced by the agent's own.
 
-A key is a variable or, as a nested list, a matrix of them: `A = [[-3, 1], [2, -1]]` is A[1,1], A[1,2], A[2,1], A[2,2].
-What fits which type of variable is told in `fmus/start_values.py`, by which the plant itself is built.
+A key is a variable or, with a nested list, a matrix of them: `A = [[-3, 1], [2, -1]]` is A[1,1], A[1,2], A[2,1],
+A[2,2]. `fmus/start_values.py` has the rules of the types, which the plant itself uses too.
 """
 
 from __future__ import annotations
@@ -27,29 +27,29 @@ PARAMETERS: Final = ("parameter", "structuralParameter")
 
 @dataclass(frozen=True)
 class PlantNames:
-    """Settings of a plant in a scenario. `fmu` is an own model or an absolute path."""
+    """The variables and presets that a scenario may name of a plant; `fmu` is an own model or an absolute path."""
 
     fmu: str
     variables: Mapping[str, Variable]
     presets: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     variable_step: bool = True
-    fixed_step_s: float | None = None   # that its description names
+    fixed_step_s: float | None = None   # step that the FMU's description names
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Those that a medium can read as a place: scalars of 64-bit floating point."""
+        """The outputs that a medium can read as a pose: scalars of 64-bit floating point."""
         return tuple(name for name, variable in self.variables.items()
                      if variable.causality == "output" and variable.is_float64)
 
     def over_preset(self, preset: str | None, given: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of a preset, `given` over them variable by variable; both are free of complaints."""
+        """Return the values of a preset, replaced by `given` variable by variable; neither has problems."""
         if preset is None:
             return dict(given)
         said = set(expand_parameters(given))
         return {**{key: value for key, value in self.presets[preset].items() if key not in said}, **given}
 
     def taken_from(self, table: Mapping[str, Any]) -> dict[str, Any]:
-        """The entries of a table that are parameters of this plant."""
+        """Return the entries of a table that are parameters of this plant."""
         parameters = {name for name, variable in self.variables.items() if variable.causality in PARAMETERS}
         return {key: value for key, value in table.items() if key in parameters or key in self.parameters}
 
@@ -60,7 +60,7 @@ class PlantNames:
                                   if variable.causality in PARAMETERS))
 
     def complaints(self, given: Mapping[str, Any]) -> dict[str, str]:
-        """Problems of the start values, by key."""
+        """Return the problems of the start values, by key."""
         settable = [name for name, variable in self.variables.items() if variable.settable_at_start]
         bases = list(dict.fromkeys(map(base, settable)))
         known = {*self.variables, *map(base, self.variables)}
@@ -71,7 +71,7 @@ class PlantNames:
         return found | start_values(self.variables, rest).complaints
 
     def step_complaint(self, step_ns: int | None) -> str:
-        """The problem of a step that is given or missing, "" if there is none."""
+        """Return the problem of a step that is given or missing, "" if there is none."""
         if step_ns is None:
             return "" if self.variable_step or self.fixed_step_s is not None else (
                 "is missing: the FMU takes only steps of one size (canHandleVariableCommunicationStepSize is not true) "
@@ -88,10 +88,13 @@ def base(name: str) -> str:
 
 
 def plant_names(fmu: str, folder: Path) -> PlantNames:
-    """An own model is known without a compiler; a model folder is built; of an FMU its own description is read."""
+    """Return the names of an own model from its tables, of a model folder by building it, of an FMU by reading it.
+
+    Raises ValueError with the reason if there is no such plant or it cannot be read.
+    """
     try:
         return _names_of(fmu, folder)
-    except OSError as error:                # a name that is too long for the file system, a folder that is not ours
+    except OSError as error:                # such as a name that is too long, or a folder without permission
         raise ValueError(f"cannot be read: {error.strerror or error}") from error
 
 

@@ -1,4 +1,4 @@
-"""What is wrong with a scenario, all of it at once: one line a problem, `file: key.path=value: rule; remedy`."""
+"""Collects the problems of a scenario: one line each, `file: key.path=value: rule; remedy`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ABSENT: Final = object()
 
 
 class ScenarioError(ValueError):
-    """A scenario that cannot be run as it is written. `problems` has one line for each mistake found."""
+    """A scenario cannot be run as it is written; `problems` has one line for each mistake found."""
 
     exit_code = 2
 
@@ -27,15 +27,15 @@ class ScenarioError(ValueError):
 
 
 class Problems:
-    """Collects problems; the first one at a place stands, later ones there are consequences of it."""
+    """Collects problems; only the first one at a place is reported, as later ones are its consequences."""
 
     def __init__(self, file: str) -> None:
         self.file = file
         self.lines: list[str] = []
-        self.found = 0                  # with those that are not told again
-        self._agents: dict[tuple[Place, str], list[str]] = {}       # who has the same mistake, by what it is
+        self.found = 0                  # number of problems, also those that are not reported
+        self._agents: dict[tuple[Place, str], list[str]] = {}       # agents with the same mistake, by place and text
         self._line_of: dict[tuple[Place, str], tuple[int, str]] = {}
-        self.written_at: Callable[[Place], Place] = lambda place: place     # where the author wrote what is at a place
+        self.written_at: Callable[[Place], Place] = lambda place: place     # place of a value -> its place in the file
         self._places: set[Place] = set()
 
     def add(self, place: Place, rule: str, value: Any = _ABSENT) -> None:
@@ -51,7 +51,7 @@ class Problems:
         self.lines.append(line)
 
     def _is_first_of_its_kind(self, place: Place, line: str) -> bool:
-        """False if another agent has the same mistake at the same place; its line then names this agent too."""
+        """Return False if another agent has the same mistake at the same place; add this agent to its line then."""
         name = str(place[1])
         kind = place[2:], line.replace(path_text(place[:2]), "", 1)
         agents = self._agents.setdefault(kind, [])
@@ -64,7 +64,7 @@ class Problems:
         return False
 
     def say(self, line: str) -> None:
-        """A problem that names its own place."""
+        """Add a problem whose text names its place."""
         self.found += 1
         if f"{self.file}: {line}" not in self.lines:
             self.lines.append(f"{self.file}: {line}")
@@ -78,7 +78,7 @@ class Problems:
 
 
 def path_text(place: Place) -> str:
-    """("impairments", 0, "loss_ratio") -> impairments[0].loss_ratio"""
+    """Return a place as text: ("impairments", 0, "loss_ratio") -> impairments[0].loss_ratio."""
     text = ""
     for part in place:
         if isinstance(part, int):
@@ -90,7 +90,7 @@ def path_text(place: Place) -> str:
 
 
 def value_text(value: Any) -> str:
-    """As TOML writes it, shortened."""
+    """Return a value as TOML, shortened to 60 characters."""
     if isinstance(value, dict):
         inside = ", ".join(f"{path_text((key,))} = {value_text(item)}" for key, item in value.items())
         text = f"{{ {inside} }}" if inside else "{}"
@@ -106,7 +106,7 @@ def value_text(value: Any) -> str:
 
 
 def near(word: object, known: Iterable[str]) -> str:
-    """The remedy for a name that nobody knows: the nearest valid one, or all of them."""
+    """Return the remedy for an unknown name: the nearest valid name, or all of them."""
     names = list(known)
     all_names = "there are none" if not names else \
         "there are " + ", ".join(names) if len(names) > 1 else f"there is only {names[0]}"

@@ -1,4 +1,4 @@
-"""Robot programs by import path, and whether a scenario's parameters fit them.
+"""Imports robot programs by path and checks their signatures and the parameters that a scenario gives them.
 
 `package.module:Class` is a board's program, `package.module:function` ordinary blocking code.
 """
@@ -33,9 +33,9 @@ NO_PROGRAM: Final = {
 
 
 def import_program(program: str, folder: Path) -> Callable[..., Any]:
-    """The class or function. A module is looked for in `folder`, that of the scenario, then where it is installed.
+    """Return the class or function; its module is looked for in `folder`, the scenario's, then among those installed.
 
-    ValueError says what is wrong with the path; what the module's own code raises comes through.
+    Raises ValueError with the reason if the path is wrong, and any exception of the module's own code.
     """
     module_name, colon, class_name = program.partition(":")
     parts = module_name.split(".")
@@ -65,8 +65,10 @@ def import_program(program: str, folder: Path) -> Callable[..., Any]:
 
 def check_program(program: str, parameters: dict[str, Any], place: Place,
                   tables: TableReader) -> tuple[Callable[..., Any] | None, dict[str, Any], Any]:
-    """The program, its parameters with times in ns, and its `Settings` made of them (None if it has none or they are
-    wrong); problems at `place`, that of the agent."""
+    """Return the program, its parameters with times in ns, and its `Settings` (None without or with wrong ones).
+
+    Problems are added at `place`, that of the agent; then the program may be None.
+    """
     problems = tables.problems
     try:
         cls = import_program(program, tables.folder)
@@ -102,7 +104,7 @@ def check_program(program: str, parameters: dict[str, Any], place: Place,
 
 
 def _period_complaint(cls: Callable[..., Any], name: str, value: Any) -> str:
-    """A period is more than 0, or 0 for "never" where the program's own default says so; "" if this one is."""
+    """Return a problem of a period, "" if there is none: it is above 0, or 0 ("never") if that is the default."""
     if not (name == "period_ns" or name.endswith("_period_ns")) or not isinstance(value, int):
         return ""
     may_be_0 = inspect.signature(settings_class(cls) or cls).parameters[name].default == 0
@@ -113,8 +115,10 @@ def _period_complaint(cls: Callable[..., Any], name: str, value: Any) -> str:
 
 
 def parameters_of(program: Callable[..., Any]) -> tuple[Shape | None, str]:
-    """What may stand in `parameters`: fields of a class's `Settings`, or a function's arguments (None: any keyword);
-    and what is wrong with the program."""
+    """Return the keys of `parameters` and a problem of the program or "".
+
+    The keys are the fields of a class's `Settings`, or a function's arguments; None: any keyword.
+    """
     try:
         given = list(inspect.signature(program).parameters.values())
     except ValueError:
@@ -145,7 +149,7 @@ def parameters_of(program: Callable[..., Any]) -> tuple[Shape | None, str]:
 
 
 def _complaint_about_questions(program: type) -> str:
-    """What is wrong with the signature of `check` or `prepare`, "" if nothing is."""
+    """Return a problem of the signature of `check` or `prepare`, "" if there is none."""
     for name in ("check", "prepare"):
         asked: Callable[..., Any] | None = getattr(program, name, None)
         if asked is None:
@@ -159,7 +163,7 @@ def _complaint_about_questions(program: type) -> str:
 
 
 def _arguments(function: Any, given: list[inspect.Parameter]) -> tuple[Shape | None, str]:
-    """Of a blocking function."""
+    """Return the same as `parameters_of`, for a blocking function."""
     named = [item for item in given if item.kind in (item.POSITIONAL_OR_KEYWORD, item.KEYWORD_ONLY)]
     if any(item.kind is item.VAR_KEYWORD for item in given):
         return None, ""

@@ -1,11 +1,11 @@
-"""Whether a class has a `run` that can be a robot's program, found out without running it.
+"""Checks, without running it, that the method `run` of a class can be a robot's program.
 
     class Beacon:
         def run(self):                                      # a generator: it has a `yield`
             while True:
                 yield from self.board.sleep_until(...)
 
-A class without `run` is a program if it only answers what it hears, or starts its processes itself.
+A class without `run` is a program if it only reacts to frames and timers, or starts its processes itself.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ REMEDY = "wait in it with `yield from self.board.sleep_until(local_ns)`"
 
 
 def complaint_about_run(cls: type) -> str:
-    """The problem of `run` or of its absence; "" if none can be seen before the run."""
+    """Return the problem of `run` or of its absence; "" if none can be found before the run."""
     run = inspect.getattr_static(cls, "run", None)
     if run is None:
         return _never_started(cls)
@@ -50,7 +50,7 @@ def _never_started(cls: type) -> str:
 
 
 def _returns_something(code: CodeType) -> bool:
-    """Whether some `return` gives anything but None, perhaps the generator of another method."""
+    """Return whether some `return` may return a value other than None, such as the generator of another method."""
     before: Any = None
     for instruction in dis.get_instructions(code):
         if instruction.opname == "RETURN_VALUE" and not (
@@ -63,6 +63,6 @@ def _returns_something(code: CodeType) -> bool:
 
 
 def _names(code: CodeType) -> set[str]:
-    """Every name and attribute that a function mentions, those within it included."""
+    """Return every name and attribute that a function mentions, nested functions included."""
     inner = [part for part in code.co_consts if isinstance(part, CodeType)]
     return {*code.co_names, *(name for part in inner for name in _names(part))}

@@ -1,4 +1,4 @@
-"""`question_signal`: the signal that the scenario's question is about, which the report shows first."""
+"""Checks `question_signal`, the signal of the scenario's question, which the report shows first."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ PLACE: Place = ("question_signal",)
 
 def check_question_signal(pattern: str, nodes: Collection[str], derived: Mapping[str, DerivedSpec],
                           problems: Problems) -> None:
-    """Report what is wrong with `pattern`, "node.signal", each a pattern. `nodes` are all names under which signals are
-    recorded, derived ones among them. Which signals a program records shows only when it runs: the report says so if
-    none matches."""
+    """Add the problems of `pattern`, "node.signal", each a shell pattern.
+
+    `nodes` are all names under which signals are recorded, derived ones included. Signals of programs are not checked,
+    as programs declare them when they start; the report has a note if none matches.
+    """
     if not pattern:
         return
     node, dot, signal = pattern.partition(".")

@@ -1,4 +1,4 @@
-"""`[records.KIND]`: what a run records besides what every run does, and what the settings of a medium ask for."""
+"""Reads `[records.KIND]`: recorders besides those of every run and those that the settings of a medium request."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from netem.records.table import ASKED_BY_MEDIA, IN_EVERY_RUN, RECORDERS
 
 
 def on_request() -> list[str]:
-    """The kinds of recorders that `[records]` may name."""
+    """Return the kinds of recorders that `[records]` may name."""
     return [kind for kind in RECORDERS if kind not in (*IN_EVERY_RUN, *ASKED_BY_MEDIA)]
 
 
 def read_records(tables: Mapping[str, Any], reading: Reading) -> dict[str, Any]:
-    """The settings of the recorders asked for, by kind."""
+    """Return the settings of the requested recorders, by kind."""
     found = {}
     for kind, table in tables.items():
         if kind not in on_request():

@@ -1,4 +1,4 @@
-"""What a class refuses at construction, `field=value: rule; remedy` or free text, as problems at their place."""
+"""Turns the error that a class raises at construction into problems with their place in the file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _NAMED_VALUE: Final = re.compile(r"([A-Za-z_]\w*)=(.+?): ", re.DOTALL)
 
 
 def refuse(error: Exception, table: Any, place: Place, problems: Problems) -> None:
-    """Problems from a class's own message, `field=value: rule` or free text; one line each."""
+    """Add a problem for each line of `error`, `field=value: rule; remedy` or free text, raised for `table`."""
     missing = error if isinstance(error, FileNotFoundError) else error.__cause__
     remedy = ""
     if isinstance(missing, FileNotFoundError) and missing.filename:

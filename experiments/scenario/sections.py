@@ -1,4 +1,4 @@
-"""What reading one section of a scenario needs, and what sections share."""
+"""The sections of a scenario file, and the context with which each is read."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from experiments.scenario.problems import Place, Problems
 from experiments.scenario.table_reader import TableReader
 
 _TABLE: Final = dict, "expected a table"
-SECTIONS: Final[Mapping[str, tuple[type, str]]] = {     # what each is, and what to say if it is not
+SECTIONS: Final[Mapping[str, tuple[type, str]]] = {     # name -> type, and the rule in an error about another type
     "team": _TABLE, "agents": _TABLE, "agents_defaults": _TABLE, "media": _TABLE, "gateways": _TABLE,
     "impairments": (list, "expected a list: write [[impairments]]"), "derived": _TABLE, "guarantees": _TABLE,
     "records": _TABLE, "expect": _TABLE}
@@ -20,7 +20,7 @@ NAME_RULE: Final = "a name has letters, digits, - and _, and starts with a lette
 
 @dataclass(frozen=True)
 class Reading:
-    """Where paths start from and problems are collected. A mistake in one section hides none in another."""
+    """The folder to which paths are relative, and the problems found so far; sections are read independently."""
 
     folder: Path
     problems: Problems

@@ -1,4 +1,4 @@
-"""Which keys a table of the file may have: those of a dataclass, without what is passed to it besides."""
+"""The keys that a table of the file may have: the fields of a dataclass, without those that marconet passes in."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ PASSED_IN: Final = (Random, Recordings)
 
 @dataclass(frozen=True)
 class Shape:
-    """The fields that a table may have, with their type hints, and those that it must have."""
+    """The fields that a table may have, with their type hints, and the required ones."""
 
     hints: Mapping[str, Any]
     required: frozenset[str]
 
     @cached_property
     def field_of(self) -> dict[str, tuple[str, str]]:
-        """Key as the author may write it -> (field, unit of time or "")."""
+        """Maps each key that an author may write to (field, unit of time or "")."""
         return {key: (name, unit) for name in self.hints for key, unit in (spellings(name) or {name: ""}).items()}
 
     def keys(self) -> list[str]:
@@ -32,7 +32,7 @@ class Shape:
 
 @cache
 def shape_of(cls: type) -> Shape:
-    """Keys of a dataclass, without its random stream and recordings, which marconet passes in."""
+    """Return the shape of a dataclass, without its random stream and recordings, which marconet passes in."""
     hints = get_type_hints(cls, include_extras=True)
     own = [item for item in fields(cls) if item.init and hints[item.name] not in PASSED_IN]
     return Shape({item.name: hints[item.name] for item in own},

@@ -1,7 +1,7 @@
-"""What `on` names: the links, senders, signals or events of nodes that a monitor watches.
+"""Resolves `on` of a guarantee: the links, senders, signals or events that a monitor watches.
 
-Names may be shell patterns, as in a link selector. `radio: * -> *` means the links that the medium has at some time of
-the run; a link that is named but never there is a mistake, since nothing could be found out about it.
+Names may be shell patterns, as in a link selector. `radio: * -> *` means the links that exist at some time of the run;
+a link that is named but never exists is a mistake, as the monitor could not judge it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Subject = tuple[str, ...]
 
 
 class Named(Enum):
-    """The forms that `on` may take in a guarantee; the comment gives the tuple that stands for one subject."""
+    """The forms of `on` in a guarantee; the comment gives the tuple of one subject."""
 
     LINKS = "medium: sender -> receiver"        # (medium, sender, receiver)
     SENDERS = "medium: node"                    # (medium, node)
@@ -33,8 +33,11 @@ _SENDER = re.compile(r"\s*(?P<medium>[^:]+?)\s*:\s*(?P<node>\S+)\s*")
 
 def subjects_of(named: Named, on: str, nodes_on: Mapping[str, Sequence[str]], links: Collection[LinkName],
                 reporting: Collection[str]) -> list[Subject]:
-    """`nodes_on` are the nodes by medium, `links` those that the media have at some time, `reporting` the nodes and the
-    tables of derived signals. ValueError says what is wrong with `on`."""
+    """Return the subjects that `on` names; ValueError with the reason if it names none.
+
+    `nodes_on` are the nodes by medium, `links` those that exist at some time of the run, `reporting` the nodes and the
+    tables of derived signals.
+    """
     if named is Named.LINKS:
         return _links(on, nodes_on, links, "link")
     if named is Named.SIGHTS:

@@ -1,10 +1,10 @@
-"""One table of the file into the fields of one class, in one pass: names, units of time, types, limits, own rules.
+"""Reads a table of the file into the fields of a class, in one pass: names, units of time, types, limits, own rules.
 
-    table --each key--> field, unit --its type hint--> value --all of them--> the class, which may refuse
+    table --each key--> field, unit --its type hint--> value --all of them--> the class, which may raise
 
-Every mistake is added to `problems` at its place, with the value as its author wrote it. Times become nanoseconds; a
-path starts from the scenario's folder, and so does text under the key `file`. Types beyond those of `TableReader.value`
-are left to pydantic (`foreign_types`), which a scenario without them does not import.
+Every mistake is added to `problems` at its place, with the value as its author wrote it. Times become nanoseconds;
+paths, and text under the key `file`, are relative to the scenario's folder. Pydantic converts types that
+`TableReader.value` does not know (`foreign_types`); a scenario without them does not import it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from experiments.scenario.units import spellings, to_ns
 from netem.core.nearest import nearest
 from netem.topology.told_apart import ToldApartBy
 
-WRONG: Final = object()         # in place of a value with a problem, which has been told
+WRONG: Final = object()         # replaces a value with a problem that has been added
 NONE: Final = type(None)
 LISTS: Final[Mapping[Any, Callable[[list[Any]], Any]]] = {
     list: list, Sequence: list, tuple: tuple, set: set, frozenset: frozenset}
@@ -37,9 +37,9 @@ LIMITS: Final[Mapping[type, tuple[str, str, Callable[[Any, Any], bool]]]] = {
 
 
 class Filled(NamedTuple):
-    values: dict[str, Any]          # of the fields that are given and in order
-    complete: bool                  # nothing was wrong
-    made: Any = None                # the instance of the class that took them
+    values: dict[str, Any]          # values of the fields that are given without mistakes
+    complete: bool                  # False if there was a mistake
+    made: Any = None                # instance of the class with these values
 
 
 class TableReader:
@@ -49,9 +49,9 @@ class TableReader:
 
     def read(self, shape: Shape, table: Any, place: Place, besides: Iterable[str] = (),
              cls: Callable[..., Any] | None = None) -> Filled:
-        """Values for the fields given in `table`, and what `cls` makes of them if nothing is wrong.
+        """Return the values of the fields in `table`, and the instance that `cls` makes of them if all are right.
 
-        `besides`: keys that the table may have too, which are read elsewhere.
+        `besides` are other keys that the table may have, which the caller reads.
         """
         before = self.problems.found
         if not isinstance(table, dict):
@@ -87,7 +87,7 @@ class TableReader:
             return Filled(values, False)
 
     def value(self, hint: Any, written: Any, place: Place, unit: str = "") -> Any:
-        """What was `written` as a value of the type `hint`; a number is a time in `unit`, if there is one."""
+        """Return `written` as a value of the type `hint`, or WRONG; a number is a time in `unit`, if that is not ""."""
         value = written
         if unit and not isinstance(written, list | dict):
             try:
@@ -193,17 +193,17 @@ class TableReader:
             self.problems.add((*place, key), f"no such {key}; {near(tag, by_tag)}", tag)
         else:
             self.problems.add((*place, key), "is missing")
-        self.read(shape_of(_meant(members, table)), table, place)       # what else is wrong
+        self.read(shape_of(_best_fit(members, table)), table, place)       # adds the other mistakes of the table
         return WRONG
 
     def _one_of(self, hints: Sequence[Any], written: Any, place: Place, unit: str) -> Any:
-        """As the one type that takes it; of several, as one that leaves it as it is."""
+        """Return `written` as the type that accepts it; of several, as one that does not change its type."""
         members = [hint for hint in hints if hint is not NONE]
         if written is None and NONE in hints:
             return None
         classes = [member for member in members if isinstance(member, type) and is_dataclass(member)]
         if classes and isinstance(written, dict):
-            return self.value(_meant(classes, written), written, place)
+            return self.value(_best_fit(classes, written), written, place)
         if Path in members and isinstance(written, str) and written:
             written = str(self.folder / written)
         tried: list[_Tried] = []
@@ -220,7 +220,7 @@ class TableReader:
 
 
 class _Tried(Problems):
-    """What one member of a union says of a value, as another may take it."""
+    """Collects the problems of a value with one member of a union, as another member may accept it."""
 
     def __init__(self) -> None:
         super().__init__("")
@@ -236,7 +236,7 @@ class _Tried(Problems):
 
 
 def _add_any_of(tried: Iterable[_Tried], problems: Problems) -> None:
-    """One problem a place, "expected this or that"."""
+    """Add one problem for each place, "expected this or that"."""
     rules: dict[Place, list[str]] = {}
     values: dict[Place, tuple[Any, ...]] = {}
     for one in tried:
@@ -252,8 +252,8 @@ def _add_any_of(tried: Iterable[_Tried], problems: Problems) -> None:
                      *values[place])
 
 
-def _meant(classes: Sequence[type], table: Mapping[str, Any]) -> type:
-    """The class that a table is meant for: its `kind` says so, or the most of its keys fit."""
+def _best_fit(classes: Sequence[type], table: Mapping[str, Any]) -> type:
+    """Return the class that a table is meant for: by its `kind`, or by the number of keys that fit."""
     def fit(cls: type) -> tuple[bool, int, int]:
         shape = shape_of(cls)
         kind = shape.hints.get("kind")

@@ -1,4 +1,4 @@
-"""Time in a scenario file: a field `x_ns` is written `x_s`, `x_ms`, `x_us` or `x_ns` and becomes an int of nanoseconds.
+"""Times in a scenario file: a field `x_ns` is written `x_s`, `x_ms`, `x_us` or `x_ns` and becomes int nanoseconds.
 
 The conversion is decimal: 0.0011 s is exactly 1100000 ns. A fraction of a nanosecond is rounded to the nearest one.
 """
@@ -15,19 +15,19 @@ _UNIT_NAME: Final = {"s": "seconds", "ms": "milliseconds", "us": "microseconds",
 
 
 def spellings(field: str) -> dict[str, str]:
-    """Key as written -> its unit, for a field of a table; {} if it is no time."""
+    """Return the keys by which a field may be written, each with its unit; {} if the field is no time."""
     stem = field.removesuffix("_ns")
     return {f"{stem}_{unit}": unit for unit in NS_PER} if field.endswith("_ns") and stem else {}
 
 
 def siblings(key: str) -> list[str]:
-    """The other spellings of the time that is written as `key`; [] if its name has no unit of time."""
+    """Return the other spellings of the time that is written as `key`; [] if its name has no unit of time."""
     stem, _, unit = key.rpartition("_")
     return [f"{stem}_{other}" for other in NS_PER if other != unit] if stem and unit in NS_PER else []
 
 
 def to_ns(value: Any, unit: str) -> int:
-    """`value`, a number of that unit, in nanoseconds; ValueError says why it is none."""
+    """Return `value`, a number in `unit`, in nanoseconds; ValueError with the reason if it is none."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError(f"expected a number of {_UNIT_NAME[unit]}")
     if not isfinite(value):

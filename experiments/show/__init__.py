@@ -1,1 +1,1 @@
-"""Presentation. In: a scenario or a judged run. Out: text, tables, JSON, JUnit XML and the report."""
+"""Shows a scenario or a judged run as text, tables, JSON, JUnit XML and the report."""

@@ -1,9 +1,9 @@
-"""Where the commands print: rich on a terminal, plain lines in a file or a pipe.
+"""The console of the commands: rich on a terminal, plain lines in a file or a pipe.
 
-Rich knows widths, bold type and progress bars; a file or a pipe needs none of them, and importing rich takes a tenth of
-the time of `marconet check`. Plain lines are never folded, so that each row of a table can be searched for.
+A file or a pipe needs no widths, bold type or progress bars, and importing rich takes a tenth of the time of
+`marconet check`. Plain lines are never folded, so that each row of a table can be searched for.
 
-`NO_COLOR` (any value that is not empty) takes the colours away, `FORCE_COLOR` asks for a terminal's output in a pipe.
+`NO_COLOR` (any value that is not empty) removes colours; `FORCE_COLOR` selects a terminal's output in a pipe.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ class PlainConsole:
 
     @contextmanager
     def status(self, text: str) -> Iterator[None]:
-        """Say what is being waited for; rich shows it only while it lasts."""
+        """Print the activity that the command waits for; rich shows it only during the `with` block."""
         self.print(text)
         yield
 
 
 class Silent(PlainConsole):
-    """For `--quiet` and `--json`: prints nothing."""
+    """A console that prints nothing, for `--quiet` and `--json`."""
 
     def print(self, text: str = "", *, soft_wrap: bool = True) -> None:
         """Drop `text`."""
 
 
 def console_for(stdout_is_for_people: bool = True) -> Console:
-    """The console of standard output; a silent one where standard output is not for people."""
+    """Return the console of standard output, a silent one if standard output is not for people."""
     if not stdout_is_for_people:
         return Silent()
     if not (sys.stdout.isatty() or os.environ.get("FORCE_COLOR")):
@@ -56,7 +56,7 @@ def console_for(stdout_is_for_people: bool = True) -> Console:
 
 
 def print_table(console: Console, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Columns as wide as their longest cell; on a terminal the cells are folded where the line is too narrow."""
+    """Print a table with columns as wide as their longest cell; on a narrow terminal, cells are folded."""
     if isinstance(console, PlainConsole):
         lines = [list(columns), *map(list, rows)] if any(columns) else [list(row) for row in rows]
         widths = [max(len(line[at]) for line in lines) for at in range(len(columns))] if lines else []

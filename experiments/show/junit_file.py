@@ -1,8 +1,8 @@
-"""The outcome of scenarios as JUnit XML, which continuous integration servers show as tests.
+"""Writes the outcomes of scenarios as JUnit XML, which continuous integration servers show as tests.
 
-One suite for each scenario with one case for each line of `[expect]` and for each guarantee; a scenario that asks for
-nothing, was refused or failed has the one case `run` or `check`. What does not hold is a failure, everything else that
-ended a scenario an error.
+Each scenario is a suite with a case for each line of `[expect]` and for each guarantee. A scenario without either, or
+one that was refused or failed, has the single case `run` or `check`. An expectation or guarantee that does not hold is
+a failure; any other problem is an error.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from experiments.show.outcome import ScenarioOutcome
 
 
 def write_junit(file: Path, verb: str, outcomes: Iterable[ScenarioOutcome]) -> None:
-    """`verb` is "run" or "check", the name of the case of a scenario that has no others."""
+    """Write `file`, making its folder; `verb`, "run" or "check", names the case of a scenario without others."""
     document = JUnitXml("marconet")
     for outcome in outcomes:
         suite = TestSuite(outcome.scenario)

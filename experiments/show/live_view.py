@@ -1,7 +1,7 @@
-"""How far a run is: a bar on a terminal, a line every few seconds elsewhere.
+"""Shows the progress of a run: a bar on a terminal, a line every few seconds elsewhere.
 
-The runner may call after every window, and, from the thread that watches the nodes, while it waits for one. What is
-shown changes a few times a second.
+The runner calls the view after windows and, from the thread that watches the nodes, while it waits for a node. The view
+draws at most once every BAR_EVERY_S or LINE_EVERY_S.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 BAR_EVERY_S = 0.1
 LINE_EVERY_S = 5.0
-MOST_NAMES = 5          # of nodes that are waited for
+MOST_NAMES = 5          # most nodes named in the line about nodes that do not answer
 
 
 @contextmanager
 def live_view(console: Console, what: str, length_s: float,
               now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[Progress], None]]:
-    """Gives the function that the runner tells its progress."""
+    """Yield the function that the runner calls with its progress."""
     if not isinstance(console, PlainConsole) and console.is_terminal:
         with _bar(console) as bar:
             task = bar.add_task(f"{what}: starting", total=length_s, figures="")
@@ -38,17 +38,17 @@ def live_view(console: Console, what: str, length_s: float,
                 bar.refresh()
 
             bar.refresh()
-            yield _now_and_then(draw, BAR_EVERY_S, now_s)
+            yield _throttled(draw, BAR_EVERY_S, now_s)
     else:
         console.print(f"{what}: {length_s:g} s of robot time", soft_wrap=True)
-        yield _now_and_then(lambda progress: console.print(f"{what}: {figures(progress)}", soft_wrap=True),
+        yield _throttled(lambda progress: console.print(f"{what}: {figures(progress)}", soft_wrap=True),
                             LINE_EVERY_S, now_s)
 
 
 @contextmanager
 def counting_view(console: Console, what: str, total: int,
                   now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[], None]]:
-    """Gives the function to call after each of `total` pieces of work."""
+    """Yield the function that the caller calls after each of `total` runs."""
     done = 0
 
     def count(show: Callable[[], None], every_s: float) -> Callable[[], None]:
@@ -78,7 +78,7 @@ def counting_view(console: Console, what: str, total: int,
 
 
 def figures(progress: Progress) -> str:
-    """Robot time, real-time factor, wall time left and frames by fate in one line; or for whom the run waits."""
+    """Return robot time, real-time factor, wall time left and frames by fate in one line, or the nodes waited for."""
     if progress.waits_for:
         return f"waits for {_some(progress.waits_for)}: no answer for {progress.waited_s:.0f} s"
     time_s = f"{progress.now_ns * 1e-9:.2f} of {progress.end_ns * 1e-9:.2f} s"
@@ -106,14 +106,14 @@ def _bar(console: RichConsole) -> Bar:
                TextColumn("{task.fields[figures]}", markup=False), console=console, auto_refresh=False, transient=True)
 
 
-def _now_and_then(show: Callable[[Progress], None], every_s: float,
+def _throttled(show: Callable[[Progress], None], every_s: float,
                   now_s: Callable[[], float]) -> Callable[[Progress], None]:
     due_s = now_s() + every_s if every_s == LINE_EVERY_S else now_s()
     waiting = False
 
     def tell(progress: Progress) -> None:
         nonlocal due_s, waiting
-        begins = bool(progress.waits_for) and not waiting       # said at once
+        begins = bool(progress.waits_for) and not waiting       # shown at once
         waiting = bool(progress.waits_for)
         if begins or now_s() >= due_s or progress.now_ns >= progress.end_ns:
             show(progress)

@@ -1,4 +1,4 @@
-"""Outcome of one scenario in a call of `marconet run` or `marconet check`."""
+"""The outcome of one scenario in a call of `marconet run` or `marconet check`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from experiments.judge.run_result import Summary
 
 
 class ScenarioOutcome(msgspec.Struct, frozen=True):
-    """`problems`: what was printed as errors, one line each; `summary` and `folder` are those of a run that ended."""
+    """`problems` are the lines printed as errors; `summary` and `folder` are those of a run that ended."""
 
     scenario: str
     source: str                             # as the user named it
@@ -18,4 +18,4 @@ class ScenarioOutcome(msgspec.Struct, frozen=True):
     problems: list[str]
     folder: str | None = None
     summary: Summary | None = None
-    resolved: dict[str, Any] | None = None  # of a check: the scenario with every default filled in
+    resolved: dict[str, Any] | None = None  # after `check`: the scenario with every default filled in

@@ -1,4 +1,4 @@
-"""What the commands print: the scenario that would run, the figures of a run, plants. No numbers are made here."""
+"""Prints scenarios, the figures of a run, plants and tables of results; it computes no figure itself."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def print_measured(console: Console, values: Iterable[Measured]) -> None:
 
 
 def print_path(console: Console, what: str, path: Path) -> None:
-    """On one line, however narrow the terminal is, so that it can be clicked or copied."""
+    """Print a path on one line, also on a narrow terminal, so that it can be clicked or copied."""
     console.print(f"{what}: {path}", soft_wrap=True)
 
 

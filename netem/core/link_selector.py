@@ -1,6 +1,6 @@
 """Selects directed links by name: `medium: sender -> receiver`, or `<->` for both directions.
 
-The links are those of `link_pattern`, between two nodes on one medium. A link leads from a node to itself only on a
+`link_pattern` has the grammar of the links, which join two nodes on one medium. A node has a link to itself only on a
 medium that observes nodes for themselves, as motion capture does. If the medium is a pattern, as in
 `*: * -> rover_[12]`, media without such nodes are skipped.
 

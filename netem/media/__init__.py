@@ -1,14 +1,13 @@
-"""Media: what carries frames between ports. A medium lives in the emulator process.
+"""Media: models that carry frames between the ports of nodes, in the emulator process.
 
 A member of this kind is a `Medium` (medium.py) with a settings class, and a line in the table (table.py). It takes
-offers in the order (time, node name, sequence number) and answers one question for the conservative windows: when could
-anything handed out at or after `t0_ns` reach a node at the earliest?
-It puts its own events on the agenda it was built with, hands received copies to `Links.receive`, and closes in the
-ledger every copy that does not get that far.
+offers in the order (time, node name, sequence number) and tells the conductor, for the conservative windows, the
+earliest instant at which a frame offered at or after `t0_ns` can reach a node.
+It schedules its events on the agenda it was built with, passes received copies to `Links.receive`, and closes every
+other copy in the ledger.
 
-What the rest of the project has to know of a medium, the medium answers: before the run its settings
-(`MediumSettings`), during the run the medium itself. Each question has a default, so a member answers only those that
-concern it, and no caller asks which kind it holds.
+Callers ask the settings of a medium (`MediumSettings`) before the run and the medium during the run. Each question has
+a default, so a member answers only those that concern it, and no caller compares kinds.
 """
 
 from __future__ import annotations
@@ -32,40 +31,40 @@ class Shown(NamedTuple):
 class MediumSettings:
     """Questions that the settings of every kind of medium answer before the run, with defaults."""
 
-    carries_can_frames: ClassVar[bool] = False      # a program opens its port with python-can
+    carries_can_frames: ClassVar[bool] = False      # True: a program opens its port with python-can
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
-        """Bounds and load of the medium of that name between `nodes`, known before the run."""
+        """Return tables of bounds and load, computed before the run, for the medium `medium` between `nodes`."""
         return []
 
     def reports_own_frames_to(self, node: str) -> bool:
-        """Whether `node` receives its own frames once they got through."""
+        """Return whether `node` receives its own frames once they got through."""
         return False
 
     def links_to_themselves(self) -> Collection[str]:
-        """The nodes with a link to themselves."""
+        """Return the nodes with a link to themselves."""
         return ()
 
     def recorders(self, medium: str) -> Mapping[str, object]:
-        """By kind, the settings of the recorders that the medium of that name asks for."""
+        """Return the settings of the recorders that the medium `medium` requests, by kind of recorder."""
         return {}
 
     def poses(self) -> Mapping[str, ShownPose]:
-        """By node: which outputs of its plant the medium sees. A mistake in them is reported under the key `bodies`."""
+        """Return, by node, the outputs of its plant that the medium reads; errors in them name the key `bodies`."""
         return {}
 
     def camera(self, observer: str) -> Camera | None:
-        """How `observer` sees the nodes of `poses`; None: it sees none of them."""
+        """Return the camera by which `observer` sees the nodes of `poses`; None if it has none."""
         return None
 
     def floor_plan(self) -> FloorPlan | None:
-        """What a view from above draws of the medium; None: nothing."""
+        """Return the data for a view of the medium from above; None if there is nothing to draw."""
         return None
 
     def radio(self) -> RadioPreset | None:
-        """The radio that sends and receives its frames; None: it is no radio channel."""
+        """Return the radio that sends and receives the frames; None if the medium is no radio channel."""
         return None
 
     def serial_format(self) -> SerialFormat | None:
-        """How it carries bytes one after the other; None: it does not."""
+        """Return timing and chunks of a medium that carries single bytes in order; None if it carries frames."""
         return None

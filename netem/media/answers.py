@@ -1,4 +1,4 @@
-"""What the settings of a medium answer (`MediumSettings`), where a plain value does not do."""
+"""Types of the answers that the settings of a medium give (`MediumSettings`)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from netem.media.serial_line.byte_clock import ByteClock
 
 
 class ShownPose(NamedTuple):
-    """A medium that sees a node's plant at 0, period, 2 period, ..."""
+    """Outputs of a node's plant that a medium reads at 0, period, 2 period, ..."""
 
     period_ns: int
     outputs: tuple[str, ...]        # x, y, heading or x, y, z, heading
 
 
 class Camera(NamedTuple):
-    carrier: str | None             # the node that carries it; None: it hangs at the origin
+    carrier: str | None             # node that carries the camera; None: the camera is fixed at the origin
     view: FieldOfView
     period_ns: int                  # between exposures
     latency_ns: int                 # from an exposure until the observer receives its detections
@@ -27,13 +27,13 @@ class Camera(NamedTuple):
 
 @dataclass(frozen=True)
 class FloorPlan:
-    carriers: Mapping[str, str]     # observer -> the node that carries its camera
+    carriers: Mapping[str, str]     # observer -> node that carries its camera
     unasked: tuple[str, ...]        # observers that see every exposure without a request
-    range_m: float | None           # of every camera; None: unlimited
+    range_m: float | None           # range of every camera; None: unlimited
     half_angle_deg: float
     obstacles: tuple[Obstacle, ...]
 
 
 class SerialFormat(NamedTuple):
     clock: ByteClock
-    chunk_bytes: int                # most that a receiver gets at once; 0: all of a write together
+    chunk_bytes: int                # largest delivery to a receiver; 0: each write is delivered whole

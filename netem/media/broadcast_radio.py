@@ -1,15 +1,15 @@
-"""One shared radio channel: half-duplex nodes, frames with an airtime, and a rule for who decodes what.
+"""One shared radio channel: half-duplex nodes, frames with an airtime, and a rule by which receivers decode them.
 
-    handed out --MAC--> first bit at start --airtime--> end --receive latency--> node         on the air: [start, end)
+    offer --MAC--> first bit at start --airtime--> end --receive latency--> node              on the air: [start, end)
 
 Intervals are half open: a frame that starts when another ends does not overlap it. A frame without airtime is never on
-the air: it overlaps nothing, makes nobody deaf and is not missed by who is deaf.
-Who is in range of a frame is decided once, at its start: for its receivers, for those it disturbs, for those who
-sense it.
+the air: it overlaps no other frame, makes no node deaf, and deaf nodes receive it.
+The nodes in range of a frame are determined once, at its start: its receivers, the nodes at which it disturbs other
+frames, and those that sense it.
 
 Invariants:
 - the ledger expects, per frame, one copy for each node that is an intended receiver at the frame's start (a frame that
-  never starts: when it was handed out);
+  never starts: at its offer);
 - `_on_air` holds exactly the frames with start <= now < end, at most one of each sender;
 - frames end before timers run before frames start, at one instant (the agenda's priorities).
 
@@ -44,7 +44,7 @@ class BroadcastRadio(Medium):
 
     def __init__(self, name: str, settings: RadioSettings, nodes: Iterable[str] | Mapping[str, Position | None],
                  agenda: Agenda, ledger: Ledger, links: Links, rng_for: Callable[[str], Random]) -> None:
-        """`nodes` are names, or names with where they stand [m]; raises `TopologyError` for links that do not fit."""
+        """`nodes` are names, or names with positions [m]; raises `TopologyError` for links that do not fit them."""
         radio = settings.radio()
         at_m = {node: at for node, at in nodes.items() if at is not None} if isinstance(nodes, Mapping) else {}
         super().__init__(name, nodes)
@@ -110,7 +110,7 @@ class BroadcastRadio(Medium):
     def changes_ns(self, until_ns: int) -> Sequence[int]:
         return self.topology.changes_ns(until_ns)
 
-    # What a MAC asks for.
+    # --- calls of the MAC
 
     def transmitting(self, node: str) -> bool:
         return node in self._on_air
@@ -175,7 +175,7 @@ class BroadcastRadio(Medium):
                 self._ledger.close(frame, receiver, fate)
 
     def _fate(self, flight: OnAir, reach: Reach, receiver: str) -> Fate | None:
-        """A deaf receiver is deaf however weak the frame; a weak frame is too weak whatever else is on the air."""
+        """Return the fate of a copy that `receiver` does not decode, else None; DEAF precedes TOO_WEAK."""
         if receiver not in reach.too_weak:
             return self._decoding.fate(flight, receiver)
         if any(rival.sender == receiver for rival in flight.rivals):
@@ -197,6 +197,6 @@ class BroadcastRadio(Medium):
 
     @staticmethod
     def _around(flight: OnAir) -> list[str]:
-        """Who senses it: the sender and everyone in range (all of them receivers)."""
+        """Return the nodes that sense the frame: the sender and the receivers in range."""
         in_range = flight.reach.in_range
         return [flight.sender, *(node for node in flight.reach.receivers if node in in_range)]

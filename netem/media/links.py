@@ -1,10 +1,10 @@
-"""Directed links: a received copy passes the impairments of its link and arrives at its node, or does not.
+"""Directed links: a received copy passes the impairments of its link, which lose it or give it an arrival at its node.
 
 Invariants:
 - every copy that enters `receive` was announced to the ledger and is closed there, duplicates included;
 - the impairments of one link see copies in the order in which the medium received them;
-- a copy's arrival is known, and handed over, as soon as its link has dealt with it: never less than its arrival ahead;
-  the ledger settles what becomes of one that the end of the run, or of its receiver, comes before.
+- a copy is delivered, with its arrival instant, as soon as its link has decided, at or before its arrival. If the run
+  or its receiver ends before the arrival, the ledger corrects the fate.
 """
 
 from __future__ import annotations
@@ -32,9 +32,11 @@ class Links:
         self._entered: dict[LinkName, int] = {}
 
     def receive(self, frame: Frame, receiver: str, arrival_ns: int, *, checksum: bool, copy: int = 0) -> None:
-        """A receiver decoded `frame`; it reaches the node at `arrival_ns` (>= now) unless the link impairs it.
+        """Take the copy of `frame` that a receiver decoded and that reaches its node at `arrival_ns` (>= now).
 
-        `copy` > 0: it did so `copy` times before, since the medium repeats what a receiver already has."""
+        The impairments of the link may lose, delay, change or duplicate the copy. `copy` is the number of times that
+        this receiver has decoded the frame before, as a medium may repeat a frame.
+        """
         medium = frame.medium
         pipeline = self._pipelines.get((medium, frame.sender, receiver))
         if pipeline is not None:
@@ -44,7 +46,7 @@ class Links:
             self._ledger.close(frame, receiver, Fate.DELIVERED, copy=copy, delivered_ns=arrival_ns)
 
     def tell(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> None:
-        """What a node's own interface to the medium says of itself: nobody's frame, so not in the ledger."""
+        """Deliver a message of the node's own interface to the medium: no frame on the medium, so not in the ledger."""
         self._deliver(receiver, medium, arrival_ns, data)
 
     def _impair(self, pipeline: Sequence[tuple[str, Impairment]], frame: Frame, receiver: str, arrival_ns: int,

@@ -1,4 +1,4 @@
-"""The base class of every medium: three verbs that a member has, and questions that have defaults."""
+"""The base class of every medium: three methods that a member implements, and queries that have defaults."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from netem.records import FrameTap
 class Medium:
     """The medium `name` between `nodes`.
 
-    The emulator builds a member as `Member(name, settings, nodes, agenda, ledger, links, rng_for)`, `settings` being a
-    `Member.Settings` and `nodes` a mapping from each node to where it stands [m], or to None.
+    The emulator builds a member as `Member(name, settings, nodes, agenda, ledger, links, rng_for)`, where `settings` is
+    a `Member.Settings` and `nodes` maps each node to its position [m], or to None.
     """
 
     Settings: ClassVar[type[MediumSettings]] = MediumSettings
@@ -26,32 +26,43 @@ class Medium:
     def __init__(self, name: str, nodes: Iterable[str]) -> None:
         self.name = name
         self.nodes = tuple(nodes)
-        self.taps: list[FrameTap] = []          # who gets each frame when it has been on the air
+        self.taps: list[FrameTap] = []          # recorders of the frames that have been on the air
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
-        """`sender` hands out `data` at `now_ns`; called in order, never for a time before the last event run."""
+        """Take the frame `data` that `sender` offers at `now_ns`.
+
+        Calls are in order of time, never before the last event run.
+        """
         raise NotImplementedError
 
     def lookahead_ns(self, t0_ns: int) -> int:
-        """Earliest instant (>= t0_ns) at which anything handed out from t0_ns on, or on the air now, reaches a node."""
+        """Return the earliest instant, at least t0_ns, at which a frame can reach a node.
+
+        The frame is on the air now or is offered at or after t0_ns.
+        """
         raise NotImplementedError
 
     def finish(self, end_ns: int) -> None:
-        """The run ended: close every copy that is still queued or on the air as `Fate.UNFINISHED`."""
+        """Close every copy that is queued or on the air at the end of the run as `Fate.UNFINISHED`."""
         raise NotImplementedError
 
     def links(self, until_ns: int) -> Sequence[tuple[str, str]]:
-        """(sender, receiver) of each directed link that there is at some time in [0, until_ns); default: every pair."""
+        """Return (sender, receiver) of each directed link that exists at some time in [0, until_ns).
+
+        The default is every pair of nodes.
+        """
         return [(sender, receiver) for sender in self.nodes for receiver in self.nodes if sender != receiver]
 
     def changes_ns(self, until_ns: int) -> Sequence[int]:
-        """The instants in (0, until_ns) at which its links change."""
+        """Return the instants in (0, until_ns) at which the links change."""
         return ()
 
     def observe(self, observer: MediumObserver) -> None:
-        """Tell `observer` its events and samples from now on. An instant may lie ahead of the call, even beyond the end
-        of the run."""
+        """Pass all later events and samples to `observer`.
+
+        Their instants may lie after the call, even after the end of the run.
+        """
 
     def counters(self) -> Mapping[str, Mapping[str, int]]:
-        """By node, or by the name of the medium for what is no node's."""
+        """Return counters by node; those that belong to no node are under the name of the medium."""
         return {}

@@ -1,4 +1,4 @@
-"""What a medium tells besides frames and the fates of their copies: events and samples."""
+"""The observer of a medium, which receives its events and samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Radios by name: how long a frame lasts and how its receiver and its carrier sense behave.
+"""Radios by name: airtime of a frame, receiver and carrier sense.
 
     airtime = preamble_ns + ceil((header_bits + 8 bytes) / bits_per_symbol) bits_per_symbol / bit_rate_bps + trailer_ns
 

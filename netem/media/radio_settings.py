@@ -1,4 +1,4 @@
-"""The keys of `[media.<name>]` for a broadcast radio: a preset by name, and whatever a scenario says otherwise."""
+"""The keys of `[media.<name>]` for a broadcast radio: a preset by name, and values that replace those of the preset."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from netem.topology.table import TopologySettings
 
 @dataclass(frozen=True)
 class CarrierSenseSettings:
-    """What differs from the preset's carrier sense; None: the preset's."""
+    """Values that replace those of the preset's carrier sense; None: the preset's."""
 
     scheme: Literal["unslotted", "dcf"] | None = None
     slot_ns: int | None = None
@@ -34,7 +34,7 @@ class RadioSettings(MediumSettings):
     preset: str = "ideal"
     decode: Literal["radio_network", "local", "capture"] = "radio_network"
     mac: Literal["none", "aloha", "csma"] = "none"
-    queue_frames: int = 8                       # what `aloha` and `csma` keep for each node while its radio is busy
+    queue_frames: int = 8                       # most frames that a node's `aloha` or `csma` queues while it is busy
     topology: TopologySettings = field(default_factory=FixedGraph)
 
     # None: the preset's
@@ -60,20 +60,20 @@ class RadioSettings(MediumSettings):
         self.radio()
 
     def radio(self) -> RadioPreset:
-        """The preset with everything applied that this scenario sets."""
+        """Return the preset with the values of this scenario."""
         preset = PRESETS[self.preset]
-        return replace(preset, **_said(self, RadioPreset, besides="csma"),
-                       csma=replace(preset.csma, **_said(self.csma, type(preset.csma))))
+        return replace(preset, **_given(self, RadioPreset, besides="csma"),
+                       csma=replace(preset.csma, **_given(self.csma, type(preset.csma))))
 
     def decoding(self) -> Decoding:
         return DECODINGS[self.decode](self.radio())
 
     @property
     def mac_defers(self) -> bool:
-        """Whether a frame may start later than its program sent it."""
+        """True if a frame may start later than its program sent it."""
         return MACS[self.mac].defers
 
 
-def _said(settings: object, of: type[Any], besides: str = "") -> dict[str, Any]:
+def _given(settings: object, of: type[Any], besides: str = "") -> dict[str, Any]:
     named = [f.name for f in fields(of) if f.name != besides]
     return {name: getattr(settings, name) for name in named if getattr(settings, name) is not None}

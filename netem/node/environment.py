@@ -1,7 +1,7 @@
-"""SimPy, in the way a node needs it: times are integers, and an arriving frame can move the time on like an event.
+"""SimPy's environment for a node: times are integers, and an arriving frame can advance the time like an event.
 
-The only file that touches SimPy's private fields: `tests/netem/node/test_simpy_fields.py` names them and holds SimPy's
-version. The event loop stands here, as SimPy's `step` in a form that mypyc compiles.
+Only this file uses SimPy's private fields; `tests/netem/node/test_simpy_fields.py` lists them and pins SimPy's version.
+The event loop is SimPy's `step` in a form that mypyc compiles.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MAX_EVENTS_AT_ONE_INSTANT: Final = 100_000
 
 
 class Alarm:
-    """As much of an event as SimPy's queue asks for: cheaper than a process, or than an event to wait for."""
+    """The fields of an event that SimPy's queue needs; cheaper than a process or a Timeout."""
 
     __slots__ = ("_ok", "callbacks")
 
@@ -39,29 +39,32 @@ class Clock:
 
 @mypyc_attr(native_class=False)
 class NodeEnvironment(Clock, Environment):
-    _now = Clock.__dict__["now_ns"]     # SimPy's name for the same slot, so that either is read and set without a call
+    _now = Clock.__dict__["now_ns"]     # SimPy's name for the same slot; neither needs a call to be read or set
 
     def __init__(self) -> None:
         super().__init__(initial_time=0)
         self.queue: list[tuple[Any, Any, int, Any]] = self._queue        # a heap by time
-        self.time_ns: Callable[[], int] = partial(getattr, self, "now_ns")     # read often: no Python on the way
+        self.time_ns: Callable[[], int] = partial(getattr, self, "now_ns")     # read often, so no Python frame
 
     def next_ns(self) -> int:
-        """Time of the next event, `NEVER_NS` if there is none."""
+        """Return the time of the next event, `NEVER_NS` if there is none."""
         return int(self.queue[0][0]) if self.queue else NEVER_NS
 
     def move_to(self, time_ns: int) -> None:
-        """Set the time; every event before `time_ns` has run."""
+        """Set the time to `time_ns`, before which every event has run."""
         assert self.now_ns <= time_ns, f"{time_ns} ns lies before {self.now_ns} ns"
         self.now_ns = time_ns
 
     def call_in(self, delay_ns: int, action: Callable[[Any], None]) -> None:
-        """Call `action` after `delay_ns`, among the events of that instant."""
+        """Call `action` after `delay_ns`, in the order of scheduling among the events of that instant."""
         heappush(self.queue, (self.now_ns + delay_ns, NORMAL, next(self._eid), Alarm(action)))
 
 
 def run_before(limit_ns: int, env: NodeEnvironment) -> None:
-    """Run every event before `limit_ns`. A function: compiled, it is called without a look-up."""
+    """Run every event before `limit_ns`; RuntimeError for too many at one instant.
+
+    It is no method, as compiled code calls a function without a look-up.
+    """
     queue = env.queue
     instant_ns, events = -1, 0
     while queue and (time_ns := queue[0][0]) < limit_ns:
@@ -72,9 +75,9 @@ def run_before(limit_ns: int, env: NodeEnvironment) -> None:
             raise RuntimeError(f"{events - 1} events at {time_ns} ns: the program waits for no time to pass")
         event = queue[0][3]
         if not event._ok:
-            env.step()                      # a failure that nobody may have taken: SimPy knows
+            env.step()                      # SimPy raises a failure that no process has caught
             continue
-        heappop(queue)                      # what `step` does otherwise
+        heappop(queue)                      # as `step` does for any other event
         env.now_ns = time_ns
         callbacks, event.callbacks = event.callbacks, None
         for callback in callbacks:

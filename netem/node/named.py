@@ -1,4 +1,4 @@
-"""A mapping by name whose KeyError names the nearest key, or all of them.
+"""A mapping by name whose KeyError names the nearest key, or all keys.
 
     node.ports["radi"]      KeyError: r1 has no port 'radi'; did you mean 'radio'?
 """

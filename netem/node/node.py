@@ -4,8 +4,8 @@
 
 Invariants:
 - an event of the node runs only before the granted horizon; an offer has the time of the event that makes it;
-- at one instant deliveries come before the node's own events;
-- a sample for instant s is taken when every event of the node at or before s has run.
+- at one instant deliveries precede the node's own events;
+- a sample for instant s is taken after every event of the node at or before s.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from netem.wire.level import Level
 from netem.wire.messages import Event as ToldEvent
 from netem.wire.messages import Grant, Hello, Offer, Report, Sample
 
-FrameBytes = bytes | bytearray | memoryview | Any       # Any: what else comes is refused by name, compiled or not
+FrameBytes = bytes | bytearray | memoryview | Any       # Any: `hand_out` refuses other types, compiled or not
 WAS_ANSWERS: Final = ("a port has no `answers` any more: write `board.port(name, on_receive, listen_only=True)` for "
                       "what was `answers = False`")
 
 
 def _no_plan() -> int:
-    """`Node.next_frame_ns` where nobody plans for the node: its next event may hand out a frame."""
+    """Default of `Node.next_frame_ns`: the program gives no promise, so its next event may send a frame."""
     return 0
 
 
@@ -43,8 +43,8 @@ class PromiseBroken(Exception):
 class Port:
     """Sends and receives a node's frames on one medium. Set `on_receive`, or wait with `yield port.receive()`.
 
-    `listen_only`, set before the start, promises that what arrives here makes the program hand out nothing earlier
-    than planned: a frame then waits for the node's next grant, still acting at its own time, and costs none.
+    `listen_only`, set before the start, promises that no frame arriving here makes the program send earlier than
+    planned. Such a frame costs no grant: the emulator delivers it with the next one, and it acts at its own time.
     """
 
     def __init__(self, node: Node, index: int, name: str) -> None:
@@ -57,7 +57,7 @@ class Port:
 
     @property
     def answers(self) -> bool:
-        """The name that `listen_only` had, the other way round."""
+        """Refuse the former name of `listen_only`, which had the opposite value."""
         raise AttributeError(WAS_ANSWERS)
 
     @answers.setter
@@ -69,11 +69,11 @@ class Port:
         self.node.hand_out(self.index, data)
 
     def receive(self) -> Event:
-        """SimPy event whose value is the next delivered frame that nobody has received yet."""
+        """Return a SimPy event whose value is the next delivered frame that has not been received yet."""
         return self._waiting.get()
 
     def keep(self, data: bytes) -> None:
-        """Keep a delivered frame for `receive`, as no `on_receive` is set."""
+        """Keep a delivered frame for `receive`; called if no `on_receive` is set."""
         self._waiting.put(data)
 
 
@@ -88,8 +88,8 @@ class Node:
                                         "port", f"no medium is attached: agents.{name}.media or [media] names none")
         self._port_list = list(self.ports.values())
         self._firm_ns = 0
-        self._unless_heard_ns = 0
-        self._hears = True              # some port is not `listen_only`
+        self._soft_ns = 0
+        self._listens = True            # False if every port is `listen_only`
         self._offers: list[Offer] = []
         self._samples: list[Sample] = []
         self._events: list[ToldEvent] = []
@@ -100,25 +100,25 @@ class Node:
         self._next_sample_ns = 0 if sample_period_ns else NEVER_NS
         self._shows: list[tuple[int, int, Callable[[int], bytes]]] = []     # (port, period_ns, read)
         self._next_show_ns = NEVER_NS
-        self._reading_ns = -1           # the instant of the sample or show that is being read, -1 for none
-        self.next_frame_ns: Callable[[], int] = _no_plan      # before when the program has planned no frame
-        self._ends_ns = NEVER_NS        # when this node ends the run,
-        self._ends_because = ""         # and why
+        self._reading_ns = -1           # instant of the sample or show that is being read, -1 for none
+        self.next_frame_ns: Callable[[], int] = _no_plan      # returns the earliest instant of a planned frame
+        self._ends_ns = NEVER_NS        # instant at which this node ends the run
+        self._ends_because = ""         # reason of that end
 
-    # --- what a program uses
+    # --- for programs
 
     @property
     def now_ns(self) -> int:
         return self.env.time_ns()
 
     def present_ns(self) -> int:
-        """True time that the program stands at: of its event, or of the sample or show that is being read."""
+        """Return the true time of the event that runs, or of the sample or show that is being read."""
         now_ns: int = self._reading_ns if self._reading_ns >= 0 else self.env.now_ns      # no call: plants ask often
         return now_ns
 
     @property
     def signal_names(self) -> frozenset[str]:
-        """The signals that are declared so far."""
+        """The names of the signals declared so far."""
         return frozenset(name for name, _ in self._signals)
 
     def end_run(self, because: str, time_ns: int) -> None:
@@ -140,19 +140,20 @@ class Node:
         self.env.call_in(delay_ns, action)
 
     def promise_firm(self, time_ns: int) -> None:
-        """Firm promise: hand out nothing before `time_ns`, whatever is heard. A promise given is never taken back."""
+        """Promise to send nothing before `time_ns`, whatever arrives. A promise cannot be withdrawn."""
         if time_ns > self._firm_ns:
             self._firm_ns = time_ns
 
     def promise_soft(self, time_ns: int) -> None:
-        """Promise for a program whose own events before `time_ns` hand out nothing: until it hears something.
+        """Promise to send nothing before `time_ns` unless a frame arrives at a port that is not `listen_only`.
 
-        A frame at a port that is not `listen_only` ends the promise. Until then a promise given is not taken back.
+        Such a frame ends the promise; until then it cannot be withdrawn.
         """
-        if time_ns > self._unless_heard_ns:
-            self._unless_heard_ns = time_ns
+        if time_ns > self._soft_ns:
+            self._soft_ns = time_ns
 
     def hand_out(self, port: int, data: FrameBytes) -> None:
+        """Offer `data` at port number `port` now; raises TypeError for other types of data or time, PromiseBroken."""
         now_ns: Any = self.env.now_ns
         if type(now_ns) is not int:
             raise TypeError(f"{self._port_list[port].name}: a frame at {now_ns!r} ns: {WHOLE_NANOSECONDS}")
@@ -160,13 +161,16 @@ class Node:
             if not isinstance(data, bytearray | memoryview):
                 raise TypeError(f"{self._port_list[port].name}: {data!r} is {type(data).__name__}: a frame is bytes")
             data = bytes(data)
-        if now_ns < self._firm_ns or now_ns < self._unless_heard_ns:
+        if now_ns < self._firm_ns or now_ns < self._soft_ns:
             raise PromiseBroken(f"{self._port_list[port].name}: a frame at {now_ns} ns, but silence was promised until "
-                                f"{max(self._firm_ns, self._unless_heard_ns)} ns")
+                                f"{max(self._firm_ns, self._soft_ns)} ns")
         self._offers.append((now_ns, port, data))
 
     def signals(self, names_and_units: Sequence[tuple[str, str]], read: Callable[[], Sequence[Any]]) -> None:
-        """Sample these signals: `read()` gives one value for each at `present_ns`, at every sample instant."""
+        """Sample these signals at every sample instant: `read()` returns one value for each, at `present_ns`.
+
+        Raises ValueError if a signal is declared already.
+        """
         known = {name for name, _ in self._signals}
         twice = [name for name, _ in names_and_units if name in known]
         if twice:
@@ -175,9 +179,9 @@ class Node:
         self._reads.append((tuple(name for name, _ in names_and_units), read))
 
     def show(self, port: str, period_ns: int, read: Callable[[int], bytes]) -> None:
-        """Offer `read(time_ns)` at 0, period, 2 period, ... of true time, as a camera sees a robot without its program.
+        """Offer `read(time_ns)` at 0, period, 2 period, ... of true time, without the program, as for a camera.
 
-        The program's promises do not apply to these offers. At such an instant they come before the program's events.
+        The program's promises do not apply to these offers. At one instant they precede the program's events.
         """
         if period_ns < 1:
             raise ValueError(f"period_ns={period_ns}: expected at least 1")
@@ -188,7 +192,7 @@ class Node:
         self._counters[name] += by
 
     def event(self, kind: str, detail: str = "", level: Level = Level.INFO) -> None:
-        """Something worth a line in the record of the run, with the time of now."""
+        """Record an event at the present time; raises ValueError for text that UTF-8 cannot encode."""
         try:
             f"{kind}{detail}".encode()
         except UnicodeEncodeError:
@@ -197,23 +201,23 @@ class Node:
         self._events.append((self.now_ns, kind, detail, level))
 
     def warn(self, kind: str, detail: str = "") -> None:
-        """An event that is a warning: something that the program takes for granted, or that nobody wants, broke."""
+        """Record an event as a warning: an assumption of the program, or a requirement, does not hold."""
         self.event(kind, detail, Level.WARNING)
 
-    # --- what the host uses
+    # --- for the host
 
     def hello(self) -> Hello:
         quiet = [port.index for port in self._port_list if port.listen_only]
-        self._hears = len(quiet) < len(self._port_list)
-        return Hello(self.name, min(max(self.env.next_ns(), self._unless_heard_ns), self._next_show_ns),
+        self._listens = len(quiet) < len(self._port_list)
+        return Hello(self.name, min(max(self.env.next_ns(), self._soft_ns), self._next_show_ns),
                      min(self._firm_ns, self._next_show_ns), list(self.ports), self._signals, quiet)
 
     def counters(self) -> dict[str, int]:
-        """Counters of the program so far."""
+        """Return the counters of the program so far."""
         return dict(self._counters)
 
     def advance(self, grant: Grant) -> Report:
-        """Run every event that the grant allows; returns the report for the conductor."""
+        """Run every event that the grant allows; return the report for the conductor."""
         if self._ends_ns != NEVER_NS:           # no None: mypyc assumes that it stays None
             return self._end_report(grant)
         try:
@@ -225,7 +229,7 @@ class Node:
         return report if self._ends_ns == NEVER_NS else self._end_report(grant, report)
 
     def _end_report(self, grant: Grant, report: Report | None = None) -> Report:
-        """Report of a node that ends the run: its work so far, and promises that do not delay the end."""
+        """Return the report of a node that ends the run: its work so far, and promises that do not delay the end."""
         if report is None:
             report = Report(grant.window, NEVER_NS, NEVER_NS, self._offers, self._samples, self._events,
                             dict(self._counters) if grant.last else {}, "")
@@ -248,7 +252,7 @@ class Node:
             env.now_ns = arrival_ns
             to = ports[port]
             if not to.listen_only:
-                self._unless_heard_ns = 0
+                self._soft_ns = 0
             if to.on_receive is not None:
                 to.on_receive(data)
             else:
@@ -259,7 +263,7 @@ class Node:
         if self._next_sample_ns < horizon_ns:
             self._sample_before(horizon_ns)
         if (planned_ns := self.next_frame_ns()):
-            if self._hears:
+            if self._listens:
                 self.promise_soft(planned_ns)
             else:
                 self.promise_firm(planned_ns)
@@ -270,8 +274,8 @@ class Node:
         soft_ns: Any = queue[0][0] if queue else NEVER_NS
         if type(soft_ns) is not int:
             raise TypeError(f"{self.name}: its next event is at {soft_ns!r} ns: {WHOLE_NANOSECONDS}")
-        if soft_ns < self._unless_heard_ns:
-            soft_ns = self._unless_heard_ns
+        if soft_ns < self._soft_ns:
+            soft_ns = self._soft_ns
         if soft_ns > self._next_show_ns:
             soft_ns = self._next_show_ns
         report = Report(grant.window, soft_ns, firm_ns, self._offers, self._samples, self._events,
@@ -280,7 +284,7 @@ class Node:
         return report
 
     def _run_before(self, limit_ns: int) -> None:
-        """Run the node's own events before `limit_ns`, and take the samples that lie before the last of them."""
+        """Run the node's own events before `limit_ns`, with the samples and shows that are due between them."""
         env = self.env
         queue = env.queue
         while queue and (time_ns := queue[0][0]) < limit_ns:

@@ -77,7 +77,7 @@ class OutsideGuard(Turn):
         self._entrances = entrances
 
     def begin(self) -> None:
-        """Watch from now on; for the host `inline`, the calling thread."""
+        """Start to watch; for the host `inline`, the calling thread."""
         self._thread = threading.get_ident()
         post_guards(self._entrances)
         _on_duty.append(self)
@@ -87,7 +87,7 @@ class OutsideGuard(Turn):
             _on_duty.remove(self)
 
     def watches(self) -> bool:
-        """Whether the calling thread is running a program."""
+        """Return whether the calling thread is running a program."""
         if self._whole_process:
             return True
         if threading.get_ident() == self._thread:
@@ -145,7 +145,7 @@ def post_guards(entrances: Sequence[Entrance]) -> None:
 
 
 def guarded() -> bool:
-    """Whether a run in virtual time is in progress in this process."""
+    """Return whether a run in virtual time is in progress in this process."""
     return bool(_on_duty)
 
 
@@ -175,7 +175,7 @@ def _in_words(address: Any) -> str:
 
 
 def _is_local(host: Any) -> bool:
-    """Whether the address of `host` is found without asking another machine."""
+    """Return whether the address of `host` is found without asking another machine."""
     name = host.decode(errors="replace") if isinstance(host, bytes | bytearray) else host
     if name in (None, "", "localhost", "<broadcast>", socket.gethostname()):
         return True
@@ -198,7 +198,7 @@ def _adopt(thread: threading.Thread) -> None:
 
 
 def _refuse_to_listen(listener: socket.socket, *args: Any) -> None:
-    """Listening binds a socket that is not bound yet, and raises no audit event."""
+    """Refuse `listen`, which binds a socket that is not bound yet and raises no audit event."""
     _refuse(f"listening on {SOCKETS.get(listener.family, 'a socket')}")
 
 
@@ -247,7 +247,7 @@ def _replace(place: Any, name: str, before: Callable[..., None]) -> None:
 
 
 def _place() -> str:
-    """File and line of the innermost frame of the author's code; without one, of an installed or another library."""
+    """Return file and line of the innermost frame of the author's code, else of an installed or another library."""
     libraries = _folders(sysconfig.get_path(name) for name in ("stdlib", "platstdlib"))
     installed = _folders(sysconfig.get_path(name) for name in ("purelib", "platlib"))
     ours = _folders(str(Path(__file__).parents[2] / package) for package in OWN_PACKAGES)
@@ -268,6 +268,6 @@ def _folders(paths: Iterable[str | None]) -> tuple[str, ...]:
 
 
 def _short(file: str) -> str:
-    """The path of `file`, relative to the current folder if it lies below that."""
+    """Return the path of `file`, relative to the current folder if that contains it."""
     here = f"{os.getcwd()}{os.sep}"
     return file.removeprefix(here)

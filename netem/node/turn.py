@@ -1,6 +1,6 @@
 """State of a host that calls its nodes in its own process, which the guard and the watchdog read from other threads.
 
-The host sets it at every step. As a compiled class it makes that a store into a field.
+The host sets it at every step, which in a compiled class is a store into a field.
 """
 
 from __future__ import annotations
@@ -11,6 +11,6 @@ from mypy_extensions import mypyc_attr
 @mypyc_attr(allow_interpreted_subclasses=True)
 class Turn:
     def __init__(self) -> None:
-        self.program_runs = False                   # whether a node's code is running
+        self.program_runs = False                   # True while a node's code is running
         self.refusal: BaseException | None = None   # the first exception that a guard raised in such code
         self.steps = 0                              # number of times such code has returned

@@ -1,1 +1,1 @@
-"""The report of a run: one page that opens offline, and one picture, both made from the run folder alone."""
+"""Makes the report of a run, a page that opens offline, and a picture, from the run folder alone."""

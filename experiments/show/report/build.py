@@ -1,8 +1,8 @@
 """`report.html`: a run on one page that opens without a network, from the run folder alone.
 
-The page carries the numbers once, as JSON, and draws them with Plotly (see `plotly_file`); nothing is fetched from a
-network. Curves of more than 5 000 points keep the extremes of each stretch (see `thinning`); what is thinned or cut is
-said beside it. A folder of a run that was broken off gives a page that says why, and what is missing.
+The page has the numbers once, as JSON, and draws them with Plotly (see `plotly_file`). Curves of more than 5 000 points
+keep the extremes of each stretch (see `thinning`); a note tells the reader of each curve that is thinned or cut. The
+page of an aborted run names the cause and the missing records.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ from netem.wire.level import Level
 PAGE = files("experiments.show.report") / "page"
 MOST_EVENTS = 300
 MOST_OF_A_KIND = 30
-FEW_OF_A_KIND = 3           # of what a program tells at every step, so that it hides nothing else
+FEW_OF_A_KIND = 3           # events listed of a frequent kind below WARNING, so that others stay visible
 
 KIND_NAMES = {"guarantee": "guarantee violated", "assumption": "assumption violated", "warning": "warning",
               "expectation": "expectation broken"}
 
 
 class Limits(NamedTuple):
-    """A bound as a scenario file has it."""
+    """A bound of an expectation, as in the resolved scenario."""
 
     min: float | None
     max: float | None
@@ -56,8 +56,11 @@ class Limits(NamedTuple):
 
 
 def write_report(run_dir: Path, plotly: Where = "auto") -> Path:
-    """`plotly` says where the drawing library is: "inside" the page, "beside" the run folder in a file that reports
-    share, or "auto": beside if another run's folder lies there."""
+    """Write `report.html` and return its path.
+
+    `plotly` is the place of the drawing library: "inside" the page, "beside" the run folder in a file that reports
+    share, or "auto": beside if the folder of another run is there.
+    """
     path = run_dir / "report.html"
     data, address = load_run(run_dir), shared_plotly(run_dir, plotly)
     try:
@@ -96,7 +99,7 @@ def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> s
 
 
 def _drawn(data: RunData, broke: Moments) -> Json:
-    """Data that the page's script draws."""
+    """Return the data that the page's script draws."""
     return {"signals": question_first(data), "switching": series.switching(data), "violated": series.violated(data),
             "spoken": series.spoken(data, broke.instants_ns), "fates": series.fates(data), "ages": series.ages(data),
             "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, broke.instants_ns),
@@ -108,7 +111,7 @@ def _drawn(data: RunData, broke: Moments) -> Json:
 
 def _contents(verdicts: Sequence[Verdict], broken: Sequence[Verdict], guarantees: Sequence[Standing], broke: int,
               drawn: Json, records: Sequence[RecordFile]) -> list[tuple[str, str, str, bool]]:
-    """The entries of the contents: (id of the section, its name, what is said beside it, whether that is bad)."""
+    """Return the entries of the contents: (id of the section, name, note, True if the note is about a failure)."""
     unmet = sum(not standing.as_expected for standing in guarantees)
     shown: list[tuple[bool, str, str, str, bool]] = [
         (True, "top", "Result", "", False),
@@ -129,7 +132,7 @@ def _contents(verdicts: Sequence[Verdict], broken: Sequence[Verdict], guarantees
 
 
 def listed_events(events: Sequence[Event]) -> list[Event]:
-    """The first of each kind, in order: of many that are no warnings a few are enough."""
+    """Return the first events of each kind, in order; only a few of a frequent kind below WARNING."""
     told = Counter(event.kind for event in events)
     seen: Counter[str] = Counter()
     shown = []
@@ -142,7 +145,7 @@ def listed_events(events: Sequence[Event]) -> list[Event]:
 
 
 def verdicts_of(data: RunData) -> list[Verdict]:
-    """The run's own verdicts, or where it left none those on the scenario's `expect`."""
+    """Return the verdicts in the summary or, if it has none, those computed from the scenario's `expect`."""
     recorded = data.summary.get("verdicts")
     if recorded:
         return msgspec.convert(recorded, list[Verdict])
@@ -152,7 +155,7 @@ def verdicts_of(data: RunData) -> list[Verdict]:
 
 
 def number(value: float | None) -> str:
-    """Five significant digits; an open side of a bound is empty."""
+    """Return five significant digits, "" for an absent bound."""
     return "" if value is None else f"{value:.5g}"
 
 
@@ -161,7 +164,7 @@ def level_name(level: int) -> str:
 
 
 def size(size_bytes: int) -> str:
-    """With a unit that leaves one to three digits before the point: 987 B, 1.2 MB, 345 kB."""
+    """Return a size in the unit that leaves one to three digits before the point: 987 B, 1.2 MB, 345 kB."""
     value, unit = float(size_bytes), "B"
     for larger in ("kB", "MB", "GB"):
         if value < 999.5:
@@ -171,13 +174,13 @@ def size(size_bytes: int) -> str:
 
 
 def code(text: str) -> Markup:
-    """Words between backticks become code."""
+    """Return `text` with the words between backticks as code."""
     parts = [escape(part) for part in text.split("`")]
     return Markup("").join(Markup("<code>{}</code>").format(part) if k % 2 else part for k, part in enumerate(parts))
 
 
 def explained(text: str) -> Markup:
-    """The first fate in `text`, if any, gets its meaning as a hint."""
+    """Return `text` with the meaning of its first fate, if any, as a tooltip."""
     for fate in sorted(Fate, key=lambda fate: -len(fate.value)):
         before, found, after = text.partition(f" {fate.value}")
         if found:
@@ -186,7 +189,7 @@ def explained(text: str) -> Markup:
 
 
 def _script() -> Markup:
-    """The page's script: its files in the order of their names."""
+    """Return the page's script: its files in the order of their names."""
     return Markup("\n").join(_text(part) for part in sorted((PAGE / "script").iterdir(), key=lambda part: part.name)
                              if part.name.endswith(".js"))
 
@@ -196,5 +199,5 @@ def _text(resource: Traversable) -> Markup:
 
 
 def _for_script(content: Any) -> Markup:
-    """JSON that cannot end the script element it stands in."""
+    """Return `content` as JSON that cannot end the script element around it."""
     return Markup(msgspec.json.encode(content).decode().replace("<", "\\u003c"))

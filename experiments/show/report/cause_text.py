@@ -1,4 +1,4 @@
-"""A cause that a monitor gives in words, taken apart into lines with the frames of each.
+"""Splits the text of a cause, as a monitor writes it, into lines with the frames of each.
 
     a saw it last at 3 s; since 2 s radio: a -> b: frames 4, 5 and 9 more lost (impairments[0] bernoulli_loss)
 
@@ -21,7 +21,7 @@ APART = re.compile(r"frames \d+ and \d+ ")     # of `inter_transmission_time`: t
 
 class CauseLine(NamedTuple):
     text: str
-    link: tuple[str, str, str] | None = None    # (medium, sender, receiver), where the line says it
+    link: tuple[str, str, str] | None = None    # (medium, sender, receiver), if the line names it
     numbers: tuple[int, ...] = ()
     more: int = 0                               # frames beyond those numbered
 

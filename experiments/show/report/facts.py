@@ -1,4 +1,4 @@
-"""Facts at the head of the report: which run it is, how it ended, and the reason if it failed."""
+"""The facts at the head of the report: the run, how it ended, and the reason if it failed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from experiments.judge.run_result import lateness_in_words
 
 class Failure(NamedTuple):
     words: str
-    last_report: str        # of the node that failed; "" where none is known or the words hold it
+    last_report: str        # last report of the node that failed; "" if unknown or contained in the words
 
 
 def failure_of(data: RunData) -> Failure | None:
-    """Why the run ended before its time, as summary.json or else run.json has it; None if it did not fail."""
+    """Return the reason of a failed run, from summary.json or else run.json; None if the run did not fail."""
     words = data.summary.get("failure") or data.run.get("failure")
     if not words:
         return None
@@ -23,7 +23,7 @@ def failure_of(data: RunData) -> Failure | None:
 
 
 def windows(data: RunData) -> dict[str, str]:
-    """The part of the run that an expectation judges, "[2, 4) s", for those that judge a part."""
+    """Return the part of the run that an expectation judges, "[2, 4) s", for each that judges a part."""
     return {key: f"[{', '.join(f'{time_ns * 1e-9:g}' for time_ns in bound['during_ns'])}) s"
             for key, bound in (data.scenario.get("expect") or {}).items() if bound.get("during_ns")}
 
@@ -40,7 +40,7 @@ def unfinished(data: RunData) -> str:
 
 
 def facts(data: RunData) -> list[tuple[str, str]]:
-    """Facts that identify the run and say how it ended, as far as they are known."""
+    """Return (label, text) of the known facts that identify the run and its end."""
     summary, run = data.summary, data.run
     shown: list[tuple[str, Any]] = [
         ("Seed", data.scenario.get("seed", summary.get("seed"))),

@@ -1,7 +1,7 @@
-"""The instant at which a broken expectation can be seen best: where the extreme stands, or the first frame of its kind.
+"""Finds the instant that shows a broken expectation best: that of an extreme value, or of the first frame of its kind.
 
-An expectation is judged over the whole run or a part of it; where no instant says more than another (a mean, a counter,
-something that never happened) there is none.
+An expectation is judged over the whole run or a part of it. A mean, most counters, or an event that never occurred have
+no such instant.
 """
 
 from __future__ import annotations
@@ -33,11 +33,14 @@ PLACE_OF: dict[str, tuple[Callable[[Floats], int], str]] = {
 
 class Instant(NamedTuple):
     time_ns: int
-    words: str              # what stands there: "r3.y: the largest value"
+    words: str              # description: "r3.y: the largest value"
 
 
 def instant_of(verdict: Verdict, window: Window | None, data: RunData) -> Instant | None:
-    """The instant of an expectation that does not hold; `window` is the part of the run that it judges, None: all."""
+    """Return the instant of an expectation that does not hold, None without one.
+
+    `window` is the part of the run that the expectation judges; None: all of it.
+    """
     match parse(verdict.key):
         case SignalKey() as wanted:
             return _of_signal(wanted, verdict, window or (0, 2**63 - 1), data)
@@ -53,7 +56,7 @@ def instant_of(verdict: Verdict, window: Window | None, data: RunData) -> Instan
 
 
 def _of_signal(wanted: SignalKey, verdict: Verdict, window: Window, data: RunData) -> Instant | None:
-    """At the node whose value was judged, the one nearest to the verdict's."""
+    """Return the instant of the statistic at the node whose value is nearest to the verdict's."""
     if wanted.statistic not in PLACE_OF:
         return None
     place, words = PLACE_OF[wanted.statistic]
@@ -74,7 +77,7 @@ def _of_signal(wanted: SignalKey, verdict: Verdict, window: Window, data: RunDat
 
 
 class _Frames:
-    """The copies that were judged, in the order of the ledger."""
+    """Finds instants among the copies that were judged, in the order of the ledger."""
 
     def __init__(self, data: RunData, medium: str | None, window: Window | None) -> None:
         self.length_ns = data.length_ns
@@ -111,13 +114,13 @@ class _Frames:
         return f"{medium}: {sender} -> {receiver}"
 
     def _by_link(self, order: str) -> list[Ints]:
-        """Rows of each link, sorted by the column `order`."""
+        """Return the rows of each link, sorted by the column `order`."""
         link = self.copies.link.codes
         rows = np.lexsort((self.copies.ints(order), link))
         return np.split(rows, np.flatnonzero(np.diff(link[rows].astype(np.int64))) + 1) if rows.size else []
 
     def _oldest(self) -> Instant | None:
-        """Just before the delivery that ends the largest age, or the end of the run."""
+        """Return the instant of the delivery that ends the largest age, or the end of the run."""
         best: tuple[int, Instant] | None = None
         delivered = self.copies.delivered
         for rows in self._by_link("delivered_ns"):

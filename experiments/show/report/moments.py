@@ -1,6 +1,6 @@
-"""Violations of a run, in the order of time: guarantees violated, assumptions violated, expectations broken.
+"""Lists the violations of a run in order of time: of guarantees, of assumptions, of expectations.
 
-Each moment has the instant to which the page leads: signals, animation and slot chart show the run there.
+Each moment has an instant; a link on the page moves signals, animation and slot chart to it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Moment(NamedTuple):
     kind: Literal["guarantee", "assumption", "warning", "expectation"]
     what: str                           # "no_escape", "setpoint stale", "*.y.last_abs"
     on: str                             # link, signal or node
-    from_ns: int | None                 # None: no instant says more than another
+    from_ns: int | None                 # None: the violation has no instant of its own
     until_ns: int | None = None         # exclusive; None: a single instant
     cause: Sequence[CauseLine] = ()
     expected: bool = False              # the scenario expects this violation
@@ -32,7 +32,7 @@ class Moment(NamedTuple):
 
 class Moments(NamedTuple):
     shown: list[Moment]                 # by time; those without an instant last
-    left_out: dict[str, int]            # beyond `MOST_OF_EACH`: guarantee or kind of event -> how many
+    left_out: dict[str, int]            # guarantee or kind of event -> moments beyond `MOST_OF_EACH`
 
     @property
     def instants_ns(self) -> list[int]:

@@ -25,7 +25,7 @@ CURVES: Final = (Pair("#0072b2", "#7f95ff"), Pair("#b97d00", "#e69f00"), Pair("#
                  Pair("#767676", "#a3a3a3"))
 VIOLATED: Final = Pair("#d55e00", "#ff7a2f")
 SWITCHED: Final = Pair("#c22fb2", "#f070e2")
-LOW: Final = Pair("#6f95c4", "#4f7cc0")            # of a scale from few to many
+LOW: Final = Pair("#6f95c4", "#4f7cc0")            # LOW to HIGH: a scale from few to many
 MIDDLE: Final = Pair("#3a6ea5", "#5fb6a8")
 HIGH: Final = Pair("#00204c", "#f5e663")
 FATES: Final[Mapping[Fate, Pair]] = MappingProxyType({
@@ -49,6 +49,6 @@ FATES: Final[Mapping[Fate, Pair]] = MappingProxyType({
 
 
 def for_page() -> dict[str, object]:
-    """As the page's script takes it; keys of the fates are their words in the ledger."""
+    """Return the palette for the page's script; the keys of fates are their values in the ledger."""
     return {"curves": CURVES, "violated": VIOLATED, "switched": SWITCHED, "low": LOW, "middle": MIDDLE,
             "high": HIGH, "fates": {fate.value: pair for fate, pair in FATES.items()}}

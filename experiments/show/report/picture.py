@@ -1,9 +1,8 @@
-"""`outputs.svg`: the signal that the scenario's question is about, or else the outputs of the run, over time with the
-switching instants, for a page that shows pictures only.
+"""Draws `outputs.svg`: the signal of the scenario's question, or else the outputs, over time with switching instants.
 
     python -m experiments.show.report.picture RUN_DIR [FILE.svg]
 
-An SVG file of some 50 kB that follows the reader's light or dark scheme; it needs no plotting library.
+The SVG file of some 50 kB follows the reader's light or dark scheme and needs no plotting library.
 """
 
 from __future__ import annotations
@@ -70,7 +69,7 @@ def draw(data: RunData) -> str:
 
 
 def legend(lines: list[Json], room: float) -> list[tuple[float, Json]]:
-    """(x, line) of those whose names have room in one row."""
+    """Return (x, line) of the first lines whose names fit into one row."""
     placed: list[tuple[float, Json]] = []
     at = float(LEFT)
     for line in lines:
@@ -83,13 +82,13 @@ def legend(lines: list[Json], room: float) -> list[tuple[float, Json]]:
 
 
 def title(data: RunData) -> str:
-    """The scenario's question if one line holds it, else the scenario's name."""
+    """Return the scenario's question if it fits into one line, else the scenario's name."""
     question = data.scenario.get("question") or ""
     return question if 0 < len(question) <= LONGEST_TITLE else data.scenario.get("name") or ""
 
 
 def label(shown: list[tuple[str, str]], before: str) -> str:
-    """The names and units of the vertical axis: "output y [-]", "drive_fast, drive_slow [m]"."""
+    """Return the names and units of the vertical axis: "output y [-]", "drive_fast, drive_slow [m]"."""
     if not shown:
         return "no outputs recorded"
     names, units = (", ".join(dict.fromkeys(words)) for words in zip(*shown, strict=True))
@@ -97,9 +96,10 @@ def label(shown: list[tuple[str, str]], before: str) -> str:
 
 
 def ticks(low: float, high: float, most: int) -> list[float]:
-    """Round numbers 1, 2 or 5 times a power of ten apart that enclose [low, high], about `most` of them or fewer.
+    """Return at most about `most` round numbers that enclose [low, high], 1, 2 or 5 times a power of ten apart.
 
-    A range too narrow for its floating-point numbers counts as a single value."""
+    A range that is too narrow for floating-point numbers counts as a single value.
+    """
     size = max(abs(low), abs(high))
     spread = high - low if high - low > 1e-9 * size else size or 1.0
     power = 10 ** math.floor(math.log10(spread / most))

@@ -1,10 +1,10 @@
-"""The plane seen from above: who is where, what is believed, who looks and what was seen, at instants for an animation.
+"""Data of a view from above: bodies, estimates, detections, fields of view and looks, at instants for an animation.
 
-A body is a node, or a [derived.NAME], with signals `x` and `y` in metres; `theta`, `psi`, `yaw` or `heading` in rad
-says where it points. `detection_x` and `detection_y` are where its node saw something last: each new pair is a point.
-Any other pair, `estimate_x` and `estimate_y` or `x_hat` and `y_hat`, is what its node believes.
-Looks are the copies of media with a floor plan, each at its exposure and where its body then was; motion capture, which
-sees without being asked, is none. Where there are too many, those that had the body out of their view are left out.
+A body is a node, or a [derived.NAME], with signals `x` and `y` in metres and perhaps a heading in rad, `theta`, `psi`,
+`yaw` or `heading`. `detection_x` and `detection_y` are the last detection of a node; each new pair is a point. Any
+other pair, such as `estimate_x` and `estimate_y` or `x_hat` and `y_hat`, is an estimate of its node.
+A look is a copy on a medium with a floor plan, drawn at its exposure at the position of its body. Observers without
+requests, as of motion capture, have no looks. If there are too many, looks with the body out of view are left out.
 """
 
 from __future__ import annotations
@@ -31,8 +31,10 @@ DIGITS = 6          # micrometres
 
 
 def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
-    """Paths at common instants, those of `also_ns` among them, fields of view, obstacles and looks; None if no node has
-    a place."""
+    """Return paths at common instants, `also_ns` included, fields of view, obstacles and looks.
+
+    Returns None if no node records a position.
+    """
     tracks = [(node, name, table, columns) for node, table in sorted(data.signals.items()) if table.time_ns.size
               for name, columns in _places(table)]
     bodies = [track for track in tracks if not track[1]]
@@ -57,7 +59,7 @@ def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
 
 
 def _places(table: SignalTable) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """("" or what is believed, columns of x, y and perhaps heading)."""
+    """Yield (name, columns of x, y and perhaps heading); the name of the body itself is "", others are estimates."""
     for name, unit in zip(table.names, table.units, strict=True):
         found = X.fullmatch(name)
         if found is None or unit != "m":
@@ -72,7 +74,7 @@ def _places(table: SignalTable) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _track(label: str, table: SignalTable, columns: tuple[str, ...], instants_ns: npt.NDArray[np.int64]) -> Json:
-    """Each instant has the last sample until then; none before the first one."""
+    """Return a track with the last sample at or before each instant; None before the first sample."""
     at = np.searchsorted(table.time_ns, instants_ns, side="right") - 1
     values = [_plain(np.where(at >= 0, table.column(name)[np.maximum(at, 0)], np.nan)) for name in columns]
     xs, ys = table.column(columns[0]), table.column(columns[1])
@@ -82,7 +84,7 @@ def _track(label: str, table: SignalTable, columns: tuple[str, ...], instants_ns
 
 
 def _points(node: str, table: SignalTable, columns: tuple[str, ...]) -> Json:
-    """Where the pair changes."""
+    """Return the instants [s] and values [m] at which the pair changes."""
     xs, ys = table.column(columns[0]), table.column(columns[1])
     new = np.isfinite(xs + ys)
     new[1:] &= (xs[1:] != xs[:-1]) | (ys[1:] != ys[:-1])

@@ -1,8 +1,8 @@
-"""Plotly for a page: inside it, or as one file that all reports of a folder share.
+"""Provides Plotly for a page: inside it, or as one file that all reports of a folder share.
 
-The bundle is the one that the Python package `plotly` brings (4.8 MB), see decision 0020. A report holds it, so that
-the page can be sent alone. Where a run folder lies beside those of other runs, the file lies once beside them, and each
-page names it as `../plotly-VERSION.min.js`, which browsers load from the disk.
+The bundle is that of the Python package `plotly` (4.8 MB), see decision 0020. A single report contains it, so that the
+page can be sent alone. Run folders beside each other share one file in their parent folder, which each page names as
+`../plotly-VERSION.min.js` and browsers load from the disk.
 """
 
 from __future__ import annotations
@@ -18,26 +18,29 @@ from pathlib import Path
 from typing import Final, Literal
 from uuid import uuid4
 
-MOST_SIBLINGS: Final = 1_000        # folders looked at for another run
+MOST_SIBLINGS: Final = 1_000        # most folders searched for another run
 
 Where = Literal["auto", "inside", "beside"]
 
 
 @cache
 def plotly_source() -> str:
-    """The JavaScript of the installed package, read once in a process."""
+    """Return the JavaScript of the installed package, read once in a process."""
     return (files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")
 
 
 def plotly_name() -> str:
-    """The name of the file that reports share: with the version of plotly.js, which its first lines say."""
+    """Return the name of the shared file, with the version of plotly.js from its first lines."""
     version = re.search(r"plotly\.js v([0-9A-Za-z.-]+)", plotly_source()[:300])
     return f"plotly-{version[1] if version else 'js'}.min.js"
 
 
 def shared_plotly(run_dir: Path, where: Where = "auto") -> str | None:
-    """The address, as seen from `run_dir`, of a file that reports share, which is written if need be; None if the page
-    has to hold Plotly itself. "auto": shared if another run lies beside this one and the file can be written."""
+    """Return the address of the shared file, relative to `run_dir`; None if the page has to contain Plotly.
+
+    The file is written if it is missing. With "auto" it is shared if the folder of another run lies beside this one and
+    the file can be written; with "beside" OSError is raised if it cannot.
+    """
     if where == "inside" or (where == "auto" and not _has_siblings(run_dir)):
         return None
     name = plotly_name()
@@ -72,7 +75,7 @@ def _holds_a_run(folder: Path) -> bool:
 
 
 def _is_ours(path: Path) -> bool:
-    """Whether the file is whole and belongs to this user: the page runs what is in it."""
+    """Return whether the file is whole and belongs to this user, as the page executes it."""
     with suppress(FileNotFoundError):
         return (path.is_file() and not path.is_symlink() and path.stat().st_uid == os.getuid()
                 and path.read_bytes() == plotly_source().encode())
@@ -80,7 +83,7 @@ def _is_ours(path: Path) -> bool:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Under another name first, so that a run that ends at the same time never reads half of it."""
+    """Write the file under another name first, so that no run that ends at the same time reads a part of it."""
     part = path.with_name(f".{path.name}.{uuid4().hex}.part")
     try:
         part.write_bytes(content)

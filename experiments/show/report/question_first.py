@@ -1,4 +1,4 @@
-"""The signal that the question is about, first among those that the report can draw."""
+"""Puts the signal of the scenario's question first among those that the report can draw."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Found = list[tuple[str, str, str, SignalTable]]      # node, signal, unit, the n
 
 
 def question_signals(data: RunData) -> Found:
-    """Recorded and derived signals that `question_signal` of the scenario names, none if it names none."""
+    """Return the recorded and derived signals that match `question_signal` of the scenario."""
     node_pattern, _, signal_pattern = (data.scenario.get("question_signal") or "").partition(".")
     return [(node, name, unit, table) for node, table in sorted(data.signals.items())
             if fnmatchcase(node, node_pattern) and table.time_ns.size
@@ -21,7 +21,7 @@ def question_signals(data: RunData) -> Found:
 
 
 def no_such_signal(data: RunData) -> str:
-    """Warning if `question_signal` names none of the run's signals, else ""."""
+    """Return a warning if `question_signal` matches none of the run's signals, else ""."""
     wanted = data.scenario.get("question_signal") or ""
     if not wanted or not data.signals or question_signals(data):
         return ""
@@ -30,8 +30,10 @@ def no_such_signal(data: RunData) -> str:
 
 
 def question_first(data: RunData) -> list[Json]:
-    """As `series.signals`, with the signals of the question together in front. An entry that has just these curves is
-    not shown twice."""
+    """Return the entries of `series.signals` with one for the signals of the question in front.
+
+    An entry with exactly these curves is not repeated.
+    """
     entries = signals(data)
     found = question_signals(data)
     if not found:

@@ -1,4 +1,4 @@
-"""The files of a run folder, each with what it holds and what opens it, for the links at the end of the report."""
+"""Lists the files of a run folder with their content and programs that open them, for the links in the report."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ PYTHON: Final = "`pyarrow.parquet.read_table(...)` in Python, DuckDB, or any oth
 
 
 class Kind(NamedTuple):
-    pattern: str            # of the path below the run folder
-    holds: str
-    opens: str              # which program shows it; words between backticks are code
+    pattern: str            # shell pattern of the path below the run folder
+    holds: str              # content
+    opens: str              # programs that show the file; words between backticks are code
 
 
 KINDS: Final = (
@@ -46,8 +46,7 @@ class RecordFile(NamedTuple):
 
 
 def record_files(run_dir: Path) -> list[RecordFile]:
-    """The files that are there, in the order of `KINDS`, without the report itself and what only lasts until the run's
-    end: the lock of the folder and files still being written."""
+    """Return the files of the folder in the order of `KINDS`, without the report, the lock and unfinished files."""
     found = []
     for path in sorted([*run_dir.glob("*"), *run_dir.glob("logs/*")]):
         name = path.relative_to(run_dir).as_posix()

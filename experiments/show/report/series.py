@@ -1,4 +1,4 @@
-"""The curves and tables of the report as plain lists, thinned for drawing; no layout, no colours."""
+"""Computes the curves and tables of the report as plain lists, thinned for drawing, without layout and colours."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MARKED = {"adopted topology": "topology adopted by a node", "switched inputs": "
           VIOLATED: "guarantee violated"}
 OUTPUT = re.compile(r"y\d*")
 MOST_TRANSMISSIONS = 30_000
-AROUND_NS = 250_000_000         # before and after the instants that the page leads to
+AROUND_NS = 250_000_000         # interval before and after each instant to which the page has a link
 MOST_AROUND = 10_000
 MOST_AGE_CURVES = 12
 MOST_AGE_LINKS = 60
@@ -42,8 +42,11 @@ Json = dict[str, Any]
 
 
 def signals(data: RunData) -> list[Json]:
-    """What can be chosen for drawing, each with its unit and curves: first the signals of one [derived.NAME] together,
-    since somebody asked for them, then outputs (y, y1, ...) and the rest, each with one curve per node that has it."""
+    """Return the entries that a reader can choose for drawing, each with its unit and curves.
+
+    The signals of each [derived.NAME] come first, in one entry, then outputs (y, y1, ...), then others, each with a
+    curve for every node that has the signal.
+    """
     found: dict[str, Json] = {}
     derived = [name for name in data.scenario.get("derived") or {} if name in data.signals]
     for node, table in sorted(data.signals.items()):
@@ -76,7 +79,7 @@ def add_curve(entry: Json, label: str, table: SignalTable, name: str) -> None:
 
 
 def switching(data: RunData) -> Json:
-    """True changes of each medium's graph, and what nodes did that marks an instant [s]."""
+    """Return the instants [s] at which the graph of each medium changes, and events of nodes to be marked."""
     changes = data.run.get("switch_instants_ns") or {}
     return {"media": {medium: [instant * 1e-9 for instant in instants] for medium, instants in changes.items()},
             "marks": [{"label": label, "events": found} for kind, label in MARKED.items()
@@ -85,24 +88,25 @@ def switching(data: RunData) -> Json:
 
 
 def violated(data: RunData) -> list[Json]:
-    """When guarantees did not hold [s]: the longest of these stretches, at most `MOST_STRETCHES`."""
+    """Return the intervals [s] in which a guarantee did not hold: the longest, at most `MOST_STRETCHES`."""
     found = [violation for outcome in data.guarantees.values() for violation in outcome.violations]
     longest = sorted(found, key=lambda violation: violation.from_ns - violation.until_ns)[:MOST_STRETCHES]
     return [{"from_s": violation.from_ns * 1e-9, "until_s": violation.until_ns * 1e-9} for violation in longest]
 
 
 def spoken(data: RunData, around_ns: Sequence[int] = ()) -> Json:
-    """Transmissions by time: one entry per frame with its outcome, for the first `MOST_TRANSMISSIONS` frames and those
-    within `AROUND_NS` of the instants `around_ns`, of these at most `MOST_AROUND` more.
+    """Return transmissions by time, one entry per frame with its outcome.
 
-    The outcome is "delivered" if every copy was, else the commonest other fate (ties: the first by name)."""
+    They are the first `MOST_TRANSMISSIONS` frames, and at most `MOST_AROUND` more within `AROUND_NS` of the instants
+    `around_ns`. The outcome is "delivered" if every copy was, else the commonest other fate (ties: the first by name).
+    """
     ledger = data.ledger
     if not len(ledger):
         return {"rows": 0, "total": 0}
     source, number = sources(ledger), ledger.ints("number")
     order = np.lexsort((number, source.codes))
     starts = np.flatnonzero(new_group(source.codes[order], number[order]))
-    first = order[starts]                               # of each frame the copy that the ledger has first
+    first = order[starts]                               # first copy of each frame in the ledger
     on_air_ns = ledger.ints("on_air_ns")[first]
     start_ns = np.where(on_air_ns >= 0, on_air_ns, ledger.ints("offered_ns")[first])
     copies, total = np.diff(np.r_[starts, order.size]), starts.size
@@ -128,7 +132,7 @@ def spoken(data: RunData, around_ns: Sequence[int] = ()) -> Json:
 
 
 def _first_and_around(start_ns: NDArray[np.int64], around_ns: Sequence[int]) -> NDArray[np.intp]:
-    """Indices into the sorted `start_ns`, increasing."""
+    """Return the indices of the chosen frames in the sorted `start_ns`, increasing."""
     chosen = np.zeros(start_ns.size, dtype=np.bool_)
     chosen[:MOST_TRANSMISSIONS] = True
     more = MOST_AROUND
@@ -142,7 +146,7 @@ def _first_and_around(start_ns: NDArray[np.int64], around_ns: Sequence[int]) -> 
 
 
 def _outcomes(fate: Coded, order: Ints, starts: Ints, copies: Ints) -> tuple[Ints, list[str]]:
-    """Arrived copies and outcome of each frame; the copies of a frame are `order[start:start + copies]`."""
+    """Return arrived copies and outcome of each frame, whose copies are `order[start:start + copies]`."""
     frame = np.repeat(np.arange(starts.size), copies)
     rows = order[np.repeat(starts - np.r_[0, np.cumsum(copies)[:-1]], copies) + np.arange(frame.size)]
     names = len(fate.names)
@@ -154,14 +158,14 @@ def _outcomes(fate: Coded, order: Ints, starts: Ints, copies: Ints) -> tuple[Int
 
 
 def _coded(values: Sequence[str]) -> Json:
-    """A column of few different names as codes into them."""
+    """Return a column of few different names as the names and codes into them."""
     names = sorted(set(values))
     place = {name: code for code, name in enumerate(names)}
     return {"names": names, "codes": [place[value] for value in values]}
 
 
 def fates(data: RunData) -> list[Json]:
-    """Per link: the number of copies that met each fate."""
+    """Return the number of copies by fate, for each link."""
     link, fate = data.ledger.link, data.ledger.fate
     if not len(data.ledger):
         return []
@@ -174,8 +178,10 @@ def fates(data: RunData) -> list[Json]:
 
 
 def ages(data: RunData) -> Json:
-    """Largest, 95 % and mean age of the links with the largest mean age, the worst first, and for the first of them the
-    distribution over time. `total` counts all links."""
+    """Return largest, 95 % and mean age of information [s] of the links with the largest mean age, the worst first.
+
+    The first `MOST_AGE_CURVES` of them also have the distribution over time [ms]. `total` counts all links.
+    """
     if data.length_ns <= 0:
         return {"links": [], "shares": [], "total": 0}
     found = age_of_information(data.ledger, data.length_ns)
@@ -193,8 +199,10 @@ def ages(data: RunData) -> Json:
 
 
 def gaps(data: RunData) -> list[Json]:
-    """Per medium and sender the times between transmissions [ms]: one by one, thinned, over the instant at which each
-    ends [s]; their histogram and their extremes."""
+    """Return the times between transmissions [ms] for each medium and sender.
+
+    Each entry has the times, thinned, with the instant at which each ends [s], their histogram and their extremes.
+    """
     table = times_between_transmissions(data.ledger)
     starts = np.flatnonzero(new_group(table.source.codes))
     senders = [(table.source.names[table.source.codes[start]], slice(start, end))
@@ -219,7 +227,7 @@ def gaps(data: RunData) -> list[Json]:
 
 
 def node_table(data: RunData) -> Json:
-    """Per node: frames sent, copies heard, mean rate, samples, and the counters that counted something at any node."""
+    """Return, for each node, frames sent, copies received, mean rate, samples, and counters above 0 at any node."""
     sent: Counter[str] = Counter()
     source = transmissions(data.ledger).source
     for (_, sender), frames in zip(source.names, source.counts().tolist(), strict=True):

@@ -1,7 +1,7 @@
-"""Fewer points without hiding peaks: the smallest and the largest sample of every stretch, in their own order.
+"""Thins a curve without hiding peaks: keeps the smallest and the largest sample of every stretch, in their order.
 
-A curve drawn through what is kept covers the same vertical extent in every stretch as the whole curve does; a spike of
-one sample stays. What is lost is how often a stretch crosses its middle. First and last sample are kept.
+The thinned curve has the same vertical extent as the whole curve in every stretch, so a spike of one sample remains;
+oscillations within a stretch are lost. First and last sample are kept.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ MOST_POINTS = 5_000
 
 
 def keep(values: NDArray[np.float64], most: int = MOST_POINTS) -> NDArray[np.intp]:
-    """Indices of the samples to draw, increasing, at most `most` (>= 4) of them; nan is neither small nor large."""
+    """Return the indices of the samples to draw, increasing, at most `most` (>= 4); nan is never an extreme."""
     assert most >= 4, f"most={most}: two ends and one stretch need 4 points"
     count = values.size
     if count <= most:

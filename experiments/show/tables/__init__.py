@@ -1,6 +1,6 @@
-"""The dissertation's tables, computed again: each number printed beside ours, and what ours has to be.
+"""The dissertation's tables, computed again: each printed number beside ours, with the band in which ours has to lie.
 
-A member of this kind is a `Table`: rows that are known beforehand, and a way to measure them one after the other.
+A member of this kind is a `Table`: rows with the printed numbers, and a method that measures ours row by row.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Row:
 
     @property
     def reproduced(self) -> bool | None:
-        """Whether the printed value lies in the band. None: nothing is printed, or the band is no more than a limit."""
+        """True if the printed value lies in the band; None if none is printed or the band has only one side."""
         if self.printed is None or self.low is None or self.high is None:
             return None
         return self.low <= self.printed <= self.high
@@ -40,7 +40,7 @@ class Measured(NamedTuple):
 
     @property
     def met(self) -> bool | None:
-        """None: nothing has to be met, or cannot be measured."""
+        """True if our value lies in the band; None if there is no band or no value."""
         low, high = self.row.low, self.row.high
         if self.ours is None or (low is None and high is None):
             return None
@@ -49,11 +49,11 @@ class Measured(NamedTuple):
 
 class Table(Protocol):
     title: str
-    judged_by: str                      # where the bands come from, one sentence
-    runs: int                           # by default
+    judged_by: str                      # origin of the bands, one sentence
+    runs: int                           # default number of runs
 
     def steps(self, runs: int) -> int:
-        """How often `progress` will be called."""
+        """Return the number of calls of `progress` for `runs` runs."""
         ...
 
     def measure(self, runs: int, progress: Callable[[], None]) -> Iterator[Measured]: ...

@@ -1,4 +1,4 @@
-"""Which table is which."""
+"""The tables of Chapter 3 by number."""
 
 from __future__ import annotations
 

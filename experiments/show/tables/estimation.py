@@ -1,7 +1,7 @@
 """Tables 3.1 to 3.4: errors of the filters on the two paths, and looks of the adaptive one, over Monte Carlo runs.
 
-Ours has to meet a band around the result of the fitted configuration: the dissertation prints neither paths nor
-tunings. A printed value outside of that band is not reproduced (unscented filter, 17 detections), and said to be so.
+Our values have to lie in a band around the result of the fitted configuration, as the dissertation prints neither paths
+nor tunings. A printed value outside that band (unscented filter, 17 detections) is marked as not reproduced.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Figures 3.5, 3.6 and 3.8 on one page that opens without a network: paths with estimates, and errors in time.
 
-Drawn from one run each, the first of those that the tables average; the statistics above an error curve are those of 50
-runs. The page carries its numbers as JSON and draws them with the Plotly that is installed, as the report of a run.
+Each figure shows one run, the first of those that the tables average; the statistics above an error curve are those of
+50 runs. The page has its numbers as JSON and draws them with the installed Plotly, as the report of a run does.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ DIGITS = 5
 
 
 class Drawn(NamedTuple):
-    """One run: what is drawn of it."""
+    """The curves of one run."""
 
     target: Floats              # shape (n, 2) [m]
     expected: Floats

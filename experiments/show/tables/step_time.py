@@ -1,7 +1,8 @@
 """Table 3.5: computing time of one step, a prediction to the next instant and a correction there, on this machine.
 
-Mean of a round of 500 steps; of the rounds the least, since other work on the machine only ever adds. The circle
-filter makes its fit anew at every step (rho = 0), with Gamma = 17; the particle filter has 1000 particles.
+A value is the mean over a round of 500 steps, in the fastest of all rounds, since other work on the machine only adds
+time. The circle filter repeats its fit at every step (rho = 0), with Gamma = 17; the particle filter has 1000
+particles.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from experiments.show.tables import Measured, Row
 
 STEPS = 500
 SPEED_MPS, SIGMA_M = 0.5, 0.1
-Round = Callable[[], float]             # seconds a step
+Round = Callable[[], float]             # runs a round; mean time of a step [s]
 
 
 class StepTime:
@@ -88,7 +89,7 @@ def _filter(name: str) -> Callable[[], Round]:
 
 
 def _peer() -> Round | None:
-    """filterpy's unscented filter with the same model, if it is installed."""
+    """Return a round of filterpy's unscented filter with the same model, None if it is not installed."""
     try:
         from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
     except ImportError:

@@ -51,6 +51,6 @@ def outcome(frames: Sequence[EncodedFrame], passive: Sequence[bool], hit_bit: in
 
 def bits_to(sequence: BitSequence, error: ErrorFrame) -> tuple[int, int]:
     """(nominal, data) bits from SOF to the last bit before the error flags."""
-    if error.sender_receives:               # nobody sends, so the rate does not change
+    if error.sender_receives:               # no node sends, so the rate does not change
         return error.last_bit + 1, 0
     return sequence.rates_up_to(error.last_bit)

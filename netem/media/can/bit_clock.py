@@ -35,9 +35,9 @@ class BitClock:
         return (ticks + self.ticks_per_ns // 2) // self.ticks_per_ns
 
     def whole_ns(self, nominal_bits: int, data_bits: int = 0) -> int:
-        """Lower bound on the time between the rounded instants of the start and the end of so many bits."""
+        """Return a lower bound on the time [ns] between the rounded instants of start and end of these bits."""
         return (nominal_bits * self.nominal + data_bits * self.data) // self.ticks_per_ns
 
     def most_ns(self, nominal_bits: int, data_bits: int = 0) -> int:
-        """Duration of so many bits, rounded up."""
+        """Return the duration [ns] of these bits, rounded up."""
         return -(-(nominal_bits * self.nominal + data_bits * self.data) // self.ticks_per_ns)

@@ -31,7 +31,7 @@ class ScriptedBit:
 
 @dataclass(frozen=True)
 class BitErrorSettings:
-    ratio: float = 0.0                                  # of bits
+    ratio: float = 0.0                                  # share of inverted bits
     during_ns: tuple[Window, ...] | Window = ()         # one window or several; (): the whole run
     scripted: tuple[ScriptedBit, ...] = ()
 
@@ -60,7 +60,7 @@ class BitErrors:
         self.possible = bool(settings.ratio or settings.scripted)
 
     def first_hit(self, transmission: int, start_ns: int, bits: int) -> int | None:
-        """The first inverted bit of a frame with so many bits, from SOF = 0; None if there is none."""
+        """Return the index of the first inverted bit of a frame of `bits` bits, SOF = 0; None if there is none."""
         hits = []
         scripted = self._scripted.get(transmission)
         if scripted is not None and -bits <= scripted < bits:

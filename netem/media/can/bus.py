@@ -1,18 +1,17 @@
-"""A CAN bus: frames one after the other in the order of arbitration, decided as a whole when they start.
+"""A CAN bus: one frame after the other in the order of arbitration; the fate of a frame is decided at its start.
 
-    handed out --queue of the node--> arbitration --bits of the frame--> receivers one bit before the end of EOF
+    offer --queue of the node--> arbitration --bits of the frame--> receivers one bit before the end of EOF
     [start, end of EOF) intermission 3 bits, then the next start
 
-Nothing stops a frame once it is on the bus, so its end, its receivers and what goes wrong with it are settled at its
-start, and what it brings reaches the links then. If no controller has errors pending and none can occur, this is the
-whole procedure; everything else is in error_handling.py.
+No later offer changes a frame on the bus, so its end, its receivers and its errors are computed at its start, and its
+copies are passed to the links then. If no controller has errors pending and none can occur, this is the whole
+procedure; error_handling.py has all other cases.
 
-Contenders are the nodes with a frame waiting at the instant of the start. Receivers take a frame when all but the last
-bit of EOF have gone by, its sender (`own_frames_to`) when the last one has (ISO 11898-1:2015, 10.3.2).
+The nodes with a frame waiting at an instant of start contend. Receivers take a frame after all but the last bit of EOF,
+its sender (`own_frames_to`) after the last one (ISO 11898-1:2015, 10.3.2).
 
 Invariants:
-- whenever a controller is among those `_waiting`, an arbitration stands on the agenda at `_armed_ns`, not later than
-  it can start;
+- while `_waiting` is not empty, an arbitration is scheduled at `_armed_ns`, no later than the first start possible;
 - those of bus_state.py.
 
 Not modelled: propagation time, synchronization and clock tolerance; a node that joins within the first bit of a start;
@@ -46,7 +45,7 @@ from netem.media.observation import MediumObserver
 from netem.records.ledger import Ledger
 from netem.wire.instants import NEVER_NS
 
-ARBITRATION: Final = OFFER + 1              # after all that is handed out at the instant
+ARBITRATION: Final = OFFER + 1              # after all offers of the instant
 
 
 class CanBus(Medium):
@@ -102,11 +101,11 @@ class CanBus(Medium):
         self._queue(controller, frame, encoded)
         self._waiting[sender] = controller
         start_ns = max(now_ns, self._timeline.free_ns, controller.ready_ns)
-        if start_ns < self._armed_ns:           # mostly it is not, and this is called for every frame
+        if start_ns < self._armed_ns:           # `_arm` checks it too; here it saves a call for most frames
             self._arm(start_ns)
 
     def lookahead_ns(self, t0_ns: int) -> int:
-        """As in `Medium`. What is on the bus has been handed to the links: only the next frame counts."""
+        """As in `Medium`. The links have the frame on the bus already, so only the next frame counts."""
         reach_ns = max(t0_ns, self._timeline.free_ns) + self._shortest_ns
         return max(t0_ns, min(reach_ns, self._errors.next_recovery_ns))
 
@@ -117,7 +116,7 @@ class CanBus(Medium):
         self._waiting.clear()
         self._state.load.idle_until(end_ns)
 
-    # --- what it can tell
+    # --- observation
 
     def observe(self, observer: MediumObserver) -> None:
         self._events.observer = observer
@@ -140,7 +139,7 @@ class CanBus(Medium):
         return self._timeline.free_ns
 
     def error_counters(self, node: str) -> tuple[int, int, State]:
-        """Transmit and receive error counter and state, as they are after what is on the bus now."""
+        """Return the transmit and the receive error counter and the state, after the frame on the bus now."""
         faults = self._controllers[node].faults
         return faults.transmit_errors, faults.receive_errors, faults.state
 
@@ -168,7 +167,7 @@ class CanBus(Medium):
     def _arbitrate(self) -> None:
         now_ns = self._agenda.now_ns
         if now_ns != self._armed_ns:
-            return                          # another one was set before it
+            return                          # an earlier arbitration replaced this one
         self._armed_ns = NEVER_NS
         best, senders = -1, list[Controller]()
         for controller in self._waiting.values():
@@ -188,7 +187,7 @@ class CanBus(Medium):
             self._arm(max(self._timeline.free_ns, ready_ns))
 
     def _send(self, controller: Controller, now_ns: int) -> None:
-        """The common case: one sender, and nothing can go wrong."""
+        """Carry the frame of the only contender, in which no error can occur."""
         state = self._state
         state.transmissions += 1
         encoded = controller.queue.waiting[0][3]

@@ -1,6 +1,6 @@
-"""What a bus tells of its run, as events: state changes, error frames, frames that clash or are none.
+"""The events of a CAN bus: changes of state, error frames, identifiers that clash, malformed frames.
 
-Each names the bus; of what can happen at every frame the first time is told, the counters have the rest.
+Each event names the bus. Events that may repeat with every frame are recorded once; the counters have the totals.
 """
 
 from __future__ import annotations

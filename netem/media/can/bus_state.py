@@ -1,7 +1,7 @@
-"""State of the bus and of the controllers on it, and what every transmission changes, with errors or without.
+"""State of the bus and of its controllers, with the changes that every transmission makes, with errors or without.
 
 Invariants:
-- between two transmissions lie at least 3 bits, 11 for an error-passive node that sent the one before;
+- at least 3 bits separate two transmissions, 11 if an error-passive node sends both;
 - `waiting` holds exactly the controllers with a frame waiting that are not bus-off.
 """
 
@@ -38,7 +38,7 @@ class BusState:
         self.transmissions = 0
 
     def carry(self, frame: Frame, encoded: EncodedFrame, now_ns: int) -> int:
-        """The whole frame is on the bus from now on; returns when receivers take it."""
+        """Put the whole frame on the bus from now on; return the instant [ns] at which receivers take it."""
         timeline, clock = self.timeline, self.timeline.clock
         end_ticks = timeline.start(now_ns) + encoded.nominal_bits * clock.nominal + encoded.data_bits * clock.data
         timeline.busy_until(end_ticks)
@@ -48,7 +48,7 @@ class BusState:
         return timeline.instant(end_ticks - clock.nominal)
 
     def take(self, controller: Controller) -> Frame:
-        """The frame at the head of its queue got through."""
+        """Remove the frame at the head of the controller's queue, which got through, and return it."""
         frame = controller.queue.take()[2]
         if not controller.queue.waiting:
             del self.waiting[controller.name]

@@ -1,10 +1,10 @@
-"""What went over a CAN bus as the logs that CAN tools read: candump (`.log`) and Vector's BLF (`.blf`).
+"""Logs of a CAN bus for CAN tools: candump (`.log`) and Vector's BLF (`.blf`).
 
-Written by python-can's own writers, so time is in seconds from the start of the run as they print it: candump with
-microseconds, BLF with nanoseconds. A frame is logged when its receivers take it, once, whoever they are; an error frame
-when its first flag begins. The channel is the name of the bus; BLF knows numbers only and has 0.
+python-can's writers write them, with seconds from the start of the run: candump in microseconds, BLF in nanoseconds. A
+frame is logged once, at the instant at which receivers take it, an error frame when its first flag begins. The channel
+is the name of the bus; in BLF, which allows only numbers, it is 0.
 
-Not modelled: who sent a frame (the ledger knows).
+Not modelled: the sender of a frame (see the ledger).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ NS_PER_S: Final = 1e9
 
 
 class CanLog(Recorder):
-    """The frames of one bus in the file `<bus>.<SUFFIX>`; nothing from the end of the run on is logged."""
+    """Writes the frames of one bus before the end of the run to the file `<bus>.<SUFFIX>`."""
 
     Settings = CanLogSettings
     SUFFIX: ClassVar[str]
@@ -35,7 +35,7 @@ class CanLog(Recorder):
         self._writer = self._open(part_of(self._path), settings.bus)
 
     def _open(self, path: Path, bus: str) -> Any:
-        """python-can's writer."""
+        """Return python-can's writer for the file."""
         raise NotImplementedError
 
     def record(self, run: Feed) -> None:
@@ -53,7 +53,7 @@ class CanLog(Recorder):
         self._write(time_ns, can.Message(timestamp=time_ns / NS_PER_S, is_error_frame=True))
 
     def finish(self) -> None:
-        """Close the file; BLF has its index only now as well."""
+        """Close the file and give it its final name; BLF's writer adds its index here."""
         self._writer.stop()
         publish(self._path)
 
@@ -76,5 +76,5 @@ class Blf(CanLog):
 
     def _open(self, path: Path, bus: str) -> can.BLFWriter:
         writer = can.BLFWriter(path)
-        writer.start_timestamp = 0.0    # else the first message's, which BLF cannot say unless it is a date
+        writer.start_timestamp = 0.0    # otherwise the first message's, which BLF can express only as a date
         return writer

@@ -34,7 +34,7 @@ class Controller:
         self.ready_ns = 0               # end of its suspension: it starts no frame before
         self.number = 0                 # number of its next frame
         self.recovery: BusOffRecovery | None = None
-        self.unacknowledged = False     # whether its last transmission was
+        self.unacknowledged = False     # True if its last transmission was not acknowledged
         self.retransmissions: dict[int, int] = {}
         self.counters: Counter[str] = Counter(dict.fromkeys(COUNTERS, 0))
 

@@ -54,7 +54,7 @@ class ErrorFrame:
 
     @property
     def acknowledged(self) -> bool:
-        """Whether the receivers had acknowledged the frame before, which lowers their receive error counters by 1."""
+        """True if the receivers had acknowledged the frame before, which lowers their receive error counters by 1."""
         return self.field in (Field.ACK_DELIMITER, Field.EOF)
 
 
@@ -78,7 +78,10 @@ def after_bit_error(sequence: BitSequence, bit: int, *, passive: bool) -> ErrorF
 
 
 def without_acknowledgement(sequence: BitSequence, *, passive: bool) -> ErrorFrame:
-    """The error frame if nobody drives the ACK slot; an error-passive sender does not count (12.1.4.2, exception 1)."""
+    """Return the error frame if no node drives the ACK slot; an error-passive sender does not count the error.
+
+    Source: 12.1.4.2, exception 1.
+    """
     slot = sequence.first(Field.ACK_SLOT)
     return ErrorFrame(Cause.ACK, Field.ACK_SLOT, slot, FLAG_BITS, sender_counts=not passive, receivers_count=False)
 

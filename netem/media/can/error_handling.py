@@ -1,12 +1,12 @@
-"""Transmissions in which something can go wrong: bit errors, no acknowledgement, one identifier at two nodes, bus-off.
+"""Transmissions with possible errors: bit errors, no acknowledgement, one identifier at two nodes, bus-off.
 
     arbitration won --outcome--> got through, or destroyed by an error frame --error counters--> states, recovery
 
-Everything about a transmission is settled at its start. Of several senders the ones that are `left` send to its end,
-those `silenced` stop at a bit that they see inverted. A destroyed frame stays in its queue.
+A transmission is computed at its start. Of several senders, those that are `left` send to its end and those `silenced`
+stop at a bit that they read inverted. A destroyed frame stays in its queue.
 
-`quiet` says that no controller has errors pending and that none can occur: then the bus does not come here.
-Source: ISO 11898-1:2015, 10.11 to 12.1; the files that this one puts together name the clauses.
+While no controller has errors pending and none can occur, `quiet` is True and the bus does not use this file.
+Source: ISO 11898-1:2015, 10.11 to 12.1; the files that this one combines name the clauses.
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ RECESSIVE_END_BITS: Final = 8               # ACK delimiter and EOF, or error de
 
 
 class ErrorHandling:
-    """`arm` sets the next arbitration, unless an earlier one is set."""
+    """Carries out transmissions with errors; `arm` sets the next arbitration, unless an earlier one is set."""
 
     def __init__(self, state: BusState, errors: BitErrors, agenda: Agenda, arm: Callable[[int], None]) -> None:
         self.error_frames = 0
         self.collisions = 0
         self.quiet = self._safe = len(state.controllers) > 1 and not errors.possible
-        self.next_recovery_ns = NEVER_NS    # of one that tells its node
+        self.next_recovery_ns = NEVER_NS    # next recovery of a controller that reports it to its node
         self._state, self._errors, self._agenda, self._arm = state, errors, agenda, arm
         self._settings, self._links, self._ledger = state.settings, state.links, state.ledger
         self._controllers, self._waiting = state.controllers, state.waiting
         self._timeline, self._load, self._events = state.timeline, state.load, state.events
 
     def attempt(self, senders: Sequence[Controller], now_ns: int) -> None:
-        """`senders` won the same arbitration, mostly one."""
+        """Carry out the transmission of `senders`, all of which won the arbitration: several have one identifier."""
         lengths = [_as_sent(sender) for sender in senders]
         others = [controller for controller in self._controllers.values()
                   if controller not in senders and not controller.bus_off]
@@ -85,14 +85,14 @@ class ErrorHandling:
 
     def _rivals(self, senders: Sequence[Controller], first: EncodedFrame, hit_bit: int,
                 now_ns: int) -> list[Controller]:
-        """Who contends with the senders and has sent the same bits so far, up to and including one that is hit."""
+        """Return the controllers that contend with the senders and whose bits are equal up to and including the hit."""
         bits = bit_sequence(first.data).bits[:hit_bit + 1]
         return [rival for rival in self._waiting.values() if rival not in senders and rival.ready_ns <= now_ns
                 and bit_sequence(_as_sent(rival).data).bits[:hit_bit + 1] == bits]
 
     def _got_through(self, left: Sequence[Controller], silenced: Sequence[Controller], others: Sequence[Controller],
                      encoded: EncodedFrame, now_ns: int) -> int:
-        """Returns the start of the recessive run at the end."""
+        """Complete a transmission without an error frame; return the start [ns] of the recessive bits at its end."""
         lead, *twins = left
         frame = self._state.take(lead)
         frame.data = encoded.data
@@ -116,7 +116,7 @@ class ErrorHandling:
         return frame.end_ns - self._timeline.clock.whole_ns(RECESSIVE_END_BITS)
 
     def _hand_over(self, lead: Controller, frame: Frame, others: Sequence[Controller], taken_ns: int) -> None:
-        """Every other node's copy of a frame that those who took part have taken."""
+        """Pass the copies of a frame to the links for `others`, which take it, and close those of all other nodes."""
         taking = {other.name for other in others}
         again = lead.retransmissions.get(frame.number, 0)
         if again:
@@ -130,7 +130,7 @@ class ErrorHandling:
                 self._ledger.close(frame, receiver, Fate.DEAF, copy=again, cause="sent the same identifier")
 
     def _twin_got_through(self, twin: Controller, lead: Controller, carried: Frame) -> None:
-        """A frame with the same bits to the last one: on the bus there was only one."""
+        """Remove the frame of a sender whose bits all equalled those of `lead`: the bus carried one frame only."""
         frame = self._state.take(twin)
         frame.on_air_ns, frame.end_ns = carried.on_air_ns, carried.end_ns
         for receiver in twin.receivers:
@@ -143,8 +143,10 @@ class ErrorHandling:
 
     def _destroyed(self, left: Sequence[Controller], silenced: Sequence[Controller], others: Sequence[Controller],
                    encoded: EncodedFrame, found: Outcome, now_ns: int) -> int:
-        """An error frame ends the transmission; its frames stay in their queues. Returns where the error delimiter
-        begins."""
+        """End the transmission with an error frame; the frames stay in their queues.
+
+        Returns the start [ns] of the error delimiter.
+        """
         error, timeline, clock = found.error, self._timeline, self._timeline.clock
         assert error is not None
         nominal_bits, data_bits = bits_to(bit_sequence(encoded.data), error)
@@ -196,7 +198,7 @@ class ErrorHandling:
                 self._count(other, other.faults.receive_error, error_ns)
 
     def _count(self, controller: Controller, event: Callable[[], None], time_ns: int) -> None:
-        """Change the controller's error counters, and tell a change of state."""
+        """Change the controller's error counters by `event`, and report a change of state."""
         before = controller.faults.state
         event()
         state = controller.faults.state
@@ -228,7 +230,7 @@ class ErrorHandling:
 
     def _recover(self, controller: Controller, due_ns: int) -> None:
         if controller.recovery is None or controller.recovery.due_ns() != due_ns:
-            return                          # frames have come in between
+            return                          # frames have interrupted the recovery, so it is due later
         controller.recovery = None
         controller.unacknowledged = False
         self._count(controller, controller.faults.recovered, due_ns)
@@ -239,7 +241,7 @@ class ErrorHandling:
 
 
 def _as_sent(sender: Controller) -> EncodedFrame:
-    """The frame at the head of the queue; a CAN FD frame says that its sender is error-passive."""
+    """Return the frame at the head of the queue; in a CAN FD frame the bit ESI shows an error-passive sender."""
     encoded = sender.queue.waiting[0][3]
     if not (encoded.fd and sender.faults.passive) or encoded.data[5] & ERROR_STATE:
         return encoded

@@ -1,4 +1,4 @@
-"""What a controller tells its node of itself: SocketCAN's error messages about its state, written and read.
+"""SocketCAN's error messages by which a controller reports its state to its node: encoder and decoder.
 
     can_id   ERR flag and class: CRTL 0x004, BUSOFF 0x040, RESTARTED 0x100, and CNT 0x200 since data has the counters
     data[1]  of CRTL: 0x10 error-passive by REC, 0x20 by TEC, 0x40 error-active again        data[6], data[7]  TEC, REC
@@ -25,7 +25,7 @@ ACTIVE: Final = 0x40
 
 
 def state_message(faults: FaultConfinement, before: State) -> bytes:
-    """The struct for a change from `before` to the present state."""
+    """Return the message, a `can_frame` struct, for a change from `before` to the present state."""
     data = bytearray(8)
     data[6], data[7] = min(faults.transmit_errors, 255), min(faults.receive_errors, 255)
     if faults.state is State.BUS_OFF:
@@ -43,7 +43,7 @@ def state_message(faults: FaultConfinement, before: State) -> bytes:
 
 
 def state_after(message: CanFrame, before: State) -> State:
-    """The controller's state after its error message; a message about something else leaves it as it was."""
+    """Return the controller's state after `message`; `before` if the message is not about the state."""
     if message.can_id & BUS_OFF:
         return State.BUS_OFF
     if message.can_id & RESTARTED:

@@ -40,7 +40,7 @@ class FaultConfinement:
 
     @property
     def calm(self) -> bool:
-        """Whether both counters are 0, so that a frame without errors does not change them."""
+        """True if both counters are 0, so that a frame without errors does not change them."""
         return not self.transmit_errors and not self.receive_errors
 
     def sent(self) -> None:

@@ -75,7 +75,7 @@ def _releases(message: PeriodicMessage, within_ns: int) -> int:
 
 
 def _overloaded(messages: Sequence[PeriodicMessage], blocking_ns: int) -> bool:
-    """Whether the busy period does not end: U > 1, or U = 1 and there is blocking or jitter."""
+    """Return whether the busy period does not end: U > 1, or U = 1 and there is blocking or jitter."""
     cycle_ns = lcm(*(message.period_ns for message in messages))
     demand_ns = sum(message.frame_ns * (cycle_ns // message.period_ns) for message in messages)
     backlog = blocking_ns > 0 or any(message.jitter_ns for message in messages)

@@ -1,6 +1,6 @@
 """No media access: a frame's transmission starts at its offer, so the firmware decides when.
 
-A frame that is offered while its sender is transmitting is dropped (`Fate.SENDER_BUSY`); the one on the air goes on.
+A frame that is offered while its sender is transmitting is dropped (`Fate.SENDER_BUSY`); that on the air is completed.
 """
 
 from __future__ import annotations
