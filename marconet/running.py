@@ -56,7 +56,7 @@ class Run:
     @cached_property
     def ledger(self) -> pl.DataFrame:
         """One row for each frame copy, with the columns of docs/records.md."""
-        from netem.records.ledger_table import read_ledger
+        from netem.records.ledger_file import read_ledger
 
         frame: pl.DataFrame = _polars().from_arrow(read_ledger(self.folder / "ledger.parquet"))
         return frame

@@ -23,10 +23,11 @@ from experiments.judge.derived_signals import derive
 from experiments.judge.frame_copies import FrameCopies, LedgerUnreadable
 from experiments.judge.monitors.outcome import Outcome
 from netem.records.events import Event
-from netem.records.ledger_file import journal_of
-from netem.records.ledger_table import read_metadata
+from netem.records.journal import journal_of
+from netem.records.ledger_file import read_metadata
 from netem.records.part_file import part_of
-from netem.records.signal_table import Recording, SignalTable, read_recording
+from netem.records.signal_table import SignalTable
+from netem.records.signals import Recording, read_recording
 
 Json = dict[str, Any]
 

@@ -19,11 +19,10 @@ from experiments.judge.record_names import JOURNALS
 from experiments.judge.run_result import Summary
 from experiments.run.run_folder import RunFolder
 from netem.records.events_file import write_events
-from netem.records.ledger_file import write_from_journal
-from netem.records.ledger_table import hash_of, read_ledger
+from netem.records.journal import journal_of
+from netem.records.ledger_file import hash_of, read_ledger, write_from_journal
 from netem.records.part_file import part_of
-from netem.records.signal_table import Recording, read_recording
-from netem.records.signals import SignalFile, journal_of
+from netem.records.signals import Recording, SignalFile, read_recording
 
 KILLED = "the emulator's process was killed"
 
