@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.judge.record_names import LOCK
+from experiments.judge.run_files import LOCK
 from experiments.run.run_folder import FolderTaken, RunFolder, owner
 
 HOLD = """
