@@ -28,6 +28,7 @@ try:
 except ImportError:                     # not on Windows: nothing is locked there
     fcntl = None                        # type: ignore[assignment]
 
+
 class FolderTaken(ValueError):
     """Another process runs a scenario into the folder, or it holds the records of a run."""
 
