@@ -1,5 +1,4 @@
-"""Merges the readings of several sensors, and decides which sensor is in charge of which target (Figure 3.3, section
-3.2).
+"""Merges the readings of several sensors, and puts sensors in charge of targets (Figure 3.3, section 3.2).
 
     report      takes a sensor's reading; all readings of one instant are merged to their mean, weighted by 1 / sigma^2
     claim       puts an idle sensor in charge of one target, at random, of those that entered; its former sensor is idle

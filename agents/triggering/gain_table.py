@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import isfinite
 
-SAME_INPUTS = 1e-6          # relative difference up to which inputs, after rounding to float32, are the planned ones
+SAME_INPUTS = 1e-6          # difference up to which inputs, rounded to float32 in a frame, are the planned ones
 
 
 class GainTable:

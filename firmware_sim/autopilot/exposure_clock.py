@@ -1,6 +1,6 @@
 """Converts the time stamps of motion capture frames, read from the cameras' clock, to the board's clock.
 
-    offset = least of (arrival - stamp), raised by `SLIP` since the last frame       exposed = stamp + offset - delay
+    offset = least of (arrival - stamp), raised by `SLIP_PPM` since the last frame   exposed = stamp + offset - delay
 
 The least delayed frame gives the clocks' difference plus the known `delay`; frames delayed on their way do not change
 it. The slip lets the offset follow clocks that drift apart by less than it. If `PATIENCE` frames in a row seem delayed

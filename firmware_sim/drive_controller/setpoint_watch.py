@@ -24,7 +24,7 @@ class SetpointWatch:
     setpoint: Setpoint | None = field(default=None, init=False)
     heard_ns: int = field(default=0, init=False)            # local time of the last setpoint
     state: DriveState = field(default=DriveState.STOPPED, init=False)
-    _silent_ns: int = field(default=0, init=False)          # time between the last two setpoints
+    _silent_ns: int = field(default=0, init=False)          # length of the last time without setpoints
 
     def heard(self, setpoint: Setpoint, now_ns: int) -> None:
         if self.setpoint is not None and now_ns - self.heard_ns >= self.stale_after_ns:
