@@ -17,9 +17,8 @@ from time import perf_counter
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.records.ledger import Ledger
-from netem.records.ledger_table import hash_of, read_ledger
-from netem.records.signal_table import read_recording
-from netem.records.signals import SignalFile
+from netem.records.ledger_file import hash_of, read_ledger
+from netem.records.signals import SignalFile, read_recording
 
 
 def fastest(repeats: int, action: Callable[[], object]) -> float:

@@ -164,12 +164,13 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
 def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
     """Write report.html anew from the records of a run."""
     with errors_as_text(verbose):
+        from experiments.judge.run_files import SCENARIO
         from experiments.run.killed_run import complete, is_unfinished
         from experiments.run.run_folder import owner
         from experiments.show.report.build import write_report
         from experiments.show.text_views import print_path
 
-        if not (run_dir / "scenario.json").is_file():
+        if not SCENARIO.is_in(run_dir):
             raise FileNotFoundError(f"{run_dir}: no run was recorded there: {_runs_near(run_dir)}")
         if is_unfinished(run_dir) and not owner(run_dir):
             for problem in complete(run_dir):
@@ -179,10 +180,12 @@ def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
 
 def _runs_near(folder: Path) -> str:
     """Say why `folder` holds no run, and name the newest run in it."""
+    from experiments.judge.run_files import SCENARIO
+
     if not folder.is_dir():
         return "give the folder of a run" if folder.exists() else "there is no such folder"
-    runs = sorted(file.parent for file in folder.glob("*/scenario.json"))
-    return "it has no scenario.json" + (f"; the newest run in it is {max(runs, key=_changed_s)}" if runs else "")
+    runs = sorted(file.parent for file in folder.glob(f"*/{SCENARIO.name}"))
+    return f"it has no {SCENARIO.name}" + (f"; the newest run in it is {max(runs, key=_changed_s)}" if runs else "")
 
 
 def _changed_s(path: Path) -> float:

@@ -9,6 +9,7 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
 from experiments.judge.run_data import RunData, load_run
+from experiments.judge.run_files import LEDGER
 from experiments.judge.run_result import Summary, Verdict
 from marconet.scenario import Scenario, load, toml_text
 
@@ -56,9 +57,9 @@ class Run:
     @cached_property
     def ledger(self) -> pl.DataFrame:
         """One row for each frame copy, with the columns of docs/records.md."""
-        from netem.records.ledger_table import read_ledger
+        from netem.records.ledger_file import read_ledger
 
-        frame: pl.DataFrame = _polars().from_arrow(read_ledger(self.folder / "ledger.parquet"))
+        frame: pl.DataFrame = _polars().from_arrow(read_ledger(self.folder / LEDGER))
         return frame
 
     @cached_property

@@ -94,7 +94,7 @@ class FrameCopies:
         """
         import pyarrow as pa
 
-        from netem.records.ledger_table import read_ledger
+        from netem.records.ledger_file import read_ledger
 
         def read(columns: Sequence[str]) -> pa.Table:
             try:

@@ -38,6 +38,7 @@ from experiments.judge.link_metrics import (
 )
 from experiments.judge.monitors.outcome import Outcome
 from experiments.judge.run_data import RunData
+from experiments.judge.run_files import LEDGER
 from experiments.judge.run_result import Verdict
 from experiments.judge.sample_statistics import STATISTIC
 from experiments.scenario.fate_keys import FATE_OF, NOT_DELIVERED
@@ -121,7 +122,7 @@ def _verdict(key: str, bound: Bound, data: RunData) -> Verdict:
 
 
 def _of_ledger(metric: str, copies: FrameCopies, data: RunData) -> float:
-    if any(line.startswith("ledger.parquet") for line in data.missing):
+    if any(line.startswith(LEDGER) for line in data.missing):
         return math.nan
     match metric:
         case "frames_offered":

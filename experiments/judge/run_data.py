@@ -14,7 +14,6 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import pyarrow as pa
@@ -22,13 +21,13 @@ import pyarrow as pa
 from experiments.judge.derived_signals import derive
 from experiments.judge.frame_copies import FrameCopies, LedgerUnreadable
 from experiments.judge.monitors.outcome import Outcome
+from experiments.judge.run_files import GUARANTEES, LEDGER, RUN, SCENARIO, SUMMARY, Json, JsonFile
 from netem.records.events import Event
-from netem.records.ledger_file import journal_of
-from netem.records.ledger_table import read_metadata
-from netem.records.part_file import part_of
-from netem.records.signal_table import Recording, SignalTable, read_recording
-
-Json = dict[str, Any]
+from netem.records.journal import journal_of
+from netem.records.ledger_file import read_metadata
+from netem.records.signal_table import SignalTable
+from netem.records.signals import FILE as SIGNALS
+from netem.records.signals import Recording, read_recording
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ class RunData:
 
     def without_ledger(self, why: str) -> RunData:
         """A copy with an empty ledger, for a file of which a column turns out to be unreadable."""
-        missing = [*self.missing, f"ledger.parquet: unreadable: {why}"]
+        missing = [*self.missing, f"{LEDGER}: unreadable: {why}"]
         return replace(self, ledger=FrameCopies.of_rows([]), missing=missing)
 
     @property
@@ -71,17 +70,17 @@ class RunData:
 def load_run(run_dir: Path) -> RunData:
     """Read the folder of a run; raises nothing for a part that is missing or unreadable."""
     missing: list[str] = []
-    scenario = _json(run_dir / "scenario.json", missing)
-    summary = _json(run_dir / "summary.json", missing)
-    run = _json(run_dir / "run.json", missing)
-    ledger, metadata = _ledger(run_dir / "ledger.parquet", missing)
-    recording = _recording(run_dir / "signals.mcap", missing)
+    scenario = _json(SCENARIO, run_dir, missing)
+    summary = _json(SUMMARY, run_dir, missing)
+    run = _json(RUN, run_dir, missing)
+    ledger, metadata = _ledger(run_dir / LEDGER, missing)
+    recording = _recording(run_dir / SIGNALS, missing)
     if not scenario and recording.scenario:
         scenario = msgspec.json.decode(recording.scenario, type=Json)
     signals = derive(scenario.get("derived") or {}, recording.signals, Path(scenario.get("path", "")).parent, missing)
     return RunData(_length_ns(scenario, run, ledger, recording), ledger, signals, run.get("counters") or {},
                    recording.events, scenario, summary, run, metadata, missing,
-                   _guarantees(run_dir / "guarantees.json", missing) if scenario.get("guarantees") else {})
+                   _guarantees(run_dir, missing) if scenario.get("guarantees") else {})
 
 
 def _length_ns(scenario: Json, run: Json, ledger: FrameCopies, recording: Recording) -> int:
@@ -96,25 +95,24 @@ def _length_ns(scenario: Json, run: Json, ledger: FrameCopies, recording: Record
     return max(last, default=0)
 
 
-def _json(path: Path, missing: list[str]) -> Json:
+def _json(file: JsonFile[Json], run_dir: Path, missing: list[str]) -> Json:
     try:
-        return msgspec.json.decode(path.read_bytes(), type=Json)
+        return file.read(run_dir)
     except FileNotFoundError:
-        missing.append(f"{path.name}: not there")
-        with suppress(msgspec.MsgspecError, OSError):
-            return msgspec.json.decode(part_of(path).read_bytes(), type=Json)       # left by a run that was killed
+        missing.append(f"{file.name}: not there")
+        return file.left(run_dir) or {}
     except (msgspec.MsgspecError, OSError) as error:
-        missing.append(f"{path.name}: unreadable: {error}")
+        missing.append(f"{file.name}: unreadable: {error}")
     return {}
 
 
-def _guarantees(path: Path, missing: list[str]) -> dict[str, Outcome]:
+def _guarantees(run_dir: Path, missing: list[str]) -> dict[str, Outcome]:
     try:
-        found = msgspec.json.decode(path.read_bytes(), type=list[Outcome])
+        found = GUARANTEES.read(run_dir)
     except FileNotFoundError:
-        missing.append(f"{path.name}: not there, so no guarantee is judged")
+        missing.append(f"{GUARANTEES.name}: not there, so no guarantee is judged")
     except (msgspec.MsgspecError, OSError) as error:
-        missing.append(f"{path.name}: unreadable: {error}")
+        missing.append(f"{GUARANTEES.name}: unreadable: {error}")
     else:
         return {outcome.standing.name: outcome for outcome in found}
     return {}

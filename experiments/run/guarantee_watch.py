@@ -19,13 +19,13 @@ from experiments.judge.monitors.judge import events, judge
 from experiments.judge.monitors.kept_samples import KeptSamples
 from experiments.judge.monitors.outcome import Standing
 from experiments.judge.monitors.records import Records
+from experiments.judge.run_files import GUARANTEES, LEDGER
 from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError, near
 from experiments.scenario.subjects import Named
 from netem.records import Feed
 from netem.records.events import Event, in_order
-from netem.records.part_file import write_whole
 from netem.records.signal_table import SignalTable
 
 Declared = Mapping[str, Sequence[tuple[str, str]]]
@@ -89,12 +89,12 @@ class GuaranteeWatch:
         if not self._scenario.guarantees:
             return
         sights = {name: medium.settings for name, medium in self._scenario.media.items() if medium.settings.poses()}
-        ledger = FrameCopies.of_file(folder / "ledger.parquet")
+        ledger = FrameCopies.of_file(folder / LEDGER)
         records = Records(reached_ns, ledger, self._signals(), in_order(self._events), sights)
         outcomes = judge(self._scenario.guarantees, records)
         for event in events(outcomes):
             self._feed.event(event)
-        write_whole(folder / "guarantees.json", msgspec.json.encode(outcomes))
+        GUARANTEES.write(folder, outcomes)
         self.standings = [outcome.standing for outcome in outcomes]
 
     def _signals(self) -> dict[str, SignalTable]:

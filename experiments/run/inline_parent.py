@@ -265,9 +265,11 @@ def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped_in: int |
 
 
 def _failure_of(folder: Path) -> str:
-    """Return the failure that the summary in `folder` names, "" if there is none."""
+    """The failure that the summary in `folder` names, "" if there is none."""
+    from experiments.judge.run_files import SUMMARY
+
     with suppress(OSError, msgspec.MsgspecError):
-        return str(msgspec.json.decode((folder / "summary.json").read_bytes())["failure"])
+        return str(SUMMARY.read(folder)["failure"])
     return ""
 
 

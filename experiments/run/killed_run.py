@@ -9,30 +9,26 @@ A record that cannot be made (the disk is still full) remains as a journal, whic
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
-import msgspec
-
-from experiments.judge.record_names import JOURNALS
+from experiments.judge.run_files import JOURNALS, LEDGER, RUN, SCENARIO, SUMMARY
 from experiments.judge.run_result import Summary
 from experiments.run.run_folder import RunFolder
+from netem.records import events_file, signals
 from netem.records.events_file import write_events
-from netem.records.ledger_file import write_from_journal
-from netem.records.ledger_table import hash_of, read_ledger
+from netem.records.journal import journal_of
+from netem.records.ledger_file import hash_of, read_ledger, write_from_journal
 from netem.records.part_file import part_of
-from netem.records.signal_table import Recording, read_recording
-from netem.records.signals import SignalFile, journal_of
+from netem.records.signals import Recording, SignalFile, read_recording
 
 KILLED = "the emulator's process was killed"
 
 
 def is_unfinished(folder: Path) -> bool:
-    """Return whether a run in `folder` has left no summary, or a record only as a journal."""
-    if not (folder / "scenario.json").exists():
+    """Whether a run began in `folder` that left no summary, or a record only as a journal."""
+    if not SCENARIO.is_in(folder):
         return False
-    return not (folder / "summary.json").exists() or any(part_of(folder / name).exists() for name in JOURNALS)
+    return not SUMMARY.is_in(folder) or any(part_of(folder / name).exists() for name in JOURNALS)
 
 
 def complete(folder: Path, failure: str = KILLED, host: str = "") -> list[str]:
@@ -42,16 +38,15 @@ def complete(folder: Path, failure: str = KILLED, host: str = "") -> list[str]:
     """
     owned = RunFolder.left(folder)
     try:
-        return _complete(owned, failure, host)
+        return _complete(owned.path, failure, host)
     finally:
         owned.release()
 
 
-def _complete(owned: RunFolder, failure: str, host: str) -> list[str]:
-    folder = owned.path
+def _complete(folder: Path, failure: str, host: str) -> list[str]:
     problems: list[str] = []
-    scenario = _read(folder / "scenario.json")
-    standing = _read(folder / "run.json") or _read(part_of(folder / "run.json"))
+    scenario = SCENARIO.left(folder) or {}
+    standing = RUN.left(folder) or {}
     names = {"scenario": str(scenario.get("name", "")), "seed": str(scenario.get("seed", ""))}
 
     def attempt(name: str, make: Callable[[], object]) -> None:
@@ -60,22 +55,22 @@ def _complete(owned: RunFolder, failure: str, host: str) -> list[str]:
         except OSError as error:
             problems.append(f"{name}: {error.strerror or error}; what is in its journal can be read all the same")
 
-    recording = read_recording(folder / "signals.mcap")
-    attempt("ledger.parquet", lambda: _ledger(folder / "ledger.parquet", names))
-    attempt("ledger_events.parquet", lambda: _events(folder / "ledger_events.parquet", recording))
-    attempt("signals.mcap", lambda: _signals(folder, names, recording))
-    if (folder / "summary.json").exists():
-        return problems             # the run ended by itself, but the disk had no room for all records
-    ledger = read_ledger(folder / "ledger.parquet", ["fate", "offered_ns"])
+    recording = read_recording(folder / signals.FILE)
+    attempt(LEDGER, lambda: _ledger(folder / LEDGER, names))
+    attempt(events_file.FILE, lambda: _events(folder / events_file.FILE, recording))
+    attempt(signals.FILE, lambda: _signals(folder, names, recording))
+    if SUMMARY.is_in(folder):
+        return problems             # the run closed by itself, but had no room for all of its records
+    ledger = read_ledger(folder / LEDGER, ["fate", "offered_ns"])
     frames = {found["values"]: found["counts"] for found in ledger["fate"].combine_chunks().value_counts().to_pylist()}
     reached_ns = int(standing.get("reached_ns") or max(ledger["offered_ns"].to_pylist(), default=0))
     standing = {"counters": {}} | standing | {"reached_ns": reached_ns, "failure": failure}
-    attempt("run.json", lambda: owned.run.write(msgspec.json.encode(standing)))
+    attempt(RUN.name, lambda: RUN.write(folder, standing))
     summary = Summary(names["scenario"], str(scenario.get("question", "")), int(scenario.get("seed") or 0),
                       host, int(scenario.get("length_ns") or 0), 0.0, 0.0, 0.0, 0, 0,
-                      hash_of(folder / "ledger.parquet"), frames, [], "report.html", failure=failure,
+                      hash_of(folder / LEDGER), frames, [], "report.html", failure=failure,
                       reached_ns=reached_ns)
-    attempt("summary.json", lambda: owned.summary.write(msgspec.json.encode(summary)))
+    attempt(SUMMARY.name, lambda: SUMMARY.write(folder, summary))
     return problems
 
 
@@ -90,7 +85,7 @@ def _events(path: Path, recording: Recording) -> None:
 
 
 def _signals(folder: Path, names: dict[str, str], recording: Recording) -> None:
-    path, draft = folder / "signals.mcap", folder / "signals.again.mcap"
+    path, draft = folder / signals.FILE, folder / "signals.again.mcap"
     if path.exists():
         return
     recorder = SignalFile(draft)
@@ -101,16 +96,10 @@ def _signals(folder: Path, names: dict[str, str], recording: Recording) -> None:
                 recorder.append(node, time_ns, values)
         for event in recording.events:
             recorder.event(event)
-        recorder.finish(names, (folder / "scenario.json").read_bytes())
+        recorder.finish(names, (folder / SCENARIO.name).read_bytes())
         draft.replace(path)
     finally:
         for left in (draft, part_of(draft), journal_of(draft)):
             left.unlink(missing_ok=True)
     journal_of(path).unlink(missing_ok=True)
     part_of(path).unlink(missing_ok=True)
-
-
-def _read(path: Path) -> dict[str, Any]:
-    with suppress(OSError, msgspec.MsgspecError):
-        return msgspec.json.decode(path.read_bytes(), type=dict[str, Any])
-    return {}

@@ -16,20 +16,17 @@ import socket
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Final
 
 import msgspec
 
-from experiments.judge.record_names import JOURNALS, LOCK, RECORDS
-from netem.records.part_file import SUFFIX, ReservedFile
+from experiments.judge.run_files import JOURNALS, LOCK, RECORDS, RUN, SCENARIO, SUMMARY
+from netem.records.part_file import SUFFIX
 from netem.records.table import RECORDERS
 
 try:
     import fcntl
 except ImportError:                     # not on Windows: nothing is locked there
     fcntl = None                        # type: ignore[assignment]
-
-RESERVED_BYTES: Final = 1 << 16
 
 
 class FolderTaken(ValueError):
@@ -47,8 +44,6 @@ class RunFolder:
         self._made = made
         self._lock = lock
         self._lock_file = None if lock is None else os.fstat(lock).st_ino
-        self.summary = ReservedFile(path / "summary.json", RESERVED_BYTES)
-        self.run = ReservedFile(path / "run.json", RESERVED_BYTES)
 
     @classmethod
     def claim(cls, path: Path, *, overwrite: bool = False) -> RunFolder:
@@ -61,8 +56,8 @@ class RunFolder:
                 _refuse_run(path)
             clear(path)
             folder = cls(path, lock, made=made)
-            folder.summary.reserve()
-            folder.run.reserve()
+            SUMMARY.reserve(path)
+            RUN.reserve(path)
         except BaseException:
             cls(path, lock, made=made).release()
             raise
@@ -150,10 +145,10 @@ def _lock(path: Path) -> int | None:
 
 
 def _refuse_run(path: Path) -> None:
-    if (path / "summary.json").exists():
+    if SUMMARY.is_in(path):
         raise FolderTaken(f"{path}: holds the records of a finished run: name another folder, or say --overwrite "
                           "(overwrite=True) to replace them")
-    if (path / "scenario.json").exists():
+    if SCENARIO.is_in(path):
         raise FolderTaken(f"{path}: holds the records of a run that was killed: `marconet report {path}` makes them "
                           "readable, --overwrite (overwrite=True) replaces them")
 
@@ -161,7 +156,7 @@ def _refuse_run(path: Path) -> None:
 def _recorded(path: Path) -> list[str]:
     """Return the names of the files that recorders may have written for the run in `path`."""
     try:
-        media: dict[str, Any] = msgspec.json.decode((path / "scenario.json").read_bytes())["media"]
+        media = SCENARIO.read(path)["media"]
         return [file.format(medium=medium) for recorder in RECORDERS.values() for file in recorder.FILES
                 for medium in (*media, "")]
     except (OSError, msgspec.MsgspecError, KeyError, TypeError):

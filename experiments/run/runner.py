@@ -28,6 +28,7 @@ import msgspec
 from experiments import CODE
 from experiments.judge.metrics import evaluate
 from experiments.judge.run_data import load_run
+from experiments.judge.run_files import LEDGER, RUN, SCENARIO, SUMMARY, Json
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
@@ -56,7 +57,7 @@ from netem.node.outside_guard import OutsideGuard
 from netem.records import Place
 from netem.records.events import Event
 from netem.records.ledger import Ledger, LedgerResult
-from netem.records.part_file import reopen_standard_files, write_whole
+from netem.records.part_file import reopen_standard_files
 from netem.records.uninterrupted import uninterrupted
 from netem.transport.diagnosis.under_way import UnderWay
 from netem.transport.hosts import Host, InlineHost
@@ -98,7 +99,7 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     path = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     folder = RunFolder.claim(path, overwrite=overwrite)
     try:
-        write_whole(path / "scenario.json", msgspec.json.encode(scenario.resolved()))
+        SCENARIO.write(path, scenario.resolved())
         prepared = _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time, under_way)
     except BaseException:
         folder.abandon()
@@ -166,9 +167,9 @@ class _Run:
         self.agenda = Agenda()
         self.specifications = node_specifications(scenario)
         self.recording = Recording(scenario, Place(
-            self.folder, names, (self.folder / "scenario.json").read_bytes(), scenario.length_ns))
+            self.folder, names, (self.folder / SCENARIO.name).read_bytes(), scenario.length_ns))
         self.feed = self.recording.feed
-        self.ledger = Ledger(self.folder / "ledger.parquet", metadata=names, listeners=self.feed.copies,
+        self.ledger = Ledger(self.folder / LEDGER, metadata=names, listeners=self.feed.copies,
                              passed_ns=lambda: self.conductor.passed_ns)
         self.guarantees = GuaranteeWatch(scenario, self.feed)
         self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
@@ -237,14 +238,14 @@ class _Run:
         self._step(lambda: self.guarantees.judge(self.folder, reached_ns))
         for recorder in self.recording.recorders:
             self._step(recorder.finish)
-        self._step(lambda: self.owned.run.write(self._standing(reached_ns, versions=True)))
+        self._step(lambda: RUN.write(self.folder, self._standing(reached_ns, versions=True)))
         self._step(self.host.stop)
         self._step(self.at_end.close)
         if self.conductor.pace is not None:
             self._step(self.conductor.pace.close)
         verdicts = self._judged() if self.failure is None and self.scenario.expect else []
         summary = self._summary(verdicts, reached_ns)
-        self._step(lambda: self.owned.summary.write(msgspec.json.encode(summary)))
+        self._step(lambda: SUMMARY.write(self.folder, summary))
         if self.wants_report:
             self._step(lambda: write_report(self.folder))
         return summary
@@ -270,9 +271,9 @@ class _Run:
         if complete:
             self.ledger.finish()
 
-    def _standing(self, reached_ns: int, *, versions: bool = False) -> bytes:
-        """Return the content of `run.json`: the instant reached [ns], the counters and the cause of the end."""
-        return msgspec.json.encode({
+    def _standing(self, reached_ns: int, *, versions: bool = False) -> Json:
+        """Content of `run.json`: how far the run came, and the counters."""
+        return {
             "reached_ns": reached_ns,
             "ended": _end_in_words(self.conductor),
             "failure": None if self.failure is None else in_words(self.failure),
@@ -280,7 +281,7 @@ class _Run:
             "counters": self._counters(),
             "real_time": self._real_time(),
             "versions": _versions() if versions else {},
-        })
+        }
 
     def _counters(self) -> dict[str, dict[str, int]]:
         """Return the counters of programs, gateways and media, by node; those of a medium itself are under its name."""
@@ -315,7 +316,7 @@ class _Run:
         """Write the records so far to the disk, so that they outlive this process if it is killed."""
         self.ledger.keep()
         self.recording.keep()
-        self.owned.run.update(self._standing(reached_ns))
+        RUN.update(self.folder, self._standing(reached_ns))
 
     def _leave_if_forked(self) -> None:
         """End this process if a robot program has forked it, as the run belongs to its parent."""
@@ -328,7 +329,7 @@ class _Run:
             return []
         from netem.records.malformed import malformed_frames
 
-        return malformed_frames(self.folder / "ledger.parquet")
+        return malformed_frames(self.folder / LEDGER)
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
         """Return the names of the signals of each agent and medium."""

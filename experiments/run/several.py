@@ -168,13 +168,15 @@ def what_does_not_hold(summary: Summary) -> list[str]:
 
 
 def run_folder(scenario: Scenario, out: Path | None) -> Path:
-    """Return the folder of the run; raises an OSError if `out` is a file or holds other files than those of a run."""
+    """The folder of the run."""
+    from experiments.judge.run_files import SCENARIO
+
     folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     above = next((parent for parent in folder.parents if parent.exists()), None)
     if above is not None and not above.is_dir():
         raise NotADirectoryError(f"{'--out ' if out else ''}{folder}: {above} is a file: expected a folder of a run or "
                                  "a path where one can be made; name another")
-    if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / "scenario.json").exists())):
+    if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not SCENARIO.is_in(folder))):
         raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
     return folder
 

@@ -30,6 +30,7 @@ MOVED: Final = {
     "netem.real_time.pace": "netem.gateways.pace",
     "netem.real_time.udp_gateway": "netem.gateways.udp",
     "netem.records.can_log": "netem.media.can.can_log",
+    "netem.records.ledger_table": "netem.records.ledger_file",
     "netem.transit": "netem.core.transit",
     "netem.transport.errand": "netem.transport.start_message",
     "netem.transport.keys": "netem.wire.keys",

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -16,6 +16,7 @@ from netem.records import Feed, Place, Recorder
 from netem.records.events import Event, in_order
 from netem.records.part_file import part_of, publish
 
+FILE: Final = "ledger_events.parquet"
 NAME = pa.dictionary(pa.int32(), pa.string())
 SCHEMA = pa.schema([("time_ns", pa.int64()), ("node", NAME), ("kind", NAME), ("detail", pa.string()), ("level", NAME),
                     ("wall_clock", pa.bool_())])
@@ -42,7 +43,7 @@ def _row(event: Event) -> tuple[int, str, str, str, str, bool]:
 class EventRecorder(Recorder):
     """Writes `ledger_events.parquet` at the end of the run."""
 
-    FILES = ("ledger_events.parquet",)
+    FILES = (FILE,)
 
     def __init__(self, settings: Any, place: Place) -> None:
         super().__init__(settings, place)
@@ -52,4 +53,4 @@ class EventRecorder(Recorder):
         run.events.append(self._events.append)
 
     def finish(self) -> None:
-        write_events(self.place.folder / "ledger_events.parquet", self._events)
+        write_events(self.place.folder / FILE, self._events)

@@ -17,6 +17,8 @@ from typing import Final
 
 import zstandard
 
+from netem.records.part_file import part_of
+
 HEADER: Final = struct.Struct("<II")
 LEVEL: Final = 1            # the fastest: a journal is removed at the end of its run
 
@@ -101,6 +103,11 @@ class Journal:
 
     def close(self) -> None:
         self._file.close()
+
+
+def journal_of(path: Path) -> Path:
+    """Return the path of the journal for the record at `path`; the journal exists until the record is whole."""
+    return part_of(path.with_suffix(".rows"))
 
 
 def pieces_of(path: Path) -> Iterator[bytes]:

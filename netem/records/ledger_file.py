@@ -1,4 +1,6 @@
-"""The ledger's Parquet file, written row group by row group; it gets its final name when it is whole.
+"""The ledger's Parquet file: the writer, and the reader of rows, metadata and the hash computed from the rows.
+
+The file is written row group by row group and gets its final name when it is whole.
 
 Columns are those of `ledger.COLUMNS`; names and fates are dictionary-encoded, times are int64 nanoseconds from the
 start of the run, -1 if the instant does not exist. Arrow's own copy of the schema, 1.6 kB, is left out; a reader asks
@@ -9,7 +11,8 @@ Integers are stored as packed differences and digests without their lengths, so 
 digest and the times that do not repeat (decision 0014).
 
 A Parquet file cannot be read before its end is written. During the run the rows are therefore also in a journal,
-`ledger.rows.part`.
+`ledger.rows.part`. A run that was killed leaves only the journal, which is read up to its last whole piece and has no
+metadata.
 """
 
 from __future__ import annotations
@@ -23,7 +26,8 @@ import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from netem.records.journal import GrowingFile, Journal, pieces_of
+from netem.records.journal import GrowingFile, Journal, journal_of, pieces_of
+from netem.records.ledger_hash import LedgerHash
 from netem.records.part_file import part_of, publish
 
 PREFIX = "marconet."
@@ -47,11 +51,6 @@ ENCODINGS: Final = {field.name: "DELTA_BINARY_PACKED" for field in SCHEMA if fie
     "digest": "DELTA_LENGTH_BYTE_ARRAY"}
 NAMES: Final = [field.name for field in SCHEMA if field.type == NAME]
 Rows = Sequence[Sequence[Any]]
-
-
-def journal_of(path: Path) -> Path:
-    """Return the path of the journal for the ledger at `path`; the journal exists during the run."""
-    return part_of(path.with_suffix(".rows"))
 
 
 class LedgerFile:
@@ -141,3 +140,44 @@ def _array(kind: pa.DataType, values: Sequence[Any]) -> pa.Array:
     if pa.types.is_dictionary(kind):
         return pa.array(values, kind.value_type).dictionary_encode()
     return pa.array(values, kind)
+
+
+def read_ledger(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
+    """Return the rows in the order in which they were closed, with `columns` or all columns.
+
+    Text columns are dictionary-encoded, with one dictionary for all chunks. Raises FileNotFoundError if neither the
+    file nor its journal exists.
+    """
+    if path.exists() or not journal_of(path).exists():
+        with pq.ParquetFile(path, read_dictionary=NAMES) as file:
+            return file.read(None if columns is None else list(columns), use_threads=False).unify_dictionaries()
+    table = pa.Table.from_batches(noted_batches(path), schema=SCHEMA).unify_dictionaries()
+    return table if columns is None else table.select(columns)
+
+
+def read_metadata(path: Path) -> dict[str, str]:
+    """Return the file's metadata: hash, rows, expected, and the entries of the run (scenario, seed).
+
+    It is empty if the run was killed before the file was written.
+    """
+    if not path.exists() and journal_of(path).exists():
+        return {}
+    found = pq.read_metadata(path).metadata or {}
+    return {key.decode().removeprefix(PREFIX): value.decode() for key, value in found.items()
+            if key.decode().startswith(PREFIX)}
+
+
+def hash_of(path: Path) -> str:
+    """Return the hash computed from the rows; it equals that in the metadata unless the rows were changed."""
+    total = LedgerHash(SCHEMA.names)
+    for batch in _batches(path):
+        columns = [column.to_pylist() for column in batch.columns]
+        total.add(list(zip(*columns, strict=True)))
+    return total.hex()
+
+
+def _batches(path: Path) -> Iterator[pa.RecordBatch]:
+    if path.exists() or not journal_of(path).exists():
+        yield from pq.ParquetFile(path).iter_batches()
+    else:
+        yield from noted_batches(path)

@@ -76,7 +76,3 @@ class ReservedFile:
             file.write(data)
             file.truncate()
         publish(self._path)
-
-    def drop(self) -> None:
-        """Release the reserved space without writing the file."""
-        part_of(self._path).unlink(missing_ok=True)

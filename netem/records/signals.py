@@ -1,4 +1,4 @@
-"""Signals and events of a run as an MCAP file that Foxglove opens and plots.
+"""Signals and events of a run as an MCAP file that Foxglove opens and plots: the recorder, and the reader.
 
 One topic per node, `/<node>/signals`, with one number per signal and its unit in the schema's `description`; `/events`
 holds `foxglove.Log` messages with `kind` and `detail` beside Foxglove's own fields. `log_time = publish_time` =
@@ -16,24 +16,32 @@ since Foxglove refuses a chunk index without a message index; without both Foxgl
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
+import numpy as np
+from mcap.exceptions import McapError
+from mcap.records import Attachment, Channel, Footer, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, IndexType, Writer
 
 from netem.records import Feed, Place, Recorder
 from netem.records.events import Event, hash_of_events, in_order
-from netem.records.journal import GrowingFile, Journal
+from netem.records.journal import GrowingFile, Journal, journal_of, pieces_of
 from netem.records.part_file import part_of, publish
+from netem.records.signal_table import SignalTable
 from netem.records.uninterrupted import uninterrupted
+from netem.wire.level import Level
 
 BUFFERED_SAMPLES = 50_000
 CHUNK_BYTES = 4 << 20       # before compression; larger ones compress no better
 EVENTS_TOPIC = "/events"
+FILE: Final = "signals.mcap"
 SCENARIO = "scenario.json"
 LOG_SCHEMA = {
     "title": "foxglove.Log",
@@ -53,11 +61,6 @@ LOG_SCHEMA = {
     },
     "required": ["timestamp", "level", "message", "name", "kind", "detail"],
 }
-
-
-def journal_of(path: Path) -> Path:
-    """Return the path of the journal for the signals at `path`; the journal exists during the run."""
-    return part_of(path.with_suffix(".rows"))
 
 
 @dataclass
@@ -220,14 +223,117 @@ class SignalFile:
             self._writer.add_message(channel, event.time_ns, msgspec.json.encode(message), event.time_ns)
 
 
+@dataclass
+class Recording:
+    """The content of a signals file; `whole` is False if the run was killed before it closed the file."""
+
+    signals: dict[str, SignalTable] = field(default_factory=dict)
+    events: list[Event] = field(default_factory=list)
+    metadata: dict[str, str] = field(default_factory=dict)
+    scenario: bytes = b""
+    whole: bool = False
+
+
+class _Properties(msgspec.Struct):
+    properties: dict[str, dict[str, object]]
+
+
+class _Log(msgspec.Struct):
+    name: str
+    kind: str
+    detail: str
+    level: int
+    wall_clock: bool = False
+
+
+def read_signals(path: Path) -> dict[str, SignalTable]:
+    return read_recording(path).signals
+
+
+def read_recording(path: Path) -> Recording:
+    """Read the file at `path`, or of a run that was killed its journal up to the last whole piece."""
+    recording = Recording()
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    messages: dict[int, list[Message]] = {}
+    if not path.exists() and journal_of(path).exists():
+        return _from_journal(path)
+    with path.open("rb") as stream:
+        try:
+            for record in StreamReader(stream).records:
+                if isinstance(record, Message):
+                    messages[record.channel_id].append(record)
+                elif isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels[record.id] = record
+                    messages.setdefault(record.id, [])
+                elif isinstance(record, Metadata):
+                    recording.metadata.update(record.metadata)
+                elif isinstance(record, Attachment) and record.name == SCENARIO:
+                    recording.scenario = record.data
+                elif isinstance(record, Footer):
+                    recording.whole = True
+        except (McapError, struct.error):
+            recording.whole = False
+    for number, channel in channels.items():
+        if channel.topic == EVENTS_TOPIC:
+            recording.events = [_event(message) for message in messages[number]]
+        else:
+            node = channel.metadata["node"]
+            recording.signals[node] = _table(node, schemas[channel.schema_id], messages[number])
+    return recording
+
+
+def _from_journal(path: Path) -> Recording:
+    recording = Recording()
+    declared: dict[str, list[tuple[str, str]]] = {}
+    samples: dict[str, list[tuple[int, list[float]]]] = {}
+    for piece in pieces_of(journal_of(path)):
+        sort, *content = msgspec.msgpack.decode(piece)
+        if sort == "signals":
+            declared[content[0]] = content[1]
+            samples[content[0]] = []
+        elif sort == "samples":
+            samples[content[0]] += content[1]
+        else:
+            recording.events += [Event(time_ns, node, kind, detail, Level(level), wall_clock)
+                                 for time_ns, node, kind, detail, level, wall_clock in content[0]]
+    for node, signals in declared.items():
+        names, units = ([pair[k] for pair in signals] for k in (0, 1))
+        values = np.array([row for _, row in samples[node]], dtype=np.float64).reshape(len(samples[node]), len(names))
+        values[~np.isfinite(values)] = np.nan
+        recording.signals[node] = SignalTable(node, tuple(names), tuple(units),
+                                              np.array([time_ns for time_ns, _ in samples[node]], dtype=np.int64),
+                                              values)
+    recording.events = in_order(recording.events)
+    return recording
+
+
+def _table(node: str, schema: Schema, messages: list[Message]) -> SignalTable:
+    properties = msgspec.json.decode(schema.data, type=_Properties).properties
+    names = tuple(properties)
+    decode = msgspec.json.Decoder(dict[str, float]).decode
+    nan = float("nan")
+    rows = [[sample.get(name, nan) for name in names] for sample in (decode(message.data) for message in messages)]
+    return SignalTable(node, names, tuple(str(properties[name].get("description", "1")) for name in names),
+                       np.array([message.log_time for message in messages], dtype=np.int64),
+                       np.array(rows, dtype=np.float64).reshape(len(rows), len(names)))
+
+
+def _event(message: Message) -> Event:
+    log = msgspec.json.decode(message.data, type=_Log)
+    return Event(message.log_time, log.name, log.kind, log.detail, Level(log.level), log.wall_clock)
+
+
 class SignalRecorder(Recorder):
     """Writes the signals and events of the run, with the scenario attached."""
 
-    FILES = ("signals.mcap",)
+    FILES = (FILE,)
 
     def __init__(self, settings: Any, place: Place) -> None:
         super().__init__(settings, place)
-        self._file = SignalFile(place.folder / "signals.mcap")
+        self._file = SignalFile(place.folder / FILE)
 
     def record(self, run: Feed) -> None:
         run.declared.append(self._file.declare)

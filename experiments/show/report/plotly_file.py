@@ -18,7 +18,9 @@ from pathlib import Path
 from typing import Final, Literal
 from uuid import uuid4
 
-MOST_SIBLINGS: Final = 1_000        # most folders searched for another run
+from experiments.judge.run_files import SCENARIO
+
+MOST_SIBLINGS: Final = 1_000        # folders looked at for another run
 
 Where = Literal["auto", "inside", "beside"]
 
@@ -70,7 +72,7 @@ def _folders(parent: Path) -> Iterator[str]:
 
 def _holds_a_run(folder: Path) -> bool:
     with suppress(OSError):
-        return (folder / "scenario.json").is_file() and (folder / "report.html").is_file()
+        return SCENARIO.is_in(folder) and (folder / "report.html").is_file()
     return False
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 from urllib.parse import quote
 
-from experiments.judge.record_names import LOCK
+from experiments.judge.run_files import GUARANTEES, LEDGER, LOCK, RUN, SCENARIO, SUMMARY
+from netem.records import events_file, signals
 
 PYTHON: Final = "`pyarrow.parquet.read_table(...)` in Python, DuckDB, or any other reader of Parquet"
 
@@ -19,13 +20,13 @@ class Kind(NamedTuple):
 
 
 KINDS: Final = (
-    Kind("summary.json", "verdicts, guarantees in short, speed, hash, frames by fate", "any editor, or `jq .verdicts`"),
-    Kind("scenario.json", "the scenario as it was run, every default filled in", "any editor, or `jq`"),
-    Kind("run.json", "how far the run came, switching instants, counters, versions", "any editor, or `jq .counters`"),
-    Kind("guarantees.json", "every violation of every guarantee, with its cause", "any editor, or `jq`"),
-    Kind("ledger.parquet", "every frame copy with its times and its fate", PYTHON),
-    Kind("ledger_events.parquet", "every event that is no frame copy", PYTHON),
-    Kind("signals.mcap", "signals and events over time", "Foxglove (Open local file), or the Python package `mcap`"),
+    Kind(SUMMARY.name, "verdicts, guarantees in short, speed, hash, frames by fate", "any editor, or `jq .verdicts`"),
+    Kind(SCENARIO.name, "the scenario as it was run, every default filled in", "any editor, or `jq`"),
+    Kind(RUN.name, "how far the run came, switching instants, counters, versions", "any editor, or `jq .counters`"),
+    Kind(GUARANTEES.name, "every violation of every guarantee, with its cause", "any editor, or `jq`"),
+    Kind(LEDGER, "every frame copy with its times and its fate", PYTHON),
+    Kind(events_file.FILE, "every event that is no frame copy", PYTHON),
+    Kind(signals.FILE, "signals and events over time", "Foxglove (Open local file), or the Python package `mcap`"),
     Kind("outputs.svg", "the outputs as one picture", "any browser"),
     Kind("logs/*", "what a node's process printed", "any editor"),
     Kind("*.blf", "frames of a CAN bus, Vector's format", "CANalyzer, or `can.BLFReader` of python-can"),

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from netem.records.ledger_table import read_metadata
+from netem.records.ledger_file import read_metadata
 from tests.processes import alive, children
 
 COMMAND = [sys.executable, "-c", "from marconet.command_line import main; main()", "run", "output_sync"]

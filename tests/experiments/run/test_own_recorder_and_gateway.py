@@ -21,7 +21,7 @@ from netem.gateways.table import GATEWAYS
 from netem.gateways.udp import UdpGateway
 from netem.records import Feed, Place, Recorder
 from netem.records.ledger import COLUMNS, Row
-from netem.records.ledger_table import read_ledger
+from netem.records.ledger_file import read_ledger
 from netem.records.table import RECORDERS
 
 PROGRAM = '''

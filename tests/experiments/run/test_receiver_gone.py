@@ -12,7 +12,7 @@ from experiments.run import runner
 from experiments.scenario import load
 from netem.core.agenda import TIMER
 from netem.core.fate import Fate
-from netem.records.ledger_table import hash_of, read_ledger, read_metadata
+from netem.records.ledger_file import hash_of, read_ledger, read_metadata
 
 MS = 1_000_000
 PROGRAM = '''

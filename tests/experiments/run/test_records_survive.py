@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 from experiments.judge.run_data import load_run
-from netem.records.ledger_table import hash_of, read_ledger, read_metadata
+from netem.records.ledger_file import hash_of, read_ledger, read_metadata
 from tests.processes import children
 
 CASES = Path(__file__).parents[2] / "cases" / "robots_that_misbehave"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.judge.record_names import LOCK
+from experiments.judge.run_files import LOCK, SUMMARY
 from experiments.run.run_folder import FolderTaken, RunFolder, owner
 
 HOLD = """
@@ -77,7 +77,7 @@ def test_the_space_of_the_summary_is_taken_at_the_start(tmp_path: Path) -> None:
     folder = RunFolder.claim(tmp_path)
     reserved_bytes = (tmp_path / "summary.json.part").stat().st_blocks * 512
 
-    folder.summary.write(b"{}")
+    SUMMARY.write(tmp_path, {})
     folder.release()
 
     assert reserved_bytes >= 1 << 16

@@ -17,13 +17,10 @@ from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.records.events import Event
 from netem.records.events_file import write_events
-from netem.records.journal import GrowingFile, Journal, pieces_of
+from netem.records.journal import GrowingFile, Journal, journal_of, pieces_of
 from netem.records.ledger import Ledger
-from netem.records.ledger_file import journal_of
-from netem.records.ledger_table import hash_of, read_ledger, read_metadata
-from netem.records.signal_table import read_recording
-from netem.records.signals import SignalFile
-from netem.records.signals import journal_of as journal_of_signals
+from netem.records.ledger_file import hash_of, read_ledger, read_metadata
+from netem.records.signals import SignalFile, read_recording
 from netem.wire.level import Level
 
 EACH_CUT = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -99,9 +96,9 @@ def test_signals_cut_anywhere_are_read_up_to_the_last_whole_piece(tmp_path: Path
             recorder.event(Event(taken * 1000, "r1", "step", str(taken), Level.WARNING, wall_clock=bool(taken % 2)))
             taken += 1
         recorder.keep()
-        ends.append((journal_of_signals(path).stat().st_size, taken))
+        ends.append((journal_of(path).stat().st_size, taken))
     length = round(cut * ends[-1][0])
-    os.truncate(journal_of_signals(path), length)
+    os.truncate(journal_of(path), length)
 
     recording = read_recording(path)
 
@@ -195,7 +192,7 @@ def test_signals_that_find_no_room_are_read_up_to_there(tmp_path: Path) -> None:
     recorder.keep()
     recorder.append("r1", 1, (2.0,))
 
-    with files_of_at_most(journal_of_signals(path).stat().st_size + 10), pytest.raises(OSError, match="File too large"):
+    with files_of_at_most(journal_of(path).stat().st_size + 10), pytest.raises(OSError, match="File too large"):
         recorder.finish({})
 
     assert read_recording(path).signals["r1"].column("y").tolist() == [1.0]

@@ -18,9 +18,8 @@ from hypothesis import strategies as st
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.records.ledger import COLUMNS, ConservationError, Ledger
-from netem.records.ledger_file import SCHEMA, noted_batches
+from netem.records.ledger_file import SCHEMA, hash_of, noted_batches, read_ledger, read_metadata
 from netem.records.ledger_hash import LedgerHash, array_header_bytes
-from netem.records.ledger_table import hash_of, read_ledger, read_metadata
 
 FATES = list(Fate)
 SHORTEST = ((0x80, b"", "B"), (0x100, b"\xcc", "B"), (0x10000, b"\xcd", ">H"), (1 << 32, b"\xce", ">I"))

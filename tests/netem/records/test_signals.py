@@ -13,8 +13,7 @@ from mcap.reader import make_reader
 
 from netem.records import signals as signals_module
 from netem.records.events import Event, hash_of_events, in_order
-from netem.records.signal_table import read_recording, read_signals
-from netem.records.signals import SignalFile
+from netem.records.signals import SignalFile, read_recording, read_signals
 from netem.wire.level import Level
 
 SCENARIO = b'{"name": "two_robots", "seed": 7}'

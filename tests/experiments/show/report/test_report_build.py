@@ -20,7 +20,7 @@ from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.records.events import Event
 from netem.records.ledger import Ledger
-from netem.records.ledger_table import read_ledger, read_metadata
+from netem.records.ledger_file import read_ledger, read_metadata
 from netem.records.signals import SignalFile
 
 MakeRun = Callable[[Path, float], Path]
