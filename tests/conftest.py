@@ -14,10 +14,11 @@ import signal
 import pytest
 from hypothesis import HealthCheck, settings
 
-collect_ignore = ["cases"]      # scenarios that are to fail: the tests of their faults run them
 os.environ.setdefault("MARCONET_COMPILED", "0")
 
 import experiments  # reads the variable
+
+collect_ignore = ["cases"]      # scenarios that are to fail: the tests of their faults run them
 
 if os.environ["MARCONET_COMPILED"] == "1":
     assert experiments.CODE == "compiled", experiments.CODE

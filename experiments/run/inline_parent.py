@@ -265,7 +265,7 @@ def _conclude(run: Begins, outcomes: list[bytes], status: int, stopped_in: int |
 
 
 def _failure_of(folder: Path) -> str:
-    """The failure that the summary in `folder` names, "" if there is none."""
+    """Return the failure that the summary in `folder` names, "" if there is none."""
     from experiments.judge.run_files import SUMMARY
 
     with suppress(OSError, msgspec.MsgspecError):

@@ -25,7 +25,7 @@ KILLED = "the emulator's process was killed"
 
 
 def is_unfinished(folder: Path) -> bool:
-    """Whether a run began in `folder` that left no summary, or a record only as a journal."""
+    """Return whether a run in `folder` has left no summary, or a record only as a journal."""
     if not SCENARIO.is_in(folder):
         return False
     return not SUMMARY.is_in(folder) or any(part_of(folder / name).exists() for name in JOURNALS)

@@ -168,7 +168,7 @@ def what_does_not_hold(summary: Summary) -> list[str]:
 
 
 def run_folder(scenario: Scenario, out: Path | None) -> Path:
-    """The folder of the run."""
+    """Return the folder of the run; raises an OSError if `out` is a file or holds other files than those of a run."""
     from experiments.judge.run_files import SCENARIO
 
     folder = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"

@@ -20,7 +20,7 @@ from uuid import uuid4
 
 from experiments.judge.run_files import SCENARIO
 
-MOST_SIBLINGS: Final = 1_000        # folders looked at for another run
+MOST_SIBLINGS: Final = 1_000        # most folders searched for another run
 
 Where = Literal["auto", "inside", "beside"]
 
