@@ -109,7 +109,7 @@ def test_whom_a_sensor_claims_it_is_in_charge_of_and_idle_ones_stand(tmp_path: P
     ("p3at_chases_p3at", "media.view.exposure_period_ms=35", "step_ns=70000000: media.view has exposures every 350000"),
     ("p3at_chases_p3at", "media.view.noise_m=0.2", "sigma_m=0.1: media.view has noise_m=0.2; take that much or more"),
     ("p3at_chases_p3at", "media.view.latency_ms=300", "latency_ns=210000000: the news of media.view take 300000000 ns"),
-    ("p3at_chases_p3at", "agents.pursuer.parameters.execution_ms=80", "execution_ms=80 (execution_ns=80000000): expected"),
+    ("p3at_chases_p3at", "agents.pursuer.parameters.execution_ms=80", "execution_ms=80 (execution_ns=80000000): expe"),
     ("p3at_chases_p3at", "agents.pursuer.media=['view']", "agents.pursuer.media: lacks can"),
     ("p3at_chases_p3at", "agents.evader.parameters.motion='zigzag'", 'motion="zigzag": expected one of circle'),
     ("p3at_chases_p3at", "agents.evader.parameters.motion='runner'", "agents.evader.media: a runner sees its pursuer"),
