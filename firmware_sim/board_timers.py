@@ -14,6 +14,7 @@ from typing import Any
 from simpy.events import Event, Timeout
 
 from firmware_sim.local_clock import LocalClock
+from netem.node.environment import NodeEnvironment, call_in
 from netem.node.node import Node
 from netem.wire.instants import NEVER_NS
 
@@ -28,7 +29,7 @@ class Timers:
         instants = [true_ns for true_ns, _ in clock_steps]
         if any(true_ns < node.now_ns for true_ns in instants) or instants != sorted(instants):
             raise ValueError(f"{node.name}: clock_steps at {instants} ns: expected instants from now on, in order")
-        self._node, self._clock = node, clock
+        self._node, self._env, self._clock = node, node.env, clock
         self._steps_ahead = list(clock_steps)
         self._silences: list[int] = []
         if self._steps_ahead:
@@ -36,9 +37,12 @@ class Timers:
 
     def call_at(self, local_ns: int, action: Callable[[Any], None]) -> int:
         """Call `action` when the clock, with its present rate and offset, reads `local_ns`; return the true instant."""
-        now_ns = self._node.env.time_ns()
-        true_ns = max(now_ns, self._clock.true_at(local_ns))
-        self._node.call_in(true_ns - now_ns, action)
+        env = self._env
+        now_ns: int = env.now_ns
+        true_ns = self._clock.true_at(local_ns)
+        if true_ns < now_ns:
+            true_ns = now_ns
+        call_in(env, true_ns - now_ns, action)
         return true_ns
 
     def reached(self, local_ns: int) -> bool:
@@ -54,9 +58,9 @@ class Timers:
 
         It leads to no frame before `silent_until_ns`; None: not before it occurs.
         """
-        env, clock = self._node.env, self._clock
+        env, clock = self._env, self._clock
         true_ns = clock.true_at(local_ns)
-        timeout = Timeout(env, max(0, true_ns - env.time_ns()))
+        timeout = Timeout(env, max(0, true_ns - env.now_ns))
         if silent_until_ns is None:
             silent_ns = true_ns
         elif silent_until_ns >= NEVER_NS:
@@ -71,10 +75,7 @@ class Timers:
 
     def after(self, delay_ns: int, action: Callable[[], object], sends: bool) -> None:
         """Call `action` after `delay_ns` of true time."""
-        true_ns = self._node.env.time_ns() + delay_ns
-        if sends:
-            self._silences.append(true_ns)
-        self._node.call_in(delay_ns, partial(self._after, true_ns, action, sends))
+        Delay(self._silences, self._env.now_ns + delay_ns, action, sends).start(self._env, delay_ns)
 
     def note_silence(self, true_ns: int) -> None:
         """Note that a timer was armed which leads to no frame before `true_ns`."""
@@ -86,7 +87,11 @@ class Timers:
 
     def next_frame_ns(self) -> int:
         """Return the true instant [ns] before which no armed timer leads to a frame."""
-        first_ns = min(self._silences) if self._silences else NEVER_NS
+        silences = self._silences
+        first_ns = NEVER_NS
+        for silent_ns in silences:
+            if silent_ns < first_ns:
+                first_ns = silent_ns
         return self.no_later_than_a_step(first_ns) if self._steps_ahead else first_ns
 
     def no_later_than_a_step(self, true_ns: int) -> int:
@@ -96,11 +101,6 @@ class Timers:
     def _over(self, true_ns: int, event: Event) -> None:
         self._silences.remove(true_ns)
 
-    def _after(self, true_ns: int, action: Callable[[], object], sends: bool, event: Event) -> None:
-        if sends:
-            self._silences.remove(true_ns)
-        action()
-
     def _step_clock(self) -> Generator[Event, Any, None]:
         env = self._node.env
         while self._steps_ahead:
@@ -109,6 +109,26 @@ class Timers:
             self._clock.step(delta_ns)
             del self._steps_ahead[0]
             self._node.event("clock step", f"{delta_ns} ns")
+
+
+class Delay:
+    """An action after a delay of true time; it cannot be withdrawn."""
+
+    __slots__ = ("_action", "_sends", "_silences", "_true_ns")
+
+    def __init__(self, silences: list[int], true_ns: int, action: Callable[[], object], sends: bool) -> None:
+        self._silences, self._true_ns, self._action, self._sends = silences, true_ns, action, sends
+
+    def start(self, env: NodeEnvironment, delay_ns: int) -> None:
+        """Arm it."""
+        if self._sends:
+            self._silences.append(self._true_ns)
+        call_in(env, delay_ns, self._ring)
+
+    def _ring(self, event: object) -> None:
+        if self._sends:
+            self._silences.remove(self._true_ns)
+        self._action()
 
 
 class Timer:

@@ -14,12 +14,10 @@ Not modelled: measurement noise, computing time (outputs appear at the slot's in
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, ClassVar, Final
-
-from simpy.events import Event
+from typing import ClassVar, Final
 
 from agents.synchronization.age_watch import AgeWatch
 from agents.synchronization.agreement_law import AgreementLaw
@@ -83,35 +81,40 @@ class SyncRobot:
         if team.every_output_known:
             for number, (model, other) in enumerate(zip(team.models.values(), team.agents, strict=True)):
                 self._law.held[number] = tuple(float(value) for value in other.C @ (model.x0 or [0.0] * other.states))
-        board.start(self._live())
+        self._act: Callable[[], None] = self._begin
+        board.at(board.now_ns, self._begin)
         for from_ns, value in _pieces(settings.disturbance):
             board.at(from_ns, partial(self._disturb, value), sends=False)
 
     # --- the program
 
-    def _live(self) -> Generator[Event, Any, None]:
-        board, source = self._board, self._source
+    def _begin(self) -> None:
         self._apply()
         self._report_own_slots()
-        while True:
-            now_ns = board.now_ns
-            schedule = self._schedule
-            slot = self._slot
-            speak_ns = schedule.data_ns(slot)
-            if speak_ns < now_ns:               # the clock was set forward: this slot is over
-                slot = self._slot = schedule.next_slot_of(self._part, now_ns - 1, slot - 1).number
-                speak_ns = schedule.data_ns(slot)
-            first_ns, act = speak_ns, self._speak
-            if source.wants_control(schedule, now_ns):
-                control = schedule.next_control_of(self._number, now_ns - 1, self._last_control).number
-                control_ns = schedule.control_ns(control)
-                if control_ns < first_ns:
-                    first_ns, act = control_ns, partial(self._discover, control)
-            adoption_ns = source.adoption_ns(schedule, now_ns)
-            if adoption_ns is not None and adoption_ns <= first_ns:
-                first_ns, act = adoption_ns, partial(self._adopt, adoption_ns)
-            yield from board.sleep_until(first_ns)
-            act()
+        self._plan()
+
+    def _plan(self) -> None:
+        """Arm a timer for the next own slot, control sub-slot or adoption, whichever is first."""
+        source, schedule, now_ns = self._source, self._schedule, self._board.now_ns
+        slot = self._slot
+        first_ns = schedule.data_ns(slot)
+        if first_ns < now_ns:               # the clock was set forward: this slot is over
+            slot = self._slot = schedule.next_slot_of(self._part, now_ns - 1, slot - 1).number
+            first_ns = schedule.data_ns(slot)
+        self._act = self._speak
+        if source.wants_control(schedule, now_ns):
+            control = schedule.next_control_of(self._number, now_ns - 1, self._last_control).number
+            control_ns = schedule.control_ns(control)
+            if control_ns < first_ns:
+                first_ns, self._act = control_ns, partial(self._discover, control)
+        adoption_ns = source.adoption_ns(schedule, now_ns)
+        if adoption_ns is not None and adoption_ns <= first_ns:
+            first_ns, self._act = adoption_ns, partial(self._adopt, adoption_ns)
+        self._board.at(first_ns, self._wake)
+
+    def _wake(self) -> None:
+        self._act()
+        self._plan()
 
     def _speak(self) -> None:
         slot = self._slot

@@ -55,16 +55,16 @@ class NodeEnvironment(Clock, Environment):
         assert self.now_ns <= time_ns, f"{time_ns} ns lies before {self.now_ns} ns"
         self.now_ns = time_ns
 
-    def call_in(self, delay_ns: int, action: Callable[[Any], None]) -> None:
-        """Call `action` after `delay_ns`, in the order of scheduling among the events of that instant."""
-        heappush(self.queue, (self.now_ns + delay_ns, NORMAL, next(self._eid), Alarm(action)))
+
+# No methods, as compiled code calls a function without a look-up.
+
+def call_in(env: NodeEnvironment, delay_ns: int, action: Callable[[Any], None]) -> None:
+    """Call `action` after `delay_ns`, in the order of scheduling among the events of that instant."""
+    heappush(env.queue, (env.now_ns + delay_ns, NORMAL, next(env._eid), Alarm(action)))
 
 
 def run_before(limit_ns: int, env: NodeEnvironment) -> None:
-    """Run every event before `limit_ns`; RuntimeError for too many at one instant.
-
-    It is no method, as compiled code calls a function without a look-up.
-    """
+    """Run every event before `limit_ns`; RuntimeError for too many at one instant."""
     queue = env.queue
     instant_ns, events = -1, 0
     while queue and (time_ns := queue[0][0]) < limit_ns:

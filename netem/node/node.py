@@ -18,7 +18,7 @@ import simpy
 from mypy_extensions import mypyc_attr
 from simpy.events import Event
 
-from netem.node.environment import NodeEnvironment, run_before
+from netem.node.environment import NodeEnvironment, call_in, run_before
 from netem.node.named import Named
 from netem.wire.errors import WHOLE_NANOSECONDS
 from netem.wire.instants import NEVER_NS
@@ -137,7 +137,7 @@ class Node:
         """Call `action` after `delay_ns`."""
         if delay_ns < 0:
             raise ValueError(f"{self.name}: delay_ns={delay_ns}: expected 0 or more")
-        self.env.call_in(delay_ns, action)
+        call_in(self.env, delay_ns, action)
 
     def promise_firm(self, time_ns: int) -> None:
         """Promise to send nothing before `time_ns`, whatever arrives. A promise cannot be withdrawn."""

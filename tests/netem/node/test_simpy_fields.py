@@ -9,7 +9,7 @@ from typing import Any
 
 import simpy
 
-from netem.node.environment import NodeEnvironment, run_before
+from netem.node.environment import NodeEnvironment, call_in, run_before
 
 ROOT = Path(__file__).parents[3]
 KNOWN = "4.1"                                       # the minor version whose `step` and `schedule` the loop repeats
@@ -51,7 +51,7 @@ def test_simpys_own_steps_and_the_loop_see_the_same_time() -> None:
             for _ in range(3):
                 yield env.timeout(period_ns)
                 seen.append((env.now_ns, name))
-                env.call_in(0, lambda _: seen.append((env.now, f"alarm of {name}")))
+                call_in(env, 0, lambda _: seen.append((env.now, f"alarm of {name}")))
 
         env.process(program("a", 20))
         env.process(program("b", 30))
