@@ -47,7 +47,7 @@ class JsonFile(Generic[Content]):
         self._reserved(folder).write(msgspec.json.encode(content))
 
     def read(self, folder: Path) -> Content:
-        """Raises OSError, or msgspec.MsgspecError for another content."""
+        """Return the content; raises OSError, or msgspec.MsgspecError for content of another type."""
         return msgspec.json.decode((folder / self.name).read_bytes(), type=self.content)
 
     def left(self, folder: Path) -> Content | None:

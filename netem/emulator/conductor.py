@@ -57,7 +57,7 @@ class Conductor:
     grants: int = 0
     instant_rounds: int = 0
     reached_ns: int = 0
-    passed_ns: int = 0                  # every arrival before it is handed over, or waits for a node that was there
+    passed_ns: int = 0                  # every arrival before it is delivered, or waits at the seat of its node
     ended_by: str = ""                  # the node that ended the run before its length, "" if none did,
     ended_because: str = ""             # and why
     counters: dict[str, dict[str, int]] = field(default_factory=dict)       # by node, from its last report
@@ -67,7 +67,7 @@ class Conductor:
     _next_out_ns: int = 0
     _next_gone_ns: int = NEVER_NS       # the first of the instants `Seat.gone_from_ns` that lie ahead
     _gone: list[Seat] = field(default_factory=list)
-    _talkers: set[str] = field(default_factory=set)     # who handed something out in the last instant rounds
+    _talkers: set[str] = field(default_factory=set)     # nodes that made an offer in the last instant rounds
 
     def admit(self, hellos: Mapping[str, Hello], media: Mapping[str, Medium]) -> None:
         """Take the nodes with their first promises, and the media; NodeFailure for a port without a medium."""
@@ -82,7 +82,7 @@ class Conductor:
             self.seats[name] = seat
 
     def node_is_gone(self, name: str, time_ns: int) -> None:
-        """The node acts before `time_ns` and not at or after it; a copy that arrives then is `Fate.RECEIVER_GONE`.
+        """Let the node act before `time_ns` and not at or after it; a copy that arrives then is `Fate.RECEIVER_GONE`.
 
         To be said after `admit`, from then on also by events of the agenda. ValueError for an instant that windows
         have passed.
@@ -94,7 +94,7 @@ class Conductor:
         self.recorders.gone(name, time_ns)
 
     def deliver(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> None:
-        """A frame will reach `receiver`, a node or gateway, at `arrival_ns`, unless it is gone by then."""
+        """Let a frame reach `receiver`, a node or gateway, at `arrival_ns`, unless the receiver is gone by then."""
         seat = self.seats.get(receiver)
         if seat is None:
             assert self.pace is not None, f"{medium}: {receiver} is no node of this run"
@@ -166,7 +166,7 @@ class Conductor:
             if (wall_s := time.monotonic()) >= next_progress_s:
                 next_progress_s = wall_s + PROGRESS_EVERY_S
                 for seat in self._gone:
-                    seat.take(horizon_ns)       # what nobody hears
+                    seat.take(horizon_ns)       # deliveries that no node receives
                 self.progress(horizon_ns)
         self._finish(seats, self.end_ns)
         self.progress(self.end_ns)
@@ -282,7 +282,7 @@ class Conductor:
             self.counters[name] = report.counters
 
     def _finish(self, seats: list[Seat], end_ns: int) -> None:
-        """Bring nodes to their ends: pending frames, samples and counters come in, nothing may go out any more."""
+        """Send nodes their last grants: they take pending frames and report samples and counters, but make no offer."""
         self.windows += 1
         grants = [(seat.name, Grant(self.windows, end_ns, False, True, seat.take(end_ns))) for seat in seats]
         self.grants += len(grants)

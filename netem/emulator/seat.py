@@ -20,10 +20,10 @@ class Seat:
     quiet: frozenset[int] = frozenset() # indices of ports whose deliveries cause no offer
     first_ns: int = NEVER_NS            # arrival of its first undelivered frame
     pending_ns: int = NEVER_NS          # arrival of the first at a port that is not quiet
-    earliest_ns: int = 0                # of its next offer: max(firm, min(soft, pending))
+    earliest_ns: int = 0                # least instant of its next offer: max(firm, min(soft, pending))
     granted_ns: int = 0                 # horizon of its last grant
     sampled_ns: int = 0                 # its last sample
-    gone_from_ns: int = NEVER_NS        # it does not act or hear at or after this instant
+    gone_from_ns: int = NEVER_NS        # the node neither acts nor receives at or after this instant
     inbox: list[Delivery] = field(default_factory=list)
     ports: dict[str, int] = field(init=False)           # index of the port to each medium
 
@@ -35,7 +35,7 @@ class Seat:
         self.earliest_ns = max(self.firm_ns, min(self.soft_ns, self.pending_ns))
 
     def standing(self) -> str:
-        """The node's last report in words, for an error message."""
+        """Return the node's last report in words, for an error message."""
         def instant(time_ns: int) -> str:
             return "for ever" if time_ns >= NEVER_NS else f"until {time_ns} ns"
         return (f"had run up to {self.granted_ns} ns, silent {instant(self.soft_ns)} unless it hears something and "

@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 
 class Impairment:
     loses_as: ClassVar[Fate]                # the fate of a copy for which `carry` yields nothing
-    most_copies: ClassVar[int] = 1          # come out for one that goes in
+    most_copies: ClassVar[int] = 1          # most copies that leave for one that enters
 
     def carry(self, transit: Transit) -> Iterable[Transit]:
         raise NotImplementedError
 
     def carry_outside(self, transit: Transit) -> Transit:
-        """What becomes of a copy that enters outside the impairment's time window."""
+        """Return a copy that enters outside the impairment's time window; the default passes it as it is."""
         return transit
 
     def least_delay_ns(self, size_bytes: int) -> int:
-        """No copy of this size comes out earlier than this after it went in."""
+        """Return the least delay [ns] of a copy of this size."""
         return 0
 
     def most_delay_ns(self, flow: Flow) -> int:
-        """Adds at most this to the greatest delay of the copies of this flow."""
+        """Return a bound [ns] of the delay that it adds to any copy of this flow."""
         return 0

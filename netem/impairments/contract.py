@@ -1,4 +1,4 @@
-"""What a class of an author's own lacks to be an impairment."""
+"""Checks whether a class of a user can be an impairment."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from netem.impairments import Impairment
 
 
 def complaint_about(cls: type) -> str:
-    """One line that names what is missing and how to write it; "" if nothing is."""
+    """Return one line that names what the class lacks and how to write it, "" if it lacks nothing."""
     carry = getattr(cls, "carry", None)
     if not callable(carry) or carry is Impairment.carry:
         return f"{cls.__name__} has no method carry(transit) that yields what comes out of the link"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Flow:
-    """At most one frame of each of `sizes_bytes` within any `every_ns`, each in up to `copies` copies."""
+    """A flow of at most one frame of each of `sizes_bytes` within any `every_ns`, each in up to `copies` copies."""
 
     sizes_bytes: tuple[int, ...]
     every_ns: int                       # > 0

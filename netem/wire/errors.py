@@ -28,7 +28,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 def is_interruption(error: BaseException) -> bool:
-    """Whether a signal asked the process to end; a KeyboardInterrupt that a program itself raises is its failure."""
+    """Return whether a signal asked the process to end; a KeyboardInterrupt raised by a program is its failure."""
     if isinstance(error, Interrupted):
         return True
     return isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -1,4 +1,4 @@
-"""How severe an event is: said where it happens, by a program, a medium or a gateway."""
+"""Severity of events: the program, medium or gateway that raises an event states it."""
 
 from __future__ import annotations
 
@@ -10,6 +10,6 @@ class Level(IntEnum):
 
     DEBUG = 1
     INFO = 2
-    WARNING = 3             # something that a run takes for granted, or that nobody wants, broke
+    WARNING = 3             # an assumption of the run failed, or something unwanted happened
     ERROR = 4
     FATAL = 5

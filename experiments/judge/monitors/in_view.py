@@ -68,7 +68,7 @@ class InView:
         return Finding(violations, min(least), min(least)) if least else Finding(judged=False)
 
     def _least(self, time_ns: Ints, distances: Floats, length_ns: int) -> Floats:
-        """The smallest possible distance from each sample to the next, or to the end."""
+        """Return the smallest distance [m] possible between each sample and the next, or the end."""
         if self.closing_speed_mps is None:
             return distances
         ways_m = self.closing_speed_mps * np.diff(np.r_[time_ns, length_ns]) * 1e-9
@@ -126,7 +126,7 @@ def _at(time_ns: Ints, place: tuple[Ints, Floats, Floats, Floats]) -> tuple[Floa
 
 
 def _place(node: str, outputs: Sequence[str], records: Records) -> tuple[Ints, Floats, Floats, Floats]:
-    """Sample instants, x, y and heading of a body."""
+    """Return the sample instants [ns], x [m], y [m] and heading [rad] of a body."""
     table = records.signals.get(node)
     if table is None or any(name not in table.names for name in outputs):
         return np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.zeros(0)
@@ -134,7 +134,7 @@ def _place(node: str, outputs: Sequence[str], records: Records) -> tuple[Ints, F
 
 
 def _last_central(observers: Sequence[Subject], time_ns: Ints, distances: Floats, records: Records) -> int:
-    """When it was farther inside than half of the largest range last; the start, if never."""
+    """Return the last instant at which the target was inside by more than half of the largest range, or the start."""
     half_m = max(records.camera(medium, observer).view.range_m for medium, _, observer in observers) / 2
     central = np.flatnonzero(distances >= half_m)
     return int(time_ns[central[-1]]) if central.size else 0

@@ -18,7 +18,7 @@ class KeptSamples:
         self._samples.setdefault(node, []).append((time_ns, values))
 
     def tables(self, declared: Mapping[str, Sequence[tuple[str, str]]]) -> dict[str, SignalTable]:
-        """What was appended, by node; `declared` are the (name, unit) pairs of each node's signals."""
+        """Return the tables of all samples, by node; `declared` are the (name, unit) pairs of each node's signals."""
         return {node: SignalTable(node, tuple(name for name, _ in signals), tuple(unit for _, unit in signals),
                                   *_arrays(self._samples.get(node, []), len(signals)))
                 for node, signals in declared.items()}

@@ -14,7 +14,7 @@ from netem.records.signal_table import SignalTable
 
 @dataclass(frozen=True)
 class Records:
-    """`signals` by node, those worked out after the run included; `sights`: settings of the media that see bodies."""
+    """`signals` are by node, derived ones included; `sights` are the settings of the media that observe bodies."""
 
     length_ns: int
     ledger: FrameCopies
@@ -23,7 +23,7 @@ class Records:
     sights: Mapping[str, MediumSettings] = field(default_factory=dict)
 
     def camera(self, medium: str, observer: str) -> Camera:
-        """Of an observer on one of the `sights`."""
+        """Return the field of view of an observer on one of the `sights`."""
         camera = self.sights[medium].camera(observer)
         assert camera is not None, f"{medium} shows bodies, and {observer} sees none"
         return camera
