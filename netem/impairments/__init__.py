@@ -25,6 +25,7 @@ class Impairment:
     most_copies: ClassVar[int] = 1          # most copies that leave for one that enters
 
     def carry(self, transit: Transit) -> Iterable[Transit]:
+        """Yield the copies that leave the link for one that enters: none, late, changed or several."""
         raise NotImplementedError
 
     def carry_outside(self, transit: Transit) -> Transit:
@@ -36,5 +37,5 @@ class Impairment:
         return 0
 
     def most_delay_ns(self, flow: Flow) -> int:
-        """Return a bound [ns] of the delay that it adds to any copy of this flow."""
+        """Return a bound [ns] on the increase of the greatest delay of the copies of this flow."""
         return 0
