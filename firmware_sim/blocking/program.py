@@ -165,7 +165,7 @@ class BlockingProgram:
         finally:
             thread.joiners.remove(me)
 
-    def hand_out(self, port: str, data: bytes) -> None:
+    def send(self, port: str, data: bytes) -> None:
         if not self.closing:
             self.node.ports[port].send(data)
 

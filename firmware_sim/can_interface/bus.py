@@ -57,7 +57,7 @@ class Channel:
             program.node.count(f"{name}.{what}", 0)
 
     def send(self, sender: MarconetBus, data: bytes) -> None:
-        self.program.hand_out(self.name, data)
+        self.program.send(self.name, data)
         self._senders[data[:4]] = sender
 
     def _receive(self, data: bytes) -> None:

@@ -26,7 +26,7 @@ from netem.wire.level import Level
 from netem.wire.messages import Event as ToldEvent
 from netem.wire.messages import Grant, Hello, Offer, Report, Sample
 
-FrameBytes = bytes | bytearray | memoryview | Any       # Any: `hand_out` refuses other types, compiled or not
+FrameBytes = bytes | bytearray | memoryview | Any       # Any: `Node.offer` refuses other types, compiled or not
 WAS_ANSWERS: Final = ("a port has no `answers` any more: write `board.port(name, on_receive, listen_only=True)` for "
                       "what was `answers = False`")
 
@@ -66,7 +66,7 @@ class Port:
 
     def send(self, data: FrameBytes) -> None:
         """Send `data` now: bytes, or a copy of a bytearray or memoryview. TypeError for anything else."""
-        self.node.hand_out(self.index, data)
+        self.node.offer(self.index, data)
 
     def receive(self) -> Event:
         """Return a SimPy event whose value is the next delivered frame that has not been received yet."""
@@ -152,7 +152,7 @@ class Node:
         if time_ns > self._soft_ns:
             self._soft_ns = time_ns
 
-    def hand_out(self, port: int, data: FrameBytes) -> None:
+    def offer(self, port: int, data: FrameBytes) -> None:
         """Offer `data` at port number `port` now; raises TypeError for other types of data or time, PromiseBroken."""
         now_ns: Any = self.env.now_ns
         if type(now_ns) is not int:

@@ -327,7 +327,7 @@ def test_the_end_of_the_run_is_a_ctrl_c_and_what_is_sent_then_goes_nowhere(begin
         except KeyboardInterrupt:
             ended.append("interrupted")
         finally:
-            this_program().hand_out("can0", b"parting words")
+            this_program().send("can0", b"parting words")
             time.sleep(0.5)
             ended.append(time.monotonic())
 

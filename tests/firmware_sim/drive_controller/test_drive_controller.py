@@ -90,7 +90,7 @@ def test_the_promise_reaches_to_the_next_publication_whatever_is_heard(bench: Be
     said = [time_ns for time_ns, _ in drive.offers]
     assert promised == [100_000 + 10 * MS * math.ceil((end_ns - 100_000) / (10 * MS))
                         for end_ns in range(MS, 60 * MS, MS)]
-    assert said                                 # Node.hand_out raises if one of them breaks a promise
+    assert said                                 # Node.offer raises if one of them breaks a promise
 
 
 def test_a_clock_that_is_stepped_breaks_no_promise_and_counts_what_it_missed(bench: Bench) -> None:
