@@ -167,7 +167,7 @@ class Board:
         """Add `by` to the counter `name`, "count.ROBOT.name" in [expect]; 0 makes the counter exist."""
         self._node.count(name, by)
 
-    def record(self, signal: str, unit: str, read: Callable[[], float]) -> None:
+    def record(self, signal: str, unit: str, read: Callable[[], Any]) -> None:
         """Record `read()` at every sample instant of the scenario, as the signal `ROBOT.signal`."""
         self._node.signals([(signal, unit)], lambda: (read(),))
 

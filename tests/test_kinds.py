@@ -64,9 +64,9 @@ def _attributes(cls: type) -> Iterator[str]:
     yield from (name for name in vars(cls) if not name.startswith("_"))
     if is_dataclass(cls):
         yield from (field.name for field in fields(cls))
-    file = inspect.getsourcefile(cls)
-    assert file is not None
-    for node in ast.walk(ast.parse(Path(file).read_text(encoding="utf-8"))):
+    module = ROOT / cls.__module__.replace(".", "/")        # a compiled class does not know its source
+    file = module / "__init__.py" if module.is_dir() else module.with_suffix(".py")
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ClassDef) and node.name == cls.__name__:
             yield from (each.attr for each in ast.walk(node) if isinstance(each, ast.Attribute)
                         and isinstance(each.ctx, ast.Store) and not each.attr.startswith("_"))

@@ -26,6 +26,7 @@ from netem.core.agenda import Agenda
 from netem.core.frame import Frame
 from netem.emulator.conductor import Conductor
 from netem.media.links import Links
+from netem.media.medium import Medium
 from netem.records.ledger import Ledger
 from netem.transport.process_host import ProcessHost
 
@@ -33,12 +34,11 @@ MEMBER = "benchmarks.lockstep.marconet_member"
 WINDOW_NS = 1_000_000
 
 
-class RingLink:
+class RingLink(Medium):
     """A medium that carries each frame of node i to node i + 1 in `latency_ns`, without loss."""
 
-    name = MEDIUM
-
     def __init__(self, nodes: int, latency_ns: int, links: Links, ledger: Ledger) -> None:
+        super().__init__(MEDIUM, [f"node_{index}" for index in range(nodes)])
         self._neighbour = {f"node_{index}": f"node_{(index + 1) % nodes}" for index in range(nodes)}
         self._numbers = dict.fromkeys(self._neighbour, 0)
         self._latency_ns = latency_ns
