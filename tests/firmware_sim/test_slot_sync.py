@@ -65,7 +65,7 @@ def test_rounds_are_powers_of_the_stochastic_matrix_and_all_clocks_meet(hears, d
     assert np.all(weights > 0)
     rate = contraction_per_round(hears, dict.fromkeys(hears, 0), gain)
     assert rate < 1
-    # Rounding moves an eigenvalue of a Jordan block of size m by some eps^(1/m); m is at most the number of nodes less 1.
+    # Rounding moves an eigenvalue of a Jordan block of size m by some eps^(1/m); m is below the number of nodes.
     moved = 2 * np.finfo(float).eps ** (1 / max(1, len(names) - 1))
     assert rate == pytest.approx(max(abs(v) for v in values if abs(v - 1) > 1e-9), abs=max(1e-6, moved))
     assert np.max(abs(np.linalg.matrix_power(W, 4096) @ start - weights @ start)) < 1 + rate**4096 * 1e12
