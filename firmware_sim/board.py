@@ -20,13 +20,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from random import Random
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from simpy.events import Event, Process, Timeout
 
 from firmware_sim.board_timers import Repetition, Timer, Timers
 from firmware_sim.local_clock import LocalClock
-from firmware_sim.old_names import renamed
+from firmware_sim.old_names import OldName
 from fmus.plant import InputGroup, OutputGroup, Plant
 from netem.node.node import Node, Port
 from netem.wire.level import Level
@@ -39,6 +39,13 @@ class NoPlant(ValueError):
 
 
 class Board:
+    node: ClassVar = OldName("node")
+    plant: ClassVar = OldName("plant")
+    clock: ClassVar = OldName("clock")
+    wait_until: ClassVar = OldName("wait_until")
+    silent_until: ClassVar = OldName("silent_until")
+    silent_unless_heard_until: ClassVar = OldName("silent_unless_heard_until")
+
     def __init__(self, node: Node, clock: LocalClock, plant: Plant | None, team: Mapping[str, Any], rng: Random,
                  parameters: Mapping[str, Any], clock_steps: Sequence[tuple[int, int]] = ()) -> None:
         """`team`: the scenario's table [team]; `clock_steps`: faults, (true_ns, delta_ns) in order."""
@@ -48,9 +55,6 @@ class Board:
         self._node, self._clock, self._plant, self._parameters = node, clock, plant, parameters
         self._timers = Timers(node, clock, clock_steps)
         self._waits_over, self._waited_at_ns = 0, -1
-
-    def __getattr__(self, name: str) -> Any:
-        raise AttributeError(renamed(name))
 
     # --- frames
 

@@ -13,7 +13,7 @@ drift, not multiplied with it (a difference of drift * trim, 1e-8 for 100 ppm ea
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
+from typing import Any, Final
 
 from firmware_sim.clock_settings import ClockSettings
 
@@ -43,22 +43,22 @@ class LocalClock:
     def __init__(self, settings: ClockSettings, true_now: Callable[[], int]) -> None:
         self.settings = settings
         self._true_now = true_now
-        self._tick_ns = settings.tick_ns
-        self._phase = settings.offset_ns * UNIT
-        self._rate = UNIT + rate_parts(settings.drift_ppm)
+        # Any: Python handles signals within operations on large integers, and compiled code aborts the process if the
+        # handler raises within an operation on `int`.
+        self._tick_ns: Any = settings.tick_ns
+        self._phase: Any = settings.offset_ns * UNIT
+        self._rate: Any = UNIT + rate_parts(settings.drift_ppm)
         self._note_ideal()
 
     def now_ns(self) -> int:
         """Return the local time in ns, rounded down to the tick."""
-        if self._ideal:
-            return self._true_now()
-        reading = (self._phase + self._rate * self._true_now()) // UNIT
-        return reading - reading % self._tick_ns
+        return self._true_now() if self._ideal else self.reading_at(self._true_now())
 
     def reading_at(self, true_ns: int) -> int:
         """Return the local time at the true instant `true_ns`, with the clock's present offset and rate."""
         reading = (self._phase + self._rate * true_ns) // UNIT
-        return reading - reading % self._tick_ns
+        rounded: int = reading - reading % self._tick_ns
+        return rounded
 
     def true_at(self, local_ns: int) -> int:
         """Return the earliest true instant at which the clock, with its present offset and rate, reads >= `local_ns`.
@@ -68,7 +68,8 @@ class LocalClock:
         if self._ideal:
             return local_ns
         first_reading = -(-local_ns // self._tick_ns) * self._tick_ns
-        return -((self._phase - first_reading * UNIT) // self._rate)
+        true_ns: int = -((self._phase - first_reading * UNIT) // self._rate)
+        return true_ns
 
     def adjust(self, delta_ns: int) -> None:
         """Add `delta_ns` to local time from now on."""
@@ -92,7 +93,7 @@ class LocalClock:
     @property
     def drift_ppm(self) -> float:
         """Drift with all trims [ppm], for records: firmware cannot know it."""
-        return (self._rate - UNIT) / PARTS_PER_PPM
+        return float(self._rate - UNIT) / PARTS_PER_PPM
 
     def _note_ideal(self) -> None:
         self._ideal = self._phase == 0 and self._rate == UNIT and self._tick_ns == 1

@@ -1,4 +1,4 @@
-"""Former names of a board's and a port's attributes, with what a program writes today, for error messages."""
+"""Former names of a board's attributes: each fails with what a program writes today."""
 
 from __future__ import annotations
 
@@ -14,8 +14,17 @@ BOARD: Final = {
                                  "gives more",
 }
 
-def renamed(name: str) -> str:
-    """Return the text of the AttributeError for an attribute `name` that a board does not have."""
-    if name in BOARD:
-        return f"Board has no {name!r} any more: {BOARD[name]}"
-    return f"Board has no {name!r}"
+
+class OldName:
+    """A class attribute that raises AttributeError when it is read from an instance.
+
+    It is no `__getattr__`: compiled, that would also be called when a property raises, and hide the property's error.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, board: object, cls: type | None = None) -> OldName:
+        if board is None:
+            return self
+        raise AttributeError(f"Board has no {self._name!r} any more: {BOARD[self._name]}")

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
-from firmware_sim.board import NoPlant
+from firmware_sim.board import Board, NoPlant
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.local_clock import LocalClock
 from firmware_sim.old_names import BOARD
 from fmus.build import build_model
 from fmus.describe_fmu import describe
 from fmus.errors import PlantError
 from fmus.plant import Plant
 from netem.node.named import UnknownName
-from netem.node.node import PromiseBroken
+from netem.node.node import Node, PromiseBroken
 from netem.wire.instants import NEVER_NS
 from tests.firmware_sim.board_bench import BoardBench
 
@@ -396,9 +400,15 @@ def test_every_name_that_a_message_of_the_board_tells_is_there():
     assert all(hasattr(board, name) for name in told)
 
 
-def test_a_name_that_never_was_is_refused_plainly():
-    with pytest.raises(AttributeError, match=r"^Board has no 'wheels'$"):
-        BoardBench().board().wheels  # noqa: B018
+def test_what_an_error_within_a_property_says_reaches_the_program():
+    def true_now() -> int:
+        raise ValueError("no time")
+
+    board = Board(Node("robot", []), LocalClock(ClockSettings(), true_now), None, {}, Random(1), {})
+
+    with pytest.raises(ValueError, match="no time"):
+        board.now_ns  # noqa: B018
+
 
 
 def test_a_port_that_is_told_whether_it_answers_says_what_took_its_place():
