@@ -3,8 +3,8 @@
     report   --gather_ns-->     merge the readings of one instant     -->  send `news` to the sensor in charge
     claim    --execution_ns-->  decide which sensor is in charge      -->  send `charges` to all, and every `repeat_ns`
 
-Charges are repeated because nobody acknowledges a broadcast; news are not, since later news replace them. News leave
-out detections with a reading of the sensor in charge, which has applied it already.
+Charges are repeated because receivers do not acknowledge broadcasts; news are not, since later news replace them. News
+leave out detections with a reading of the sensor in charge, which has applied it already.
 Source: dissertation, sections 3.2 and 3.3.2, Figure 3.3. Not modelled: sensors that report false readings.
 """
 

@@ -13,7 +13,7 @@ ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
 
 
 class LooksLike(Protocol):
-    """What a pursuer assumes of its sensor; `view_problems` compares it with the sensing medium."""
+    """The assumptions of a pursuer about its sensor, which `view_problems` compares with the sensing medium."""
 
     @property
     def step_ns(self) -> int: ...

@@ -95,7 +95,7 @@ class Member:
         return len(self.ends_ns) >= self.task.windows
 
     def save(self, folder: Path) -> None:
-        """Write the turns, first under another name, so that nobody reads an incomplete file."""
+        """Write the turns, first under another name, so that no reader finds an incomplete file."""
         unfinished = folder / f"{self.index}.part"
         unfinished.write_text(json.dumps([self.fault, self.starts_ns, self.ends_ns]))
         unfinished.rename(record(folder, self.index))

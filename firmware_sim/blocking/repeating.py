@@ -11,7 +11,7 @@ from netem.wire.instants import NEVER_NS
 
 
 class Repeats(Protocol):
-    """What repeats, as far as `Repeating` needs it."""
+    """The part of a blocking program that `Repeating` uses."""
 
     node: Node
     oscillator: LocalClock

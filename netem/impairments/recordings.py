@@ -2,7 +2,7 @@
 
 The builder of a scenario's impairments passes one `Recordings` to all of them.
 
-Invariant: nobody changes a value that is kept, so links may share it.
+Invariant: no impairment changes a recording that is kept, so links may share it.
 """
 
 from __future__ import annotations

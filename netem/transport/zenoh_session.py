@@ -43,7 +43,7 @@ ENTRANCES: Final = ((zenoh, "open", "opening a Zenoh session"), (zenoh, "scout",
 
 
 class NotReachable(Exception):
-    """Nobody subscribed to a key in time, or Zenoh does not listen on the loopback."""
+    """No session subscribed to a key in time, or Zenoh does not listen on the loopback."""
 
 
 def _config(*, listen: str | None, connect: str | None, usrpwd: dict[str, str]) -> zenoh.Config:

@@ -1,4 +1,4 @@
-"""docs/tutorial: whoever types what its four pages say, and nothing else, gets what they show."""
+"""docs/tutorial: a reader who types only what its four pages say gets the output that they show."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def test_the_certificate_is_confirmed_by_a_general_eigenvalue_solver(common):
 
 
 def status(maps, rate_per_s, P):
-    """Of the program Q >= I, (exp(-2 rate h_k) Q - M_k' Q M_k) / h_k >= 0, in the coordinates of P."""
+    """Return the solver's status for Q >= I, (exp(-2 rate h_k) Q - M_k' Q M_k) / h_k >= 0, in the coordinates of P."""
     cp = cvxpy()
     to = np.linalg.cholesky(P).T
     Q = cp.Variable(P.shape, symmetric=True)
