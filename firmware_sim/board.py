@@ -199,7 +199,8 @@ class Board:
 
     def _required_plant(self) -> Plant:
         if self._plant is None:
-            raise NoPlant(f"{self.name} has no plant; give it one, as agents.{self.name}.plant = {{ fmu = \"cart\" }}")
+            raise NoPlant(f"{self.name} has no plant; give it one, as agents.{self.name}.plant = {{ fmu = \"...\" }}; "
+                          "`marconet fmu list` names some")
         return self._plant
 
     def _count_past_wait(self, local_ns: int) -> None:

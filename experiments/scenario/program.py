@@ -128,16 +128,17 @@ def parameters_of(program: Callable[..., Any]) -> tuple[Shape | None, str]:
     declared: Any = getattr(program, "Settings", None)
     if declared is not None and not (isinstance(declared, type) and is_dataclass(declared)):
         return None, f"{program.__name__}.Settings is no dataclass"
-    keywords = [item.name for item in given if item.kind is item.KEYWORD_ONLY]
-    if keywords and declared is None:
-        return None, (f"{program.__name__} takes {', '.join(keywords)} as keyword arguments: declare them as fields of "
-                      f"a dataclass `Settings` of the class, and write __init__(self, board, settings)")
+    positional = [item.name for item in given if item.kind in (item.POSITIONAL_ONLY, item.POSITIONAL_OR_KEYWORD)]
+    besides = positional[1:] + [item.name for item in given if item.kind is item.KEYWORD_ONLY]
+    if besides and declared is None:
+        return None, (f"{program.__name__} takes {', '.join(besides)} besides the board: declare them as fields of a "
+                      f"dataclass `Settings` of the class, and write __init__(self, board, settings)")
     takes = ["board"] if declared is None else ["board", "settings"]
     try:
         inspect.signature(program).bind(*takes)
     except TypeError:
         here = f"{program.__name__}{inspect.signature(program)}"
-        if not any(item.kind in (item.POSITIONAL_ONLY, item.POSITIONAL_OR_KEYWORD) for item in given):
+        if not positional:
             return None, f"takes no board: {here} has no positional argument"
         return None, f"{here}: expected {program.__name__}({', '.join(takes)})"
     if complaint := _complaint_about_questions(program):

@@ -44,8 +44,6 @@ def what_failed(trace: str) -> str:
             return (f"{place}yield of the generator {generator}: it waits only if it is delegated to; write "
                     f"`yield from ...{generator.rpartition('.')[2]}(...)`")
         return f"{place}yield {wrong['value']}: {NO_EVENT}"
-    if "'NoneType' object has no attribute" in last and re.search(r"^    .*\.plant\.", trace, re.MULTILINE):
-        return f"{last}: this agent has no plant; give it one, plant = {{ fmu = \"...\" }}"
     return _OUR_TYPE.sub("", _PRIVATE_NAME.sub("", last, count=1))
 
 

@@ -66,9 +66,11 @@ WITH_SETTINGS = HEAD + '''    @dataclass
 
 @pytest.mark.parametrize(("module", "reason"), [
     (HEAD + "    def __init__(self, board, *, slot_ns: int = 5, gain: float): pass\n",
-     "Robot takes slot_ns, gain as keyword arguments: declare them as fields of a dataclass `Settings` of the class, "
+     "Robot takes slot_ns, gain besides the board: declare them as fields of a dataclass `Settings` of the class, "
      "and write __init__(self, board, settings)"),
-    (HEAD + "    def __init__(self, board, slot_ns): pass\n", "Robot(board, slot_ns): expected Robot(board)"),
+    (HEAD + "    def __init__(self, board, slot_ns=5): pass\n",
+     "Robot takes slot_ns besides the board: declare them as fields of a dataclass `Settings` of the class, and write "
+     "__init__(self, board, settings)"),
     (WITH_SETTINGS.replace("(self, board, settings)", "(self, board)"),
      "Robot(board): expected Robot(board, settings)"),
     (WITH_SETTINGS.replace("(self, board, settings)", "(self)"), "takes no board: Robot() has no positional argument"),
