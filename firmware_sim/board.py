@@ -39,6 +39,7 @@ class NoPlant(ValueError):
 
 
 class Board:
+    # Former names: to read one is an error that says what to write.
     node: ClassVar = OldName("node")
     plant: ClassVar = OldName("plant")
     clock: ClassVar = OldName("clock")
