@@ -23,8 +23,12 @@ MOST_RECORDED: Final = 64
 NUMBERS: Final = frozenset({*REALS, *RANGES, "Boolean", "Enumeration"})
 
 
-def record_outputs(node: Node, plant: Plant, idle: Collection[str] = ()) -> None:
-    """Declare the signals, after the program has declared its own; leave out `idle` outputs, which are always 0."""
+def record_outputs(node: Node, plant: Plant, idle: Collection[str] = (),
+                   among: Collection[tuple[str, str]] | None = None) -> None:
+    """Declare the signals, after the program has declared its own; leave out `idle` outputs, which are always 0.
+
+    With `among`, pairs (name, unit), only these are declared.
+    """
     taken = node.signal_names
     chosen: list[Variable] = []
     signals: list[tuple[str, str]] = []
@@ -35,6 +39,8 @@ def record_outputs(node: Node, plant: Plant, idle: Collection[str] = ()) -> None
             continue
         names = elements(variable)
         if not taken.isdisjoint(names):
+            continue
+        if among is not None and not {(name, variable.unit or "1") for name in names} <= set(map(tuple, among)):
             continue
         if len(signals) + len(names) > MOST_RECORDED:
             left_out += len(names)

@@ -62,6 +62,7 @@ class PlantDescription(msgspec.Struct, frozen=True):
     fixed_step_s: float | None      # step [s] of which communication points are multiples, if the description has one
     once_per_process: bool          # canBeInstantiatedOnlyOncePerProcess
     ours: bool                      # made by fmus/describe.py: the FMU refuses non-finite values, ends no step early
+    saves_state: bool               # canGetAndSetFMUState and canSerializeFMUState
     log_formatter: str | None       # library that expands the printf arguments of FMI 2.0 messages
     variables: dict[str, Variable]
 

@@ -38,11 +38,12 @@ class MavlinkTask:
         board = self._board
         release_ns = self._schedule.next_after(board.now_ns - 1)
         while True:
-            yield from board.sleep_until(release_ns, silent_until_ns=release_ns + self._execution_ns)
+            done_ns = release_ns + board.execution_ns(self._execution_ns)
+            yield from board.sleep_until(release_ns, silent_until_ns=done_ns)
             frames = self.front.step(bytes(self._heard), board.now_ns)
             self._heard.clear()
             self._count()
-            yield from board.sleep_until(release_ns + self._execution_ns)
+            yield from board.sleep_until(release_ns + board.execution_ns(self._execution_ns))
             self._send(frames)
             release_ns = self._schedule.next_after(board.now_ns)
 
