@@ -79,7 +79,8 @@ class RunWorld:
             rng = self._rng_for(f"{cause}/{medium}: {sender} -> {receiver}")
             place = self._entrances.get(link, 0)
             self._entrances[link] = place + 1
-            self._links.pipeline(link).insert(place, (cause, Within(UndetectedFlips(ratio, flipped_bits, rng), windows)))
+            flips = UndetectedFlips(ratio, flipped_bits, rng)
+            self._links.pipeline(link).insert(place, (cause, Within(flips, windows)))
         return windows
 
     def _event(self, time_ns: int, subject: str, kind: str, detail: str, level: Level) -> None:
