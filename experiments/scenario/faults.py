@@ -64,8 +64,9 @@ def _fault(table: Any, place: Place, site: Site, seed: int, length_ns: int, read
                      *given)
         return None
     common, cls = shape_of(FaultHeader), FAULTS[kind]
-    header = reading.tables.read(common, {key: value for key, value in table.items() if key in common.field_of}, place,
-                                 ["kind", *shape_of(cls).keys()]).values
+    header, complete, _ = reading.tables.read(
+        common, {key: value for key, value in table.items() if key in common.field_of}, place,
+        ["kind", *shape_of(cls).keys()])
     own = {key: value for key, value in table.items() if key not in common.field_of and key != "kind"}
     fault: Fault | None = reading.tables.read(shape_of(cls), own, place, ["kind", *common.keys()], cls).made
     if header.get("name"):
@@ -82,7 +83,7 @@ def _fault(table: Any, place: Place, site: Site, seed: int, length_ns: int, read
     during_ns = windows_of(header.get("during_ns", ()))
     if during_ns is None:
         problems.add((*place, "during_s"), "expected [start, end], or a list of such windows")
-    elif fault is not None:
+    elif fault is not None and complete:
         try:
             timing = {key: value for key, value in header.items() if key not in ("on", "name", "during_ns")}
             occurrences = Schedule(during_ns=during_ns, **timing).occurrences(

@@ -117,7 +117,7 @@ class Conductor:
             return False
         pause = Pause(self.stop_ns, until_ns, depth)
         self.recorders.away(name, pause)
-        seat.leave(until_ns, pause)
+        seat.leave(self.stop_ns, until_ns, pause)
         self.fault(name, "pause", {"until_ns": until_ns})
         if until_ns < self.end_ns:
             self.stop_at(until_ns, partial(self._go_on, seat, pause))
@@ -151,7 +151,7 @@ class Conductor:
             seat.pause.until_ns = now_ns
             seat.held.clear()
         self.recorders.away(name, Absence(now_ns, boots_ns))
-        seat.leave(boots_ns, None)
+        seat.leave(now_ns, boots_ns, None)
         seat.life += 1
         hello = self.host.revive(name, Life(seat.life, now_ns, boots_ns, report.state or b"", list(seat.signals),
                                             sorted(seat.quiet), dict(fields)))

@@ -41,13 +41,20 @@ class Seat:
         """Recompute `earliest_ns`."""
         self.earliest_ns = max(self.firm_ns, min(self.soft_ns, self.pending_ns))
 
-    def leave(self, until_ns: int, pause: Pause | None) -> None:
-        """Let nothing arrive before `until_ns`: drop what is here already, or hold it if the node stands still."""
-        self.away_until_ns, self.pause = until_ns, pause
+    def leave(self, now_ns: int, until_ns: int, pause: Pause | None) -> None:
+        """Let nothing arrive from now on and before `until_ns`: drop it, or hold it if the node stands still.
+
+        What arrived before now and waits for the next grant stays.
+        """
+        before = self.take(now_ns)
         due = self.take(until_ns)
+        self.away_until_ns, self.pause = until_ns, pause
         if pause is not None:
             for delivery in due:
                 self.hold(delivery)
+        self.inbox = before + self.inbox
+        if before:
+            self.first_ns = before[0][0]
 
     def hold(self, delivery: Delivery) -> None:
         """Keep what arrives while the node stands still."""

@@ -42,8 +42,8 @@ class Schedule:
         ways = [key for key, given in (("at_s", self.at_ns is not None), ("during_s", bool(self.during_ns)),
                                        ("rate_per_s", self.rate_per_s is not None)) if given]
         if len(ways) != 1:
-            raise ValueError(f"at_ns: {' and '.join(ways) or 'none of at_s, during_s and rate_per_s'} is given: "
-                             "a fault has exactly one of at_s, during_s and rate_per_s")
+            given = f"{' and '.join(ways)} are" if ways else "none of at_s, during_s and rate_per_s is"
+            raise ValueError(f"{given} given: a fault has exactly one of them, which says when it occurs")
         for key in ("lasts_ns", "every_ns"):
             value = getattr(self, key)
             if value is not None and value < 1:
@@ -96,7 +96,7 @@ class Schedule:
     def _drawn(self, length_ns: int, rng: Random, lasting: bool) -> list[Occurrence]:
         assert self.rate_per_s is not None
         if lasting and self.lasts_ns is None:
-            raise ValueError("lasts_ns: is missing: a fault that occurs at random times needs lasts_s")
+            raise ValueError("lasts_s is missing: a fault that lasts and occurs at random times needs it")
         found: list[Occurrence] = []
         now_ns = 0
         while True:
