@@ -149,7 +149,7 @@ def test_with_biases_the_outputs_settle_at_the_equilibrium(tmp_path: Path) -> No
 
     team = read_team(wanted.team)
     loop = ClosedLoop(tuple(team.agents), team.laplacian_of(L1_LINKS))
-    equilibrium = loop.equilibrium_output([bias[0] for bias in team.biases])
+    equilibrium = loop.C_cl @ loop.equilibrium([bias[0] for bias in team.biases])
     settled = np.array([data.signals[robot].column("y")[-1] for robot in ROBOTS])
     # The slowest mode decays as exp(re t) from a start of a few units; 20 covers its overshoot and eigenvectors.
     left = 20 * np.exp(loop.rightmost_eigenvalue.real * 30.0)
