@@ -106,7 +106,7 @@ class Timers:
         while self._steps_ahead:
             true_ns, delta_ns = self._steps_ahead[0]
             yield env.timeout(true_ns - env.now)
-            self._clock.step(delta_ns)
+            self._clock.adjust(delta_ns)
             del self._steps_ahead[0]
             self._node.event("clock step", f"{delta_ns} ns")
 

@@ -33,7 +33,7 @@ from agents.pursuit.pursuer_check import view_problems
 from firmware_sim.autopilot.vehicle import PositionTarget
 from firmware_sim.board import Board
 from firmware_sim.mavlink.companion import Companion
-from firmware_sim.mavlink.counters import COMPANION_COUNTERS
+from firmware_sim.mavlink.counters import COMPANION_COUNTERS, BoardCounters
 from firmware_sim.mavlink.link import MavlinkLink
 from firmware_sim.scenario_view import Own, ScenarioView
 from firmware_sim.schedules.periodic import Periodic
@@ -45,7 +45,7 @@ SIGNALS: Final = (("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m")
                   ("waypoint_x", "m"), ("waypoint_y", "m"), ("heard_east", "m"), ("heard_north", "m"), ("phase", "1"))
 
 COUNTERS: Final = ("looks", "looks that saw nothing", "detections", "detections refused", "detections too late",
-                   "waypoints sent", "unreadable frames", *(f"mavlink {name}" for name in COMPANION_COUNTERS))
+                   "waypoints sent", "unreadable frames")
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,9 @@ class AerialCompanion:
         self._waypoint: Place | None = None
         self._in_view = False                       # whether the last look detected the target
         self._due = 0                               # number of the instant at which the waypoint is sent again
-        self._counted: dict[str, int] = {}
         for counter in COUNTERS:
             board.count(counter, 0)
+        self._counters = BoardCounters(board, COMPANION_COUNTERS)
         board.record_all(SIGNALS, self._sample)
 
     @staticmethod
@@ -155,7 +155,7 @@ class AerialCompanion:
             frames.append(vehicle.target(place, now_ns))
             self._due = instant + self._settings.resend_every
             self._board.count("waypoints sent")
-        self._count()
+        self._counters.note(vehicle.link.counts)
         return look, frames
 
     def _take_in(self, now_ns: int, own: Place) -> None:
@@ -184,12 +184,6 @@ class AerialCompanion:
         return east, north
 
     # --- counters and samples
-
-    def _count(self) -> None:
-        for name, count in self._vehicle.link.counts.items():
-            if more := count - self._counted.get(name, 0):
-                self._board.count(f"mavlink {name}", more)
-                self._counted[name] = count
 
     def _sample(self) -> list[float]:
         now_ns = self._board.now_ns

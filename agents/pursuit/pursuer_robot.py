@@ -12,7 +12,7 @@ Not modelled: slip, so the robot knows its place; computations that compete for 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from math import nan
 
 from agents.pursuit import Place
@@ -23,7 +23,6 @@ from agents.tracking.controller import Command, Pose
 from agents.tracking.dead_reckoning import DeadReckoning
 from agents.tracking.drive_link import DriveLink
 from firmware_sim.board import Board
-from firmware_sim.scenario_view import Own, ScenarioView
 from netem.media.sensing.sight import LOOK, Detection, NothingSeen, unpack_sight
 
 COUNTERS = ("looks", "looks that saw nothing", "detections", "detections refused", "detections too late",
@@ -32,6 +31,7 @@ COUNTERS = ("looks", "looks that saw nothing", "detections", "detections refused
 
 class PursuerRobot:
     Settings = PursuerSettings
+    check = staticmethod(pursuer_problems)
 
     def __init__(self, board: Board, settings: PursuerSettings) -> None:
         self._board, self._target, self._settings = board, settings.target, settings
@@ -51,10 +51,6 @@ class PursuerRobot:
                          self._sample)
         board.every(settings.step_ns, self._instant, offset_ns=settings.execution_ns)
 
-    @staticmethod
-    def check(scenario: ScenarioView, own: Own[PursuerSettings]) -> Iterator[str]:
-        yield from pursuer_problems(scenario, own)
-
     # --- at every instant k T_s
 
     def _instant(self) -> None:
@@ -63,12 +59,12 @@ class PursuerRobot:
     def _decide(self) -> None:
         """Send a setpoint, and request a look at the next instant if the policy says so."""
         if self._pursuer is None:
-            self._tell_drive(Command(0.0, 0.0))
+            self._drive.send(Command(0.0, 0.0))
             return
         now_ns = self._board.now_ns
         pose = self._pose()
         decision: Decision = self._pursuer.step(now_ns, (pose.x_m, pose.y_m))
-        self._tell_drive(self._steering.command(decision.velocity_mps, pose.theta_rad))
+        self._drive.send(self._steering.command(decision.velocity_mps, pose.theta_rad))
         if decision.look_ns <= now_ns + self._settings.step_ns and decision.look_ns > self._looked_ns:
             self._pursuer.asked(decision.look_ns)
             self._look(decision.look_ns)
@@ -77,9 +73,6 @@ class PursuerRobot:
         self._looked_ns = look_ns
         self._view.send(LOOK)
         self._board.count("looks")
-
-    def _tell_drive(self, command: Command) -> None:
-        self._drive.send(command)
 
     # --- detections
 
