@@ -29,9 +29,9 @@ class Timers:
         instants = [true_ns for true_ns, _ in clock_steps]
         if any(true_ns < node.now_ns for true_ns in instants) or instants != sorted(instants):
             raise ValueError(f"{node.name}: clock_steps at {instants} ns: expected instants from now on, in order")
-        self._node, self._env, self._clock = node, node.env, clock
+        self._node, self._env, self.clock = node, node.env, clock
         self._steps_ahead = list(clock_steps)
-        self._silences: list[int] = []
+        self.silences: list[int] = []   # for each armed timer the true instant before which it leads to no frame
         if self._steps_ahead:
             node.env.process(self._step_clock())
 
@@ -39,26 +39,18 @@ class Timers:
         """Call `action` when the clock, with its present rate and offset, reads `local_ns`; return the true instant."""
         env = self._env
         now_ns: int = env.now_ns
-        true_ns = self._clock.true_at(local_ns)
+        true_ns = self.clock.true_at(local_ns)
         if true_ns < now_ns:
             true_ns = now_ns
         call_in(env, true_ns - now_ns, action)
         return true_ns
-
-    def reached(self, local_ns: int) -> bool:
-        """Return whether the clock reads at least `local_ns`."""
-        return self._clock.now_ns() >= local_ns
-
-    def now_ns(self) -> int:
-        """Local time."""
-        return self._clock.now_ns()
 
     def until(self, local_ns: int, silent_until_ns: int | None) -> Timeout:
         """Return a SimPy event at which the clock, with its present rate and offset, reads `local_ns`.
 
         It leads to no frame before `silent_until_ns`; None: not before it occurs.
         """
-        env, clock = self._env, self._clock
+        env, clock = self._env, self.clock
         true_ns = clock.true_at(local_ns)
         timeout = Timeout(env, max(0, true_ns - env.now_ns))
         if silent_until_ns is None:
@@ -67,7 +59,7 @@ class Timers:
             return timeout
         else:
             silent_ns = clock.true_at(silent_until_ns)
-        self._silences.append(silent_ns)
+        self.silences.append(silent_ns)
         callbacks = timeout.callbacks
         assert callbacks is not None
         callbacks.append(partial(self._over, silent_ns))
@@ -75,19 +67,11 @@ class Timers:
 
     def after(self, delay_ns: int, action: Callable[[], object], sends: bool) -> None:
         """Call `action` after `delay_ns` of true time."""
-        Delay(self._silences, self._env.now_ns + delay_ns, action, sends).start(self._env, delay_ns)
-
-    def note_silence(self, true_ns: int) -> None:
-        """Note that a timer was armed which leads to no frame before `true_ns`."""
-        self._silences.append(true_ns)
-
-    def withdraw_silence(self, true_ns: int) -> None:
-        """Note that a timer armed with `note_silence(true_ns)` rang or was cancelled."""
-        self._silences.remove(true_ns)
+        Delay(self.silences, self._env.now_ns + delay_ns, action, sends).start(self._env, delay_ns)
 
     def next_frame_ns(self) -> int:
         """Return the true instant [ns] before which no armed timer leads to a frame."""
-        silences = self._silences
+        silences = self.silences
         first_ns = NEVER_NS
         for silent_ns in silences:
             if silent_ns < first_ns:
@@ -99,14 +83,14 @@ class Timers:
         return min(true_ns, self._steps_ahead[0][0]) if self._steps_ahead else true_ns
 
     def _over(self, true_ns: int, event: Event) -> None:
-        self._silences.remove(true_ns)
+        self.silences.remove(true_ns)
 
     def _step_clock(self) -> Generator[Event, Any, None]:
         env = self._node.env
         while self._steps_ahead:
             true_ns, delta_ns = self._steps_ahead[0]
             yield env.timeout(true_ns - env.now)
-            self._clock.adjust(delta_ns)
+            self.clock.adjust(delta_ns)
             del self._steps_ahead[0]
             self._node.event("clock step", f"{delta_ns} ns")
 
@@ -148,19 +132,19 @@ class Timer:
         if not self._over:
             self._over = True
             if self._sends:
-                self._timers.withdraw_silence(self._armed_ns)
+                self._timers.silences.remove(self._armed_ns)
 
     def _arm(self) -> None:
         self._armed_ns = self._timers.call_at(self.local_ns, self._ring)
         if self._sends:
-            self._timers.note_silence(self._armed_ns)
+            self._timers.silences.append(self._armed_ns)
 
     def _ring(self, event: object) -> None:
         if self._over:
             return
         if self._sends:
-            self._timers.withdraw_silence(self._armed_ns)
-        if not self._timers.reached(self.local_ns):      # the clock was set back meanwhile
+            self._timers.silences.remove(self._armed_ns)
+        if self._timers.clock.now_ns() < self.local_ns:       # the clock was set back meanwhile
             self._arm()
             return
         self._over = True
@@ -180,7 +164,7 @@ class Repetition:
             raise ValueError(f"offset_ns={offset_ns}: expected 0 or more")
         self._timers, self._action, self._sends = timers, action, sends
         self._period_ns, self._offset_ns = period_ns, offset_ns
-        self._k = max(0, -((offset_ns - timers.now_ns()) // period_ns))     # index of the first instant not before now
+        self._k = max(0, -((offset_ns - timers.clock.now_ns()) // period_ns))       # of the first instant not over
         self._timer = self._next()
 
     def cancel(self) -> None:

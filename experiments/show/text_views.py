@@ -90,9 +90,9 @@ def print_measured(console: Console, values: Iterable[Measured]) -> None:
         row, error = value.row, value.standard_error
         ours = "not installed" if value.ours is None else f"{value.ours:.4f}"
         quantity = row.quantity if row.unit == "1" else f"{row.quantity} [{row.unit}]"
-        rows.append((row.what, quantity, _four(row.printed), ours,
+        rows.append((row.what, quantity, _number(row.printed, ".4f"), ours,
                      "" if error is None else f"+- {error:.4f}", _range(row.low, row.high),
-                     _short(row.printed_variance), _short(value.variance),
+                     _number(row.printed_variance, ".2g"), _number(value.variance, ".2g"),
                      {True: "met", False: "MISSED", None: "not judged"}[value.met]
                      + (", not reproduced" if row.reproduced is False else "")))
     print_table(console, ["", "", "printed", "ours", "s.e.", "band", "variance printed", "ours", "ours, printed"], rows)
@@ -110,14 +110,6 @@ def print_path(console: Console, what: str, path: Path) -> None:
     console.print(f"{what}: {path}", soft_wrap=True)
 
 
-def _four(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4f}"
-
-
-def _short(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2g}"
-
-
 def _range(low: float | None, high: float | None) -> str:
     if low is None:
         return "-" if high is None else f"at most {high:g}"
@@ -128,5 +120,5 @@ def _quantity(value: float | None, unit: str) -> str:
     return f"{_number(value)} {unit}".strip() if value is not None else "-"
 
 
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.6g}"
+def _number(value: float | None, form: str = ".6g") -> str:
+    return "-" if value is None else format(value, form)
