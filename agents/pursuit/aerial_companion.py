@@ -28,6 +28,7 @@ from simpy.events import Event
 
 from agents.pursuit import Place
 from agents.pursuit.aerial_settings import AerialSettings
+from agents.pursuit.detections import take_in
 from agents.pursuit.flight_plan import FlightPlan, Phase
 from agents.pursuit.pursuer_check import view_problems
 from firmware_sim.autopilot.vehicle import PositionTarget
@@ -141,7 +142,11 @@ class AerialCompanion:
         own = self._own()
         if self._waypoint is None and plan.leads:
             self._move_to(own)
-        self._take_in(now_ns, own)
+        for seen_ns, seen in sorted(self._seen):
+            if take_in(self._board, pursuer, seen_ns, seen, own):
+                self._newest = seen
+                self._move_to(pursuer.goal or own)
+        self._seen.clear()
         look = False
         if plan.phase is Phase.CHASE:
             next_ns = self._schedule.next_after(now_ns)
@@ -157,23 +162,6 @@ class AerialCompanion:
             self._board.count("waypoints sent")
         self._counters.note(vehicle.link.counts)
         return look, frames
-
-    def _take_in(self, now_ns: int, own: Place) -> None:
-        """Give the received detections to the pursuer; a new newest detection makes a new waypoint."""
-        board, pursuer = self._board, self._pursuer
-        for seen_ns, place in sorted(self._seen):
-            before_ns = pursuer.seen_ns
-            try:
-                counted = pursuer.detected(now_ns, seen_ns, place, own)
-            except ValueError as error:
-                board.count("detections refused")
-                board.warn("detection refused", str(error))
-                continue
-            board.count("detections" if counted else "detections too late")
-            if pursuer.seen_ns != before_ns:
-                self._newest = place
-                self._move_to(pursuer.goal or own)
-        self._seen.clear()
 
     def _move_to(self, place: Place) -> None:
         self._waypoint, self._due = place, 0

@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from math import nan
 
 from agents.pursuit import Place
+from agents.pursuit.detections import take_in
 from agents.pursuit.pursuer import Decision, Pursuer
 from agents.pursuit.pursuer_check import pursuer_problems
 from agents.pursuit.pursuer_settings import PursuerSettings
@@ -97,20 +98,8 @@ class PursuerRobot:
 
     def _detected(self, seen_ns: int, place: Place) -> None:
         """Apply a detection of the target, by this robot or another."""
-        board, pose = self._board, self._pose()
-        if self._pursuer is None:
-            return
-        try:
-            counted = self._pursuer.detected(self._board.now_ns, seen_ns, place, (pose.x_m, pose.y_m))
-        except ValueError as error:
-            board.count("detections refused")
-            board.warn("detection refused", str(error))
-            return
-        if not counted:
-            board.count("detections too late")
-            return
-        board.count("detections")
-        if seen_ns == self._pursuer.seen_ns:
+        pose = self._pose()
+        if self._pursuer is not None and take_in(self._board, self._pursuer, seen_ns, place, (pose.x_m, pose.y_m)):
             self._newest = place
 
     # --- the drive, and time
