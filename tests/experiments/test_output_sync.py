@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from agents.synchronization.closed_loop import ClosedLoop
-from agents.synchronization.exact_run import alternating, simulate
 from agents.synchronization.round_plans import RoundPlans
 from agents.synchronization.team import read_team
 from experiments.judge.run_data import RunData, load_run
@@ -20,6 +19,7 @@ from experiments.scenario.loader import load
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError
 from firmware_sim.slot_drift import collision_free_until
+from tests.agents.synchronization.exact_run import alternating, simulate
 
 ROBOTS = [f"r{i}" for i in range(1, 6)]
 L1_HEARD = "1 hears 2,4; 2 hears 3; 3 hears 5; 4 hears 1,2; 5 hears 3,4"

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from agents.synchronization.exact_run import Hearing, alternating, simulate
 from agents.synchronization.round_plan import RoundPlan, plan_round
+from tests.agents.synchronization.exact_run import Hearing, alternating, simulate
 
 REFERENCE_DISTURBANCE = ((0, 5.0), (4_400_000_000, -5.0), (8_800_000_000, 0.0))
 

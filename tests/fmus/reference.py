@@ -1,6 +1,6 @@
 """References for the tests of the models: trajectories by SciPy, written to reference.csv, and exact integer steps.
 
-    python -m fmus.reference
+    python -m tests.fmus.reference
 
 linear_system, wheel_motor, omnidirectional (its commands clipped first): scipy.linalg.expm on their linear equations.
 rigid_body: scipy.integrate.solve_ivp, DOP853 with tolerances of 1e-12, on quaternion kinematics written independently.
