@@ -74,14 +74,9 @@ def neighbours(L: Floats) -> list[list[int]]:
     return [[j for j in range(len(L)) if j != i and L[i, j] != 0] for i in range(len(L))]
 
 
-def receivers(L: Floats) -> list[list[int]]:
-    """Return for each agent j the agents that hear it, ascending."""
-    return neighbours(L.T)
-
-
 def edges(L: Floats) -> list[Edge]:
     """Return all links (sender, receiver), ascending."""
-    return [(j, i) for j, hearers in enumerate(receivers(L)) for i in hearers]
+    return [(j, i) for j, hearers in enumerate(neighbours(L.T)) for i in hearers]
 
 
 def distances(L: Floats) -> Floats:

@@ -30,7 +30,7 @@ def test_the_edges_of_figure_6_1_give_the_printed_laplacian(l1):
 
 def test_the_neighbours_of_an_agent_are_those_that_it_hears(l1):
     assert graph.neighbours(l1) == [[1, 3], [2], [4], [0, 1], [2, 3]]
-    assert graph.receivers(l1) == [[3], [0, 3], [1, 4], [0, 4], [2]]
+    assert graph.neighbours(l1.T) == [[3], [0, 3], [1, 4], [0, 4], [2]]
 
 
 @given(edge_sets())
