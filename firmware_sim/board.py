@@ -211,7 +211,7 @@ class Board:
         self._node.at_fault("slow", self._slow_down)
 
     def _step_clock(self, fields: Mapping[str, Any]) -> None:
-        self._timers.change_clock(partial(self._clock.step, fields["by_ns"]))
+        self._timers.change_clock(partial(self._clock.adjust, fields["by_ns"]))
 
     def _trim_clock(self, fields: Mapping[str, Any]) -> None:
         self._timers.change_clock(partial(self._clock.trim, fields["by_ppm"]))

@@ -76,10 +76,6 @@ class LocalClock:
         self._phase += delta_ns * UNIT
         self._note_ideal()
 
-    def step(self, delta_ns: int) -> None:
-        """Add `delta_ns` to local time from now on, by a fault: the firmware does not know."""
-        self.adjust(delta_ns)
-
     def trim(self, ppm: float) -> None:
         """Run faster by `ppm` from now on; trims add up. ValueError if the clock would no longer run forward."""
         change = rate_parts(ppm)

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from itertools import product
 from math import prod
 from typing import Literal
 
 import msgspec
 
 from fmus.errors import PlantError
+
+
+def element_names(name: str, shape: Iterable[int]) -> list[str]:
+    """Return the names of an array's elements, "A[1,1]" first, last index fastest; of a scalar its own name."""
+    return [name + (f"[{','.join(map(str, index))}]" if index else "")
+            for index in product(*(range(1, extent + 1) for extent in shape))]
 
 
 class Variable(msgspec.Struct, frozen=True):

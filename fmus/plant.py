@@ -299,7 +299,7 @@ class Plant:
 
     def close(self) -> None:
         """Terminate and free the instance; every later call raises PlantError."""
-        self._stop("the plant is closed")
+        self.stopped = "the plant is closed"
         self._fmu.release()
 
     def __enter__(self) -> Plant:
@@ -317,7 +317,7 @@ class Plant:
         self._fmu.in_step_mode[0] = False   # FMI forbids `Terminate` after an error,
         if status == FATAL:
             self._fmu.release.detach()      # and `FreeInstance` after a fatal one
-        self._stop(f"it stopped after {why}")
+        self.stopped = f"it stopped after {why}"
         raise PlantError(f"{self.place()}: {why}")
 
     def check_finite(self, names: Sequence[str], values: Sequence[float], rule: str) -> None:
@@ -388,14 +388,14 @@ class Plant:
             self._end(self._step.last, t_ns)
         why = (f"asked for t={t_ns / 1e9:.9g} s, but the FMU stopped at {self._step.last:.9g} s: it may have a fixed "
                f"internal step that its description does not name; give it as plant.step_ms{self._fmu.told()}")
-        self._stop(why)
+        self.stopped = why
         raise PlantError(f"{self.place()}: {why}")
 
     def _end(self, ended_s: float, t_ns: int) -> None:
         """Stop the plant and raise PlantEnded: the model ended at `ended_s` [s], in a step towards `t_ns`."""
         ended_ns = min(max(self.now_ns, round(ended_s * 1e9)), t_ns) if isfinite(ended_s) else self.now_ns
         why = f"{self._where}: the model ended the simulation by itself at t={ended_ns / 1e9:.9g} s{self._fmu.told()}"
-        self._stop("the model ended the simulation by itself")
+        self.stopped = "the model ended the simulation by itself"
         if self._on_end is not None:
             self._on_end(why, t_ns)
         raise PlantEnded(why, ended_ns)
