@@ -1,0 +1,128 @@
+"""Runs a scenario with many seeds for its figures alone: no folder, no report; what is the same for all seeds, once.
+
+    scenario --specifications, resolved tables--> Repeated --seed--> figures, hash --collect--> the next seed
+
+*Invariants*
+- The hash and the figures are those of `runner.run` with the same scenario, seed and host.
+- After `run` nothing of the run is in memory but the `Figures` that it returned.
+
+A program's `prepare` is asked once for all seeds, as what it is given (`firmware_sim/scenario_view.py`) has no seed.
+"""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+import msgspec
+
+from experiments.judge.run_result import Summary
+from experiments.run.exits import in_words
+from experiments.run.run_records import FigureRecords
+from experiments.run.runner import COLLECT_AFTER_OBJECTS, HostName, NeedsRealTime, execute, node_specifications
+from experiments.scenario.blocking_programs import refuse_blocking
+from experiments.scenario.model import Scenario
+from experiments.scenario.problems import ScenarioError
+from netem.transport.diagnosis.under_way import UnderWay
+from netem.wire.errors import is_interruption
+
+IN_MEMORY: Final = Path("/dev/shm")         # where processes of robots write their logs, if it is there
+
+
+class Figures(msgspec.Struct, frozen=True):
+    """What a run of a campaign leaves.
+
+    `values` has a number for each key of `[expect]`, None if the run has no such figure; `broken` names the keys whose
+    bounds do not hold. `failure` is the reason why the run failed, "" if it did not. Of the processor time of
+    the worker in seconds, `whole_s` is all that the run took, `emulation_s` that from the first grant to the
+    finished ledger.
+    """
+
+    seed: int
+    ledger_hash: str
+    holds: bool
+    values: dict[str, float | None]
+    broken: list[str] = []
+    failure: str = ""
+    emulation_s: float = 0.0
+    whole_s: float = 0.0
+
+
+class Repeated:
+    """A scenario prepared for many runs that differ in the seed. Refuses what `runner.run` would refuse."""
+
+    def __init__(self, scenario: Scenario, host: HostName, under_way: UnderWay | None = None) -> None:
+        if host == "inline":
+            refuse_blocking(scenario)
+        if scenario.gateways:
+            raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take "
+                                "part, which needs real time: a campaign runs in virtual time")
+        self._scenario = scenario
+        self._host: HostName = host
+        self._under_way = under_way
+        self._specifications = node_specifications(scenario)
+        self._resolved = scenario.resolved()
+
+    def run(self, seed: int) -> Figures:
+        """Run with `seed` and return the figures, those of a failed run as well.
+
+        Raises ScenarioError if a run finds that the scenario asks for what no program records; interruptions pass.
+        """
+        began_s = time.process_time()
+        with _collecting_afterwards():
+            summary, failure = self._run(seed)
+        if summary is None:
+            return Figures(seed, "", False, {}, failure=failure, whole_s=time.process_time() - began_s)
+        return Figures(seed, summary.ledger_hash, summary.holds, {it.key: it.value for it in summary.verdicts},
+                       [it.key for it in summary.verdicts if not it.holds], failure or summary.failure,
+                       summary.processor_s, time.process_time() - began_s)
+
+    def _run(self, seed: int) -> tuple[Summary | None, str]:
+        scenario = msgspec.structs.replace(self._scenario, seed=seed)
+        specifications = {name: msgspec.structs.replace(specification, seed=seed)
+                          for name, specification in self._specifications.items()}
+        with _logs(self._host) as logs:
+            records = FigureRecords(scenario, self._resolved | {"seed": seed}, logs)
+            try:
+                execute(scenario, self._host, records, specifications, self._under_way)
+            except ScenarioError:
+                raise
+            except BaseException as error:
+                if is_interruption(error):
+                    raise
+                return records.summary, in_words(error)
+            finally:
+                records.clear()
+            return records.summary, ""
+
+
+@contextmanager
+def _logs(host: HostName) -> Iterator[Path]:
+    """Yield a folder for the logs of robots' processes, which is removed afterwards."""
+    if host == "inline":
+        yield Path()
+        return
+    with TemporaryDirectory(prefix="marconet-", dir=IN_MEMORY if IN_MEMORY.is_dir() else None) as folder:
+        yield Path(folder)
+
+
+@contextmanager
+def _collecting_afterwards() -> Iterator[None]:
+    """Let the garbage collector rest during the run and free the cycles that the run made when it is over.
+
+    Objects older than the run are frozen, so that the collection reads what is left of the run only.
+    """
+    threshold = gc.get_threshold()
+    gc.freeze()
+    gc.set_threshold(COLLECT_AFTER_OBJECTS, 50, 100)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*threshold)
+        gc.collect()
+        gc.unfreeze()
