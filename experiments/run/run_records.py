@@ -139,7 +139,7 @@ class FigureRecords:
     The recorders of `[records]` and of media are left out: they write what a repeated run has, and no figure.
     """
 
-    report = None
+    report: str | None = None
 
     def __init__(self, scenario: Scenario, resolved: Json, logs: Path) -> None:
         self.folder = logs

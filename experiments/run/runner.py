@@ -303,7 +303,8 @@ class _Run:
             self.records.report, self.guarantees.standings, code=CODE,
             real_time=self._real_time(), ended=_end_in_words(conductor), warnings=self._warnings(),
             failure="" if failure is None else in_words(failure),
-            last_report=failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns=reached_ns, processor_s=self.processor_s)
+            last_report=failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns=reached_ns,
+            processor_s=self.processor_s)
 
     def _keep(self, reached_ns: int) -> None:
         """Write the records so far to the disk, so that they outlive this process if it is killed."""

@@ -70,7 +70,8 @@ class Ledger:
     """
 
     def __init__(self, path: Path | None = None, *, file: LedgerFile | None = None,
-                 metadata: Mapping[str, str] | None = None, chunk_rows: int = CHUNK_ROWS, passed_ns: Callable[[], int] = lambda: NEVER_NS,
+                 metadata: Mapping[str, str] | None = None, chunk_rows: int = CHUNK_ROWS,
+                 passed_ns: Callable[[], int] = lambda: NEVER_NS,
                  listeners: Sequence[Callable[[Sequence[Row]], None]] = ()) -> None:
         if chunk_rows < 1:
             raise ValueError(f"chunk_rows={chunk_rows}: a chunk holds at least 1 row")
