@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path, PurePath
 from typing import Any
@@ -74,15 +73,6 @@ def load(path: str | PurePath, *, set: Mapping[str, Any] | None = None,     # as
     changes = _plain(dict(set or {}))
     checked = load_file(source, seed=seed, duration_s=length_s, values=changes)
     return Scenario.of(checked, changes if length_s is None else changes | {"length_s": length_s})
-
-
-def toml_text(value: Any) -> str:
-    """Write a value in TOML on one line, as the option `--set` takes it."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(key)} = {toml_text(part)}" for key, part in value.items()) + "}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(toml_text, value))}]"
-    return json.dumps(value, ensure_ascii=False)
 
 
 def _plain(value: Any) -> Any:

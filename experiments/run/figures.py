@@ -21,6 +21,7 @@ from typing import Final
 
 import msgspec
 
+from experiments.judge.figures import Figures
 from experiments.judge.run_result import Summary
 from experiments.run.exits import in_words
 from experiments.run.run_records import FigureRecords
@@ -32,25 +33,6 @@ from netem.transport.diagnosis.under_way import UnderWay
 from netem.wire.errors import is_interruption
 
 IN_MEMORY: Final = Path("/dev/shm")         # where processes of robots write their logs, if it is there
-
-
-class Figures(msgspec.Struct, frozen=True):
-    """What a run of a campaign leaves.
-
-    `values` has a number for each key of `[expect]`, None if the run has no such figure; `broken` names the keys whose
-    bounds do not hold. `failure` is the reason why the run failed, "" if it did not. Of the processor time of
-    the worker in seconds, `whole_s` is all that the run took, `emulation_s` that from the first grant to the
-    finished ledger.
-    """
-
-    seed: int
-    ledger_hash: str
-    holds: bool
-    values: dict[str, float | None]
-    broken: list[str] = []
-    failure: str = ""
-    emulation_s: float = 0.0
-    whole_s: float = 0.0
 
 
 class Repeated:

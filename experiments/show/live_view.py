@@ -49,7 +49,11 @@ def live_view(console: Console, what: str, length_s: float,
 def counting_view(console: Console, what: str, total: int,
                   now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[], None]]:
     """Yield the function that the caller calls after each of `total` runs."""
-    done = 0
+    done, began_s = 0, now_s()
+
+    def told() -> str:
+        left = _duration((now_s() - began_s) * (total - done) / done) if 0 < done < total else ""
+        return f"{done} of {total} runs" + (f", {left} left" if left else "")
 
     def count(show: Callable[[], None], every_s: float) -> Callable[[], None]:
         due_s = now_s() + every_s
@@ -69,12 +73,12 @@ def counting_view(console: Console, what: str, total: int,
             bar.refresh()
 
             def draw() -> None:
-                bar.update(task, completed=done, figures=f"{done} of {total} runs")
+                bar.update(task, completed=done, figures=told())
                 bar.refresh()
 
             yield count(draw, BAR_EVERY_S)
     else:
-        yield count(lambda: console.print(f"{what}: {done} of {total} runs", soft_wrap=True), LINE_EVERY_S)
+        yield count(lambda: console.print(f"{what}: {told()}", soft_wrap=True), LINE_EVERY_S)
 
 
 def figures(progress: Progress) -> str:
