@@ -23,7 +23,7 @@ BELOW = {                                       # what each package may import o
 FLOORS = {
     "netem": (("wire",), ("core", "gateways"), ("impairments", "records", "topology", "node"), ("media", "transport"),
               ("emulator",)),
-    "experiments": (("compiled",), ("scenario",), ("judge",), ("show",), ("run",)),
+    "experiments": (("compiled",), ("scenario",), ("judge",), ("show",), ("run",), ("sweep",)),
 }
 ADAPTERS = {
     "zenoh": {"netem/transport/zenoh_session.py"},

@@ -65,8 +65,9 @@ class Plan(msgspec.Struct, frozen=True):
         if (self.scenario, self.digest) != (other.scenario, other.digest):
             return f"its scenario was {self.scenario}" if self.scenario != other.scenario else \
                 f"the file of {self.scenario} has changed since"
-        for what, mine, its in (("--duration", self.length_s, other.length_s), ("--set", self.overrides, other.overrides),
-                                ("set", self.values, other.values), ("--vary", self.varied, other.varied)):
+        for what, mine, its in (
+                ("--duration", self.length_s, other.length_s), ("--set", self.overrides, other.overrides),
+                ("set", self.values, other.values), ("--vary", self.varied, other.varied)):
             if msgspec.json.encode(mine) != msgspec.json.encode(its):
                 return f"{what} was {_said(mine)}, now {_said(its)}"
         if msgspec.json.encode(self.settings) != msgspec.json.encode(other.settings):

@@ -49,11 +49,7 @@ def live_view(console: Console, what: str, length_s: float,
 def counting_view(console: Console, what: str, total: int,
                   now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[], None]]:
     """Yield the function that the caller calls after each of `total` runs."""
-    done, began_s = 0, now_s()
-
-    def told() -> str:
-        left = _duration((now_s() - began_s) * (total - done) / done) if 0 < done < total else ""
-        return f"{done} of {total} runs" + (f", {left} left" if left else "")
+    done = 0
 
     def count(show: Callable[[], None], every_s: float) -> Callable[[], None]:
         due_s = now_s() + every_s
@@ -73,12 +69,54 @@ def counting_view(console: Console, what: str, total: int,
             bar.refresh()
 
             def draw() -> None:
-                bar.update(task, completed=done, figures=told())
+                bar.update(task, completed=done, figures=f"{done} of {total} runs")
                 bar.refresh()
 
             yield count(draw, BAR_EVERY_S)
     else:
-        yield count(lambda: console.print(f"{what}: {told()}", soft_wrap=True), LINE_EVERY_S)
+        yield count(lambda: console.print(f"{what}: {done} of {total} runs", soft_wrap=True), LINE_EVERY_S)
+
+
+@contextmanager
+def campaign_view(console: Console, what: str,
+                  now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[int, int, int], None]]:
+    """Yield the function that a campaign calls with (runs that have ended, of how many, of which do not hold).
+
+    The time left is that of the runs to come at the pace of those that ended since the first call, as a campaign that
+    is resumed begins with runs that took no time.
+    """
+    begins: tuple[float, int] | None = None
+    due_s = 0.0
+
+    def told(ended: int, total: int, broken: int) -> str:
+        assert begins is not None
+        ran = ended - begins[1]
+        left = f", {_duration((now_s() - begins[0]) * (total - ended) / ran)} left" if ran > 0 and ended < total else ""
+        return f"{ended} of {total} runs{left}" + (f", {broken} do not hold" if broken else "")
+
+    def count(show: Callable[[str, int, int], None], every_s: float) -> Callable[[int, int, int], None]:
+        def tell(ended: int, total: int, broken: int) -> None:
+            nonlocal begins, due_s
+            if begins is None:
+                begins, due_s = (now_s(), ended), now_s() + every_s
+            elif now_s() >= due_s or ended == total:
+                show(told(ended, total, broken), ended, total)
+                due_s = now_s() + every_s
+
+        return tell
+
+    if not isinstance(console, PlainConsole) and console.is_terminal:
+        with _bar(console) as bar:
+            task = bar.add_task(f"{what}: checking the settings", total=None, figures="")
+            bar.refresh()
+
+            def draw(text: str, ended: int, total: int) -> None:
+                bar.update(task, description=what, completed=ended, total=total, figures=text)
+                bar.refresh()
+
+            yield count(draw, BAR_EVERY_S)
+    else:
+        yield count(lambda text, ended, total: console.print(f"{what}: {text}", soft_wrap=True), LINE_EVERY_S)
 
 
 def figures(progress: Progress) -> str:

@@ -116,8 +116,8 @@ def plan_of(wanted: Wanted) -> tuple[Plan, Host]:
         latin(wanted.varied, wanted.latin_runs, wanted.first_seed or 0)
     scenario = wanted.source.load(settings[0])
     if scenario.gateways:
-        raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take part, "
-                            "which needs real time: a campaign runs in virtual time")
+        raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take "
+                            "part, which needs real time: a campaign runs in virtual time")
     first = scenario.seed if wanted.first_seed is None else wanted.first_seed
     if not 0 <= first <= LARGEST_SEED - wanted.seeds:
         raise BadCampaign(f"--seed {first}: expected 0 <= seed < 2^63")
@@ -165,7 +165,7 @@ def _repeat(campaign: Campaign, most: int) -> tuple[dict[int, Path], list[str]]:
     plan = campaign.plan
     rows = {row.number: row for row in (*campaign.failed()[:most], *campaign.worst().values())}
     chosen = list(rows.values())[:most]
-    points = [Point(row.number, plan.settings[row.setting], row.seed, 
+    points = [Point(row.number, plan.settings[row.setting], row.seed,
                     str((campaign.folder / "runs" / f"{row.setting}-{row.seed}").absolute()))
               for row in chosen]
     source = Source(plan.path, plan.digest, plan.length_s, plan.overrides, plan.values)
@@ -179,8 +179,8 @@ def _repeat(campaign: Campaign, most: int) -> tuple[dict[int, Path], list[str]]:
             repeated[point.number] = folder
             before = rows[point.number].figures.ledger_hash
             if before and figures.ledger_hash and before != figures.ledger_hash:
-                warnings.append(f"run {point.number} (seed {point.seed}): repeated, it has another ledger hash: a program "
-                                "uses what is not of the scenario, such as the time, or its files have changed")
+                warnings.append(f"run {point.number} (seed {point.seed}): repeated, it has another ledger hash: a "
+                                "program uses what is not of the scenario, such as the time, or its files have changed")
     return repeated, warnings
 
 

@@ -93,6 +93,6 @@ class Refused(msgspec.Struct, tag=True, frozen=True):
 ToWorker = Begin | Check | Batch
 FromWorker = Ready | Checked | Done | Refused
 
-encode = msgspec.msgpack.Encoder(enc_hook=lambda value: value.tolist() if hasattr(value, "tolist") else str(value)).encode
+encode = msgspec.msgpack.Encoder().encode
 decode_to_worker = msgspec.msgpack.Decoder(ToWorker).decode
 decode_from_worker = msgspec.msgpack.Decoder(FromWorker).decode

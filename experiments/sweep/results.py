@@ -69,8 +69,8 @@ class Results:
     def _open(self, resume: bool) -> None:
         there = (self.folder / CAMPAIGN).exists()
         if there and not resume:
-            raise FolderTaken(f"{self.folder}: holds a campaign: go on with it by --resume, or name another folder with "
-                              "--out")
+            raise FolderTaken(f"{self.folder}: holds a campaign: go on with it by --resume (resume=True), or name "
+                              "another folder with --out")
         if resume and there:
             self._take_earlier()
         write_whole(self.folder / CAMPAIGN, msgspec.json.encode(self.plan))

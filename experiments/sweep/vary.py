@@ -2,7 +2,7 @@
 
     grid     every combination of the values, the last key fastest
     latin    N settings: each key's range is cut into N equal parts, and each part is drawn from once (McKay, Beckman
-             and Conover 1979). A list, or lo:hi:n with its n values, is drawn from in the same way; lo:hi is continuous.
+             and Conover 1979). lo:hi is continuous; a list, or lo:hi:n with its n values, is drawn from likewise.
 
 A key is a path as `--set` takes it, and `a`, `b`, `c` are TOML values.
 """
@@ -94,8 +94,8 @@ def grid(varied: Sequence[Varied]) -> list[dict[str, Any]]:
     _refuse_twice(varied)
     for one in varied:
         if one.limits is not None:
-            raise BadCampaign(f"--vary {one.key}={one.limits[0]:g}:{one.limits[1]:g}: a grid needs the number of values: "
-                              "lo:hi:n; or say --sample latin --runs N")
+            raise BadCampaign(f"--vary {one.key}={one.limits[0]:g}:{one.limits[1]:g}: a grid needs the number of "
+                              "values: lo:hi:n; or say --sample latin --runs N")
     total = 1
     for one in varied:
         total *= len(one.values)

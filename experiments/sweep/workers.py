@@ -177,8 +177,8 @@ class Workers:
     def evaluate(self, points: Iterable[Point]) -> Iterator[tuple[Point, Figures]]:
         """Run the points and yield the figures of each.
 
-        Raises ScenarioError for a point that cannot be run at all. The caller may stop iterating; `close` then ends what
-        is under way, and a further call begins anew.
+        Raises ScenarioError for a point that cannot be run at all. If the caller stops iterating, what is under way
+        ends; a further call begins anew.
         """
         waiting = deque(points)
         suspects: set[int] = set()                          # numbers of points during which a worker ended
@@ -213,7 +213,7 @@ class Workers:
                 self.close()
 
     def _give(self, process: _Process, waiting: deque[Point]) -> None:
-        """Send as many points of one setting as take BATCH_S, fewer towards the end, so that all workers end at once."""
+        """Send as many points of one setting as take BATCH_S, fewer towards the end so that all workers end at once."""
         fair = -(-len(waiting) // (2 * self._jobs))
         most = min(MOST_IN_BATCH, fair, max(1, int(BATCH_S / self._run_s)) if self._run_s else 1)
         process.points.append(waiting.popleft())

@@ -38,16 +38,16 @@ def render(campaign: Campaign, repeated: Mapping[int, Path]) -> str:
     plan, rows = campaign.plan, campaign.rows
     held = sum(row.figures.holds for row in rows)
     failed, worst = campaign.failed(), campaign.worst()
-    return page("campaign.html.j2", plots(campaign)).render(
+    text: str = page("campaign.html.j2", plots(campaign)).render(
         **common(), plan=plan, runs=len(rows), held=held, share=share(held, len(rows)) if rows else None,
         crashed=sum(bool(row.figures.failure) for row in rows), keys=campaign.keys,
         settings=[_setting(campaign, place) for place in range(min(len(plan.settings), MOST_SETTINGS))],
         settings_total=len(plan.settings), varied=[(key, _values(plan.settings, key)) for key in plan.varied],
         failures=[_run(campaign, row, repeated, _why(row)) for row in failed[:MOST_FAILURES]],
         failures_total=len(failed),
-        worst=[_run(campaign, row, repeated, f"{key} = {number(row.figures.values[key])}, {_margin(campaign, row, key)}")
-               for key, row in worst.items()],
+        worst=[_run(campaign, row, repeated, _judged(campaign, row, key)) for key, row in worst.items()],
         seconds=sum(row.figures.whole_s for row in rows), emulation=sum(row.figures.emulation_s for row in rows))
+    return text
 
 
 def page(name: str, drawn: list[Json]) -> Any:
@@ -108,9 +108,10 @@ def _why(row: Row) -> str:
     return ", ".join(f"{key} = {number(row.figures.values.get(key)) or 'no value'}" for key in row.figures.broken)
 
 
-def _margin(campaign: Campaign, row: Row, key: str) -> str:
+def _judged(campaign: Campaign, row: Row, key: str) -> str:
     margin = campaign.margin(row, key)
-    return f"{number(margin)} within its bound" if margin >= 0 else f"{number(-margin)} beyond its bound"
+    where = f"{number(margin)} within its bound" if margin >= 0 else f"{number(-margin)} beyond its bound"
+    return f"{key} = {number(row.figures.values[key])}, {where}"
 
 
 def _values(settings: Iterable[Mapping[str, Any]], key: str) -> str:

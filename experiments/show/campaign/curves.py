@@ -7,6 +7,7 @@ are more than `MOST_CURVES`. In a Latin hypercube every setting is another, so r
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from math import isfinite
 from typing import Any, Final
 
@@ -24,7 +25,7 @@ def plots(campaign: Campaign) -> list[Json]:
     """Return what is drawn: for each varied key the verdicts and every figure, or histograms if nothing is varied."""
     subjects: list[tuple[str, Callable[[Sequence[Row]], Estimate | None]]] = [
         (HOLDS, lambda rows: share(sum(row.figures.holds for row in rows), len(rows)) if rows else None)]
-    subjects += [(key, lambda rows, key=key: mean(campaign.values(key, rows))) for key in campaign.keys]
+    subjects += [(key, partial(_mean, campaign, key)) for key in campaign.keys]
     if not campaign.plan.varied:
         return [_histogram(campaign, key) for key in campaign.keys if campaign.values(key)]
     if campaign.plan.sample == "latin":
@@ -32,6 +33,10 @@ def plots(campaign: Campaign) -> list[Json]:
                 if campaign.values(key)]
     return [_curves(campaign, varied, name, estimate) for varied in campaign.plan.varied
             for name, estimate in subjects]
+
+
+def _mean(campaign: Campaign, key: str, rows: Sequence[Row]) -> Estimate | None:
+    return mean(campaign.values(key, rows))
 
 
 def _curves(campaign: Campaign, varied: str, name: str,
