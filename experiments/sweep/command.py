@@ -47,8 +47,8 @@ def _wanted(source: str, vary: Sequence[str], given: dict[str, Any]) -> Wanted:
     from experiments.sweep.vary import BadCampaign, parse
 
     if given["sample"] is None and given["runs"] is not None:
-        raise BadCampaign(f"--runs {given['runs']}: a grid has as many settings as its values give: say --sample latin, "
-                          "or --seeds N for more runs of each")
+        raise BadCampaign(f"--runs {given['runs']}: a grid has as many settings as its values give: say --sample "
+                          "latin, or --seeds N for more runs of each")
     if given["sample"] is not None and given["runs"] is None:
         raise BadCampaign(f"--sample {given['sample']}: how many settings? give --runs N")
     if given["resume"] and given["out"] is None:

@@ -65,7 +65,7 @@ class _Process:
 
     def __init__(self, source: Source, host: Host) -> None:
         ours, theirs = socket.socketpair()
-        self._errors: IO[bytes] = TemporaryFile()
+        self._errors: IO[bytes] = TemporaryFile()       # noqa: SIM115  # closed by `end`
         fcntl.fcntl(self._errors, fcntl.F_SETFL, os.O_APPEND)
         with theirs:
             self._process = subprocess.Popen(
