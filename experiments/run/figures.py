@@ -2,6 +2,9 @@
 
     scenario --specifications, resolved tables--> Repeated --seed--> figures, hash --collect--> the next seed
 
+A process whose own it is calls `set_aside` when it has prepared a scenario: the collection after each run then reads
+what the runs left, and not the modules.
+
 *Invariants*
 - The hash and the figures are those of `runner.run` with the same scenario, seed and host.
 - After `run` nothing of the run is in memory but the `Figures` that it returned.
@@ -83,6 +86,17 @@ class Repeated:
             return records.summary, ""
 
 
+def set_aside(*, first_collect: bool) -> None:
+    """Take all objects of this process out of the garbage collections to come.
+
+    With `first_collect` those set aside before are collected first, as some of them may be garbage by now.
+    """
+    if first_collect:
+        gc.unfreeze()
+        gc.collect()
+    gc.freeze()
+
+
 @contextmanager
 def _logs(host: HostName) -> Iterator[Path]:
     """Yield a folder for the logs of robots' processes, which is removed afterwards."""
@@ -95,16 +109,11 @@ def _logs(host: HostName) -> Iterator[Path]:
 
 @contextmanager
 def _collecting_afterwards() -> Iterator[None]:
-    """Let the garbage collector rest during the run and free the cycles that the run made when it is over.
-
-    Objects older than the run are frozen, so that the collection reads what is left of the run only.
-    """
+    """Let the garbage collector rest during the run and free the cycles that the run made when it is over."""
     threshold = gc.get_threshold()
-    gc.freeze()
     gc.set_threshold(COLLECT_AFTER_OBJECTS, 50, 100)
     try:
         yield
     finally:
         gc.set_threshold(*threshold)
         gc.collect()
-        gc.unfreeze()

@@ -242,7 +242,7 @@ class Cluster:
                 raise NoCluster(f"--cluster {address}: its scheduler has no worker: start some with `dask worker "
                                 f"{self._address}`")
             time.sleep(0.1)
-        here = who(self._source.path)
+        here = version("marconet"), self._source.digest
         for worker, there in self._client.run(who, self._source.path, on_error="return").items():
             if not isinstance(there, tuple):
                 raise NoCluster(f"--cluster {address}: worker {worker} cannot run a campaign: {there!r}: install "

@@ -15,11 +15,11 @@ from collections.abc import Mapping
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import experiments  # noqa: F401  # first, so that the compiled modules are found
 from experiments.judge.figures import Figures
-from experiments.run.figures import Repeated
+from experiments.run.figures import Repeated, set_aside
 from experiments.run.runner import NeedsRealTime, run
 from experiments.scenario.blocking_programs import NeedsProcess
 from experiments.scenario.problems import ScenarioError
@@ -41,6 +41,8 @@ from netem.transport.left_behind import end_with_parent
 from netem.wire.errors import NodeFailure
 
 REFUSALS = (ScenarioError, NeedsProcess, NeedsRealTime, PlantError, OSError)
+
+COLLECT_EVERY: Final = 20               # settings; a collection of the whole process takes as long as loading one
 
 
 def main(descriptor: int) -> None:
@@ -68,6 +70,7 @@ class _Worker:
         self._source = begin.source
         self._host = begin.host
         self._parent = parent
+        self._settings = 0                                  # prepared so far
         self._prepared: tuple[Mapping[str, Any], Repeated] | None = None        # of the last setting
 
     def take(self, message: Check | Batch | Begin) -> None:
@@ -93,6 +96,8 @@ class _Worker:
         if self._prepared is None or self._prepared[0] != point.values:
             self._prepared = None                           # free the old one first
             self._prepared = point.values, Repeated(self._source.load(point.values), self._host)
+            set_aside(first_collect=self._settings % COLLECT_EVERY == 0)
+            self._settings += 1
         return self._prepared[1].run(point.seed)
 
     def _record(self, point: Point) -> Figures:

@@ -78,7 +78,7 @@ def test_with_processes_the_figures_are_those_of_an_inline_run(beacons: Path) ->
     found = {}
     for host in ("inline", "process"):
         with Workers(Source.of(beacons), host, 1) as workers:       # type: ignore[arg-type]
-            found[host] = [figures for _, figures in workers.evaluate([Point(0, {}, 7)])][0]
+            found[host] = next(iter(workers.evaluate([Point(0, {}, 7)])))[1]
 
     assert found["inline"].ledger_hash == found["process"].ledger_hash
     assert found["inline"].values == found["process"].values
@@ -86,7 +86,8 @@ def test_with_processes_the_figures_are_those_of_an_inline_run(beacons: Path) ->
 
 def test_a_run_that_fails_is_a_row_with_its_reason_and_is_repeated_with_its_records(beacons: Path, tmp_path: Path
                                                                                     ) -> None:
-    swept = sweep(wanted(beacons, tmp_path / "out", 'agents.b.parameters.ends="","raises","killed"', seeds=1, folders=3))
+    swept = sweep(wanted(beacons, tmp_path / "out", 'agents.b.parameters.ends="","raises","killed"', seeds=1,
+                         folders=3))
 
     rows = pq.read_table(tmp_path / "out" / "runs.parquet").to_pylist()
     assert [row["holds"] for row in rows] == [True, False, False]
@@ -237,8 +238,8 @@ def test_on_a_full_disk_what_has_ended_is_kept_and_told_in_one_line(beacons: Pat
     rows = load_campaign(out).rows
 
     assert running.returncode == 2
-    assert errors.splitlines()[0] == (f"{out}: cannot keep the results: No space left on device: free space, then go on "
-                                      f"with --resume; {len(rows)} of 40 runs are kept")
+    assert errors.splitlines()[0] == (f"{out}: cannot keep the results: No space left on device: free space, then go "
+                                      f"on with --resume; {len(rows)} of 40 runs are kept")
     assert 3 <= len(rows) < 40
 
 
