@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -39,15 +39,22 @@ IN_MEMORY: Final = Path("/dev/shm")         # where processes of robots write th
 
 
 class Repeated:
-    """A scenario prepared for many runs that differ in the seed. Refuses what `runner.run` would refuse."""
+    """A scenario prepared for many runs that differ in the seed. Refuses what `runner.run` would refuse.
 
-    def __init__(self, scenario: Scenario, host: HostName, under_way: UnderWay | None = None) -> None:
+    `load` returns the scenario with a seed, or with its own. It is asked once, or for each seed if the scenario has
+    faults that occur at random times, which are drawn when it is loaded.
+    """
+
+    def __init__(self, load: Callable[[int | None], Scenario], host: HostName,
+                 under_way: UnderWay | None = None) -> None:
+        scenario = load(None)
         if host == "inline":
             refuse_blocking(scenario)
         if scenario.gateways:
             raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take "
                                 "part, which needs real time: a campaign runs in virtual time")
         self._scenario = scenario
+        self._load = load if any(fault.at_random for fault in scenario.faults) else None
         self._host: HostName = host
         self._under_way = under_way
         self._specifications = node_specifications(scenario)
@@ -56,7 +63,7 @@ class Repeated:
     def run(self, seed: int) -> Figures:
         """Run with `seed` and return the figures, those of a failed run as well.
 
-        Raises ScenarioError if a run finds that the scenario asks for what no program records; interruptions pass.
+        Raises ScenarioError if the scenario asks for what no program records; interruptions pass.
         """
         began_s = time.process_time()
         with _collecting_afterwards():
@@ -68,11 +75,12 @@ class Repeated:
                        summary.processor_s, time.process_time() - began_s)
 
     def _run(self, seed: int) -> tuple[Summary | None, str]:
-        scenario = msgspec.structs.replace(self._scenario, seed=seed)
+        scenario = msgspec.structs.replace(self._scenario, seed=seed) if self._load is None else self._load(seed)
         specifications = {name: msgspec.structs.replace(specification, seed=seed)
                           for name, specification in self._specifications.items()}
         with _logs(self._host) as logs:
-            records = FigureRecords(scenario, self._resolved | {"seed": seed}, logs)
+            resolved = self._resolved | {"seed": seed} if self._load is None else scenario.resolved()
+            records = FigureRecords(scenario, resolved, logs)
             try:
                 execute(scenario, self._host, records, specifications, self._under_way)
             except ScenarioError:

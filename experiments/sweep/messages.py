@@ -29,9 +29,12 @@ class Source(msgspec.Struct, frozen=True):
            values: dict[str, Any] | None = None) -> Source:
         return cls(str(path.absolute()), digest_of(path), length_s, overrides, values or {})
 
-    def load(self, values: dict[str, Any]) -> Scenario:
-        """Return the scenario with `values` set by path; ScenarioError lists every problem."""
-        return load(Path(self.path), duration_s=self.length_s, overrides=self.overrides,
+    def load(self, values: dict[str, Any], seed: int | None = None) -> Scenario:
+        """Return the scenario with `values` set by path, and its own seed or this one.
+
+        ScenarioError lists every problem.
+        """
+        return load(Path(self.path), seed=seed, duration_s=self.length_s, overrides=self.overrides,
                     values={**self.values, **values})
 
 

@@ -13,11 +13,11 @@ import signal
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
-import experiments  # noqa: F401  # first, so that the compiled modules are found
 from experiments.judge.figures import Figures
 from experiments.run.figures import Repeated, set_aside
 from experiments.run.runner import NeedsRealTime, run
@@ -95,16 +95,14 @@ class _Worker:
             return self._record(point)
         if self._prepared is None or self._prepared[0] != point.values:
             self._prepared = None                           # free the old one first
-            self._prepared = point.values, Repeated(self._source.load(point.values), self._host)
+            self._prepared = point.values, Repeated(partial(self._source.load, point.values), self._host)
             set_aside(first_collect=self._settings % COLLECT_EVERY == 0)
             self._settings += 1
         return self._prepared[1].run(point.seed)
 
     def _record(self, point: Point) -> Figures:
         """Repeat a run with its folder, and its report."""
-        import msgspec
-
-        scenario = msgspec.structs.replace(self._source.load(point.values), seed=point.seed)
+        scenario = self._source.load(point.values, point.seed)
         try:
             summary = run(scenario, host=self._host, out=Path(point.folder), overwrite=True).summary
         except NodeFailure as error:

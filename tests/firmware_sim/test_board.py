@@ -98,11 +98,6 @@ def test_an_interrupt_by_another_clock_comes_after_true_time():
     assert [time_ns for time_ns, _, _ in bench.until(2000).offers] == at == [1000]
 
 
-def test_clock_steps_have_to_be_in_order():
-    with pytest.raises(ValueError, match=r"robot: clock_steps at \[5, 3\] ns"):
-        BoardBench(clock_steps=[(5, 1), (3, 1)]).board()
-
-
 # --- the promise of silence
 
 

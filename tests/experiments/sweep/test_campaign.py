@@ -266,3 +266,16 @@ def test_runs_without_end_need_no_more_memory(beacons: Path) -> None:
 
     # 400 runs; one that kept its 20 frames alone would add 400 * 20 * 0.5 kB = 4 MB
     assert sizes[1] - sizes[0] < 1000
+
+
+def test_faults_at_random_times_are_drawn_anew_for_each_seed(beacons: Path, tmp_path: Path) -> None:
+    beacons.write_text(beacons.read_text() + '\n[[faults]]\nkind = "kill"\non = "b"\nrate_per_s = 4.0\n'
+                       "restart_after_s = 0.05\n")
+
+    sweep(wanted(beacons, tmp_path / "out", seeds=4))
+
+    rows = pq.read_table(tmp_path / "out" / "runs.parquet").to_pylist()
+    alone = [run(load(beacons, seed=row["seed"]), host="inline", out=tmp_path / str(row["seed"]),
+                 report=False).summary.ledger_hash for row in rows]
+    assert [row["ledger_hash"] for row in rows] == alone
+    assert len({row["count.a.heard"] for row in rows}) > 1
