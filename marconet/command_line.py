@@ -155,6 +155,68 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
                                report=not no_report, overwrite=overwrite))
 
 
+@app.command(epilog="Example: marconet sweep output_sync --vary 'impairments[0].loss_ratio=0:0.4:5' --seeds 100")
+@click.argument("source", metavar="SCENARIO", shell_complete=complete_scenario)
+@click.option("--vary", "vary", multiple=True, metavar="KEY=VALUES",
+              help="Values of one key: a,b,c in TOML, or lo:hi:n. May be repeated: every combination is run.")
+@click.option("--seeds", type=int, default=1, show_default=True, metavar="N",
+              help="Seeds that each setting is run with, from the scenario's or --seed on.")
+@changes
+@click.option("--sample", type=click.Choice(["latin"]), help="Draw the settings, as a Latin hypercube; see --runs.")
+@click.option("--runs", type=int, metavar="N", help="Settings that --sample draws, from values or from lo:hi.")
+@click.option("--host", type=click.Choice(["inline", "process"]),
+              help="As of run. Default: inline, with processes if a program is blocking code.")
+@click.option("--jobs", type=int, metavar="N", help="Runs at a time on this machine. Default: one for each core.")
+@click.option("--cluster", default="", metavar="ADDRESS",
+              help="Run on a Dask cluster instead: tcp://127.0.0.1:PORT or tls://HOST:PORT.")
+@click.option("--resume", is_flag=True, help="Go on with the campaign in --out.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Its folder. Default: a new one in ./runs.")
+@click.option("--folders", type=click.IntRange(min=0), default=5, show_default=True, metavar="N",
+              help="Runs that are repeated with all records: first those that do not hold, then the worst.")
+@as_json
+@click.option("--quiet", is_flag=True, help="Print errors only.")
+@verbosely
+def sweep(source: str, vary: Sequence[str], seeds: int, seed: int | None, duration: float | None,
+          overrides: Sequence[str], sample: str | None, runs: int | None, host: Literal["inline", "process"] | None,
+          jobs: int | None, cluster: str, resume: bool, out: Path | None, folders: int, as_json: bool, quiet: bool,
+          verbose: bool) -> None:
+    """Run a scenario with varied keys and many seeds: a campaign.
+
+    Each run leaves its figures and its hash. Exits with 0 if every run holds, 1 if one does not, 3 if one failed.
+    """
+    from experiments.sweep.command import run_sweep
+
+    raise SystemExit(run_sweep(
+        _console(not (quiet or as_json)), source, vary, verbose=verbose, as_json=as_json, sample=sample, runs=runs,
+        seeds=seeds, seed=seed, duration_s=duration, overrides=overrides, host=host, jobs=jobs, cluster=cluster,
+        resume=resume, out=out, folders=folders))
+
+
+@app.command(epilog="Example: marconet compare runs/first runs/second")
+@click.argument("a", metavar="A", type=click.Path(path_type=Path))
+@click.argument("b", metavar="B", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.html",
+              help="The page. Default: compare.html in B.")
+@verbosely
+def compare(a: Path, b: Path, out: Path | None, verbose: bool) -> None:
+    """Say whether two campaigns differ by more than chance, or show two runs one over the other.
+
+    A and B are folders of campaigns, or of runs.
+    """
+    with errors_as_text(verbose):
+        from experiments.show.campaign.compare import PAGE
+        from experiments.show.campaign.compare import compare as compared
+        from experiments.show.console import print_table
+        from experiments.show.text_views import print_path
+
+        console = _console()
+        found = compared(a, b)
+        print_table(console, found.columns, found.rows)
+        for line in found.lines:
+            console.print(line, soft_wrap=True)
+        print_path(console, "page", found.write(out or b / PAGE))
+
+
 @app.command(epilog="Example: marconet report runs/third")
 @click.argument("run_dir", metavar="RUN_DIR", type=click.Path(path_type=Path))
 @click.option("--self-contained", is_flag=True,

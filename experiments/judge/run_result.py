@@ -83,6 +83,7 @@ class Summary(msgspec.Struct, frozen=True):
     failure: str = ""           # the failure that ended the run, "" if none did
     last_report: str = ""       # of the node that failed, if a node did
     reached_ns: int | None = None
+    processor_s: float = 0.0    # of the emulator's process, from the first grant to the finished ledger
 
     @property
     def holds(self) -> bool:
