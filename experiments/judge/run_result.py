@@ -76,6 +76,7 @@ class Summary(msgspec.Struct, frozen=True):
     verdicts: list[Verdict]
     report: str | None          # path of report.html, relative to the run folder
     guarantees: list[Standing] = []
+    replay: str = ""            # how much of an earlier run's fates this run has met
     warnings: list[str] = []    # mistakes of programs that end no run, such as frames that no medium carries
     code: str = ""              # "compiled", or "interpreted: " and the reason
     real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.gateways.lateness`
