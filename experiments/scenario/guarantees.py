@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 from experiments.scenario.guarantee_kinds import MONITORS
@@ -12,7 +13,7 @@ from experiments.scenario.model import AgentSpec, Bound, DerivedSpec, GuaranteeS
 from experiments.scenario.problems import Place, near
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
-from experiments.scenario.subjects import Subject, subjects_of
+from experiments.scenario.subjects import Named, Subject, subjects_of
 
 
 @dataclass(frozen=True)
@@ -40,9 +41,13 @@ class Guarantees:
 
     def read(self, tables: Mapping[str, Any]) -> dict[str, GuaranteeSpec]:
         """Return the guarantees of known kinds, also those with mistakes, as expectations may refer to them."""
-        links = self._links() if tables else []
+        links = self.links if tables else []
         found = {name: self._guarantee(name, table, links) for name, table in tables.items()}
         return {name: guarantee for name, guarantee in found.items() if guarantee is not None}
+
+    def links_of(self, on: str) -> list[Subject]:
+        """Return the links that a selector names, of those that exist at some time of the run; ValueError if none."""
+        return subjects_of(Named.LINKS, on, self._nodes_on(), self.links, ())
 
     def _guarantee(self, name: str, table: Any, links: Collection[Link]) -> GuaranteeSpec | None:
         place: Place = ("guarantees", name)
@@ -70,7 +75,7 @@ class Guarantees:
                              cls.UNIT)
 
     def _subjects(self, cls: Any, on: str, place: Place, links: Collection[Link]) -> tuple[Subject, ...]:
-        nodes_on = {name: medium.nodes for name, medium in self.media.items()}
+        nodes_on = self._nodes_on()
         if cls.ON.name == "SIGHTS":
             links = [link for link in links if self._shows(*link)]
         try:
@@ -91,8 +96,12 @@ class Guarantees:
         settings = self.media[medium].settings
         return settings is not None and sender in settings.poses()
 
-    def _links(self) -> list[Link]:
-        """Return the links that exist at some time of the run; for a medium with mistakes, all pairs of its nodes."""
+    def _nodes_on(self) -> dict[str, tuple[str, ...]]:
+        return {name: medium.nodes for name, medium in self.media.items()}
+
+    @cached_property
+    def links(self) -> list[Link]:
+        """The links that exist at some time of the run; for a medium with mistakes, all pairs of its nodes."""
         found: list[Link] = []
         for name, medium in self.media.items():
             pairs = [(one, other) for one in medium.nodes for other in medium.nodes if one != other]

@@ -50,7 +50,7 @@ ABOUT: Final = {
     "derived": "signals computed from recorded ones after the run",
     "guarantees": "requirements that have to hold at every instant",
     "records": "recorders of this run, besides those of every run",
-    "expect": "bounds on figures, judged at the end of the run",
+    "expect": "bounds on figures, and formulas of temporal logic, judged at the end of the run",
 }
 
 
@@ -72,7 +72,7 @@ def scenario_schema() -> Schema:
                                     shape_of(GuaranteeHeader))),
         "records": {"type": "object", "additionalProperties": False,
                     "properties": {kind: _table(shape_of(RECORDERS[kind].Settings)) for kind in on_request()}},
-        "expect": {"type": "object", "additionalProperties": _table(EXPECTED)},
+        "expect": {"type": "object", "additionalProperties": {"anyOf": [{"type": "string"}, _table(EXPECTED)]}},
     }
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",

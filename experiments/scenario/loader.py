@@ -19,6 +19,7 @@ from experiments.scenario.agents import Agents
 from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
+from experiments.scenario.formula.check import Known
 from experiments.scenario.gateways import read_gateways
 from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
@@ -29,6 +30,7 @@ from experiments.scenario.records import read_records
 from experiments.scenario.sections import SECTIONS, Reading
 from experiments.scenario.shape import shape_of
 from firmware_sim.scenario_view import OwnAgent
+from netem.wire.instants import NEVER_NS
 
 
 @dataclass(frozen=True)
@@ -86,11 +88,15 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     impairments = tuple(network.impairment(table, ("impairments", index), media)
                         for index, table in enumerate(tables["impairments"]))
     derived = read_derived(tables["derived"], agents, reading)
-    guarantees = Guarantees(reading, agents, media, derived, network.built, *(
-        (0, 1) if header is None else (header.length_ns, header.sample_period_ns))).read(tables["guarantees"])
+    guaranteeing = Guarantees(reading, agents, media, derived, network.built, *(
+        (0, 1) if header is None else (header.length_ns, header.sample_period_ns)))
+    guarantees = guaranteeing.read(tables["guarantees"])
     recorded = [*agents, *gateways, *derived, *media]
     records = read_records(tables["records"], reading)
-    expect = read_expect(tables["expect"], recorded, media, guarantees, reading)
+    known = Known({**dict.fromkeys([*agents, *media]), **{name: {} for name in gateways},
+                   **{name: spec.signals for name, spec in derived.items()}}, guaranteeing.links_of,
+                  NEVER_NS if header is None else header.length_ns)
+    expect = read_expect(tables["expect"], recorded, media, guarantees, known, reading)
     if header is not None:
         check_question_signal(header.question_signal, recorded, derived, problems)
     problems.stop_if_any()

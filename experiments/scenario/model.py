@@ -16,11 +16,16 @@ Window = tuple[int, int]                # [start_ns, end_ns)
 
 
 class Bound(msgspec.Struct, frozen=True):
-    """An entry of `[expect]`: min <= figure <= max, None: no bound; over [start, end) of the run, if given."""
+    """An entry of `[expect]`: min <= figure <= max, None: no bound; over [start, end) of the run, if given.
+
+    With a `formula` the figure is its robustness, and without min and max the run has to satisfy it.
+    """
 
     min: float | None = None
     max: float | None = None
     during_ns: Window | None = None
+    formula: str = ""
+    links: dict[str, tuple[Link, ...]] = {}     # those of each selector in the formula
 
 
 class PlantSpec(msgspec.Struct, frozen=True):

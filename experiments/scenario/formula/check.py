@@ -55,7 +55,7 @@ class Known:
     """
 
     signals: Mapping[str, Mapping[str, str] | None]
-    links: Callable[[str], Sequence[Link]]
+    links: Callable[[str], Sequence[tuple[str, ...]]]
     length_ns: int
     costs: Mapping[str, tuple[str, Collection[str]]] = field(default_factory=dict)
 
@@ -91,7 +91,8 @@ def check(text: str, known: Known) -> list[FormulaError]:
 
 def links_of(text: str, known: Known) -> dict[str, tuple[Link, ...]]:
     """Return the links of each selector in a formula without mistakes."""
-    return {value.on: tuple(known.links(value.on)) for value in _terms(parse(text)) if isinstance(value, Age | Count)}
+    return {value.on: tuple((medium, sender, receiver) for medium, sender, receiver in known.links(value.on))
+            for value in _terms(parse(text)) if isinstance(value, Age | Count)}
 
 
 def horizon_ns(formula: Formula) -> int:

@@ -95,8 +95,8 @@ def _parser() -> Lark:
 def _syntax_error(text: str, error: Any) -> FormulaError:
     token = getattr(error, "token", None)
     at = len(text.rstrip()) if token is not None and token.type == "$END" else error.pos_in_stream
-    expected = set(getattr(error, "accepts", None) or getattr(error, "expected", None)
-                   or getattr(error, "allowed", None) or ())
+    allowed = getattr(error, "accepts", None) or getattr(error, "expected", None) or getattr(error, "allowed", None) or ()
+    expected = {terminal.removeprefix("_") for terminal in allowed}
     rest = text[at:]
     word = ""
     for character in rest:

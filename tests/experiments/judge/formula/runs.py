@@ -23,7 +23,8 @@ def signals(node: str, unit: str = "1", every_ns: int = S, **columns: Sequence[f
     return {node: SignalTable(node, tuple(columns), (unit,) * len(columns), np.arange(len(values)) * every_ns, values)}
 
 
-def frames(*sent: tuple[int, Fate, int], medium: str = "radio", sender: str = "r1", receiver: str = "r2") -> FrameCopies:
+def frames(*sent: tuple[int, Fate, int], medium: str = "radio", sender: str = "r1",
+           receiver: str = "r2") -> FrameCopies:
     """Frames of one link: (offered [ms], fate, delivered [ms], -1 if it was not), 1 ms on the air."""
     ledger = Ledger()
     for number, (at_ms, fate, delivered_ms) in enumerate(sent):
