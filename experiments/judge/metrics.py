@@ -31,6 +31,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.judge.costs import NotAccrued
+from experiments.judge.costs.accrued import accrued, parts_of
 from experiments.judge.formula.robustness import FormulaError, NotMeasured, robustness
 from experiments.judge.frame_copies import FrameCopies
 from experiments.judge.link_metrics import (
@@ -48,6 +50,7 @@ from experiments.scenario.fate_keys import FATE_OF, NOT_DELIVERED
 from experiments.scenario.metric_keys import (
     LATENESS,
     SPREAD_LAST,
+    CostKey,
     CountKey,
     GuaranteeKey,
     LedgerKey,
@@ -114,23 +117,29 @@ def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
             counts = [data.counters[node][counter] for node in matching(pattern, data.counters)
                       if counter in data.counters[node]]
             return float(sum(counts)) if counts else math.nan
+        case CostKey(name, node) if name in (known := parts_of(data)) and (not node or node in known[name]):
+            try:
+                return float(accrued(name, node, data).last[-1])
+            except NotAccrued:
+                return math.nan
         case RealTimeKey(figure):
             told = (data.run.get("real_time") or {}).get(LATENESS[figure], math.nan)
             return float(told) / NS_PER_S if figure.endswith("_s") else float(told)
         case GuaranteeKey(name, figure) if figure in _known_guarantees(data).get(name, ()):
             return _of_guarantee(data.guarantees.get(name), figure.removesuffix("_s"))
-    raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))))
+    raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data), parts_of(data))))
 
 
 def _verdict(key: str, bound: Bound, data: RunData) -> Verdict:
-    unknown = unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))
+    unknown = unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data), parts_of(data))
     why = unknown[0].removeprefix(f"expect.{key}: ") if unknown else uncounted(key, data.counters)
     if isinstance(parse(key), RealTimeKey) and not data.run.get("real_time"):
         why = "lateness is that of a run in real time: run it with --real-time"
     value = math.nan if why else measure(key, data, bound)
     if math.isnan(value):
         return Verdict(key, None, bound.min, bound.max, holds=False, why=why)
-    return Verdict(key, value, bound.min, bound.max, _within(value, bound))
+    unit = data.scenario["costs"][asked.name]["unit"] if isinstance(asked := parse(key), CostKey) else ""
+    return Verdict(key, value, bound.min, bound.max, _within(value, bound), unit=unit)
 
 
 def _of_formula(key: str, bound: Bound, data: RunData) -> Verdict:

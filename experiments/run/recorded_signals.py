@@ -20,8 +20,10 @@ def refuse_unrecorded(scenario: Scenario, recorded: Mapping[str, Mapping[str, st
     known: dict[str, Mapping[str, str]] = {**{name: {} for name in scenario.gateways}, **recorded,
              **{name: spec.signals for name, spec in scenario.derived.items()}}
     figures = {name: guarantee_figures(guarantee.unit) for name, guarantee in scenario.guarantees.items()}
+    costs = {name: spec.nodes for name, spec in scenario.costs.items()}
     asked = [key for key, bound in scenario.expect.items() if not bound.formula]
-    problems = [*_not_derivable(scenario, known), *unknown_keys(asked, known, scenario.media, figures),
+    problems = [*_not_derivable(scenario, known), *unknown_keys(asked, known, scenario.media, figures, costs),
+                *_uncosted(scenario, known),
                 *_formulas(scenario, known)]
     if problems:
         raise ScenarioError([f"{Path(scenario.path).name}: {problem}" for problem in problems])
@@ -30,8 +32,17 @@ def refuse_unrecorded(scenario: Scenario, recorded: Mapping[str, Mapping[str, st
 def _formulas(scenario: Scenario, known: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
     for key, bound in scenario.expect.items():
         if bound.formula:
-            names = Known(known, bound.links.__getitem__, scenario.length_ns)
+            names = Known(known, bound.links.__getitem__, scenario.length_ns,
+                          {name: (spec.unit, spec.nodes) for name, spec in scenario.costs.items()})
             yield from (f"{path_text(('expect', key))}: {error.pointed()}" for error in check(bound.formula, names))
+
+
+def _uncosted(scenario: Scenario, known: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
+    for name, spec in scenario.costs.items():
+        for wanted in spec.signals:
+            node, _, signal = wanted.partition(".")
+            if signal not in known[node]:
+                yield f'costs.{name}="{wanted}": {node} records no such signal; {near(signal, known[node])}'
 
 
 def _not_derivable(scenario: Scenario, known: Mapping[str, Collection[str]]) -> Iterator[str]:

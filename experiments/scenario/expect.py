@@ -51,7 +51,8 @@ def read_expect(tables: Mapping[str, Any], nodes: Collection[str], media: Collec
                 problems.add(place, "during: only signals, numbers of frames and the delivery ratio can be judged over "
                              "a part of the run", table)
     figures = {name: guarantee_figures(guarantee.unit) for name, guarantee in guarantees.items()}
-    for line in unknown_keys([key for key in bounds if key not in formulas], list(nodes), list(media), figures):
+    for line in unknown_keys([key for key in bounds if key not in formulas], list(nodes), list(media), figures,
+                             {name: nodes_of for name, (_, nodes_of) in known.costs.items()}):
         problems.say(line)
     return bounds
 
@@ -59,7 +60,9 @@ def read_expect(tables: Mapping[str, Any], nodes: Collection[str], media: Collec
 def _formula(key: str, bound: Bound, place: Place, known: Known, reading: Reading) -> Bound:
     """Return the bound with the links of its formula, or as it is if there are problems, which are added."""
     if parse(key) is not None:
-        reading.problems.add(("expect", key), "is the name of a figure already; give the formula another one")
+        reading.problems.add(("expect", key), "names a figure: expected a table with min, max or both; a formula gets "
+                             "a name of its own")
+        return bound
     found = check(bound.formula, known)
     for error in found:
         reading.problems.say(f"{path_text(place)}: {error.pointed()}")

@@ -19,6 +19,7 @@ from annotated_types import Ge, Gt, Le, Lt
 
 from experiments.scenario import derived
 from experiments.scenario.agents import AgentTable
+from experiments.scenario.cost_kinds import COSTS
 from experiments.scenario.expect import SHAPE as EXPECTED
 from experiments.scenario.gateways import GatewayHeader
 from experiments.scenario.guarantee_kinds import MONITORS
@@ -49,6 +50,7 @@ ABOUT: Final = {
     "impairments": "losses, delays and errors on links, applied in this order",
     "derived": "signals computed from recorded ones after the run",
     "guarantees": "requirements that have to hold at every instant",
+    "costs": "figures that grow with time, such as energy",
     "records": "recorders of this run, besides those of every run",
     "expect": "bounds on figures, and formulas of temporal logic, judged at the end of the run",
 }
@@ -70,6 +72,7 @@ def scenario_schema() -> Schema:
         "derived": _named(_table(shape_of(derived.Table))),
         "guarantees": _named(_kinds({kind: shape_of(cls) for kind, cls in MONITORS.items()},
                                     shape_of(GuaranteeHeader))),
+        "costs": _named(_kinds({kind: shape_of(cls) for kind, cls in COSTS.items()})),
         "records": {"type": "object", "additionalProperties": False,
                     "properties": {kind: _table(shape_of(RECORDERS[kind].Settings)) for kind in on_request()}},
         "expect": {"type": "object", "additionalProperties": {"anyOf": [{"type": "string"}, _table(EXPECTED)]}},

@@ -16,6 +16,7 @@ from annotated_types import Ge, Gt
 
 from experiments.scenario import overrides as overriding
 from experiments.scenario.agents import Agents
+from experiments.scenario.costs import read_costs
 from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
@@ -93,9 +94,11 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     guarantees = guaranteeing.read(tables["guarantees"])
     recorded = [*agents, *gateways, *derived, *media]
     records = read_records(tables["records"], reading)
+    costs = read_costs(tables["costs"], [*agents, *derived, *media], media, derived, reading)
     known = Known({**dict.fromkeys([*agents, *media]), **{name: {} for name in gateways},
                    **{name: spec.signals for name, spec in derived.items()}}, guaranteeing.links_of,
-                  NEVER_NS if header is None else header.length_ns)
+                  NEVER_NS if header is None else header.length_ns,
+                  {name: (spec.unit, spec.nodes) for name, spec in costs.items()})
     expect = read_expect(tables["expect"], recorded, media, guarantees, known, reading)
     if header is not None:
         check_question_signal(header.question_signal, recorded, derived, problems)
@@ -103,7 +106,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     assert header is not None
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
-                        gateways, derived, implied(guarantees) | expect, guarantees, records, header.question_signal)
+                        gateways, derived, implied(guarantees) | expect, guarantees, records, costs, header.question_signal)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
     return scenario

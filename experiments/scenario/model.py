@@ -105,6 +105,16 @@ class GuaranteeSpec(msgspec.Struct, frozen=True):
     unit: str                                   # unit of worst value and margin: "s", or "" for plain numbers
 
 
+class CostSpec(msgspec.Struct, frozen=True):
+    """A figure that grows with time: what `COSTS[kind](**fields)` has come to at the end."""
+
+    kind: str
+    fields: dict[str, Any]
+    unit: str                                   # "J", or "" for a plain number
+    nodes: tuple[str, ...]                      # those with a part of their own
+    signals: tuple[str, ...]                    # "node.signal" that it is computed from
+
+
 class Scenario(msgspec.Struct, frozen=True):
     name: str
     path: str
@@ -122,6 +132,7 @@ class Scenario(msgspec.Struct, frozen=True):
     expect: dict[str, Bound]            # with those implied by the guarantees
     guarantees: dict[str, GuaranteeSpec] = {}
     records: dict[str, Any] = {}        # instances of RECORDERS[kind].Settings, by kind
+    costs: dict[str, CostSpec] = {}
     question_signal: str = ""           # "node.signal", each a pattern; "": the report shows outputs first
 
     @property

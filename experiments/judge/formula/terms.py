@@ -17,6 +17,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.judge.costs import NotAccrued
+from experiments.judge.costs.accrued import accrued, parts_of
 from experiments.judge.formula import curve as curves
 from experiments.judge.formula.curve import Curve
 from experiments.judge.link_metrics import sawtooth
@@ -73,7 +75,10 @@ class Terms:
         return [table.units[table.names.index(signal.name)] for table in self._tables(signal)]
 
     def unit_of_cost(self, cost: Cost) -> str:
-        return ""
+        known = self.data.scenario.get("costs") or {}
+        if cost.name not in known:
+            raise FormulaError(f"the run has no cost {cost.name!r}; {near(cost.name, known)}", self.formula, cost.start)
+        return str(known[cost.name]["unit"])
 
     def _value(self, value: Value) -> Curve:
         end = float(self.length_ns)
@@ -93,7 +98,7 @@ class Terms:
             case Counter():
                 return curves.constant(self._counter(value), end)
             case Cost():
-                raise NotMeasured("")
+                return self._cost(value)
             case Absolute():
                 return curves.absolute(self.value(value.of))
             case Extreme():
@@ -169,6 +174,16 @@ class Terms:
             raise NotMeasured(uncounted(f"count.{counter.node}.{counter.counter}", self.data.counters)
                               or f"no node has a counter {counter.counter!r}")
         return float(sum(found))
+
+    def _cost(self, cost: Cost) -> Curve:
+        self.unit_of_cost(cost)
+        if cost.node and cost.node not in (known := parts_of(self.data)[cost.name]):
+            raise FormulaError(f"costs.{cost.name} has no part for {cost.node!r}; {near(cost.node, known)}",
+                               self.formula, cost.start)
+        try:
+            return accrued(cost.name, cost.node, self.data)
+        except NotAccrued as error:
+            raise NotMeasured(f"costs.{cost.name}: {error}") from None
 
     def _links_of(self, on: str, at: int) -> Sequence[Link]:
         """Return the links of a selector: those of the scenario, else those in the ledger that match."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from decimal import Decimal
 from fractions import Fraction
@@ -44,6 +45,7 @@ WHOLE: Final = Interval(0, 0, 0, None)
 _OPERATORS: Final[Mapping[str, Any]] = {"plus": "+", "minus": "-", "times": "*", "over": "/"}
 _SAME: Final[Mapping[str, Any]] = {      # rules whose parts are the fields of the class
     "absolute": Absolute, "negation": Not, "conjunction": And, "disjunction": Or, "implies": Implies}
+_NO_UNIT: Final = re.compile(r"[\d.]\s*([A-Za-z%]+)\s*$")      # a misspelt word after a number is read as its unit
 _LARGEST: Final = 200                   # exponent of ten
 KEPT: Final = 256                       # formulas whose syntax trees are kept: a sweep parses each text once
 
@@ -60,7 +62,9 @@ class FormulaError(ValueError):
     def pointed(self) -> str:
         """Return the rule, the line of the formula, and a caret below the mistake."""
         before = self.text[:self.at]
-        line = self.text.splitlines()[before.count("\n")] if self.text else ""
+        line = self.text.split("\n")[before.count("\n")]
+        if not line.strip():
+            return self.rule
         column = len(before) - (before.rfind("\n") + 1)
         return f"column {column + 1}: {self.rule}\n    {line}\n    {' ' * column}^"
 
@@ -97,6 +101,10 @@ def _syntax_error(text: str, error: Any) -> FormulaError:
     at = len(text.rstrip()) if token is not None and token.type == "$END" else error.pos_in_stream
     allowed = getattr(error, "accepts", None) or getattr(error, "expected", None) or getattr(error, "allowed", None) or ()
     expected = {terminal.removeprefix("_") for terminal in allowed}
+    if (taken := _NO_UNIT.search(text[:at])) and not _is_unit(taken[1]):
+        guess = nearest(taken[1], WORDS, 0.7)
+        return FormulaError(f"{taken[1]!r} is no unit" + (f"; did you mean {guess}?" if guess else ""), text,
+                            taken.start(1))
     rest = text[at:]
     word = ""
     for character in rest:
@@ -122,6 +130,14 @@ _MEANING: Final[Mapping[str, set[str]]] = {     # what each set of terminals is 
     '"medium: sender -> receiver"': {"LINK"}, "a fate": {"FATE"}, "the name of a cost": {"COST_NAME"},
     "a number": {"NUMBER"}, '"node.name"': {"SIGNAL"}, "end": {"END"}, "(": {"LPAR"}, ")": {"RPAR"}, "[": {"LSQB"},
     "]": {"RSQB"}, "a comma": {"COMMA"}, "the end of the formula": {"$END"}}
+
+
+def _is_unit(text: str) -> bool:
+    try:
+        unit_of(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _in_words(expected: set[str]) -> str:
