@@ -127,7 +127,8 @@ def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
             return float(told) / NS_PER_S if figure.endswith("_s") else float(told)
         case GuaranteeKey(name, figure) if figure in _known_guarantees(data).get(name, ()):
             return _of_guarantee(data.guarantees.get(name), figure.removesuffix("_s"))
-    raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data), parts_of(data))))
+    raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data),
+                                             parts_of(data))))
 
 
 def _verdict(key: str, bound: Bound, data: RunData) -> Verdict:

@@ -106,7 +106,8 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     assert header is not None
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
-                        gateways, derived, implied(guarantees) | expect, guarantees, records, costs, header.question_signal)
+                        gateways, derived, implied(guarantees) | expect, guarantees, records, costs,
+                        header.question_signal)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
     return scenario

@@ -1,7 +1,8 @@
 """Costs of a run that a scenario states: `[costs.NAME]`, each with the key `kind` and the fields of that kind's class.
 
 A member of this kind is a frozen dataclass with one verb, `accrue`: what the cost has come to at each instant, as
-piecewise linear functions of time, one for each of its parts. A part has the name of a node, or "" if there is no other.
+piecewise linear functions of time, one for each of its parts. A part has the name of a node, or "" if there is only
+one.
 """
 
 from __future__ import annotations

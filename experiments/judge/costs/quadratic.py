@@ -2,8 +2,8 @@
 
     J = integral of z' W z dt,    z = the signals of `of`, each held from sample to sample
 
-With z = (x, u) and W = diag(Q, R) that is the integral of x'Qx + u'Ru (B. Anderson, J. Moore 1990, (2.1-2)). The integral
-over the held samples is exact. Each weight has the unit that makes its term a pure number per second.
+With z = (x, u) and W = diag(Q, R) that is the integral of x'Qx + u'Ru (B. Anderson, J. Moore 1990). The integral over
+the held samples is exact. Each weight has the unit that makes its term a pure number per second.
 Not modelled: signals between samples, a terminal cost (bound the signal at the end).
 """
 
@@ -17,7 +17,8 @@ from typing import ClassVar
 import numpy as np
 
 from experiments.judge.costs import NotAccrued
-from experiments.judge.formula.curve import Curve
+from experiments.judge.formula.curve import Curve, Floats
+from experiments.judge.groups import Ints
 from experiments.judge.run_data import RunData
 from experiments.scenario.subjects import Named
 
@@ -64,11 +65,11 @@ class Quadratic:
         total = np.r_[0.0, np.cumsum(rate * np.diff(t) / NS_PER_S)]
         return {"": Curve(t, total[:-1], total[1:])}
 
-    def _matrix(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    def _matrix(self) -> Floats:
         given = np.array(self.weights, dtype=np.float64)
-        return given if given.ndim == 2 else np.diag(given)  # type: ignore[return-value]
+        return given if given.ndim == 2 else np.diag(given)
 
-    def _column(self, place: str, data: RunData) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+    def _column(self, place: str, data: RunData) -> tuple[Ints, Floats]:
         node, _, signal = place.partition(".")
         if node not in data.signals or signal not in data.signals[node].names:
             raise NotAccrued(f"the run has no signal {place}")

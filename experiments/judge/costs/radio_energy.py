@@ -21,6 +21,7 @@ import numpy as np
 
 from experiments.judge.costs import NotAccrued
 from experiments.judge.formula.curve import Curve, Floats
+from experiments.judge.frame_copies import Mask
 from experiments.judge.run_data import RunData
 from experiments.judge.run_files import LEDGER
 from experiments.scenario.metric_keys import matching
@@ -80,7 +81,7 @@ class RadioEnergy:
         total = np.r_[0.0, np.cumsum(watts * np.diff(t) / NS_PER_S)]
         return Curve(t, total[:-1], total[1:])
 
-    def _busy(self, data: RunData, rows: np.ndarray) -> tuple[Floats, Floats]:  # type: ignore[type-arg]
+    def _busy(self, data: RunData, rows: Mask) -> tuple[Floats, Floats]:
         """Return instants, and the number of copies on the air from each on, within the run."""
         starts, ends = data.ledger.ints("on_air_ns")[rows], data.ledger.ints("end_ns")[rows]
         ends = np.where(ends >= 0, ends, data.length_ns)
@@ -90,8 +91,9 @@ class RadioEnergy:
         return at[order], np.cumsum(change)
 
 
-def _inside(busy: tuple[Floats, Floats], t: Floats) -> np.ndarray:  # type: ignore[type-arg]
+def _inside(busy: tuple[Floats, Floats], t: Floats) -> Mask:
     """Mask of the pieces of `t` during which at least one copy is on the air."""
     at, copies = busy
     k = np.searchsorted(at, t[:-1], side="right") - 1
-    return np.where(k >= 0, copies[np.maximum(k, 0)], 0.0) > 0 if at.size else np.zeros(t.size - 1, dtype=np.bool_)
+    found: Mask = (k >= 0) & (copies[np.maximum(k, 0)] > 0) if at.size else np.zeros(t.size - 1, dtype=np.bool_)
+    return found

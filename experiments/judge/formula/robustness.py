@@ -74,8 +74,8 @@ def robustness(data: RunData, formula: str, links: Mapping[str, Sequence[Link]] 
     terms = Terms(data, formula, links or {})
     judged = _judge(part, terms, _distance)
     found = curves.value(judged.curve, 0.0)
-    if np.isnan(found):
-        raise NotMeasured("a value that it compares is not a number")
+    if not np.isfinite(found):
+        raise NotMeasured("it divides by 0 at some instant")
     satisfied = found > 0
     if found == 0:
         satisfied = curves.value(_judge(part, terms, _sign).curve, 0.0) > 0

@@ -99,7 +99,7 @@ def _parser() -> Lark:
 def _syntax_error(text: str, error: Any) -> FormulaError:
     token = getattr(error, "token", None)
     at = len(text.rstrip()) if token is not None and token.type == "$END" else error.pos_in_stream
-    allowed = getattr(error, "accepts", None) or getattr(error, "expected", None) or getattr(error, "allowed", None) or ()
+    allowed = next((found for name in ("accepts", "expected", "allowed") if (found := getattr(error, name, None))), ())
     expected = {terminal.removeprefix("_") for terminal in allowed}
     if (taken := _NO_UNIT.search(text[:at])) and not _is_unit(taken[1]):
         guess = nearest(taken[1], WORDS, 0.7)
