@@ -20,7 +20,6 @@ from experiments.scenario.costs import read_costs
 from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
-from experiments.scenario.formula.check import Known
 from experiments.scenario.gateways import read_gateways
 from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
@@ -89,17 +88,13 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     impairments = tuple(network.impairment(table, ("impairments", index), media)
                         for index, table in enumerate(tables["impairments"]))
     derived = read_derived(tables["derived"], agents, reading)
-    guaranteeing = Guarantees(reading, agents, media, derived, network.built, *(
-        (0, 1) if header is None else (header.length_ns, header.sample_period_ns)))
+    guaranteeing = Guarantees(reading, agents, media, gateways, derived, network.built, *(
+        (NEVER_NS, 1) if header is None else (header.length_ns, header.sample_period_ns)))
     guarantees = guaranteeing.read(tables["guarantees"])
     recorded = [*agents, *gateways, *derived, *media]
     records = read_records(tables["records"], reading)
     costs = read_costs(tables["costs"], [*agents, *derived, *media], media, derived, reading)
-    known = Known({**dict.fromkeys([*agents, *media]), **{name: {} for name in gateways},
-                   **{name: spec.signals for name, spec in derived.items()}}, guaranteeing.links_of,
-                  NEVER_NS if header is None else header.length_ns,
-                  {name: (spec.unit, spec.nodes) for name, spec in costs.items()})
-    expect = read_expect(tables["expect"], recorded, media, guarantees, known, reading)
+    expect = read_expect(tables["expect"], recorded, media, guarantees, guaranteeing.known(costs), reading)
     if header is not None:
         check_question_signal(header.question_signal, recorded, derived, problems)
     problems.stop_if_any()

@@ -37,7 +37,7 @@ from experiments.scenario.formula.syntax import (
     Until,
 )
 
-__all__ = ["FormulaError", "NotMeasured", "Robustness", "over_time", "robustness"]
+__all__ = ["FormulaError", "NotMeasured", "OverTime", "Robustness", "over_time", "robustness"]
 
 NS_PER_S: Final = 1e9
 Link = tuple[str, str, str]
@@ -84,9 +84,29 @@ def robustness(data: RunData, formula: str, links: Mapping[str, Sequence[Link]] 
                       unit_of_comparison(predicate, formula, terms.units, terms.unit_of_cost), satisfied)
 
 
-def over_time(data: RunData, formula: str, links: Mapping[str, Sequence[Link]] | None = None) -> Curve:
-    """Return the robustness as a function of the instant at which the formula is judged; raises as `robustness`."""
-    return _judge(parse(formula), Terms(data, formula, links or {}), _distance).curve
+class OverTime:
+    """The robustness as a function of the instant at which a formula is judged."""
+
+    def __init__(self, formula: str, judged: _Judged) -> None:
+        self.curve = judged.curve
+        self._formula = formula
+        self._judged = judged
+
+    def decided(self, at_ns: float, below: bool = False) -> tuple[str, float]:
+        """Return the comparison that decides the robustness at an instant, and when it does [ns].
+
+        `below` means the limit from below.
+        """
+        predicate, decided_ns = _deciding(self._judged, at_ns, below)
+        return source(predicate, self._formula), decided_ns
+
+
+def over_time(data: RunData, formula: str, links: Mapping[str, Sequence[Link]] | None = None) -> OverTime:
+    """Return the robustness at each instant at which the records reach far enough; raises as `robustness`."""
+    judged = _judge(parse(formula), Terms(data, formula, links or {}), _distance)
+    if not np.isfinite(judged.curve.first).all() or not np.isfinite(judged.curve.last).all():
+        raise NotMeasured("it divides by 0 at some instant")
+    return OverTime(formula, judged)
 
 
 def _judge(part: Formula, terms: Terms, predicate: Callable[[Comparison, Curve], Curve]) -> _Judged:
@@ -181,7 +201,9 @@ def _deciding_until(judged: _Judged, part: Until, at: float, below: bool) -> tup
     before = np.where(held.below, so_far, np.r_[np.inf, so_far[:-1]])   # a limit from below has the left side with it
     must = float(curves.extremes(hold, at, at + from_ns, below).values.min()) if from_ns else np.inf
     worth = np.minimum(np.minimum(reached.values, before), must)
-    k = int(np.where(reached.at >= at + from_ns, worth, -np.inf).argmax())
+    opens = at + from_ns
+    allowed = (reached.at > opens) | (reached.at == opens) & (below | ~reached.below)
+    k = int(np.where(allowed, worth, -np.inf).argmax())
     if reached.values[k] <= min(before[k], must):
         return _deciding(other, float(reached.at[k]), bool(reached.below[k]))
     until = max(float(reached.at[k]), at + from_ns)

@@ -68,8 +68,11 @@ class Known:
         return self.costs[cost.name][0] if cost.name in self.costs else None
 
 
-def check(text: str, known: Known) -> list[FormulaError]:
-    """Return every mistake in a formula, in the order of the text."""
+def check(text: str, known: Known, *, at_end: bool = True) -> list[FormulaError]:
+    """Return every mistake in a formula, in the order of the text.
+
+    `at_end` tells that it is judged after the run, when counters and costs are known.
+    """
     try:
         formula = parse(text)
     except FormulaError as error:
@@ -80,6 +83,9 @@ def check(text: str, known: Known) -> list[FormulaError]:
         found.append(FormulaError(rule, text, at))
 
     for value in _terms(formula):
+        if not at_end and isinstance(value, Counter | Cost):
+            wrong("is known when the run has ended; write the formula in [expect]", value.start)
+            continue
         _check_names(value, known, wrong)
     measured = Measured(text, known.units, known.unit_of_cost, wrong)
     for comparison in comparisons(formula):

@@ -45,7 +45,7 @@ def test_the_formula_of_the_issue() -> None:
     # the age is above 250 ms from 450 ms on; until 400 ms the antecedent is false, by 250 - 200 ms at least
     assert found.satisfied
     assert found.value == pytest.approx(0.1)            # 0.05 if the left side decided; within 0.5 s the error is 0
-    assert found.time_s == pytest.approx(0.15)          # where both sides come to that, so either decides
+    assert found.time_s == pytest.approx(0.35)          # where both sides come to that, so either decides
 
 
 def test_counts_are_exact_at_the_instants_at_which_copies_end() -> None:
@@ -126,8 +126,8 @@ def test_signals_at_irregular_instants_hold_until_the_next() -> None:
 def test_robustness_over_time_is_that_of_each_instant() -> None:
     found = over_time(AGES, "eventually[0, 100 ms] r2.error <= 0.2 m")
 
-    assert found.end == 900 * MS
-    assert curves.value(found, 450.0 * MS) == pytest.approx(-0.1)       # 0.3 and 0.5 are in the window
+    assert found.curve.end == 900 * MS
+    assert curves.value(found.curve, 450.0 * MS) == pytest.approx(-0.1)       # 0.3 and 0.5 are in the window
 
 
 @settings(max_examples=200, deadline=None)
@@ -139,5 +139,5 @@ def test_the_comparison_that_decides_has_that_robustness_at_that_instant(formula
     found = robustness(data, formula.ours)
 
     alone = over_time(data, found.predicate)
-    there = {abs(curves.value(alone, found.time_s * S, below)) for below in (False, True)}
+    there = {abs(curves.value(alone.curve, found.time_s * S, below)) for below in (False, True)}
     assert any(value == pytest.approx(abs(found.value), abs=1e-12) for value in there)
