@@ -58,7 +58,7 @@ class Verdict(msgspec.Struct, frozen=True):
         if self.value is None:
             return self.why or "the run has no such figure"
         if self.formula and self.min is None and self.max is None:
-            return f"violated by {-self.value:.6g}{f' {self.unit}' if self.unit else ''}, {self.decided()}"
+            return f"violated by {abs(self.value):.6g}{f' {self.unit}' if self.unit else ''}, {self.decided()}"
         if self.min is not None and self.value < self.min:
             return f"{self.min - self.value:.6g} below the least allowed, {self.min:.6g}"
         if self.max is not None and self.value > self.max:

@@ -76,7 +76,7 @@ def together(one: Curve, other: Curve) -> tuple[Curve, Curve]:
     if one.t is other.t or np.array_equal(one.t, other.t):
         return one, other
     end = min(one.end, other.end)
-    t = np.union1d(one.t, other.t)
+    t = _merged(one.t, other.t)
     t = np.r_[t[t < end], end] if end > 0 else np.zeros(2)
     return _on(one, t), _on(other, t)
 
@@ -228,11 +228,15 @@ def _piece(curve: Curve, at: Floats) -> Indices:
 
 def _at(curve: Curve, at: Floats, piece: Indices) -> Floats:
     """Return the values of the given pieces at instants within them, exact at both ends."""
-    start, length = curve.t[piece], curve.t[piece + 1] - curve.t[piece]
-    first, last = curve.first[piece], curve.last[piece]
+    found = curve.first[piece]
+    sloping = np.flatnonzero(curve.last[piece] != found)
+    if not sloping.size:
+        return found
+    at, piece, first = at[sloping], piece[sloping], found[sloping]
+    start, end, last = curve.t[piece], curve.t[piece + 1], curve.last[piece]
     with np.errstate(invalid="ignore", divide="ignore"):
-        inside = first + (last - first) * ((at - start) / length)
-    found: Floats = np.where((at <= start) | (first == last), first, np.where(at >= start + length, last, inside))
+        inside = first + (last - first) * ((at - start) / (end - start))
+    found[sloping] = np.where(at <= start, first, np.where(at >= end, last, inside))
     return found
 
 
@@ -268,8 +272,15 @@ def _shifted(curve: Curve, by: float, span: float) -> Curve:
     return restricted(moved, 0.0, span)
 
 
+def _merged(one: Floats, other: Floats) -> Floats:
+    """Return the instants of both, sorted, each once; stable sorting merges two sorted arrays in linear time."""
+    both = np.concatenate([one, other])
+    both.sort(kind="stable")
+    return both[np.r_[True, both[1:] != both[:-1]]]
+
+
 def _grid(one: Floats, other: Floats, span: float) -> Floats:
-    inner = np.union1d(one, other)
+    inner = _merged(one, other)
     found: Floats = np.r_[0.0, inner[(inner > 0) & (inner < span)], span]
     return found
 

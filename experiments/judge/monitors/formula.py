@@ -40,10 +40,10 @@ class Formula:
         except (NotMeasured, FormulaError) as error:
             return Finding(judged=False, why=str(error))
         least = float(min(found.curve.first.min(), found.curve.last.min()))
-        return Finding(list(_violations(formula, found)), finite(least), finite(least))
+        return Finding(list(_violations(found)), finite(least), finite(least))
 
 
-def _violations(formula: str, found: OverTime) -> Iterator[Violation]:
+def _violations(found: OverTime) -> Iterator[Violation]:
     curve = curves.split_at_zero(found.curve)
     negative = curve.first + curve.last < 0
     starts = np.flatnonzero(new_group(negative.astype(np.int64)))
@@ -55,6 +55,6 @@ def _violations(formula: str, found: OverTime) -> Iterator[Violation]:
         below = bool(lasts.min() < firsts.min())
         at = float(curve.t[start + 1 + int(lasts.argmin())] if below else curve.t[start + int(firsts.argmin())])
         predicate, decided_ns = found.decided(at, below)
-        yield Violation(" ".join(formula.split()), "", round(curve.t[start]), round(curve.t[end]),
+        yield Violation(predicate, "", round(curve.t[start]), round(curve.t[end]),
                         finite(float(min(firsts.min(), lasts.min()))),
-                        f"{predicate} decides at {seconds(round(decided_ns))}")
+                        f"decides at {seconds(round(decided_ns))}")
