@@ -45,8 +45,10 @@ WHOLE: Final = Interval(0, 0, 0, None)
 _OPERATORS: Final[Mapping[str, Any]] = {"plus": "+", "minus": "-", "times": "*", "over": "/"}
 _SAME: Final[Mapping[str, Any]] = {      # rules whose parts are the fields of the class
     "absolute": Absolute, "negation": Not, "conjunction": And, "disjunction": Or, "implies": Implies}
-_NO_UNIT: Final = re.compile(r"[\d.]\s*([A-Za-z%]+)\s*$")      # a misspelt word after a number is read as its unit
+# A misspelt word after a number is read as its unit: `2 andd`.
+_NO_UNIT: Final = re.compile(r"(?<![\w.])[\d.]+\s*([A-Za-z%]+)\s*$")
 _LARGEST: Final = 200                   # exponent of ten
+DEEPEST: Final = 100
 KEPT: Final = 256                       # formulas whose syntax trees are kept: a sweep parses each text once
 
 
@@ -78,8 +80,6 @@ def parse(text: str) -> Formula:
         tree: Formula = _Builder(text).build(_parser().parse(text))
     except UnexpectedInput as error:
         raise _syntax_error(text, error) from None
-    except RecursionError:
-        raise FormulaError("is nested too deeply to be judged", text, 0) from None
     return tree
 
 
@@ -155,12 +155,14 @@ class _Builder:
     def __init__(self, text: str) -> None:
         self.text = text
 
-    def build(self, tree: Any) -> Any:
+    def build(self, tree: Any, depth: int = 0) -> Any:
         """Return the part for a rule of the grammar; tokens stay as they are."""
         if not hasattr(tree, "children"):
             return tree
-        parts = [self.build(child) for child in tree.children]
         start, end = tree.meta.start_pos, tree.meta.end_pos
+        if depth > DEEPEST:
+            raise FormulaError(f"nested too deeply: at most {DEEPEST} operations within each other", self.text, start)
+        parts = [self.build(child, depth + 1) for child in tree.children]
         rule = str(tree.data)
         if rule in _OPERATORS:
             return Arithmetic(start, end, _OPERATORS[rule], *parts)

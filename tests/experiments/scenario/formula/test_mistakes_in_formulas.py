@@ -102,7 +102,7 @@ def test_all_mistakes_of_a_formula_are_told(valid: str, write: Callable[[str], P
     with pytest.raises(ScenarioError) as refused:
         load(write(f'{valid}\nf = "r8.y < 2 and age(radio: r1 -> r2) < 3"\n'))
 
-    assert [problem.partition(": column ")[2][:2] for problem in refused.value.problems] == ["1:", "40"]
+    assert [problem.partition(": column ")[2][:2] for problem in refused.value.problems] == ["1:", "37"]
 
 
 def test_signals_and_units_are_checked_when_nodes_have_declared_theirs(valid: str,
@@ -118,18 +118,17 @@ def test_signals_and_units_are_checked_when_nodes_have_declared_theirs(valid: st
         "few.toml: expect.g: column 8: r1 has no signal 'z'; there is only y"]
 
 
-@pytest.mark.parametrize("text", ["(" * 5000 + "r.x < 1" + ")" * 5000, "not " * 20000 + "r.x < 1",
-                                  "r.x < 1" + " + 1" * 20000])
-def test_a_formula_that_is_nested_without_end_is_refused_or_parsed(text: str) -> None:
-    try:
+@pytest.mark.parametrize("text", ["not " * 20000 + "r.x < 1", "r.x < 1" + " + 1" * 20000, "always " * 101 + "r.x < 1"])
+def test_a_formula_that_is_nested_without_end_is_refused(text: str) -> None:
+    with pytest.raises(FormulaError, match="nested too deeply: at most 100 operations within each other"):
         parse(text)
-    except FormulaError as error:
-        assert "nested too deeply" in error.rule
+
+
+def test_parentheses_add_no_depth() -> None:
+    assert parse("(" * 5000 + "r.x < 1" + ")" * 5000) is not None
 
 
 @pytest.mark.parametrize("text", ["r.x < 1e400", "r.x < 1e-400", "always[0, 1e300 s] r.x < 1"])
-def test_numbers_beyond_all_sense_are_refused_or_parsed(text: str) -> None:
-    try:
+def test_numbers_beyond_all_sense_are_refused(text: str) -> None:
+    with pytest.raises(FormulaError, match="expected a number below 1e200"):
         parse(text)
-    except FormulaError as error:
-        assert "expected a number below" in error.rule
