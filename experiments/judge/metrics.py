@@ -150,7 +150,7 @@ def _of_formula(key: str, bound: Bound, data: RunData) -> Verdict:
         return Verdict(key, None, bound.min, bound.max, False, str(error), bound.formula)
     holds = found.satisfied if bound.min is None and bound.max is None else _within(found.value, bound)
     return Verdict(key, found.value, bound.min, bound.max, holds, "", bound.formula, found.unit,
-                   round(found.time_s * NS_PER_S), found.predicate)
+                   round(found.time_s * NS_PER_S), found.predicate, ", ".join(found.subjects))
 
 
 def _within(value: float, bound: Bound) -> bool:

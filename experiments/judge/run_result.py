@@ -50,6 +50,7 @@ class Verdict(msgspec.Struct, frozen=True):
     unit: str = ""              # of that robustness
     at_ns: int | None = None    # the instant that decides it
     predicate: str = ""         # the comparison that decides it
+    subject: str = ""           # the link or signal that counts there, if the comparison is about several
 
     def by_how_much(self) -> str:
         """The reason why it does not hold, "" if it does."""
@@ -67,7 +68,10 @@ class Verdict(msgspec.Struct, frozen=True):
 
     def decided(self) -> str:
         """The comparison that decides a formula, with its instant; "" for a figure, and for a formula without value."""
-        return "" if self.at_ns is None else f"decided at {seconds(self.at_ns)} by {self.predicate}"
+        if self.at_ns is None:
+            return ""
+        where = f", on {self.subject}" if self.subject else ""
+        return f"decided at {seconds(self.at_ns)} by {self.predicate}{where}"
 
 
 class Summary(msgspec.Struct, frozen=True):

@@ -52,6 +52,7 @@ class Robustness:
     predicate: str                  # as written: "abs(r2.error) < 0.1 m"
     unit: str                       # "" for a plain number
     satisfied: bool
+    subjects: tuple[str, ...] = ()  # of each value over several links or signals, the one that counts there
 
 
 @dataclass(frozen=True)
@@ -79,9 +80,10 @@ def robustness(data: RunData, formula: str, links: Mapping[str, Sequence[Link]] 
     satisfied = found > 0
     if found == 0:
         satisfied = curves.value(_judge(part, terms, _sign).curve, 0.0) > 0
-    predicate, at_ns = _deciding(judged, 0.0, False)
+    predicate, at_ns, below = _deciding(judged, 0.0, False)
     return Robustness(found, at_ns / NS_PER_S, source(predicate, formula),
-                      unit_of_comparison(predicate, formula, terms.units, terms.unit_of_cost), satisfied)
+                      unit_of_comparison(predicate, formula, terms.units, terms.unit_of_cost), satisfied,
+                      terms.subjects(predicate, at_ns, below))
 
 
 class OverTime:
@@ -97,7 +99,7 @@ class OverTime:
 
         `below` means the limit from below.
         """
-        predicate, decided_ns = _deciding(self._judged, at_ns, below)
+        predicate, decided_ns, _ = _deciding(self._judged, at_ns, below)
         return source(predicate, self._formula), decided_ns
 
 
@@ -162,15 +164,15 @@ def _sign(part: Comparison, difference: Curve) -> Curve:
     return Curve(split.t, signs, signs)
 
 
-def _deciding(judged: _Judged, at: float, below: bool) -> tuple[Comparison, float]:
+def _deciding(judged: _Judged, at: float, below: bool) -> tuple[Comparison, float, bool]:
     """Return the comparison whose value at an instant is that of the formula at `at`; the earliest such instant.
 
-    `below` means the limit from below, for the peak of an age just before a frame arrives.
+    `below`, also of what is returned, means the limit from below, as for the peak of an age before a frame arrives.
     """
     part = judged.part
     match part:
         case Comparison():
-            return part, at
+            return part, at, below
         case Not():
             return _deciding(judged.operands[0], at, below)
         case Always() | Eventually():
@@ -187,7 +189,7 @@ def _deciding(judged: _Judged, at: float, below: bool) -> tuple[Comparison, floa
     return _deciding(one if left else other, at, below)
 
 
-def _deciding_until(judged: _Judged, part: Until, at: float, below: bool) -> tuple[Comparison, float]:
+def _deciding_until(judged: _Judged, part: Until, at: float, below: bool) -> tuple[Comparison, float, bool]:
     """Return the instant at which the right side is reached best, or the earlier one at which the left side is worst.
 
     At each candidate instant the left side counts up to the one before it; both are split at their crossings.

@@ -25,12 +25,13 @@ from experiments.judge.link_metrics import sawtooth
 from experiments.judge.monitors.link_frames import rows_of
 from experiments.judge.run_data import RunData
 from experiments.judge.run_files import LEDGER
-from experiments.scenario.formula.check import NOT_DELIVERED, OFFERED, is_pattern
-from experiments.scenario.formula.parse import FormulaError
+from experiments.scenario.formula.check import NOT_DELIVERED, OFFERED, is_pattern, values_in
+from experiments.scenario.formula.parse import FormulaError, source
 from experiments.scenario.formula.quantity import of_signal
 from experiments.scenario.formula.syntax import (
     Absolute,
     Age,
+    Comparison,
     Cost,
     Count,
     Counter,
@@ -62,6 +63,7 @@ class Terms:
         self.length_ns = data.length_ns
         self._links = links
         self._known: dict[str, Curve] = {}
+        self._members: dict[str, list[tuple[str, Curve]]] = {}      # links or signals of each value that has several
 
     def value(self, value: Value) -> Curve:
         """Return a value over the run; raises NotMeasured, or FormulaError for a name that the run does not know."""
@@ -69,6 +71,21 @@ class Terms:
         if text not in self._known:
             self._known[text] = self._value(value)
         return self._known[text]
+
+    def subjects(self, comparison: Comparison, at_ns: float, below: bool) -> tuple[str, ...]:
+        """Return, of each value that stands for several links or signals, the one that counts at an instant.
+
+        `below` means the limit from below.
+        """
+        found: dict[str, None] = {}
+        for side in (comparison.left, comparison.right):
+            for value in values_in(side):
+                members = self._members.get(self.formula[value.start:value.end], ())
+                if len(members) > 1:
+                    least = isinstance(value, Extreme) and value.which == "min"
+                    each = [curves.value(curve, at_ns, below) for _, curve in members]
+                    found[members[each.index(min(each) if least else max(each))][0]] = None
+        return tuple(found)
 
     def units(self, signal: Signal) -> list[str]:
         """Return the units of the signals that match."""
@@ -86,7 +103,7 @@ class Terms:
             case Number():
                 return curves.constant(value.value, end)
             case Signal():
-                return self._signals(value)[0]
+                return self._signals(value)[0][1]
             case Age():
                 return self._age(value)
             case Count():
@@ -102,8 +119,12 @@ class Terms:
             case Absolute():
                 return curves.absolute(self.value(value.of))
             case Extreme():
-                found = [each for part in value.of
-                         for each in (self._signals(part) if isinstance(part, Signal) else [self.value(part)])]
+                members = []
+                for part in value.of:
+                    members += self._signals(part) if isinstance(part, Signal) else [
+                        (source(part, self.formula), self.value(part))]
+                self._members[self.formula[value.start:value.end]] = members
+                found = [each for _, each in members]
                 return curves.largest(found) if value.which == "max" else -curves.largest([-each for each in found])
         one, other = self.value(value.left), self.value(value.right)
         match value.operator:
@@ -124,7 +145,7 @@ class Terms:
             raise FormulaError(f"the run has no signal {wanted}; {near(wanted, known)}", self.formula, signal.start)
         return found
 
-    def _signals(self, signal: Signal) -> list[Curve]:
+    def _signals(self, signal: Signal) -> list[tuple[str, Curve]]:
         found = []
         for table in self._tables(signal):
             name = f"{table.node}.{signal.name}"
@@ -135,19 +156,23 @@ class Terms:
             if unknown.size:
                 raise NotMeasured(f"{name} is not a number at {table.time_ns[unknown[0]] / NS_PER_S:g} s")
             scale = of_signal(table.units[table.names.index(signal.name)])[0]
-            found.append(curves.steps(table.time_ns, values * scale if scale != 1 else values, float(self.length_ns)))
+            scaled = values * scale if scale != 1 else values
+            found.append((name, curves.steps(table.time_ns, scaled, float(self.length_ns))))
         return found
 
     def _age(self, age: Age) -> Curve:
         links = self._links_of(age.on, age.start)
         link, from_ns, to_ns, newest_ns = sawtooth(links, self.data.ledger, self.length_ns)
         starts = np.searchsorted(link, np.arange(len(links) + 1))
-        found = []
-        for low, high in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
+        members = []
+        for (medium, sender, receiver), low, high in zip(links, starts[:-1].tolist(), starts[1:].tolist(), strict=True):
             lasts = np.flatnonzero(to_ns[low:high] > from_ns[low:high]) + low
             if lasts.size:
                 t = np.r_[from_ns[lasts], to_ns[lasts[-1]]].astype(np.float64)
-                found.append(Curve(t, (from_ns - newest_ns)[lasts] / NS_PER_S, (to_ns - newest_ns)[lasts] / NS_PER_S))
+                members.append((f"{medium}: {sender} -> {receiver}", Curve(
+                    t, (from_ns - newest_ns)[lasts] / NS_PER_S, (to_ns - newest_ns)[lasts] / NS_PER_S)))
+        self._members[self.formula[age.start:age.end]] = members
+        found = [each for _, each in members]
         return curves.largest(found) if found else curves.constant(0.0, float(self.length_ns))
 
     def _ends(self, count: Count) -> NDArray[np.int64]:

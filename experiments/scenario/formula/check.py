@@ -238,24 +238,24 @@ def _check_length(formula: Formula, length_ns: int, wrong: Callable[[str, int], 
 def _terms(formula: Formula) -> Iterator[Value]:
     for comparison in comparisons(formula):
         for side in (comparison.left, comparison.right):
-            yield from _parts(side)
+            yield from values_in(side)
 
 
-def _parts(value: Value, *, several: bool = False) -> Iterator[Value]:
-    """Yield a value and the values in it; a pattern that is no argument of min or max is yielded as `_Alone`."""
+def values_in(value: Value, *, several: bool = False) -> Iterator[Value]:
+    """Yield a value and the values in it; a pattern that is no argument of min or max is no `Signal`, but `_Alone`."""
     if isinstance(value, Signal) and is_pattern(value.node) and not several:
         yield _Alone(value.start, value.end, value.node, value.name)
         return
     yield value
     match value:
         case Absolute():
-            yield from _parts(value.of)
+            yield from values_in(value.of)
         case Extreme():
             for each in value.of:
-                yield from _parts(each, several=True)
+                yield from values_in(each, several=True)
         case Arithmetic():
-            yield from _parts(value.left)
-            yield from _parts(value.right)
+            yield from values_in(value.left)
+            yield from values_in(value.right)
 
 
 class _Alone(Signal):

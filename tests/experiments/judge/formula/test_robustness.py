@@ -69,7 +69,8 @@ def test_the_oldest_of_several_links_counts() -> None:
     both = run(S, LINK, scenario={"media": {"radio": {"nodes": ["r1", "r2", "r3"]}}})
     links = {"radio: * -> *": [("radio", "r1", "r2"), ("radio", "r3", "r2")]}
 
-    assert robustness(both, "always age(radio: * -> *) < 2 s", links).value == pytest.approx(1.0)
+    found = robustness(both, "always age(radio: * -> *) < 2 s", links)
+    assert (found.value, found.time_s, found.subjects) == (pytest.approx(1.0), 1.0, ("radio: r3 -> r2",))
     assert robustness(both, "always age(radio: * -> *) < 2 s").value == pytest.approx(2 - 0.302)   # links of the ledger
 
 
@@ -86,7 +87,7 @@ def test_a_pattern_is_an_argument_of_min_and_max() -> None:
     data = run(3 * S, signals={**signals("r1", x=[1, 2, 3]), **signals("r2", x=[0, 4, 1]), **signals("q", x=[9, 9, 9])})
 
     assert robustness(data, "always max(r*.x) - min(r*.x) <= 2") == Robustness(
-        0.0, 1.0, "max(r*.x) - min(r*.x) <= 2", "", True)
+        0.0, 1.0, "max(r*.x) - min(r*.x) <= 2", "", True, ("r2.x", "r1.x"))
     assert robustness(data, "always min(r1.x, 2, q.x) >= 1").value == 0.0
 
 
