@@ -197,6 +197,66 @@ def sweep(source: str, vary: Sequence[str], seeds: int, seed: int | None, durati
         resume=resume, out=out, folders=folders))
 
 
+@app.command("break", epilog="Example: marconet break two_rovers --budget 'radio: * -> *: at most 2 lost in a row' "
+                            "--minimize 'always r1.gap > 0.5 m' --runs 200")
+@click.argument("source", metavar="SCENARIO", shell_complete=complete_scenario)
+@click.option("--budget", "budgets", multiple=True, metavar="TEXT",
+              help="'radio: * -> *: at most 2 lost in a row', 'radio: a -> b: at most 3 lost of 10', 'faults: at most "
+                   "3', 'faults: at most 3 of kill, pause'. May be repeated; all hold together.")
+@click.option("--minimize", metavar="FORMULA", help="A formula, a figure's key, or a key of [expect].")
+@click.option("--maximize", metavar="FORMULA", help="The same, made as large as possible.")
+@click.option("--vary", "vary", multiple=True, metavar="KEY=lo:hi",
+              help="Search this setting as well, by CMA-ES. May be repeated; needs marconet[search].")
+@click.option("--runs", type=int, default=200, show_default=True, metavar="N", help="Runs of the search.")
+@click.option("--jobs", type=int, metavar="N", help="Runs at a time. Default: one for each core. Same result.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, metavar="N",
+              help="Of the search; the runs have the scenario's.")
+@click.option("--duration", type=float, metavar="S", help="Seconds of robot time.")
+@click.option("--set", "overrides", multiple=True, metavar="PATH.TO.KEY=VALUE",
+              help="Replace one value of the file; the value is TOML. May be repeated.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), metavar="DIR",
+              help="Folder for the scenario that is found. Default: ./runs, or beside SCENARIO if its programs are "
+                   "found from there.")
+@as_json
+@click.option("--quiet", is_flag=True, help="Print errors only.")
+@verbosely
+def break_(source: str, budgets: Sequence[str], minimize: str | None, maximize: str | None, vary: Sequence[str],
+           runs: int, jobs: int | None, seed: int, duration: float | None, overrides: Sequence[str],
+           out: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
+    """Find the worst pattern of losses and faults within a budget, and write it as a scenario.
+
+    Exits with 0 if every [expect] holds even then, 1 if one does not, 3 if a node failed.
+    """
+    from experiments.search.command import run_break
+
+    raise SystemExit(run_break(
+        _console(not (quiet or as_json)), source, budgets, minimize, maximize, vary, verbose=verbose, as_json=as_json,
+        runs=runs, jobs=jobs, seed=seed, duration_s=duration, overrides=overrides, out=out))
+
+
+@app.command(epilog="Example: marconet shrink runs/third --out smallest.toml")
+@click.argument("run_dir", metavar="RUN", type=click.Path(path_type=Path))
+@click.option("--runs", type=int, default=500, show_default=True, metavar="N", help="Most runs that this may take.")
+@click.option("--expect", "expectation", default="", metavar="KEY",
+              help="The expectation that has to fail. Default: the first that does, or the failure of the run.")
+@click.option("--set", "overrides", multiple=True, metavar="PATH.TO.KEY=VALUE", help="As the run was made with.")
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
+              help="The scenario. Default: as of break.")
+@as_json
+@click.option("--quiet", is_flag=True, help="Print errors only.")
+@verbosely
+def shrink(run_dir: Path, runs: int, expectation: str, overrides: Sequence[str], out: Path | None, as_json: bool,
+           quiet: bool, verbose: bool) -> None:
+    """Find the few faults and losses that make a run fail, and write them as a scenario.
+
+    None of them can be left out, and the run is as short as it can be.
+    """
+    from experiments.search.command import run_shrink
+
+    raise SystemExit(run_shrink(_console(not (quiet or as_json)), run_dir, verbose=verbose, as_json=as_json, runs=runs,
+                                expectation=expectation, overrides=overrides, out=out))
+
+
 @app.command(epilog="Example: marconet compare runs/first runs/second")
 @click.argument("a", metavar="A", type=click.Path(path_type=Path))
 @click.argument("b", metavar="B", type=click.Path(path_type=Path))

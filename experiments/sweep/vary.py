@@ -91,7 +91,7 @@ def _range(text: str, key: str, low: str, high: str, count: str | None) -> Varie
 
 def grid(varied: Sequence[Varied]) -> list[dict[str, Any]]:
     """Return every combination; one setting without values if nothing is varied."""
-    _refuse_twice(varied)
+    refuse_twice(varied)
     for one in varied:
         if one.limits is not None:
             raise BadCampaign(f"--vary {one.key}={one.limits[0]:g}:{one.limits[1]:g}: a grid needs the number of "
@@ -109,23 +109,23 @@ def latin(varied: Sequence[Varied], settings: int, seed: int) -> list[dict[str, 
     """Return `settings` points of a Latin hypercube over the keys; the same `seed` draws the same ones."""
     from scipy.stats import qmc
 
-    _refuse_twice(varied)
+    refuse_twice(varied)
     if not varied:
         raise BadCampaign("--sample latin: nothing is varied: give --vary 'KEY=lo:hi'")
     if not 1 <= settings <= MOST_SETTINGS:
         raise BadCampaign(f"--runs {settings}: expected 1 to {MOST_SETTINGS}")
     drawn = qmc.LatinHypercube(len(varied), rng=seed).random(settings)
-    return [{one.key: _at(one, float(share)) for one, share in zip(varied, row, strict=True)} for row in drawn]
+    return [{one.key: at(one, float(share)) for one, share in zip(varied, row, strict=True)} for row in drawn]
 
 
-def _at(varied: Varied, share: float) -> Any:
+def at(varied: Varied, share: float) -> Any:
     """Return the value at `share` of [0, 1) of the key's range."""
     if varied.limits is not None:
         return varied.limits[0] + share * (varied.limits[1] - varied.limits[0])
     return varied.values[min(int(share * len(varied.values)), len(varied.values) - 1)]
 
 
-def _refuse_twice(varied: Sequence[Varied]) -> None:
+def refuse_twice(varied: Sequence[Varied]) -> None:
     keys = [one.key for one in varied]
     for key in keys:
         if keys.count(key) > 1:

@@ -8,6 +8,8 @@ happens at one occurrence. Faults compose: two that cut the same link both have 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from itertools import permutations
+from random import Random
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 from netem.core import link_pattern, link_selector
@@ -68,6 +70,21 @@ class Fault:
             raise ValueError(f"{on!r} names no {'node' if self.on == 'nodes' else 'medium'} of the scenario: "
                              + (f"nearest: {near!r}" if near else f"expected one of {', '.join(names) or 'none'}"))
         return [(name,) for name in found]
+
+    @classmethod
+    def targets(cls, site: Site) -> list[str]:
+        """Return a text for `on` for each single node, medium or link."""
+        if cls.on == "nodes":
+            return list(site.nodes)
+        if cls.on == "media":
+            return [medium for medium, nodes in site.nodes_on.items() if len(nodes) > 1]
+        return [f"{medium}: {sender} -> {receiver}" for medium, nodes in site.nodes_on.items()
+                for sender, receiver in permutations(nodes, 2)]
+
+    @classmethod
+    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any] | None:
+        """Return fields of its own at random, for a search in a run of `length_ns`; None: a search leaves it out."""
+        return None
 
     def until_ns(self, occurrence: Occurrence) -> int:
         """Return the end of the fault's effect [ns], NEVER_NS for that of the run."""

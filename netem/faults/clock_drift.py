@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from random import Random
+from typing import Any, Final
 
 from netem.faults import Fault, Target, World
 from netem.faults.schedule import Occurrence
 from netem.wire.instants import NEVER_NS
+
+MOST_DRAWN_PPM: Final = 1000.0
 
 
 @dataclass(frozen=True)
@@ -20,6 +24,11 @@ class ClockDrift(Fault):
     def __post_init__(self) -> None:
         if not -1e6 < self.by_ppm < 1e6 or self.by_ppm == 0:
             raise ValueError(f"by_ppm={self.by_ppm}: expected -1e6 < by_ppm < 1e6 and not 0")
+
+    @classmethod
+    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
+        by_ppm = MOST_DRAWN_PPM * (1 - rng.random())
+        return {"by_ppm": by_ppm if rng.random() < 0.5 else -by_ppm}
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for node, in targets:

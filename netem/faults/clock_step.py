@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
+from random import Random
+from typing import Any, ClassVar
 
 from netem.faults import Fault, Target, World
 from netem.faults.schedule import Occurrence
@@ -21,6 +22,11 @@ class ClockStep(Fault):
     def __post_init__(self) -> None:
         if self.by_ns == 0:
             raise ValueError("by_ns=0: a step changes the clock")
+
+    @classmethod
+    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
+        far_ns = 1 + int(rng.random() * length_ns / 20)
+        return {"by_ns": far_ns if rng.random() < 0.5 else -far_ns}
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for node, in targets:

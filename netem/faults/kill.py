@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from random import Random
 from typing import Any, ClassVar, Literal
 
 from netem.faults import Fault, Target, World
@@ -32,6 +33,10 @@ class Kill(Fault):
         if self.restart_after_ns is not None and self.restart_after_ns < 1:
             raise ValueError(f"restart_after_ns={self.restart_after_ns}: expected more than 0: a node restarts after "
                              "it was killed")
+
+    @classmethod
+    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
+        return {"restart_after_ns": 1 + int(rng.random() * length_ns / 4)}
 
     def until_ns(self, occurrence: Occurrence) -> int:
         return NEVER_NS if self.restart_after_ns is None else occurrence.start_ns + self.restart_after_ns

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from random import Random
+from typing import Any, ClassVar
 
 from netem.faults import Fault, Target, World
 from netem.faults.schedule import Occurrence
@@ -13,6 +14,10 @@ from netem.faults.schedule import Occurrence
 @dataclass(frozen=True)
 class LinkDown(Fault):
     on: ClassVar = "links"
+
+    @classmethod
+    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
+        return {}
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for medium, sender, receiver in targets:

@@ -14,7 +14,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import permutations
-from typing import ClassVar, Literal
+from random import Random
+from typing import Any, ClassVar, Literal
 
 from netem.core import link_pattern
 from netem.core.nearest import nearest
@@ -44,6 +45,10 @@ class Partition(LinkDown):
         twice = [name for group in self.groups for name in group if sum(name in other for other in self.groups) > 1]
         if twice:
             raise ValueError(f"groups: {twice[0]!r} is in two groups")
+
+    @classmethod
+    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
+        return {"shape": "halves", "one_way": rng.random() < 0.5}
 
     def resolve(self, on: str, site: Site) -> list[Target]:
         media = [medium for medium, in super().resolve(on, site)]

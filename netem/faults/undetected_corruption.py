@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from random import Random
+from typing import Any, ClassVar
 
 from netem.faults import Fault, Target, World
 from netem.faults.schedule import Occurrence
@@ -25,6 +26,10 @@ class UndetectedCorruption(Fault):
             raise ValueError(f"ratio={self.ratio}: expected 0 < ratio <= 1")
         if self.flipped_bits < 1:
             raise ValueError(f"flipped_bits={self.flipped_bits}: expected at least 1")
+
+    @classmethod
+    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
+        return {}
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for medium, sender, receiver in targets:

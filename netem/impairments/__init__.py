@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 class Impairment:
     loses_as: ClassVar[Fate]                # the fate of a copy for which `carry` yields nothing
     most_copies: ClassVar[int] = 1          # most copies that leave for one that enters
+    only_loses: ClassVar[bool] = False      # whether a copy that it does not lose leaves as it entered
 
     def carry(self, transit: Transit) -> Iterable[Transit]:
         """Yield the copies that leave the link for one that enters: none, late, changed or several."""

@@ -20,6 +20,7 @@ from netem.impairments.checks import expect_ratio
 @dataclass
 class BernoulliLoss(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
+    only_loses: ClassVar[bool] = True
 
     loss_ratio: float                       # 0 <= loss_ratio <= 1
     rng: Random = field(kw_only=True)

@@ -1,4 +1,4 @@
-"""Checks whether a class of a user can be an impairment."""
+"""Checks whether a class of a user can be an impairment, and answers for one that does not inherit `Impairment`."""
 
 from __future__ import annotations
 
@@ -15,3 +15,8 @@ def complaint_about(cls: type) -> str:
         return (f"{cls.__name__} does not say how a copy ends that it drops; "
                 "write `loses_as: ClassVar = Fate.LOST` in it")
     return ""
+
+
+def only_loses(cls: type) -> bool:
+    """Return whether a copy that an impairment of this class does not lose leaves as it entered; False if unknown."""
+    return bool(getattr(cls, "only_loses", False))

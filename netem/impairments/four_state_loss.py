@@ -35,6 +35,7 @@ class State(Enum):
 @dataclass
 class FourStateLoss(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
+    only_loses: ClassVar[bool] = True
 
     p13: float
     p31: float | None = None                # None: 1 - p13

@@ -22,6 +22,7 @@ from netem.impairments.checks import expect_ratio_below_one
 @dataclass
 class GilbertElliott(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
+    only_loses: ClassVar[bool] = True
 
     loss_ratio: float                       # 0 <= loss_ratio < 1
     mean_burst_frames: float                # >= 1

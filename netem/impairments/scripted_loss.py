@@ -21,6 +21,7 @@ from netem.impairments.checks import expect_at_least
 @dataclass
 class ScriptedLoss(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
+    only_loses: ClassVar[bool] = True
 
     lose_frames: list[int]                  # each >= 0, and < every
     every: int | None = None                # [frames], None: the script does not repeat
