@@ -141,6 +141,7 @@ class _Search:
         self._progress = progress
         self._known: dict[tuple[frozenset[Item], int, bool], bool] = {}
         self._failure = ""                      # how the explicit form fails, without its numbers
+        self._unvalued = False                  # whether the explicit form has no such figure, which breaks it too
         self._kept = explicit.items
         self._length_ns = base.scenario.length_ns
         self._same_draws = True
@@ -149,6 +150,7 @@ class _Search:
         items, full_ns = self.explicit.items, self.base.scenario.length_ns
         figures = self._figures(items, full_ns)
         self._failure = _plain(figures.failure)
+        self._unvalued = figures.values.get(self.broken) is None
         what = f"expectation {self.broken}" if self.broken else "the run"
         if not self._is_same(figures):
             raise CannotShrink(
@@ -226,7 +228,7 @@ class _Search:
     def _is_same(self, figures: Figures) -> bool:
         if figures.failure:
             return not self.broken and _plain(figures.failure) == self._failure
-        return self.broken in figures.broken
+        return self.broken in figures.broken and (figures.values[self.broken] is None) == self._unvalued
 
     def _values(self, items: tuple[Item, ...], length_ns: int, same_draws: bool) -> dict[str, Any]:
         entries = self.explicit.entries(items, same_draws=same_draws)
