@@ -97,6 +97,16 @@ def test_a_switch_forwards_a_packet_when_its_last_bit_is_there():
     assert bench.heard == [((100 + 4 * 100 + 9) * US, "a", "b", bytes(80))]
 
 
+def test_packets_that_reach_a_switch_at_once_are_queued_in_the_order_of_their_links_names():
+    bench = Bench("abc", **STAR)
+    bench.offer(0, "b", "c", bytes(30))             # at the switch after 50 us,
+    bench.offer(10 * US, "a", "c", bytes(20))       # and so is this one, offered later
+
+    bench.run()
+
+    assert [(at_ns, source) for at_ns, source, *_ in bench.heard] == [((50 + 40) * US, "a"), ((50 + 40 + 50) * US, "b")]
+
+
 def test_both_directions_of_a_link_are_sent_at_once():
     bench = Bench("ab")
     bench.offer(0, "a", "b", bytes(30))
