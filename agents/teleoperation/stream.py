@@ -39,8 +39,8 @@ class Stream:
         self._port = board.port(settings.port, self._heard, listen_only=True)
         self._sent = 0
         self._newest: Counter[str] = Counter()              # by source: number of the newest datagram + 1
-        for name in ("datagrams heard", "unreadable frames", "datagrams out of order"):
-            board.count(name, 0)
+        for counter in ("datagrams heard", "unreadable frames", "datagrams out of order"):
+            board.count(counter, 0)
         board.every(settings.period_ns, self._send, offset_ns=settings.offset_ns)
 
     def _send(self) -> None:
