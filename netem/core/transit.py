@@ -18,3 +18,4 @@ class Transit(msgspec.Struct, gc=False):
     data: bytes
     corrupt: bool = False
     copy: int = 0               # 0 the original, 1.. duplicates
+    undetected: bool = False    # corrupt, and no checksum finds it

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
+from mypy_extensions import mypyc_attr
+
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.core.link_name import LinkName
@@ -21,6 +23,7 @@ from netem.records.ledger import Ledger
 Deliver = Callable[[str, str, int, bytes], object]      # (receiver, medium, arrival_ns, data)
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Links:
     """`pipelines` maps (medium, sender, receiver) to (name, impairment) pairs in their order in the scenario."""
 
@@ -28,7 +31,7 @@ class Links:
                  pipelines: Mapping[LinkName, Sequence[tuple[str, Impairment]]]) -> None:
         self._ledger = ledger
         self._deliver = deliver
-        self._pipelines = pipelines
+        self._pipelines = {link: list(pipeline) for link, pipeline in pipelines.items()}
         self._entered: dict[LinkName, int] = {}
 
     def receive(self, frame: Frame, receiver: str, arrival_ns: int, *, checksum: bool, copy: int = 0) -> None:
@@ -45,6 +48,10 @@ class Links:
             self._deliver(receiver, medium, arrival_ns, frame.data)
             self._ledger.close(frame, receiver, Fate.DELIVERED, copy=copy, delivered_ns=arrival_ns)
 
+    def pipeline(self, link: LinkName) -> list[tuple[str, Impairment]]:
+        """Return the (name, impairment) pairs of a link in their order, to be changed before copies come."""
+        return self._pipelines.setdefault(link, [])
+
     def tell(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> None:
         """Deliver a message of the node's own interface to the medium: no frame on the medium, so not in the ledger."""
         self._deliver(receiver, medium, arrival_ns, data)
@@ -53,7 +60,7 @@ class Links:
                         data: bytes) -> tuple[list[Transit], Fate, str]:
         """Return the copies that leave the link of a part of a frame; if none does, the fate and cause of its loss.
 
-        The medium puts the parts together and passes the whole to `leave`, or closes the copy.
+        The medium puts the parts together and passes the whole to `receive_whole`, or closes the copy.
         """
         link = (frame.medium, frame.sender, receiver)
         number = self._entered.get(link, 0)
@@ -65,9 +72,13 @@ class Links:
                 return [], impairment.loses_as, name
         return copies, Fate.DELIVERED, ""
 
-    def leave(self, frame: Frame, receiver: str, copy: Transit, *, checksum: bool) -> None:
+    def receive_whole(self, frame: Frame, receiver: str, copy: Transit, *, checksum: bool) -> None:
+        """Take the copy that a medium has put together from parts, which have passed the impairments already."""
+        self._leave(frame, receiver, copy, checksum)
+
+    def _leave(self, frame: Frame, receiver: str, copy: Transit, checksum: bool) -> None:
         """Deliver a copy that has passed its link and close it; a corrupt one ends here if there is a `checksum`."""
-        if copy.corrupt and checksum:
+        if copy.corrupt and checksum and not copy.undetected:
             self._ledger.close(frame, receiver, Fate.CORRUPTED, copy=copy.copy, cause="checksum")
         else:
             self._deliver(receiver, frame.medium, copy.arrival_ns, copy.data)
@@ -94,4 +105,4 @@ class Links:
                 survivors.extend(out)
             copies = survivors
         for copy in copies:
-            self.leave(frame, receiver, copy, checksum=checksum)
+            self._leave(frame, receiver, copy, checksum)

@@ -173,7 +173,7 @@ class PacketNetwork(Medium):
             return
         whole = under_way.reassemble(receiver, min(copies, key=lambda copy: copy.arrival_ns))
         if whole is not None:
-            self._links.leave(frame, receiver, whole, checksum=self._checksum)
+            self._links.receive_whole(frame, receiver, whole, checksum=self._checksum)
             self._close(under_way, receiver)
 
     def _close(self, under_way: UnderWay, receiver: str) -> None:

@@ -28,8 +28,10 @@ class UnderWay:
         if len(got) < self.count:
             return None
         del self._got[receiver]
+        flipped = [each for each in got if each.corrupt]
         return Transit(got[0].number, got[0].sent_ns, max([each.arrival_ns for each in got]),
-                       self.head + b"".join([each.data for each in got]), any(each.corrupt for each in got))
+                       self.head + b"".join([each.data for each in got]), bool(flipped),
+                       undetected=bool(flipped) and all(each.undetected for each in flipped))
 
 
 class Packet(NamedTuple):

@@ -25,6 +25,7 @@ from netem.media.links import Links
 from netem.media.packet_network.datagram import Datagram, pack, unpack
 from netem.media.packet_network.packet_network import PacketNetwork
 from netem.media.packet_network.settings import LinkSettings, PacketNetworkSettings
+from netem.media.replayed_links import RecordedCopy, RecordedFrame, ReplayedLinks
 from netem.records.ledger import COLUMNS, Ledger
 
 END_NS = 10**13
@@ -33,11 +34,11 @@ STAR = {"switches": ("s",), "links": {"* <-> s": LinkSettings()}}
 
 
 class Bench:
-    def __init__(self, nodes="abc", pipelines=None, end_ns=END_NS, **keys):
+    def __init__(self, nodes="abc", pipelines=None, end_ns=END_NS, links_of=Links, **keys):
         self.agenda, self.ledger, self.heard, self.bounds_ns = Agenda(), Ledger(), [], []
         self.end_ns, self.tapped = end_ns, []
         self.lan = PacketNetwork("lan", PacketNetworkSettings(**{"rate_bps": 8_000_000, **keys}), nodes, self.agenda,
-                                 self.ledger, Links(self.ledger, self._deliver, {
+                                 self.ledger, links_of(self.ledger, self._deliver, {
                                      ("lan", *link): [(f"impairment {link[1]}", each)]
                                      for link, each in (pipelines or {}).items()}), Random)
         self.lan.taps.append(self)
@@ -242,6 +243,22 @@ def test_duplicates_are_of_whole_datagrams_not_of_fragments():
     bench.run()
 
     assert [payload for *_, payload in bench.heard] == [bytes(200), b"short", b"short"]
+
+
+def test_the_fates_of_an_earlier_run_are_those_of_whole_datagrams():
+    def replayed(ledger, deliver, pipelines):
+        lost = RecordedFrame(0, 0, (RecordedCopy(Fate.LOST, 0),))
+        late = RecordedFrame(1, 0, (RecordedCopy(Fate.DELIVERED, 7 * US),))
+        return ReplayedLinks(ledger, deliver, {("lan", "a", "b"): [lost, late]}, by_instant=False)
+
+    bench = Bench("ab", links_of=replayed, mtu_bytes=120)
+    bench.offer(0, "a", "b", bytes(300))
+    bench.offer(0, "a", "b", bytes(200))
+
+    bench.run()
+
+    assert bench.fates() == [("b", Fate.LOST, "as recorded"), ("b", Fate.DELIVERED, "")]
+    assert bench.heard == [((300 + 4 * 20 + 200 + 3 * 20 + 7) * US, "a", "b", bytes(200))]
 
 
 def test_longer_datagrams_are_refused_by_a_key():
