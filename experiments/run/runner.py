@@ -341,12 +341,12 @@ class _Run:
     def _warnings(self) -> list[str]:
         return [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
 
-    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
-        """Return the names of the signals of each agent and medium."""
+    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
+        """Return the units of the signals of each agent and medium."""
         found: dict[str, Sequence[tuple[str, str]]] = {
             name: medium.signals for name, medium in self.network.media.items()}
         found |= {name: hellos[name].signals for name in self.scenario.agents}
-        return {name: [signal for signal, _ in signals] for name, signals in found.items()}
+        return {name: dict(signals) for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str, level: Level) -> None:
         self.feed.event(Event(time_ns, "", kind, detail, level, wall_clock=True))

@@ -18,7 +18,7 @@ from scipy.stats import chi2, kstest
 
 from fmus.description import PlantDescription
 from fmus.plant import Plant
-from fmus.reference import exact_step
+from tests.fmus.reference import exact_step
 
 Own = Callable[..., PlantDescription]
 Matrix = NDArray[np.float64]
