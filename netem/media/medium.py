@@ -35,6 +35,13 @@ class Medium:
         """
         raise NotImplementedError
 
+    def show(self, node: str, values: Sequence[float], now_ns: int) -> None:
+        """Take the outputs that `MediumSettings.poses` names of the plant of `node`, at an instant that it names.
+
+        Calls precede all other events of the instant, and come before any event of a later instant.
+        """
+        raise NotImplementedError
+
     def lookahead_ns(self, t0_ns: int) -> int:
         """Return the earliest instant, at least t0_ns, at which a frame can reach a node.
 

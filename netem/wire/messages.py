@@ -18,6 +18,7 @@ UNREADABLE: Final = (msgspec.MsgspecError, UnicodeDecodeError)      # what decod
 Delivery = tuple[int, int, bytes]       # (arrival_ns, port index, data)
 Offer = tuple[int, int, bytes]          # (time_ns, port index, data)
 Sample = tuple[int, list[float]]        # (time_ns, one value for each declared signal)
+Shown = tuple[int, int, list[float]]    # (time_ns, port index, outputs of the node's plant that the medium reads)
 Event = tuple[int, str, str, Level]     # (time_ns, kind, detail, level)
 
 
@@ -43,6 +44,7 @@ class Report(msgspec.Struct, array_like=True, gc=False):
     counters: dict[str, int]            # filled in the last report, in one with an error, and at times by a process
     error: str                          # traceback of the program, "" if all is well
     ends: tuple[int, str] | None = None     # (time_ns, reason) if the node ends the run
+    shown: list[Shown] = []
 
 
 class Hello(msgspec.Struct, array_like=True, gc=False):

@@ -23,14 +23,19 @@ class FixedLatency(Medium):
         self._ledger = ledger
         self._latency_ns = latency_ns
         self._number = 0
+        self.took: list[tuple[int, str, object]] = []       # (time_ns, node, data offered or values shown)
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
         frame = Frame(self.name, sender, self._number, now_ns, data)
         self._number += 1
+        self.took.append((now_ns, sender, data))
         receivers = [node for node in self.nodes if node != sender]
         self._ledger.expect(len(receivers))
         for receiver in receivers:
             self._links.receive(frame, receiver, now_ns + self._latency_ns, checksum=True)
+
+    def show(self, node: str, values: Sequence[float], now_ns: int) -> None:
+        self.took.append((now_ns, node, values))
 
     def lookahead_ns(self, t0_ns: int) -> int:
         return t0_ns + self._latency_ns
