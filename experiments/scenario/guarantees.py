@@ -87,9 +87,9 @@ class Guarantees:
         return subjects
 
     def _shows(self, medium: str, sender: str, receiver: str) -> bool:
-        """Return whether cameras of this medium can see the sender."""
+        """Return whether the receiver has a camera on this medium that can see the sender."""
         settings = self.media[medium].settings
-        return settings is not None and sender in settings.poses()
+        return settings is not None and settings.camera(receiver) is not None and sender in settings.poses()
 
     def _links(self) -> list[Link]:
         """Return the links that exist at some time of the run; for a medium with mistakes, all pairs of its nodes."""

@@ -50,7 +50,8 @@ class BroadcastRadio(Medium):
         super().__init__(name, nodes)
         self.radio = radio
         self.agenda = agenda
-        self.topology = settings.topology.over(Site(self.nodes, at_m, radio.tx_power_dbm, radio.sensitivity_dbm))
+        self.topology = settings.topology.over(Site(self.nodes, at_m, radio.tx_power_dbm, radio.sensitivity_dbm,
+                                                    lambda place: rng_for(f"media.{name}.{place}")))
         self._reach_at = self.topology.reach_at
         self._ledger = ledger
         self._links = links
@@ -74,11 +75,16 @@ class BroadcastRadio(Medium):
         number = self._numbers.get(sender, 0)
         self._numbers[sender] = number + 1
         frame = Frame(self.name, sender, number, now_ns, data)
-        self._ledger.expect(len(self._reach_at(sender, now_ns).receivers), self.name)
+        receivers = self._reach_at(sender, now_ns).receivers
+        frame.offered_to = receivers
+        self._ledger.expect(len(receivers), self.name)
         if self._max_bytes is not None and len(data) > self._max_bytes:
             self.drop(frame, Fate.MALFORMED, f"longer than {self._max_bytes} bytes")
         else:
             self._submit(frame, now_ns)
+
+    def show(self, node: str, values: Sequence[float], now_ns: int) -> None:
+        self.topology.show(node, tuple(values), now_ns)
 
     def lookahead_ns(self, t0_ns: int) -> int:
         """As in `Medium`, for t0_ns no later than the agenda's next event."""
@@ -123,7 +129,7 @@ class BroadcastRadio(Medium):
         assert sender not in self._on_air, f"{self.name}: {sender} starts a frame at {now_ns} ns during another"
         reach = self._reach_at(sender, now_ns)
         if now_ns != frame.offered_ns:
-            self._ledger.expect(len(reach.receivers) - len(self._offered_to(frame)), self.name)
+            self._ledger.expect(len(reach.receivers) - len(frame.offered_to), self.name)
         size = len(frame.data)
         airtime_ns = self._airtimes_ns.get(size)
         if airtime_ns is None:
@@ -146,11 +152,8 @@ class BroadcastRadio(Medium):
             self._raise_carrier(flight)
 
     def drop(self, frame: Frame, fate: Fate, cause: str = "") -> None:
-        for receiver in self._offered_to(frame):
+        for receiver in frame.offered_to:
             self._ledger.close(frame, receiver, fate, cause=cause)
-
-    def _offered_to(self, frame: Frame) -> tuple[str, ...]:
-        return self._reach_at(frame.sender, frame.offered_ns).receivers
 
     def _end(self, flight: OnAir) -> None:
         sender = flight.sender

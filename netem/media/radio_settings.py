@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from netem.core.nearest import did_you_mean
 from netem.media import MediumSettings
+from netem.media.answers import ShownPose
 from netem.media.decoding import Decoding
 from netem.media.decoding.table import DECODINGS
 from netem.media.mac.table import MACS
@@ -31,6 +33,8 @@ class CarrierSenseSettings:
 
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
+    poses_key: ClassVar[Sequence[str]] = ("topology", "bodies")
+
     preset: str = "ideal"
     decode: Literal["radio_network", "local", "capture"] = "radio_network"
     mac: Literal["none", "aloha", "csma"] = "none"
@@ -64,6 +68,13 @@ class RadioSettings(MediumSettings):
         preset = PRESETS[self.preset]
         return replace(preset, **_given(self, RadioPreset, besides="csma"),
                        csma=replace(preset.csma, **_given(self.csma, type(preset.csma))))
+
+    def poses(self) -> Mapping[str, ShownPose]:
+        period_ns, bodies = self.topology.moving()
+        return {node: ShownPose(period_ns, outputs) for node, outputs in bodies.items()}
+
+    def standing(self, nodes: Sequence[str]) -> Collection[str]:
+        return self.topology.standing(nodes)
 
     def decoding(self) -> Decoding:
         return DECODINGS[self.decode](self.radio())
