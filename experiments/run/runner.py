@@ -41,6 +41,7 @@ from experiments.run.wall_clock_sleep import sleep_refused
 from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
 from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.own_modules import class_for
+from experiments.scenario.standing_robots import standing_robots
 from experiments.show.report.build import write_report
 from firmware_sim.program_settings import build_settings
 from firmware_sim.scenario_view import OwnAgent
@@ -308,7 +309,8 @@ class _Run:
             conductor.grants, self.result.hash if self.result else "",
             {fate.value: copies for fate, copies in self.ledger.closed.items() if copies}, verdicts,
             "report.html" if self.wants_report else None, self.guarantees.standings, code=CODE,
-            real_time=self._real_time(), ended=_end_in_words(conductor), warnings=self._malformed(),
+            real_time=self._real_time(), ended=_end_in_words(conductor),
+            warnings=[*standing_robots(scenario), *self._malformed()],
             failure="" if failure is None else in_words(failure),
             last_report=failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns=reached_ns)
 

@@ -13,7 +13,9 @@ Invariants:
 - `_on_air` holds exactly the frames with start <= now < end, at most one of each sender;
 - frames end before timers run before frames start, at one instant (the agenda's priorities).
 
-Not modelled: propagation time, several channels, a transmission that is cut short.
+With propagation times in the topology the intervals at each node are later by the time of the way (propagation.py).
+
+Not modelled: several channels, a transmission that is cut short.
 """
 
 from __future__ import annotations
@@ -32,10 +34,12 @@ from netem.media.decoding.on_air import OnAir
 from netem.media.links import Links
 from netem.media.mac.table import MACS
 from netem.media.medium import Medium
+from netem.media.propagation import Propagation
 from netem.media.radio_settings import RadioSettings
 from netem.records.ledger import Ledger
 from netem.topology import Position, Site
 from netem.topology.reach import Reach
+from netem.wire.instants import NEVER_NS
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
@@ -70,6 +74,7 @@ class BroadcastRadio(Medium):
         self._submit = self._mac.submit
         self._senses = self._mac.senses
         self._min_wait_ns = self._mac.min_wait_ns
+        self._propagation = Propagation(self, agenda) if self.topology.propagates else None
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
         number = self._numbers.get(sender, 0)
@@ -91,15 +96,17 @@ class BroadcastRadio(Medium):
         first_ns = t0_ns + self._shortest_ns
         if self._min_wait_ns and not self._mac.waiting():
             first_ns += self._min_wait_ns
+        if self._propagation is not None:
+            return max(min(first_ns, self._propagation.next_ns(NEVER_NS) + self._latency_ns), t0_ns)
         if self._on_air:
             first_end_ns = min([flight.end_ns for flight in self._on_air.values()])
             return max(min(first_ns, first_end_ns + self._latency_ns), t0_ns)
         return first_ns
 
     def finish(self, end_ns: int) -> None:
-        for flight in self._on_air.values():
-            for receiver in flight.reach.receivers:
-                self._ledger.close(flight.frame, receiver, Fate.UNFINISHED, cause="on the air")
+        under_way = [(flight, receiver) for flight in self._on_air.values() for receiver in flight.reach.receivers]
+        for flight, receiver in under_way if self._propagation is None else self._propagation.undecided():
+            self._ledger.close(flight.frame, receiver, Fate.UNFINISHED, cause="on the air")
         for frame in self._mac.waiting():
             self.drop(frame, Fate.UNFINISHED, "waiting")
         self._on_air.clear()
@@ -138,11 +145,13 @@ class BroadcastRadio(Medium):
         frame.on_air_ns = now_ns
         frame.end_ns = end_ns
         flight = OnAir(sender, frame, reach, now_ns, end_ns)
+        if self._propagation is not None:
+            self._propagation.start(flight, overlaps=self._overlaps_matter, sensed=self._senses)
         if end_ns == now_ns:
             self._receive(flight)
             self._mac.sent(sender, now_ns)
             return
-        if self._on_air and self._overlaps_matter:
+        if self._on_air and self._overlaps_matter and self._propagation is None:
             for other in self._on_air.values():
                 other.rivals.append(flight)
                 flight.rivals.append(other)
@@ -169,6 +178,8 @@ class BroadcastRadio(Medium):
         receive, checksum = self._links.receive, self._checksum
         for tap in self.taps:
             tap.frame(frame, flight.end_ns)
+        if self._propagation is not None:
+            return
         clear = not flight.rivals and not reach.too_weak
         for receiver in reach.receivers:
             fate = None if clear else self._fate(flight, reach, receiver)
@@ -176,6 +187,25 @@ class BroadcastRadio(Medium):
                 receive(frame, receiver, arrival_ns, checksum=checksum)
             else:
                 self._ledger.close(frame, receiver, fate)
+
+    def receive(self, flight: OnAir, receiver: str, now_ns: int) -> None:
+        """Decide one copy at `now_ns`, when the last bit of `flight` reaches the receiver; called by `Propagation`."""
+        fate = self._fate(flight, flight.reach, receiver)
+        if fate is None:
+            self._links.receive(flight.frame, receiver, now_ns + self._latency_ns, checksum=self._checksum)
+        else:
+            self._ledger.close(flight.frame, receiver, fate)
+
+    def carrier_begins(self, node: str, now_ns: int) -> None:
+        count = self._carriers.get(node, 0)
+        self._carriers[node] = count + 1
+        if count == 0:
+            self._mac.heard(node, now_ns)
+
+    def carrier_ends(self, node: str, now_ns: int) -> None:
+        self._carriers[node] -= 1
+        if self._carriers[node] == 0:
+            self._mac.cleared(node, now_ns)
 
     def _fate(self, flight: OnAir, reach: Reach, receiver: str) -> Fate | None:
         """Return the fate of a copy that `receiver` does not decode, else None; DEAF precedes TOO_WEAK."""
@@ -187,19 +217,15 @@ class BroadcastRadio(Medium):
 
     def _raise_carrier(self, flight: OnAir) -> None:
         for node in self._around(flight):
-            count = self._carriers.get(node, 0)
-            self._carriers[node] = count + 1
-            if count == 0:
-                self._mac.heard(node, flight.start_ns)
+            self.carrier_begins(node, flight.start_ns)
 
     def _lower_carrier(self, flight: OnAir) -> None:
         for node in self._around(flight):
-            self._carriers[node] -= 1
-            if self._carriers[node] == 0:
-                self._mac.cleared(node, flight.end_ns)
+            self.carrier_ends(node, flight.end_ns)
 
-    @staticmethod
-    def _around(flight: OnAir) -> list[str]:
-        """Return the nodes that sense the frame: the sender and the receivers in range."""
+    def _around(self, flight: OnAir) -> list[str]:
+        """Return the nodes that sense the frame when its sender does: the sender, and the receivers in range."""
+        if self._propagation is not None:
+            return [flight.sender]
         in_range = flight.reach.in_range
         return [flight.sender, *(node for node in flight.reach.receivers if node in in_range)]

@@ -30,6 +30,10 @@ class Topology(Protocol):
     def moves(self) -> bool:
         """Whether the graph follows positions that are shown during the run, so that nothing is known before it."""
 
+    @property
+    def propagates(self) -> bool:
+        """Whether a frame takes time to reach a node: whether every reach has `delays_ns`."""
+
     def show(self, node: str, at_m: Position, t_ns: int) -> None:
         """Take the position of a node of `Bodies` at `t_ns`, before any question about `t_ns` or later."""
 

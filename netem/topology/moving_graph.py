@@ -28,10 +28,11 @@ class MovingGraph:
     moves = True
 
     def __init__(self, nodes: Sequence[str], at_m: Mapping[str, Position],
-                 reach_of: Callable[[str, dict[str, Position]], Reach]) -> None:
+                 reach_of: Callable[[str, dict[str, Position]], Reach], propagates: bool = False) -> None:
         self._nodes = tuple(nodes)
         self._at_m = dict(at_m)
         self._reach_of = reach_of
+        self.propagates = propagates
         self._reached: dict[str, Reach] = {}        # by sender, since a node last moved
         self._shown_ns = 0
 

@@ -75,10 +75,11 @@ class PathLoss(TopologyKind):
             raise TopologyError("\n".join(problems))
         shadows = None if self.shadowing is None else ShadowField(self.shadowing, site.rng_for)
         reach_of = partial(self._reach, site, shadows)
+        propagates = self.propagation_mps is not None
         if self.bodies:
             return MovingGraph(site.nodes, {node: at_m[node] for node in site.nodes if node not in self.bodies},
-                               reach_of)
-        return Timetable([0], [{sender: reach_of(sender, at_m) for sender in site.nodes}])
+                               reach_of, propagates)
+        return Timetable([0], [{sender: reach_of(sender, at_m) for sender in site.nodes}], propagates=propagates)
 
     def loss_db(self, one_m: Position, other_m: Position) -> float:
         """Loss between two positions without shadowing, with that of the zones that weaken the link."""

@@ -18,12 +18,14 @@ from netem.wire.instants import NEVER_NS
 class Timetable:
     moves: ClassVar[bool] = False
 
-    def __init__(self, starts_ns: Sequence[int], graphs: Sequence[Graph], repeat_ns: int | None = None) -> None:
+    def __init__(self, starts_ns: Sequence[int], graphs: Sequence[Graph], repeat_ns: int | None = None,
+                 propagates: bool = False) -> None:
         assert len(starts_ns) == len(graphs)
         assert starts_ns[0] == 0
         self._starts_ns = tuple(starts_ns)
         self._graphs = tuple(graphs)
         self._repeat_ns = repeat_ns
+        self.propagates = propagates
         self._from_ns, self._until_ns, self._graph = self._row(0)
 
     def show(self, node: str, at_m: Position, t_ns: int) -> None:
