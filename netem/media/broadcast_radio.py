@@ -189,7 +189,7 @@ class BroadcastRadio(Medium):
                 self._ledger.close(frame, receiver, fate)
 
     def receive(self, flight: OnAir, receiver: str, now_ns: int) -> None:
-        """Decide one copy at `now_ns`, when the last bit of `flight` reaches the receiver; called by `Propagation`."""
+        """Decide one copy at `now_ns`, when the last bit of `flight` has reached the receiver."""
         fate = self._fate(flight, flight.reach, receiver)
         if fate is None:
             self._links.receive(flight.frame, receiver, now_ns + self._latency_ns, checksum=self._checksum)

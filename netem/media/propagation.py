@@ -14,19 +14,27 @@ from __future__ import annotations
 
 from functools import partial
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from netem.core.agenda import END_OF_FRAME, OFFER, Agenda
 from netem.media.decoding.on_air import OnAir
 
-if TYPE_CHECKING:
-    from netem.media.broadcast_radio import BroadcastRadio
+
+class Receivers(Protocol):
+    """What a radio does when something of a flight reaches a node."""
+
+    def receive(self, flight: OnAir, receiver: str, now_ns: int) -> None:
+        """Decide one copy: the last bit of `flight`, in the receiver's times, has reached `receiver`."""
+
+    def carrier_begins(self, node: str, now_ns: int) -> None: ...
+
+    def carrier_ends(self, node: str, now_ns: int) -> None: ...
 
 
 class Propagation:
     """Carries the flights of a radio whose topology has propagation times."""
 
-    def __init__(self, radio: BroadcastRadio, agenda: Agenda) -> None:
+    def __init__(self, radio: Receivers, agenda: Agenda) -> None:
         self._radio = radio
         self._agenda = agenda
         self._due_ns: list[int] = []                        # a heap

@@ -58,7 +58,7 @@ class ShadowField:
         """Return what shadowing adds to the loss between two positions."""
         one, other = self._weights(one_m), self._weights(other_m)
         shared = sum(weight * other[corner] for corner, weight in one.items() if corner in other)
-        together = self._value(one) + self._value(other)
+        together = self._field(one) + self._field(other)
         return self._sigma_db * together / sqrt(2 * (1 + shared))
 
     def _weights(self, at_m: Position) -> dict[Corner, float]:
@@ -70,7 +70,7 @@ class ShadowField:
         return {(i, j): (1 - x) * (1 - y) / norm, (i + 1, j): x * (1 - y) / norm,
                 (i, j + 1): (1 - x) * y / norm, (i + 1, j + 1): x * y / norm}
 
-    def _value(self, weights: dict[Corner, float]) -> float:
+    def _field(self, weights: dict[Corner, float]) -> float:
         return sum(weight * self._at(corner) for corner, weight in weights.items() if weight)
 
     def _at(self, corner: Corner) -> float:
