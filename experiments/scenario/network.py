@@ -34,6 +34,7 @@ class ImpairmentHeader:
     on: str
     during_ns: tuple[Any, ...] = ()
     name: str = ""
+    shared: bool = False
 
 
 class Network:
@@ -131,7 +132,7 @@ class Network:
                                   table["kind"])
         links = self._links(values.get("on"), place, media)
         return ImpairmentSpec(path_text(place), values.get("on", ""), links, windows, str(kind), fields,
-                              values.get("name", ""))
+                              values.get("name", ""), values.get("shared", False))
 
     def _links(self, on: str | None, place: Place, media: Mapping[str, MediumSpec]) -> tuple[Link, ...]:
         if on is None:

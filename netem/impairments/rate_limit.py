@@ -4,7 +4,8 @@
     end[k] = start[k] + ceil(8e9 (bytes[k] + overhead_bytes) / rate_bps)              the copy leaves the link   [ns]
 
 A copy is in the queue during [arrival, start), not while it is sent. A copy that has to wait is dropped if
-`queue_frames` copies wait already, or if more than `queue_bytes` would wait, overhead included.
+`queue_frames` copies wait already, if more than `queue_bytes` would wait, overhead included, or if it would wait for
+more than `queue_ns`.
 Copies leave in the order in which they entered, not by arrival: list `rate_limit` before a `delay` with jitter.
 The queue drains in order past the end of a time window. A copy that enters after it leaves no earlier than the last one
 of the queue; it needs no sending time, takes no place in the queue and is never dropped.
@@ -36,7 +37,8 @@ class RateLimit(Impairment):
     rate_bps: int                           # >= 1
     overhead_bytes: int = 0                 # >= 0, added to every frame
     queue_frames: int = 1000                # >= 0 (1000 is netem's default)
-    queue_bytes: int | None = None          # >= 0, None: only queue_frames limits
+    queue_bytes: int | None = None          # >= 0, None: bytes do not limit
+    queue_ns: int | None = None             # >= 0, longest wait; None: time does not limit
     free_ns: int = field(default=0, init=False)     # instant at which the last accepted copy has been sent
 
     def __post_init__(self) -> None:
@@ -45,6 +47,8 @@ class RateLimit(Impairment):
         expect_at_least("queue_frames", self.queue_frames, 0)
         if self.queue_bytes is not None:
             expect_at_least("queue_bytes", self.queue_bytes, 0)
+        if self.queue_ns is not None:
+            expect_at_least("queue_ns", self.queue_ns, 0)
         self._waiting: deque[tuple[int, int]] = deque()     # (start_ns, bytes)
         self._waiting_bytes = 0
 
@@ -58,6 +62,8 @@ class RateLimit(Impairment):
             if len(waiting) >= self.queue_frames:
                 return
             if self.queue_bytes is not None and self._waiting_bytes + size > self.queue_bytes:
+                return
+            if self.queue_ns is not None and start_ns - arrival_ns > self.queue_ns:
                 return
             waiting.append((start_ns, size))
             self._waiting_bytes += size
@@ -84,6 +90,8 @@ class RateLimit(Impairment):
         full_ns = self.queue_frames * max(sending_ns)
         if self.queue_bytes is not None:
             full_ns = min(full_ns, self._sending_ns(self.queue_bytes) + self.queue_frames)      # each rounded up
+        if self.queue_ns is not None:
+            full_ns = min(full_ns, self.queue_ns)       # waits so long, then is sent
         return max(sending_ns) + full_ns
 
     def _sending_ns(self, size_bytes: int) -> int:

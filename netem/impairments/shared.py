@@ -1,0 +1,50 @@
+"""One state for all links of a selection: a jammer that all hear, one modem or queue through which all must go.
+
+A frame passes a shared impairment once, with the first of its copies, however many of the links it takes: all its
+copies end alike. What happened to the first copy, lost, later by so much, changed or doubled, happens to the others.
+Frames pass in the order in which the medium received them.
+
+The random stream is named by the seed and the impairment's name or place, not by a link. A further link changes the
+draws of the others only in so far as frames pass that did not pass before; the state of `gilbert_elliott_by_time`
+depends on the time alone.
+
+Not modelled: a copy that another impairment changed before reaches this one as a frame of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from netem.core.fate import Fate
+from netem.core.frame import Frame
+from netem.core.transit import Transit
+from netem.impairments import Impairment
+
+Change = tuple[int, bytes, bool]        # (delay_ns, data, corrupt) of a copy that comes out
+
+
+class Shared:
+    """Wraps the impairment that all links of a selection share."""
+
+    def __init__(self, impairment: Impairment) -> None:
+        self.impairment = impairment
+        self.loses_as: Fate = impairment.loses_as
+        self._frame: Frame | None = None
+        self._passed: dict[tuple[int, bytes, bool], list[Change]] = {}    # of that frame, by (copy, data, corrupt)
+
+    def carry(self, transit: Transit) -> Iterable[Transit]:
+        if transit.frame is not self._frame or transit.frame is None:
+            self._frame = transit.frame
+            self._passed.clear()
+        key = (transit.copy, transit.data, transit.corrupt)
+        changes = self._passed.get(key)
+        if changes is None:
+            came_ns = transit.arrival_ns
+            changes = self._passed[key] = [(out.arrival_ns - came_ns, out.data, out.corrupt)
+                                           for out in self.impairment.carry(transit)]
+        return self._leave(transit, changes)
+
+    def _leave(self, transit: Transit, changes: list[Change]) -> Iterator[Transit]:
+        for delay_ns, data, corrupt in changes:
+            yield Transit(transit.number, transit.sent_ns, transit.arrival_ns + delay_ns, data, corrupt, transit.copy,
+                          transit.frame)
