@@ -23,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from random import Random
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from mypy_extensions import mypyc_attr
 
@@ -31,6 +31,7 @@ from netem.core.agenda import END_OF_FRAME, Agenda
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.media.decoding.on_air import OnAir
+from netem.media.level_errors import LevelErrors
 from netem.media.links import Links
 from netem.media.mac.table import MACS
 from netem.media.medium import Medium
@@ -40,6 +41,8 @@ from netem.records.ledger import Ledger
 from netem.topology import Position, Site
 from netem.topology.reach import Reach
 from netem.wire.instants import NEVER_NS
+
+BIT_ERRORS: Final = "bit errors"        # the cause of a copy that was corrupted on the air
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
@@ -74,6 +77,10 @@ class BroadcastRadio(Medium):
         self._submit = self._mac.submit
         self._senses = self._mac.senses
         self._min_wait_ns = self._mac.min_wait_ns
+        self._errors: LevelErrors | None = None
+        if settings.bit_errors is not None and radio.bit_rate_bps is not None:
+            self._errors = LevelErrors(settings.bit_errors, radio.bit_rate_bps, radio.header_bits,
+                                       lambda link: rng_for(f"media.{name}.bit_errors.{link}"))
         self._propagation = Propagation(self, agenda) if self.topology.propagates else None
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
@@ -180,13 +187,13 @@ class BroadcastRadio(Medium):
             tap.frame(frame, flight.end_ns)
         if self._propagation is not None:
             return
-        clear = not flight.rivals and not reach.too_weak
+        clear = not flight.rivals and not reach.too_weak and self._errors is None
         for receiver in reach.receivers:
             fate = None if clear else self._fate(flight, reach, receiver)
             if fate is None:
                 receive(frame, receiver, arrival_ns, checksum=checksum)
             else:
-                self._ledger.close(frame, receiver, fate)
+                self._ledger.close(frame, receiver, fate, cause=BIT_ERRORS if fate is Fate.CORRUPTED else "")
 
     def receive(self, flight: OnAir, receiver: str, now_ns: int) -> None:
         """Decide one copy at `now_ns`, when the last bit of `flight` has reached the receiver."""
@@ -194,7 +201,7 @@ class BroadcastRadio(Medium):
         if fate is None:
             self._links.receive(flight.frame, receiver, now_ns + self._latency_ns, checksum=self._checksum)
         else:
-            self._ledger.close(flight.frame, receiver, fate)
+            self._ledger.close(flight.frame, receiver, fate, cause=BIT_ERRORS if fate is Fate.CORRUPTED else "")
 
     def carrier_begins(self, node: str, now_ns: int) -> None:
         count = self._carriers.get(node, 0)
@@ -210,7 +217,11 @@ class BroadcastRadio(Medium):
     def _fate(self, flight: OnAir, reach: Reach, receiver: str) -> Fate | None:
         """Return the fate of a copy that `receiver` does not decode, else None; DEAF precedes TOO_WEAK."""
         if receiver not in reach.too_weak:
-            return self._decoding.fate(flight, receiver)
+            fate = self._decoding.fate(flight, receiver)
+            if fate is None and self._errors is not None and self._errors.hit(
+                    flight.sender, receiver, reach.rx_dbm[receiver], len(flight.frame.data)):
+                return Fate.CORRUPTED
+            return fate
         if any(rival.sender == receiver for rival in flight.rivals):
             return Fate.DEAF
         return Fate.TOO_WEAK

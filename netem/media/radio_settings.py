@@ -11,6 +11,7 @@ from netem.media import MediumSettings
 from netem.media.answers import ShownPose
 from netem.media.decoding import Decoding
 from netem.media.decoding.table import DECODINGS
+from netem.media.level_errors import LevelErrorSettings
 from netem.media.mac.table import MACS
 from netem.media.radio_presets import PRESETS, RadioPreset
 from netem.topology.fixed_graph import FixedGraph
@@ -54,6 +55,7 @@ class RadioSettings(MediumSettings):
     sensitivity_dbm: float | None = None
     capture_db: float | None = None
     csma: CarrierSenseSettings = field(default_factory=CarrierSenseSettings)
+    bit_errors: LevelErrorSettings | None = None        # None: a frame in range has no bit errors
 
     def __post_init__(self) -> None:
         if self.queue_frames < 0:
@@ -61,7 +63,11 @@ class RadioSettings(MediumSettings):
         if self.preset not in PRESETS:
             hint = did_you_mean(self.preset, PRESETS, f"the presets are {', '.join(PRESETS)}")
             raise ValueError(f"preset={self.preset!r}: no such radio: {hint}")
-        self.radio()
+        radio = self.radio()
+        if self.bit_errors is not None and radio.bit_rate_bps is None:
+            raise ValueError("bit_errors: bits without bit_rate_bps have no energy: set it, or take another preset")
+        if self.bit_errors is not None and not radio.checksum:
+            raise ValueError("bit_errors: expected checksum = true; without one use the impairment corrupt")
 
     def radio(self) -> RadioPreset:
         """Return the preset with the values of this scenario."""
