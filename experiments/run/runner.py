@@ -403,7 +403,7 @@ def _can_buses(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
 
 
 def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
-    return tuple(Shown(medium, *pose) for medium in agent.media
+    return tuple(Shown(medium, pose.period_ns, pose.outputs) for medium in agent.media
                  if (pose := scenario.media[medium].settings.poses().get(agent.name)) is not None)
 
 

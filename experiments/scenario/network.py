@@ -81,11 +81,14 @@ class Network:
             if name in nodes and plant is None:
                 self.problems.add((*place, name), "a body needs a plant, whose outputs say where it is")
             if plant is not None:
-                known = plant_names(plant.fmu, self.folder).outputs
+                names = plant_names(plant.fmu, self.folder)
                 for output in pose.outputs:
-                    if output not in known:
-                        self.problems.add((*place, name), f"no such output; {near(output, dict.fromkeys(known))}",
-                                          output)
+                    if output not in names.outputs:
+                        self.problems.add((*place, name), f"no such output; "
+                                          f"{near(output, dict.fromkeys(names.outputs))}", output)
+                    elif pose.unit and names.variables[output].unit not in (None, "", pose.unit):
+                        self.problems.add((*place, name), f"has the unit {names.variables[output].unit}, expected "
+                                          f"{pose.unit}", output)
 
     def check_names(self, names: Iterable[Any]) -> None:
         """Check the names of the impairments, None for one without a name."""

@@ -21,6 +21,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from math import isfinite
 
 from netem.core.agenda import OFFER, SHOW, Agenda
 from netem.emulator.seat import Seat
@@ -226,12 +227,14 @@ class Conductor:
     def _show(self, seat: Seat, report: Report, limit_ns: int) -> None:
         """Schedule what a node shows to its media, before all else that happens at the same instants."""
         for time_ns, port, values in report.shown:
-            if not seat.earliest_ns <= time_ns < limit_ns or not 0 <= port < len(seat.media):
+            medium = self.media[seat.media[port]] if 0 <= port < len(seat.media) else None
+            pose = medium.poses.get(seat.name) if medium is not None else None
+            if medium is None or pose is None or len(values) != len(pose.outputs) or not all(map(isfinite, values)) \
+                    or not seat.earliest_ns <= time_ns < limit_ns or time_ns % pose.period_ns:
                 raise NodeFailure(seat.name, f"shows nonsense in window {report.window}: {len(values)} numbers on port "
-                                  f"{port} at {time_ns} ns, expected a port below {len(seat.media)} and "
-                                  f"{seat.earliest_ns} <= time < {limit_ns} ns", last_report=seat.standing())
-            show = self.media[seat.media[port]].show
-            self.agenda.at(time_ns, SHOW, seat.name, partial(show, seat.name, values, time_ns))
+                                  f"{port} at {time_ns} ns, expected what its medium asks for, finite, at a multiple "
+                                  f"of its period in [{seat.earliest_ns}, {limit_ns}) ns", last_report=seat.standing())
+            self.agenda.at(time_ns, SHOW, seat.name, partial(medium.show, seat.name, values, time_ns))
 
     def _end_early(self, name: str, time_ns: int, because: str) -> None:
         """End the run at `time_ns` as node `name` asks, or, if the run is past that, at the next possible instant.

@@ -15,6 +15,7 @@ class ShownPose(NamedTuple):
 
     period_ns: int
     outputs: tuple[str, ...]        # as the medium's settings explain them
+    unit: str | None = None         # that each output has, if the plant names its unit; None: any
 
 
 class Camera(NamedTuple):

@@ -55,6 +55,7 @@ class BroadcastRadio(Medium):
         radio = settings.radio()
         at_m = {node: at for node, at in nodes.items() if at is not None} if isinstance(nodes, Mapping) else {}
         super().__init__(name, nodes)
+        self.poses = settings.poses()
         self.radio = radio
         self.agenda = agenda
         self.topology = settings.topology.over(Site(self.nodes, at_m, radio.tx_power_dbm, radio.sensitivity_dbm,

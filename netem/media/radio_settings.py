@@ -77,7 +77,7 @@ class RadioSettings(MediumSettings):
 
     def poses(self) -> Mapping[str, ShownPose]:
         period_ns, bodies = self.topology.moving()
-        return {node: ShownPose(period_ns, outputs) for node, outputs in bodies.items()}
+        return {node: ShownPose(period_ns, outputs, "m") for node, outputs in bodies.items()}
 
     def standing(self, nodes: Sequence[str]) -> Collection[str]:
         return self.topology.standing(nodes)

@@ -183,6 +183,7 @@ def test_a_robot_that_moves_and_a_radio_that_takes_it_to_stand_are_told_in_a_war
     ('bodies={rovr=["x", "y"]}', "bodies names 'rovr', which has no port on this medium"),
     ('bodies={rover=["x", "y", "z"]}', 'media.radio.topology.bodies.rover="z": no such output'),
     ('bodies={rover=["x", "y"]}, pose_period_ms=0', "pose_period_ms=0 (pose_period_ns=0): expected at least 1"),
+    ('bodies={rover=["x", "theta"]}', 'media.radio.topology.bodies.rover="theta": has the unit rad, expected m'),
     ("shadowing={sigma_db=-2}", "sigma_db=-2.0: expected 0 or more"),
     ("propagation_mps=0", "propagation_mps=0.0: expected > 0"),
     ("two_ray={}", "media.radio.topology.two_ray.antenna_height_m: is missing"),

@@ -9,6 +9,7 @@ import pytest
 from netem.core.agenda import Agenda
 from netem.core.frame import Frame
 from netem.emulator.conductor import Conductor, Recorders
+from netem.media.answers import ShownPose
 from netem.media.links import Links
 from netem.media.medium import Medium
 from netem.node.node import Node
@@ -52,14 +53,17 @@ def conduct() -> Callable[..., Conductor]:
     """Run nodes inline over a wire: conduct({"a": build_a, ...}, latency_ns=..., end_ns=...)."""
 
     def run(build: Mapping[str, Build], *, latency_ns: int, end_ns: int, host: Host | None = None,
-            samples: list[tuple[str, int, list[float]]] | None = None) -> Conductor:
+            samples: list[tuple[str, int, list[float]]] | None = None,
+            poses: Mapping[str, ShownPose] | None = None) -> Conductor:
         ledger = Ledger()
         kept = [] if samples is None else samples
         recorders = Recorders(sample=lambda node, time_ns, values: kept.append((node, time_ns, values)))
         conductor = Conductor(Agenda(), host or InlineHost(build), end_ns, recorders)
         links = Links(ledger, conductor.deliver, {})
         hellos = conductor.host.start()
-        conductor.admit(hellos, {"wire": FixedLatency(sorted(hellos), links, ledger, latency_ns)})
+        wire = FixedLatency(sorted(hellos), links, ledger, latency_ns)
+        wire.poses = poses or {}
+        conductor.admit(hellos, {"wire": wire})
         conductor.run()
         ledger.finish(end_ns=end_ns)
         return conductor

@@ -45,6 +45,7 @@ class Sensing(Medium):
     def __init__(self, name: str, settings: SensingSettings, nodes: Iterable[str], agenda: Agenda, ledger: Ledger,
                  links: Links, rng_for: Callable[[str], Random]) -> None:
         super().__init__(name, nodes)
+        self.poses = settings.poses()
         settings.check_nodes(self.nodes)
         self._settings = settings
         self._view = settings.view

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from netem.emulator.conductor import Conductor
+from netem.media.answers import ShownPose
 from netem.node.node import Node
 from netem.wire.errors import WHOLE_NANOSECONDS, NodeFailure, with_remedy
 
@@ -125,7 +126,8 @@ def test_what_is_shown_reaches_the_medium_before_all_else_at_its_instants_whatev
             node.call_in(time_ns, lambda _: node.ports["wire"].send(b"x"))
         return node
 
-    done = conduct({"z": body, "a": talker}, latency_ns=latency_ns, end_ns=1_501)
+    done = conduct({"z": body, "a": talker}, latency_ns=latency_ns, end_ns=1_501,
+                   poses={"z": ShownPose(100, ("period", "time"))})
 
     shown = [(time_ns, "z", [float(period_ns), float(time_ns)]) for time_ns, period_ns in sorted(
         (k * period_ns, period_ns) for period_ns in (300, 500) for k in range(1_500 // period_ns + 1))]
