@@ -18,6 +18,7 @@ from netem.impairments.duplicate import Duplicate
 from netem.impairments.gilbert_elliott import GilbertElliott
 from netem.impairments.gilbert_elliott_by_time import GilbertElliottByTime
 from netem.impairments.rate_limit import RateLimit
+from netem.impairments.scripted_loss import ScriptedLoss
 from netem.impairments.shared import Shared
 from netem.impairments.window import Window
 from netem.media.links import Links
@@ -32,6 +33,7 @@ MAKERS = {
     "twice": lambda: Duplicate(0.5, 100, rng=stream(7, "twice")),
     "noise": lambda: Corrupt(0.01, rng=stream(7, "noise")),
     "queue": lambda: RateLimit(8_000, queue_frames=3),
+    "script": lambda: ScriptedLoss([0, 3], every=5),
     "window": lambda: Window(BernoulliLoss(0.5, rng=stream(7, "window")), [(20 * MS, 60 * MS)]),
 }
 
@@ -56,7 +58,8 @@ EVERY_MS = [(k * MS, "ab"[k % 2]) for k in range(200)]
 @pytest.mark.parametrize("name", MAKERS)
 def test_all_copies_of_a_frame_end_alike_and_pass_once(name):
     heard, ledger = through(Shared(MAKERS[name]()), EVERY_MS, "xyz")
-    alone, _ = through(MAKERS[name](), EVERY_MS, "x")
+    single = MAKERS[name]()                     # a script goes by numbers, which without sharing are those of a link
+    alone, _ = through(Shared(single) if name == "script" else single, EVERY_MS, "x")
 
     assert heard["x"] == heard["y"] == heard["z"] == alone["x"]
     assert ledger.finish(end_ns=1 << 62).rows == ledger.expected
@@ -67,6 +70,13 @@ def test_a_further_receiver_changes_nothing(name):
     few, many = (through(Shared(MAKERS[name]()), EVERY_MS, receivers)[0] for receivers in ("xy", "wxyz"))
 
     assert {receiver: many[receiver] for receiver in "xy"} == few
+
+
+def test_frames_are_numbered_in_the_order_in_which_they_pass():
+    heard, _ = through(Shared(ScriptedLoss([0, 3], every=5)), EVERY_MS, "xy")
+
+    passed = [int.from_bytes(data, "big") for _, data in heard["y"]]
+    assert passed == [n for n in range(200) if n % 5 not in (0, 3)]
 
 
 def test_a_fade_is_the_same_whoever_else_speaks():
