@@ -18,7 +18,7 @@ from scipy.linalg import expm
 from fmus.build import build_model
 from fmus.describe_fmu import describe
 from fmus.plant import Plant
-from fmus.reference import SYSTEMS, exact_step
+from tests.fmus.reference import SYSTEMS, exact_step
 
 FIGURE = Path(__file__).parents[1] / "docs" / "models" / "linear_system.svg"
 STEPS_NS = [round(10 ** (k / 4)) for k in range(39)]

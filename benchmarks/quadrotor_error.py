@@ -17,7 +17,7 @@ import numpy as np
 from fmus.build import MODELS, build_model
 from fmus.describe_fmu import describe
 from fmus.plant import Plant
-from fmus.reference import cases
+from tests.fmus.reference import cases
 
 FIGURE = Path(__file__).parents[1] / "docs" / "models" / "quadrotor.svg"
 STEPS_S = [round(8e-3 / 2 ** (k / 2), 9) for k in range(13)]

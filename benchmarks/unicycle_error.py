@@ -19,7 +19,7 @@ from scipy.special import fresnel, sici
 from fmus.build import build_model
 from fmus.describe_fmu import describe
 from fmus.plant import Plant
-from fmus.reference import unicycle_at
+from tests.fmus.reference import unicycle_at
 
 FIGURE = Path(__file__).parents[1] / "docs" / "models" / "unicycle.svg"
 STEPS_NS = [round(10 ** (6 + k / 8)) for k in range(29)]

@@ -19,6 +19,7 @@ promise raises PromiseBroken.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
+from functools import partial
 from random import Random
 from typing import Any, ClassVar, Final
 
@@ -48,13 +49,14 @@ class Board:
     silent_unless_heard_until: ClassVar = OldName("silent_unless_heard_until")
 
     def __init__(self, node: Node, clock: LocalClock, plant: Plant | None, team: Mapping[str, Any], rng: Random,
-                 parameters: Mapping[str, Any], clock_steps: Sequence[tuple[int, int]] = ()) -> None:
-        """`team`: the scenario's table [team]; `clock_steps`: faults, (true_ns, delta_ns) in order."""
+                 parameters: Mapping[str, Any]) -> None:
+        """`team`: the scenario's table [team]."""
         self.name = node.name
         self.team = team
         self.rng = rng
         self._node, self._clock, self._plant, self._parameters = node, clock, plant, parameters
-        self._timers = Timers(node, clock, clock_steps)
+        self._timers = Timers(node, clock)
+        self._slowness = 1.0            # factor of execution times
         self._waits_over, self._waited_at_ns = 0, -1
 
     # --- frames
@@ -137,13 +139,17 @@ class Board:
         self._clock.adjust(step_ns)
         self._clock.trim(trim_ppm)
 
+    def execution_ns(self, nominal_ns: int) -> int:
+        """Return how long [ns] a task takes that takes `nominal_ns` while no fault slows the processor down."""
+        return nominal_ns if self._slowness == 1.0 else round(nominal_ns * self._slowness)
+
     def promise_firm(self, local_ns: int) -> None:
         """Promise to send nothing before `local_ns`, whatever arrives; extends the promise of the timers."""
-        self._node.promise_firm(self._timers.no_later_than_a_step(self._clock.true_at(local_ns)))
+        self._node.promise_firm(self._clock.true_at(local_ns))
 
     def promise_soft(self, local_ns: int) -> None:
         """Promise to send nothing before `local_ns` unless a frame arrives; extends the promise of the timers."""
-        self._node.promise_soft(self._timers.no_later_than_a_step(self._clock.true_at(local_ns)))
+        self._node.promise_soft(self._clock.true_at(local_ns))
 
     # --- the plant
 
@@ -197,6 +203,21 @@ class Board:
     def keep_promises(self) -> None:
         """Make the node take its promise from the timers of this board."""
         self._node.next_frame_ns = self._timers.next_frame_ns
+
+    def take_faults(self) -> None:
+        """Let faults of the clock and of the processor act on this board, from now on."""
+        self._node.at_fault("clock_step", self._step_clock)
+        self._node.at_fault("clock_drift", self._trim_clock)
+        self._node.at_fault("slow", self._slow_down)
+
+    def _step_clock(self, fields: Mapping[str, Any]) -> None:
+        self._timers.change_clock(partial(self._clock.adjust, fields["by_ns"]))
+
+    def _trim_clock(self, fields: Mapping[str, Any]) -> None:
+        self._timers.change_clock(partial(self._clock.trim, fields["by_ppm"]))
+
+    def _slow_down(self, fields: Mapping[str, Any]) -> None:
+        self._slowness = fields["factor"]
 
     def _required_plant(self) -> Plant:
         if self._plant is None:

@@ -1,13 +1,13 @@
 """Timers on a robot's clock, and the promise of silence that follows from them.
 
 *Invariants*
-- `_silences` holds for each armed timer the true instant [ns] before which it leads to no frame.
-- No promise extends beyond the next step of the clock by a fault, at which the program may change its plans.
+- `_silences` holds for each armed timer the true instant [ns] before which it leads to no frame, except for the
+  timers that were armed before a fault changed the clock: those are in `_earlier`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -20,20 +20,12 @@ from netem.wire.instants import NEVER_NS
 
 
 class Timers:
-    """All timers of one board; each (true_ns, delta_ns) of `clock_steps` is a fault that sets the clock by delta_ns.
+    """All timers of one board."""
 
-    Raises ValueError if the instants are out of order or over.
-    """
-
-    def __init__(self, node: Node, clock: LocalClock, clock_steps: Sequence[tuple[int, int]]) -> None:
-        instants = [true_ns for true_ns, _ in clock_steps]
-        if any(true_ns < node.now_ns for true_ns in instants) or instants != sorted(instants):
-            raise ValueError(f"{node.name}: clock_steps at {instants} ns: expected instants from now on, in order")
-        self._node, self._env, self._clock = node, node.env, clock
-        self._steps_ahead = list(clock_steps)
+    def __init__(self, node: Node, clock: LocalClock) -> None:
+        self._env, self._clock = node.env, clock
         self._silences: list[int] = []
-        if self._steps_ahead:
-            node.env.process(self._step_clock())
+        self._earlier: list[tuple[int, int]] = []       # (the instant noted, that which holds since the fault)
 
     def call_at(self, local_ns: int, action: Callable[[Any], None]) -> int:
         """Call `action` when the clock, with its present rate and offset, reads `local_ns`; return the true instant."""
@@ -75,7 +67,7 @@ class Timers:
 
     def after(self, delay_ns: int, action: Callable[[], object], sends: bool) -> None:
         """Call `action` after `delay_ns` of true time."""
-        Delay(self._silences, self._env.now_ns + delay_ns, action, sends).start(self._env, delay_ns)
+        Delay(self, self._env.now_ns + delay_ns, action, sends).start(self._env, delay_ns)
 
     def note_silence(self, true_ns: int) -> None:
         """Note that a timer was armed which leads to no frame before `true_ns`."""
@@ -83,7 +75,25 @@ class Timers:
 
     def withdraw_silence(self, true_ns: int) -> None:
         """Note that a timer armed with `note_silence(true_ns)` rang or was cancelled."""
+        for index, (noted_ns, _) in enumerate(self._earlier):
+            if noted_ns == true_ns:
+                del self._earlier[index]
+                return
         self._silences.remove(true_ns)
+
+    def change_clock(self, change: Callable[[], object]) -> None:
+        """Change the clock by a fault, of which the program does not know: `change()` does so.
+
+        The program may reach the local time until which it is silent earlier than it seemed, so the promise shrinks.
+        Timers ring when they were going to.
+        """
+        now_ns: int = self._env.now_ns
+        noted = [*self._earlier, *((silent_ns, silent_ns) for silent_ns in self._silences)]
+        readings = [self._clock.reading_at(silent_ns) for _, silent_ns in noted]
+        change()
+        self._earlier = [(noted_ns, min(silent_ns, max(now_ns, self._clock.true_at(reading))))
+                         for (noted_ns, silent_ns), reading in zip(noted, readings, strict=True)]
+        self._silences.clear()
 
     def next_frame_ns(self) -> int:
         """Return the true instant [ns] before which no armed timer leads to a frame."""
@@ -92,42 +102,31 @@ class Timers:
         for silent_ns in silences:
             if silent_ns < first_ns:
                 first_ns = silent_ns
-        return self.no_later_than_a_step(first_ns) if self._steps_ahead else first_ns
-
-    def no_later_than_a_step(self, true_ns: int) -> int:
-        """Return `true_ns`, or the instant of the clock's next step by a fault if that is earlier."""
-        return min(true_ns, self._steps_ahead[0][0]) if self._steps_ahead else true_ns
+        if self._earlier:
+            first_ns = min(first_ns, min(silent_ns for _, silent_ns in self._earlier))
+        return first_ns
 
     def _over(self, true_ns: int, event: Event) -> None:
-        self._silences.remove(true_ns)
-
-    def _step_clock(self) -> Generator[Event, Any, None]:
-        env = self._node.env
-        while self._steps_ahead:
-            true_ns, delta_ns = self._steps_ahead[0]
-            yield env.timeout(true_ns - env.now)
-            self._clock.step(delta_ns)
-            del self._steps_ahead[0]
-            self._node.event("clock step", f"{delta_ns} ns")
+        self.withdraw_silence(true_ns)
 
 
 class Delay:
     """An action after a delay of true time; it cannot be withdrawn."""
 
-    __slots__ = ("_action", "_sends", "_silences", "_true_ns")
+    __slots__ = ("_action", "_sends", "_timers", "_true_ns")
 
-    def __init__(self, silences: list[int], true_ns: int, action: Callable[[], object], sends: bool) -> None:
-        self._silences, self._true_ns, self._action, self._sends = silences, true_ns, action, sends
+    def __init__(self, timers: Timers, true_ns: int, action: Callable[[], object], sends: bool) -> None:
+        self._timers, self._true_ns, self._action, self._sends = timers, true_ns, action, sends
 
     def start(self, env: NodeEnvironment, delay_ns: int) -> None:
         """Arm it."""
         if self._sends:
-            self._silences.append(self._true_ns)
+            self._timers.note_silence(self._true_ns)
         call_in(env, delay_ns, self._ring)
 
     def _ring(self, event: object) -> None:
         if self._sends:
-            self._silences.remove(self._true_ns)
+            self._timers.withdraw_silence(self._true_ns)
         self._action()
 
 

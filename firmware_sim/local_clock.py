@@ -76,10 +76,6 @@ class LocalClock:
         self._phase += delta_ns * UNIT
         self._note_ideal()
 
-    def step(self, delta_ns: int) -> None:
-        """Add `delta_ns` to local time from now on, by a fault: the firmware does not know."""
-        self.adjust(delta_ns)
-
     def trim(self, ppm: float) -> None:
         """Run faster by `ppm` from now on; trims add up. ValueError if the clock would no longer run forward."""
         change = rate_parts(ppm)
@@ -88,6 +84,21 @@ class LocalClock:
                              f"(its drift is {self.drift_ppm} ppm)")
         self._rate += change
         self._phase -= change * self._true_now()
+        self._note_ideal()
+
+    def kept(self) -> tuple[str, str]:
+        """Return phase and rate in decimal, for `resume` by the clock of a later life of this robot."""
+        return str(self._phase), str(self._rate)
+
+    def resume(self, phase: str, rate: str) -> None:
+        """Run on as the clock whose `kept` returned these."""
+        self._phase, self._rate = int(phase), int(rate)
+        self._note_ideal()
+
+    def reset(self) -> None:
+        """Read `offset_ns` at this instant and forget all trims, as a counter that starts with the processor."""
+        self._rate = UNIT + rate_parts(self.settings.drift_ppm)
+        self._phase = self.settings.offset_ns * UNIT - self._rate * self._true_now()
         self._note_ideal()
 
     @property

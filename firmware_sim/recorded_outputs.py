@@ -10,11 +10,10 @@ Not recorded: text, binary values, clocks.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from itertools import product
 from math import nan
 from typing import Final
 
-from fmus.description import Variable
+from fmus.description import Variable, element_names
 from fmus.plant import Plant
 from fmus.start_values import RANGES, REALS
 from netem.node.node import Node
@@ -23,8 +22,12 @@ MOST_RECORDED: Final = 64
 NUMBERS: Final = frozenset({*REALS, *RANGES, "Boolean", "Enumeration"})
 
 
-def record_outputs(node: Node, plant: Plant, idle: Collection[str] = ()) -> None:
-    """Declare the signals, after the program has declared its own; leave out `idle` outputs, which are always 0."""
+def record_outputs(node: Node, plant: Plant, idle: Collection[str] = (),
+                   among: Collection[tuple[str, str]] | None = None) -> None:
+    """Declare the signals, after the program has declared its own; leave out `idle` outputs, which are always 0.
+
+    With `among`, pairs (name, unit), only these are declared.
+    """
     taken = node.signal_names
     chosen: list[Variable] = []
     signals: list[tuple[str, str]] = []
@@ -33,8 +36,10 @@ def record_outputs(node: Node, plant: Plant, idle: Collection[str] = ()) -> None
         if variable.causality != "output" or variable.type not in NUMBERS \
                 or variable.name in idle:
             continue
-        names = elements(variable)
+        names = element_names(variable.name, variable.shape)
         if not taken.isdisjoint(names):
+            continue
+        if among is not None and not {(name, variable.unit or "1") for name in names} <= set(map(tuple, among)):
             continue
         if len(signals) + len(names) > MOST_RECORDED:
             left_out += len(names)
@@ -50,14 +55,6 @@ def record_outputs(node: Node, plant: Plant, idle: Collection[str] = ()) -> None
         node.signals(signals, plant.output_group([variable.name for variable in chosen], finite=False).read_for_record)
     else:
         node.signals(signals, _Reading(plant, chosen).read)
-
-
-def elements(variable: Variable) -> list[str]:
-    """Return the names of the variable's elements: its own for a scalar, else `a[1]`, `a[2]`, ..., rows first."""
-    if not variable.shape:
-        return [variable.name]
-    return [f"{variable.name}[{','.join(map(str, place))}]"
-            for place in product(*(range(1, extent + 1) for extent in variable.shape))]
 
 
 class _Reading:

@@ -20,12 +20,11 @@ import tomllib
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 from typing import Any
 
 from fmus.bounds import outside
-from fmus.description import Variable
+from fmus.description import Variable, element_names
 from fmus.errors import PlantError
 from fmus.parameters import Nested, expand_parameters
 from fmus.units import base_units
@@ -71,8 +70,7 @@ class Row:
     filled_by: tuple[str, ...] = ()
 
     def scalars(self) -> list[Scalar]:
-        indices = list(product(*(range(1, extent + 1) for extent in self.size)))
-        names = [self.name + (f"[{','.join(map(str, index))}]" if index else "") for index in indices]
+        names = element_names(self.name, self.size)
         starts = self.starts or (None,) * len(names)
         return [Scalar(name, self.kind, self.unit, start, self.about, self.min, self.max)
                 for name, start in zip(names, starts, strict=True)]

@@ -25,7 +25,7 @@ from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantError
 from fmus.platform_names import library_suffix, platform_fmi2, platform_fmi3
 
-LAYOUT = 4              # raised by one whenever the content of a cached folder changes
+LAYOUT = 5              # raised by one whenever the content of a cached folder changes
 
 
 def describe(path: str | Path, cache: Path | None = None) -> PlantDescription:
@@ -87,6 +87,7 @@ def _read(draft: Path, path: Path) -> PlantDescription:
             fixed_step_s=_fixed_step_s(xml, variable_step),
             once_per_process=_true(slave.canBeInstantiatedOnlyOncePerProcess),
             ours=xml.generationTool == TOOL,
+            saves_state=_true(slave.canGetAndSetFMUstate) and _true(slave.canSerializeFMUstate),
             log_formatter=_log_formatter() if fmi == "2.0" else None,
             variables=_variables(xml.modelVariables, bounds),
         )

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from itertools import product
 from math import prod
 from typing import Literal
 
 import msgspec
 
 from fmus.errors import PlantError
+
+
+def element_names(name: str, shape: Iterable[int]) -> list[str]:
+    """Return the names of an array's elements, "A[1,1]" first, last index fastest; of a scalar its own name."""
+    return [name + (f"[{','.join(map(str, index))}]" if index else "")
+            for index in product(*(range(1, extent + 1) for extent in shape))]
 
 
 class Variable(msgspec.Struct, frozen=True):
@@ -62,6 +69,7 @@ class PlantDescription(msgspec.Struct, frozen=True):
     fixed_step_s: float | None      # step [s] of which communication points are multiples, if the description has one
     once_per_process: bool          # canBeInstantiatedOnlyOncePerProcess
     ours: bool                      # made by fmus/describe.py: the FMU refuses non-finite values, ends no step early
+    saves_state: bool               # canGetAndSetFMUState and canSerializeFMUState
     log_formatter: str | None       # library that expands the printf arguments of FMI 2.0 messages
     variables: dict[str, Variable]
 

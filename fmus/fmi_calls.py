@@ -5,7 +5,7 @@ makes often (step, set and get floating point values) are bound once, in C if bo
 FMU of this project takes about a microsecond and keeps the interpreter lock; a call of any other FMU releases it.
 
 Event mode is not used: an FMI 3.0 FMU is instantiated without it, and then handles its events within its steps.
-Not used: early return, intermediate update, clocks, saved states.
+Not used: early return, intermediate update, clocks.
 """
 
 from __future__ import annotations
@@ -123,6 +123,8 @@ class Fmu:
     prefix: str
     version: int
     types: dict[str, tuple[str, Any]]
+    state_word: str                     # in the names of the functions that save and restore the state
+    deserialize: str
     _callbacks: _Callbacks | None = None
 
     def __init__(self, description: PlantDescription, instance_name: str, logging: bool,
@@ -192,6 +194,36 @@ class Fmu:
         """Return, after a discarded step, the last time reached [s] if the model ended the simulation, else None."""
         return None
 
+    def serialized_state(self) -> tuple[int, bytes]:
+        """Return the FMI status and the state of the instance as bytes."""
+        state, size = c.c_void_p(), c.c_size_t()
+        status = self._on_state("Get{}")(self.handle, c.byref(state))
+        if status > 1:
+            return status, b""
+        try:
+            status = self._on_state("Serialized{}Size")(self.handle, state, c.byref(size))
+            found = (c.c_uint8 * size.value)()
+            if status <= 1:
+                status = self._on_state("Serialize{}")(self.handle, state, found, size)
+        finally:
+            self._on_state("Free{}")(self.handle, c.byref(state))
+        return status, bytes(found)
+
+    def restore_state(self, data: bytes) -> int:
+        """Set the state of the instance to one that `serialized_state` returned; returns the FMI status."""
+        state = c.c_void_p()
+        status = self._on_state(self.deserialize)(self.handle, (c.c_uint8 * len(data)).from_buffer_copy(data),
+                                                  c.c_size_t(len(data)), c.byref(state))
+        if status > 1:
+            return status
+        try:
+            return self._on_state("Set{}")(self.handle, state)
+        finally:
+            self._on_state("Free{}")(self.handle, c.byref(state))
+
+    def _on_state(self, name: str) -> Call:
+        return self.function(name.format(self.state_word))
+
     def step(self) -> BoundStep:
         step = BoundStep(self._address_of("DoStep"), self._address, self.version, self.description.ours)
         step.watch(self.record.call_word, self.record.place(self._name_of("DoStep")))
@@ -227,6 +259,8 @@ class Fmu2(Fmu):
     prefix = "fmi2"
     version = 2
     types = TYPES_FMI2
+    state_word = "FMUstate"
+    deserialize = "DeSerialize{}"
 
     def _instantiate(self, name: bytes, logging: bool) -> int | None:
         libc = c.CDLL(None) if hasattr(c, "RTLD_GLOBAL") and not hasattr(c, "windll") else c.cdll.msvcrt
@@ -267,6 +301,8 @@ class Fmu3(Fmu):
     prefix = "fmi3"
     version = 3
     types = TYPES_FMI3
+    state_word = "FMUState"
+    deserialize = "Deserialize{}"
 
     def _instantiate(self, name: bytes, logging: bool) -> int | None:
         resources = self.description.resources

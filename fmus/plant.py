@@ -32,6 +32,7 @@ from fmus.errors import PlantEnded, PlantError
 from fmus.fixed_step import FixedStep
 from fmus.fmi_calls import FATAL, Fmu, Fmu2, Fmu3, status_name
 from fmus.parameters import Nested, expand_parameters
+from fmus.plant_state import Diary, PlantState
 from fmus.start_values import Misfit, elements_of, kind_in_words, start_values
 
 HALF_NS = 0.5e-9        # [s] half the resolution of simulated time
@@ -47,7 +48,7 @@ class InputGroup:
 
     def __init__(self, plant: Plant, fmu: Fmu, variables: Sequence[Variable]) -> None:
         self.names = tuple(variable.name for variable in variables)
-        self._set = fmu.floats("Set", variables).set
+        self._set = plant.noted(self.names, fmu.floats("Set", variables).set)
         self._plant = plant
         self._trusted = plant.description.ours
 
@@ -80,7 +81,7 @@ class InputGroup:
         if len(numbers) != len(self.names):
             raise self._misfit(values)
         self._plant.check_finite(self.names, numbers, "a value must be finite")
-        self._plant.set_later(self.names, partial(self._set, numbers))
+        self._plant.set_later(self.names, numbers, partial(self._set, numbers))
 
     def _misfit(self, values: object) -> PlantError:
         return PlantError(f"{self._plant.place()}: {', '.join(self.names)}: expected {len(self.names)} numbers, got "
@@ -134,12 +135,14 @@ class Plant:
     the step of an FMU that takes only one step size and does not declare it. Without `logging` an FMU that logs every
     call is faster, but may not report why a call failed. `present` returns the caller's true time [ns]; without it the
     plant stays at the instant of the last `advance_to`. If the model ends the simulation while the plant is stepped to
-    `time_ns`, `on_end(why, time_ns)` is called before PlantEnded is raised. `record` notes which FMI call runs.
+    `time_ns`, `on_end(why, time_ns)` is called before PlantEnded is raised. `record` notes which FMI call runs. A
+    `mortal` plant can save its state, for which one whose FMU cannot keeps a diary from the start.
     """
 
     def __init__(self, description: PlantDescription, instance_name: str, start: Mapping[str, Nested] | None = None,
                  fixed_step_ns: int | None = None, logging: bool = True, present: Callable[[], int] | None = None,
-                 on_end: Callable[[str, int], None] | None = None, record: CallRecord | None = None) -> None:
+                 on_end: Callable[[str, int], None] | None = None, record: CallRecord | None = None,
+                 mortal: bool = False) -> None:
         self.now_ns = 0
         self.stopped: str | None = None        # why the plant refuses calls; None while it accepts them
         self.present = present
@@ -148,7 +151,9 @@ class Plant:
         self._where = f"{description.file}: {instance_name}"
         self._grid = self._fixed_steps(description, fixed_step_ns)
         self._point = 0                        # index of the communication point that the instance has reached
-        self._waiting: dict[tuple[str, ...], Callable[[], int]] = {}    # calls that set inputs at the next point
+        # values that are set at the next point, and the calls that set them
+        self._waiting: dict[tuple[str, ...], tuple[list[Any], Callable[[], int]]] = {}
+        self._diary: Diary | None = None
         found = start_values(description.variables, start or {})
         self._check_start(description, start or {}, found.complaints)
         self.description = msgspec.structs.replace(description, variables=dict(found.variables))
@@ -158,8 +163,10 @@ class Plant:
         for name, call, arguments in fmu.initialize():
             self.check(call(*arguments), fmu.prefix + name)
         fmu.in_step_mode[0] = True
+        if mortal and not description.saves_state:
+            self._diary = Diary()
         self._step = fmu.step()
-        self._do_step = self._step.do
+        self._do_step: Any = self._step.do if self._diary is None else self._diary.of_steps(self._step.do)
         self._h_ns = NO_STEP_NS
         self._any_step = self._grid is None
         self._watched = description.fmi == "3.0" and not description.ours      # a step may end early: check its end
@@ -211,7 +218,7 @@ class Plant:
         except Misfit as misfit:
             raise PlantError(f"{self.place()}: {name}={value!r}: {misfit}") from None
         if self.between_points:
-            self.set_later((name,), partial(self._fmu.set_elements, variable, elements))
+            self.set_later((name,), elements, partial(self._set_elements(variable), elements))
         else:
             self._set(variable, elements)
 
@@ -246,14 +253,53 @@ class Plant:
         With `finite`, reading a value that is infinite or not a number raises PlantError too."""
         return OutputGroup(self, self._fmu, self._floats(names, units), finite)
 
-    def set_later(self, names: tuple[str, ...], call: Callable[[], int]) -> None:
-        """Make `call`, which sets the inputs `names`, at the next communication point; it replaces an earlier one."""
+    def set_later(self, names: tuple[str, ...], values: list[Any], call: Callable[[], int]) -> None:
+        """Make `call`, which sets `names` to `values`, at the next communication point; it replaces an earlier one."""
         self._waiting.pop(names, None)
-        self._waiting[names] = call
+        self._waiting[names] = values, call
+
+    def noted(self, names: tuple[str, ...], set_values: Callable[[Any], int]) -> Callable[[Any], int]:
+        """Return `set_values`, which sets the variables `names`, so that the diary, if there is one, has its calls."""
+        return set_values if self._diary is None else self._diary.of_values(names, set_values)
+
+    def state(self) -> bytes:
+        """Return the state of a mortal plant, for `restore` in another process."""
+        fmu = b""
+        if self._diary is None:
+            status, fmu = self._fmu.serialized_state()
+            self.check(status, "saving its state")
+        return msgspec.msgpack.encode(PlantState(
+            self.now_ns, self._point, self.between_points,
+            [(names, values) for names, (values, _) in self._waiting.items()], self.stopped, fmu,
+            [] if self._diary is None else self._diary.calls))
+
+    def restore(self, state: bytes) -> None:
+        """Continue, as a plant that was just made with the same arguments, where another one's `state` was saved."""
+        found = msgspec.msgpack.decode(state, type=PlantState)
+        if found.fmu:
+            self.check(self._fmu.restore_state(found.fmu), "restoring its state")
+        for names, values in found.diary:
+            if not names:
+                self._do_step(*values)          # a step that failed left its reason in `stopped`
+            else:
+                self.check(self._set_call(names)(values), f"setting {', '.join(names)}")
+        self.now_ns, self._point, self.between_points = found.now_ns, found.point, found.between_points
+        self._waiting = {names: (values, partial(self._set_call(names), values)) for names, values in found.waiting}
+        self.stopped = found.stopped
+
+    def _set_call(self, names: tuple[str, ...]) -> Callable[[Any], int]:
+        """Return the call that sets one variable of any type, or several floating point scalars."""
+        variables = [self.description.variable(name) for name in names]
+        if len(names) == 1:
+            return self._set_elements(variables[0])
+        return self.noted(names, self._fmu.floats("Set", variables).set)
+
+    def _set_elements(self, variable: Variable) -> Callable[[Any], int]:
+        return self.noted((variable.name,), partial(self._fmu.set_elements, variable))
 
     def close(self) -> None:
         """Terminate and free the instance; every later call raises PlantError."""
-        self._stop("the plant is closed")
+        self.stopped = "the plant is closed"
         self._fmu.release()
 
     def __enter__(self) -> Plant:
@@ -271,7 +317,7 @@ class Plant:
         self._fmu.in_step_mode[0] = False   # FMI forbids `Terminate` after an error,
         if status == FATAL:
             self._fmu.release.detach()      # and `FreeInstance` after a fatal one
-        self._stop(f"it stopped after {why}")
+        self.stopped = f"it stopped after {why}"
         raise PlantError(f"{self.place()}: {why}")
 
     def check_finite(self, names: Sequence[str], values: Sequence[float], rule: str) -> None:
@@ -324,7 +370,7 @@ class Plant:
             self.now_ns = grid.instant_ns(self._point)
             self.between_points = False
             waiting, self._waiting = self._waiting, {}
-            for names, call in waiting.items():
+            for names, (_, call) in waiting.items():
                 self.check(call(), f"setting {', '.join(names)}")
         self.now_ns = t_ns
         self.between_points = grid.instant_ns(self._point) != t_ns
@@ -342,14 +388,14 @@ class Plant:
             self._end(self._step.last, t_ns)
         why = (f"asked for t={t_ns / 1e9:.9g} s, but the FMU stopped at {self._step.last:.9g} s: it may have a fixed "
                f"internal step that its description does not name; give it as plant.step_ms{self._fmu.told()}")
-        self._stop(why)
+        self.stopped = why
         raise PlantError(f"{self.place()}: {why}")
 
     def _end(self, ended_s: float, t_ns: int) -> None:
         """Stop the plant and raise PlantEnded: the model ended at `ended_s` [s], in a step towards `t_ns`."""
         ended_ns = min(max(self.now_ns, round(ended_s * 1e9)), t_ns) if isfinite(ended_s) else self.now_ns
         why = f"{self._where}: the model ended the simulation by itself at t={ended_ns / 1e9:.9g} s{self._fmu.told()}"
-        self._stop("the model ended the simulation by itself")
+        self.stopped = "the model ended the simulation by itself"
         if self._on_end is not None:
             self._on_end(why, t_ns)
         raise PlantEnded(why, ended_ns)
@@ -396,7 +442,7 @@ class Plant:
 
     def _set(self, variable: Variable, elements: list[Any]) -> None:
         if elements:
-            self.check(self._fmu.set_elements(variable, elements), f"setting {variable.name}")
+            self.check(self._set_elements(variable)(elements), f"setting {variable.name}")
 
 
 def _text(value: bytes | None) -> str:

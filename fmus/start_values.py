@@ -94,10 +94,8 @@ def elements_of(variable: Variable, value: Any) -> list[Any]:
     """Return `value` as the elements of `variable`, rows first; raises Misfit for a wrong type, shape or range."""
     convert = _converter(variable)
     if isinstance(value, list | tuple):
-        elements = list(map(convert, _flat(variable, value, variable.shape)))
-    else:
-        elements = [convert(value)] * prod(variable.shape)
-    return elements
+        return list(map(convert, _flat(variable, value, variable.shape)))
+    return [convert(value)] * prod(variable.shape)
 
 
 def _set(variables: Mapping[str, Variable], key: str, value: Nested) -> dict[str, list[Any]]:
@@ -142,11 +140,10 @@ def kind_in_words(variable: Variable) -> str:
 
 def _flat(variable: Variable, value: Any, shape: tuple[int, ...]) -> list[Any]:
     """Return the leaves of nested lists, rows first; raises Misfit unless the lists have the shape `shape`."""
-    if not shape:
-        if isinstance(value, list | tuple):
-            raise Misfit(_wanted(variable))
+    is_list = isinstance(value, list | tuple)
+    if not shape and not is_list:
         return [value]
-    if not isinstance(value, list | tuple) or len(value) != shape[0]:
+    if not shape or not is_list or len(value) != shape[0]:
         raise Misfit(_wanted(variable))
     return [leaf for part in value for leaf in _flat(variable, part, shape[1:])]
 

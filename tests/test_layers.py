@@ -21,8 +21,8 @@ BELOW = {                                       # what each package may import o
 }
 # Rooms of a package, floor by floor, the lowest first: a room imports itself and what lies below it.
 FLOORS = {
-    "netem": (("wire",), ("core", "gateways"), ("impairments", "records", "topology", "node"), ("media", "transport"),
-              ("emulator",)),
+    "netem": (("wire",), ("core", "gateways"), ("impairments", "faults", "records", "topology", "node"),
+              ("media", "transport"), ("emulator",)),
     "experiments": (("compiled",), ("scenario",), ("judge",), ("show",), ("run",)),
 }
 ADAPTERS = {

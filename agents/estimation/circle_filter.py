@@ -59,8 +59,7 @@ class CircleFilter:
     def expect(self, t_ns: int) -> tuple[float, float]:
         if not self._window:
             raise ValueError(f"expected position at {t_ns} ns: there is no detection yet")
-        if t_ns < self._window[-1][0]:
-            self._order.check_question(t_ns, self._window[-1][0])
+        self._order.check_question(t_ns, self._window[-1][0])
         return self._at(t_ns)
 
     def correct(self, t_ns: int, x_m: float, y_m: float, inputs: Inputs | None = None) -> bool:

@@ -28,12 +28,13 @@ from simpy.events import Event
 
 from agents.pursuit import Place
 from agents.pursuit.aerial_settings import AerialSettings
+from agents.pursuit.detections import take_in
 from agents.pursuit.flight_plan import FlightPlan, Phase
 from agents.pursuit.pursuer_check import view_problems
 from firmware_sim.autopilot.vehicle import PositionTarget
 from firmware_sim.board import Board
 from firmware_sim.mavlink.companion import Companion
-from firmware_sim.mavlink.counters import COMPANION_COUNTERS
+from firmware_sim.mavlink.counters import COMPANION_COUNTERS, BoardCounters
 from firmware_sim.mavlink.link import MavlinkLink
 from firmware_sim.scenario_view import Own, ScenarioView
 from firmware_sim.schedules.periodic import Periodic
@@ -45,7 +46,7 @@ SIGNALS: Final = (("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m")
                   ("waypoint_x", "m"), ("waypoint_y", "m"), ("heard_east", "m"), ("heard_north", "m"), ("phase", "1"))
 
 COUNTERS: Final = ("looks", "looks that saw nothing", "detections", "detections refused", "detections too late",
-                   "waypoints sent", "unreadable frames", *(f"mavlink {name}" for name in COMPANION_COUNTERS))
+                   "waypoints sent", "unreadable frames")
 
 
 @dataclass(frozen=True)
@@ -77,9 +78,9 @@ class AerialCompanion:
         self._waypoint: Place | None = None
         self._in_view = False                       # whether the last look detected the target
         self._due = 0                               # number of the instant at which the waypoint is sent again
-        self._counted: dict[str, int] = {}
         for counter in COUNTERS:
             board.count(counter, 0)
+        self._counters = BoardCounters(board, COMPANION_COUNTERS)
         board.record_all(SIGNALS, self._sample)
 
     @staticmethod
@@ -141,7 +142,11 @@ class AerialCompanion:
         own = self._own()
         if self._waypoint is None and plan.leads:
             self._move_to(own)
-        self._take_in(now_ns, own)
+        for seen_ns, seen in sorted(self._seen):
+            if take_in(self._board, pursuer, seen_ns, seen, own):
+                self._newest = seen
+                self._move_to(pursuer.goal or own)
+        self._seen.clear()
         look = False
         if plan.phase is Phase.CHASE:
             next_ns = self._schedule.next_after(now_ns)
@@ -155,25 +160,8 @@ class AerialCompanion:
             frames.append(vehicle.target(place, now_ns))
             self._due = instant + self._settings.resend_every
             self._board.count("waypoints sent")
-        self._count()
+        self._counters.note(vehicle.link.counts)
         return look, frames
-
-    def _take_in(self, now_ns: int, own: Place) -> None:
-        """Give the received detections to the pursuer; a new newest detection makes a new waypoint."""
-        board, pursuer = self._board, self._pursuer
-        for seen_ns, place in sorted(self._seen):
-            before_ns = pursuer.seen_ns
-            try:
-                counted = pursuer.detected(now_ns, seen_ns, place, own)
-            except ValueError as error:
-                board.count("detections refused")
-                board.warn("detection refused", str(error))
-                continue
-            board.count("detections" if counted else "detections too late")
-            if pursuer.seen_ns != before_ns:
-                self._newest = place
-                self._move_to(pursuer.goal or own)
-        self._seen.clear()
 
     def _move_to(self, place: Place) -> None:
         self._waypoint, self._due = place, 0
@@ -184,12 +172,6 @@ class AerialCompanion:
         return east, north
 
     # --- counters and samples
-
-    def _count(self) -> None:
-        for name, count in self._vehicle.link.counts.items():
-            if more := count - self._counted.get(name, 0):
-                self._board.count(f"mavlink {name}", more)
-                self._counted[name] = count
 
     def _sample(self) -> list[float]:
         now_ns = self._board.now_ns

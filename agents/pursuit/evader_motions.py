@@ -12,11 +12,12 @@ erratic an omnidirectional robot (velocity in the world, omega), which returns w
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import atan2, cos, hypot, pi, remainder, sin
 from random import Random
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 from agents.pursuit import Place
 from agents.pursuit.law import Area
@@ -26,13 +27,6 @@ PATH_SPEED_MPS = 0.7            # v_max of section 3.3.1
 OMEGA_MAX_RADPS = 1.5
 MANOEUVRES = ("forwards", "forwards", "backwards", "left", "right", "aslant", "turn", "curve", "stand")
 UNICYCLE, OMNIDIRECTIONAL = ("v_cmd", "omega_cmd"), ("v_x_cmd", "v_y_cmd", "omega_cmd")
-
-
-class Motion(Protocol):
-    INPUTS: ClassVar[tuple[str, ...]]       # names of the plant's inputs
-
-    def command(self, t_s: float, own: Pose, pursuer: Place | None) -> Sequence[float]:
-        """Return one value for each of INPUTS, held until the next call."""
 
 
 @dataclass(frozen=True)
@@ -45,21 +39,23 @@ class Driver:
 
 
 @dataclass
-class Circle:
-    INPUTS: ClassVar[tuple[str, ...]] = UNICYCLE
+class Motion(ABC):
+    INPUTS: ClassVar[tuple[str, ...]] = UNICYCLE        # names of the plant's inputs
     driver: Driver
 
+    @abstractmethod
+    def command(self, t_s: float, own: Pose, pursuer: Place | None) -> Sequence[float]:
+        """Return one value for each of INPUTS, held until the next call."""
+
+
+class Circle(Motion):
     def command(self, t_s: float, own: Pose, pursuer: Place | None) -> Sequence[float]:
         scale = self.driver.v_max_mps / PATH_SPEED_MPS
         return (scale * 0.55 * (1 + 0.05 * sin(2 * pi * t_s / 11)),
                 2 * pi / 55 * (1 + 0.05 * cos(2 * pi * t_s / 7)))
 
 
-@dataclass
-class ZigZag:
-    INPUTS: ClassVar[tuple[str, ...]] = UNICYCLE
-    driver: Driver
-
+class ZigZag(Motion):
     def command(self, t_s: float, own: Pose, pursuer: Place | None) -> Sequence[float]:
         scale = self.driver.v_max_mps / PATH_SPEED_MPS
         period, into_s = divmod(t_s, 3.4 + 1.5)
@@ -69,9 +65,7 @@ class ZigZag:
 
 
 @dataclass
-class Waypoints:
-    INPUTS: ClassVar[tuple[str, ...]] = UNICYCLE
-    driver: Driver
+class Waypoints(Motion):
     goal: Place | None = None
 
     def command(self, t_s: float, own: Pose, pursuer: Place | None) -> Sequence[float]:
@@ -81,11 +75,7 @@ class Waypoints:
         return _towards(own, self.goal, self.driver.v_max_mps)
 
 
-@dataclass
-class Runner:
-    INPUTS: ClassVar[tuple[str, ...]] = UNICYCLE
-    driver: Driver
-
+class Runner(Motion):
     def command(self, t_s: float, own: Pose, pursuer: Place | None) -> Sequence[float]:
         if pursuer is None:
             return 0.0, 0.0
@@ -96,11 +86,10 @@ class Runner:
 
 
 @dataclass
-class Erratic:
+class Erratic(Motion):
     """Random manoeuvres; each lasts 0.4 s plus an exponentially distributed time of mean 1.6 s."""
 
     INPUTS: ClassVar[tuple[str, ...]] = OMNIDIRECTIONAL
-    driver: Driver
     until_s: float = 0.0
     direction_rad: float | None = field(default=None)       # in the robot's frame; None: no translation
     omega_radps: float = 0.0

@@ -38,6 +38,7 @@ class Phase(Enum):
 
 
 IN_THE_AIR: Final = (Phase.CLIMB, Phase.HAND_OVER, Phase.CHASE)
+ACCEPTED: Final = {Phase.ARM: Phase.TAKE_OFF, Phase.TAKE_OFF: Phase.CLIMB, Phase.HAND_OVER: Phase.CHASE}
 
 
 @dataclass
@@ -112,12 +113,8 @@ class FlightPlan:
             self._set_up += 1
             if self._set_up == len(self.streams_ns):
                 self._enter(Phase.ARM, now_ns)
-        elif phase is Phase.ARM:
-            self._enter(Phase.TAKE_OFF, now_ns)
-        elif phase is Phase.TAKE_OFF:
-            self._enter(Phase.CLIMB, now_ns)
-        elif phase is Phase.HAND_OVER:
-            self._enter(Phase.CHASE, now_ns)
+        elif phase in ACCEPTED:
+            self._enter(ACCEPTED[phase], now_ns)
 
     def _enter(self, phase: Phase, now_ns: int, why: str = "") -> None:
         self.event("phase", f"{phase.value}: {why}" if why else phase.value)

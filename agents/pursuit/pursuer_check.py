@@ -3,33 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Protocol
 
+from agents.pursuit.aerial_settings import AerialSettings
 from agents.pursuit.pursuer_settings import PursuerSettings
+from agents.tracking.check import wheel_problems
 from firmware_sim.scenario_view import MediumView, Own, ScenarioView
 from netem.media.answers import Camera
-
-ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
-
-
-class LooksLike(Protocol):
-    """The assumptions of a pursuer about its sensor, which `view_problems` compares with the sensing medium."""
-
-    @property
-    def step_ns(self) -> int: ...
-    @property
-    def radius_m(self) -> float: ...
-    @property
-    def sigma_m(self) -> float: ...
-    @property
-    def latency_ns(self) -> int: ...
 
 
 def pursuer_problems(scenario: ScenarioView, own: Own[PursuerSettings]) -> Iterator[str]:
     """Yield a problem for each missing wheel parameter or port, and each setting that contradicts the medium."""
     for name, agent in own.items():
-        if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
-            yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"
+        yield from wheel_problems(scenario, name)
         named = agent.settings.ports
         if absent := [medium for medium in named.values() if medium not in agent.media]:
             yield (f"agents.{name}.media: lacks {', '.join(absent)}; it has {', '.join(agent.media) or 'none'}; name "
@@ -39,7 +24,8 @@ def pursuer_problems(scenario: ScenarioView, own: Own[PursuerSettings]) -> Itera
                         for line in view_problems(agent.settings, name, named["view"], view))
 
 
-def view_problems(settings: LooksLike, observer: str, name: str, view: MediumView) -> Iterator[str]:
+def view_problems(settings: PursuerSettings | AerialSettings, observer: str, name: str,
+                  view: MediumView) -> Iterator[str]:
     """Yield a problem for each of `settings` that contradicts the camera of `observer` on the medium `name`."""
     known: Camera | None = view.settings and view.settings.camera(observer)
     if known is None:

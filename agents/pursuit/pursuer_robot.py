@@ -12,10 +12,11 @@ Not modelled: slip, so the robot knows its place; computations that compete for 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from math import nan
 
 from agents.pursuit import Place
+from agents.pursuit.detections import take_in
 from agents.pursuit.pursuer import Decision, Pursuer
 from agents.pursuit.pursuer_check import pursuer_problems
 from agents.pursuit.pursuer_settings import PursuerSettings
@@ -23,7 +24,6 @@ from agents.tracking.controller import Command, Pose
 from agents.tracking.dead_reckoning import DeadReckoning
 from agents.tracking.drive_link import DriveLink
 from firmware_sim.board import Board
-from firmware_sim.scenario_view import Own, ScenarioView
 from netem.media.sensing.sight import LOOK, Detection, NothingSeen, unpack_sight
 
 COUNTERS = ("looks", "looks that saw nothing", "detections", "detections refused", "detections too late",
@@ -32,6 +32,7 @@ COUNTERS = ("looks", "looks that saw nothing", "detections", "detections refused
 
 class PursuerRobot:
     Settings = PursuerSettings
+    check = staticmethod(pursuer_problems)
 
     def __init__(self, board: Board, settings: PursuerSettings) -> None:
         self._board, self._target, self._settings = board, settings.target, settings
@@ -51,10 +52,6 @@ class PursuerRobot:
                          self._sample)
         board.every(settings.step_ns, self._instant, offset_ns=settings.execution_ns)
 
-    @staticmethod
-    def check(scenario: ScenarioView, own: Own[PursuerSettings]) -> Iterator[str]:
-        yield from pursuer_problems(scenario, own)
-
     # --- at every instant k T_s
 
     def _instant(self) -> None:
@@ -63,12 +60,12 @@ class PursuerRobot:
     def _decide(self) -> None:
         """Send a setpoint, and request a look at the next instant if the policy says so."""
         if self._pursuer is None:
-            self._tell_drive(Command(0.0, 0.0))
+            self._drive.send(Command(0.0, 0.0))
             return
         now_ns = self._board.now_ns
         pose = self._pose()
         decision: Decision = self._pursuer.step(now_ns, (pose.x_m, pose.y_m))
-        self._tell_drive(self._steering.command(decision.velocity_mps, pose.theta_rad))
+        self._drive.send(self._steering.command(decision.velocity_mps, pose.theta_rad))
         if decision.look_ns <= now_ns + self._settings.step_ns and decision.look_ns > self._looked_ns:
             self._pursuer.asked(decision.look_ns)
             self._look(decision.look_ns)
@@ -77,9 +74,6 @@ class PursuerRobot:
         self._looked_ns = look_ns
         self._view.send(LOOK)
         self._board.count("looks")
-
-    def _tell_drive(self, command: Command) -> None:
-        self._drive.send(command)
 
     # --- detections
 
@@ -104,20 +98,8 @@ class PursuerRobot:
 
     def _detected(self, seen_ns: int, place: Place) -> None:
         """Apply a detection of the target, by this robot or another."""
-        board, pose = self._board, self._pose()
-        if self._pursuer is None:
-            return
-        try:
-            counted = self._pursuer.detected(self._board.now_ns, seen_ns, place, (pose.x_m, pose.y_m))
-        except ValueError as error:
-            board.count("detections refused")
-            board.warn("detection refused", str(error))
-            return
-        if not counted:
-            board.count("detections too late")
-            return
-        board.count("detections")
-        if seen_ns == self._pursuer.seen_ns:
+        pose = self._pose()
+        if self._pursuer is not None and take_in(self._board, self._pursuer, seen_ns, place, (pose.x_m, pose.y_m)):
             self._newest = place
 
     # --- the drive, and time

@@ -110,22 +110,13 @@ class ClosedLoop:
         values = np.linalg.eigvals(self.A_cl)
         return complex(values[np.argmax(values.real)])
 
-    @property
-    def is_hurwitz(self) -> bool:
-        """Whether all eigenvalues of A_cl have a negative real part (Assumption 6)."""
-        return self.rightmost_eigenvalue.real < 0
-
     def equilibrium(self, bias: ArrayLike) -> Floats:
-        """x_eq = A_cl^-1 B_cl d for the stacked bias d (6.8)."""
+        """x_eq = A_cl^-1 B_cl d for the stacked bias d (6.8); the outputs there are y_eq = C_cl x_eq (6.9)."""
         d = np.asarray(bias, dtype=float).reshape(-1)
         if d.size != self.B_cl.shape[1]:
             raise ValueError(f"the bias has {d.size} entries: expected {self.B_cl.shape[1]}, one per output")
         x_eq: Floats = np.linalg.solve(self.A_cl, self.B_cl @ d)
         return x_eq
-
-    def equilibrium_output(self, bias: ArrayLike) -> Floats:
-        """y_eq = C_cl x_eq (6.9)."""
-        return self.C_cl @ self.equilibrium(bias)
 
     def remark_13_problems(self) -> list[str]:
         """Return where the sufficient conditions (i), (ii) of Remark 13 fail; empty: A_cl is Hurwitz."""
@@ -145,9 +136,5 @@ class ClosedLoop:
 
 
 def block_diagonal(blocks: Sequence[Floats]) -> Floats:
-    rows, columns = sum(b.shape[0] for b in blocks), sum(b.shape[1] for b in blocks)
-    stacked, row, column = np.zeros((rows, columns)), 0, 0
-    for b in blocks:
-        stacked[row:row + b.shape[0], column:column + b.shape[1]] = b
-        row, column = row + b.shape[0], column + b.shape[1]
-    return stacked
+    return np.block([[block if j == i else np.zeros((len(block), other.shape[1])) for j, other in enumerate(blocks)]
+                     for i, block in enumerate(blocks)])

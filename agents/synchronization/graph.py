@@ -74,49 +74,23 @@ def neighbours(L: Floats) -> list[list[int]]:
     return [[j for j in range(len(L)) if j != i and L[i, j] != 0] for i in range(len(L))]
 
 
-def receivers(L: Floats) -> list[list[int]]:
-    """Return for each agent j the agents that hear it, ascending."""
-    return neighbours(L.T)
-
-
 def edges(L: Floats) -> list[Edge]:
     """Return all links (sender, receiver), ascending."""
-    return [(j, i) for j, hearers in enumerate(receivers(L)) for i in hearers]
+    return [(j, i) for j, hearers in enumerate(neighbours(L.T)) for i in hearers]
 
 
 def distances(L: Floats) -> Floats:
     """Return d[i, j] = number of links on a shortest path from i to j; inf where there is none."""
-    size, hearers = len(L), receivers(L)
-    d = np.full((size, size), np.inf)
-    for source in range(size):
-        d[source, source] = 0.0
-        frontier = [source]
-        while frontier:
-            reached = [j for i in frontier for j in hearers[i] if np.isinf(d[source, j])]
-            for i in frontier:
-                for j in hearers[i]:
-                    d[source, j] = min(d[source, j], d[source, i] + 1)
-            frontier = sorted(set(reached))
+    d: Floats = np.where(L.T != 0, 1.0, np.inf)
+    np.fill_diagonal(d, 0.0)
+    for via in range(len(L)):           # Floyd (1962) and Warshall (1962)
+        d = np.minimum(d, d[:, [via]] + d[[via]])
     return d
 
 
 def unreachable_pairs(L: Floats) -> list[Edge]:
     """Return the pairs (i, j) without a path from i to j; empty if and only if the graph is strongly connected."""
     return [(int(i), int(j)) for i, j in np.argwhere(np.isinf(distances(L)))]
-
-
-def is_strongly_connected(L: Floats) -> bool:
-    """Return whether a path leads from every agent to every other."""
-    return not unreachable_pairs(L)
-
-
-def diameter(L: Floats) -> int:
-    """Return diam(G), the greatest distance; GraphError unless the graph is strongly connected."""
-    cut_off = unreachable_pairs(L)
-    if cut_off:
-        raise GraphError(f"no path from agent {cut_off[0][0]} to agent {cut_off[0][1]}: "
-                         f"only a strongly connected graph has a diameter")
-    return int(distances(L).max())
 
 
 def one_way_links_without_cycle(L: Floats) -> list[Edge]:

@@ -18,16 +18,13 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from random import Random
 
 from agents.synchronization.discovery_frame import frame_bytes
+from agents.synchronization.late_values import constructed
 from agents.synchronization.team import Team
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.scenario_view import ImpairmentView
 from netem.core.link_name import LinkName
-from netem.impairments.construct import construct_impairment
-from netem.impairments.recordings import Recordings
-from netem.impairments.table import IMPAIRMENTS
 
 
 def late_control_frames(team: Team, slot_ns: int, impairments: Sequence[ImpairmentView], links: Collection[LinkName],
@@ -56,14 +53,9 @@ def _delays(impairments: Sequence[ImpairmentView], size_bytes: int,
             length_ns: int) -> dict[LinkName, list[tuple[str, int]]]:
     """Return for each link the impairments that delay every frame of the run, with the least delay [ns] of each."""
     found: dict[LinkName, list[tuple[str, int]]] = defaultdict(list)
-    recordings = Recordings()
-    for spec in impairments:
-        kind = IMPAIRMENTS.get(spec.kind)       # None for a class of the scenario's author: its delay is unknown
+    for spec, impairment in constructed(impairments):
         always = not spec.windows_ns or any(start <= 0 and end >= length_ns for start, end in spec.windows_ns)
-        if kind is None or not always:
-            continue
-        least_ns = construct_impairment(kind, spec.fields, Random(0), recordings).least_delay_ns(size_bytes)
-        if least_ns:
+        if impairment is not None and always and (least_ns := impairment.least_delay_ns(size_bytes)):
             for link in spec.links:
                 found[link].append((spec.place, least_ns))
     return found

@@ -27,6 +27,7 @@ from agents.synchronization.graph import Floats
 from agents.synchronization.team import Team
 from firmware_sim.scenario_view import ImpairmentView
 from netem.core.link_name import LinkName
+from netem.impairments import Impairment
 from netem.impairments.construct import construct_impairment
 from netem.impairments.flow import Flow
 from netem.impairments.recordings import Recordings
@@ -42,16 +43,21 @@ class AddedDelay:
     known: bool = True                  # False: the delay of one of them has no known bound
 
 
+def constructed(impairments: Sequence[ImpairmentView]) -> Iterator[tuple[ImpairmentView, Impairment | None]]:
+    """Yield each impairment as it is written and as constructed; None for a class of the scenario's author."""
+    recordings = Recordings()
+    for spec in impairments:
+        kind = IMPAIRMENTS.get(spec.kind)
+        yield spec, None if kind is None else construct_impairment(kind, spec.fields, Random(0), recordings)
+
+
 def added_delays(impairments: Sequence[ImpairmentView], flow: Flow, length_ns: int) -> dict[LinkName, AddedDelay]:
     """Return for each link with impairments the most delay that they add."""
     delays: dict[LinkName, AddedDelay] = {}
     flows: dict[LinkName, Flow] = defaultdict(lambda: flow)
-    recordings = Recordings()
-    for spec in impairments:
+    for spec, impairment in constructed(impairments):
         if spec.windows_ns and all(start_ns >= length_ns for start_ns, _ in spec.windows_ns):
             continue
-        kind = IMPAIRMENTS.get(spec.kind)
-        impairment = None if kind is None else construct_impairment(kind, spec.fields, Random(0), recordings)
         for link in spec.links:
             before = delays.get(link, AddedDelay())
             if impairment is None:

@@ -119,12 +119,3 @@ class SlotLength:
     @property
     def slot_ns(self) -> int:
         return floor(self.kappa * self.tau_s / (self.max_successive_losses + 1) * 1e9)
-
-    @property
-    def round_ns(self) -> int:
-        return self.parts * self.slot_ns
-
-    @property
-    def broadcasts_per_agent_and_second(self) -> float:
-        """1 / (T tau') [1/s], without kappa and losses, as section 6.5 counts."""
-        return 1 / (self.parts * self.tau_s)

@@ -12,7 +12,6 @@ from math import isfinite
 from typing import Any, Final
 
 MAGIC: Final = 0xD5
-_HEAD: Final = struct.Struct("<BBI")
 MAX_ROBOTS: Final = 255
 
 

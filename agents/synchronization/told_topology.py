@@ -14,10 +14,11 @@ from itertools import pairwise
 import numpy as np
 
 from agents.synchronization.graph import Floats
+from agents.synchronization.topology_source import TopologySource
 from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 
 
-class ToldTopology:
+class ToldTopology(TopologySource):
     """`requests` are (from_ns, Laplacian), ascending from 0; with `repeat_ns` they repeat with that period."""
 
     def __init__(self, requests: Sequence[tuple[int, Floats]], repeat_ns: int = 0) -> None:
@@ -34,24 +35,6 @@ class ToldTopology:
     def requested(self, local_ns: int) -> Floats:
         since_ns = local_ns % self._repeat_ns if self._repeat_ns else local_ns
         return self._laplacians[max(0, bisect_right(self._instants, since_ns) - 1)]
-
-    def heard_control(self, data: bytes, schedule: SlottedBroadcast, sent_ns: int) -> bool:
-        return False
-
-    def before_own_slot(self, schedule: SlottedBroadcast, slot: int, heard: set[int]) -> None:
-        pass
-
-    def out_of_step(self) -> bool:
-        return False
-
-    def fell_back(self) -> None:
-        pass
-
-    def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:
-        return False
-
-    def control_frame(self, schedule: SlottedBroadcast, local_ns: int) -> bytes | None:
-        return None
 
     def adoption_ns(self, schedule: SlottedBroadcast, local_ns: int) -> int | None:
         end_ns = schedule.round_end_after(local_ns)

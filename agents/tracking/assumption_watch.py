@@ -8,24 +8,17 @@ For a small-gain product of one or more the event "gain product" has its value, 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from typing import Final, Protocol
+from typing import Final
 
 from agents.triggering.assumptions import Assumption, Violation
 from agents.triggering.policies.table import POLICIES
+from firmware_sim.board import Board
 
 IN_TIME: Final = frozenset((Assumption.FRESH, Assumption.SMALL_GAIN, Assumption.LOSSES))
 
 
-class BoardLike(Protocol):
-    def count(self, counter: str) -> None: ...
-
-    def event(self, kind: str, detail: str) -> None: ...
-
-    def warn(self, kind: str, detail: str) -> None: ...
-
-
 class AssumptionWatch:
-    def __init__(self, board: BoardLike, policy: str) -> None:
+    def __init__(self, board: Board, policy: str) -> None:
         self._board = board
         self._measurable = POLICIES[policy].measurable
         self._broken: set[Assumption] = set()

@@ -21,9 +21,14 @@ def companion_problems(scenario: ScenarioView, own: Own[TrackingSettings]) -> It
             make_policy(scenario.team, agent.settings.policy, agent.settings.policy_settings())
         except (ValueError, TypeError, KeyError) as error:
             yield f"agents.{name}.parameters: {error}"
-        if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
-            yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"
+        yield from wheel_problems(scenario, name)
         yield from _missing_ports(name, agent, ("radio", "can"))
+
+
+def wheel_problems(scenario: ScenarioView, name: str) -> Iterator[str]:
+    """Yield a problem if the scenario does not tell robot `name` what it needs to know of its wheels."""
+    if lacking := [key for key in ROBOT if key not in scenario.team.get("robot", {})]:
+        yield f"team.robot: is missing {', '.join(lacking)}, which {name} needs to know of its wheels"
 
 
 def reference_problems(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:

@@ -42,11 +42,6 @@ class DeadReckoning:
         self._at_ns = at_ns
         self._angles = left_rad, right_rad
 
-    @property
-    def read_ns(self) -> int | None:
-        """Time of the last reading; None before the first."""
-        return self._at_ns
-
     def pose_at(self, at_ns: int) -> Pose:
         """Return the pose at `at_ns`, extrapolated along the last arc from the last reading, forwards or backwards."""
         if self._at_ns is None:

@@ -8,7 +8,6 @@ Not modelled: computing time between a request and its answer; an announcement t
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from agents.tracking.check import reference_problems
@@ -16,7 +15,6 @@ from agents.tracking.controller import Inputs, Pose
 from agents.tracking.look_frames import UNASKED, ReferenceState, pack_answer, unpack_request
 from agents.tracking.noise import Noise
 from firmware_sim.board import Board
-from firmware_sim.scenario_view import Own, ScenarioView
 
 
 @dataclass(frozen=True)
@@ -31,6 +29,7 @@ class ReferenceSettings:
 
 class ReferenceRobot:
     Settings = ReferenceSettings
+    check = staticmethod(reference_problems)
 
     def __init__(self, board: Board, settings: ReferenceSettings) -> None:
         self._board, self._hold_ns = board, settings.hold_ns
@@ -46,10 +45,6 @@ class ReferenceRobot:
                 board.at(round(from_s * 1e9), self._announce)
         if settings.disturbance:
             board.every(settings.hold_ns, self._drift, sends=False)
-
-    @staticmethod
-    def check(scenario: ScenarioView, own: Own[ReferenceSettings]) -> Iterator[str]:
-        yield from reference_problems(scenario, own)
 
     def _say(self, look: int) -> None:
         x_m, y_m, theta_rad, v_mps, omega_rad_s = self._state.read()

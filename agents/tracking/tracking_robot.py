@@ -17,7 +17,6 @@ Not modelled: computing time between an answer and the setpoint; a tracking erro
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from math import pi, remainder
 
 from agents.tracking.assumption_watch import IN_TIME, AssumptionWatch
@@ -40,7 +39,6 @@ from agents.triggering.error_gain import horizon_s
 from agents.triggering.policies import Decision
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
-from firmware_sim.scenario_view import Own, ScenarioView
 
 COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
             "unreadable frames", "unreadable CAN frames", "violated assumptions")
@@ -49,6 +47,7 @@ RETRY_NS = 20_000_000           # between requests before the first measurement,
 
 class TrackingRobot:
     Settings = TrackingSettings
+    check = staticmethod(companion_problems)
 
     def __init__(self, board: Board, settings: TrackingSettings) -> None:
         robot = board.team["robot"]
@@ -77,10 +76,6 @@ class TrackingRobot:
         board.record_all([("held1", "m"), ("held2", "m"), ("held3", "rad"), ("tau", "s"), ("gain_product", "1")],
                          self._sample)
         self._due = board.at(board.now_ns, self._ask)       # the next look
-
-    @staticmethod
-    def check(scenario: ScenarioView, own: Own[TrackingSettings]) -> Iterator[str]:
-        yield from companion_problems(scenario, own)
 
     # --- looks
 

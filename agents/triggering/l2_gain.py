@@ -35,19 +35,15 @@ class NominalSystem(Protocol):
 
     def rate(self, x: Floats, w: Floats) -> Floats:
         """Return f(x, w)."""
-        ...
 
     def output(self, x: Floats, w: Floats) -> Floats:
         """Return h(x, w)."""
-        ...
 
     def rate_adjoint(self, x: Floats, w: Floats, p: Floats) -> tuple[Floats, Floats]:
         """Return (df/dx)' p and (df/dw)' p."""
-        ...
 
     def output_adjoint(self, x: Floats, w: Floats, q: Floats) -> tuple[Floats, Floats]:
         """Return (dh/dx)' q and (dh/dw)' q; where h is not differentiable, with any one-sided derivative."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ from netem.records.ledger import Ledger
 
 class Network:
     def __init__(self, scenario: Scenario, agenda: Agenda, ledger: Ledger, deliver: Deliver) -> None:
-        links = Links(ledger, deliver, _pipelines(scenario))
+        self.links = links = Links(ledger, deliver, _pipelines(scenario))
         self.media: dict[str, Medium] = {
             name: MEDIA[spec.kind](name, spec.settings, positions(spec.nodes, scenario.agents), agenda, ledger, links,
                                    partial(stream, scenario.seed)) for name, spec in scenario.media.items()}

@@ -7,7 +7,7 @@ report.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -28,6 +28,8 @@ from netem.core.random_streams import stream
 from netem.node.named import Named
 from netem.node.node import Node
 from netem.node.outside_guard import guarded
+from netem.wire.instants import NEVER_NS
+from netem.wire.messages import Life
 
 
 class PlantSpecification(msgspec.Struct, frozen=True):
@@ -62,48 +64,106 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     own_frames: tuple[str, ...] = ()    # media that deliver the node's own frames once they got through
     can_buses: tuple[str, ...] = ()     # media that python-can opens
     shown: tuple[Shown, ...] = ()       # media that read outputs of its plant
+    mortal: bool = False                # a fault may kill it
+
+
+class State(msgspec.Struct):
+    """What outlives a node that is killed."""
+
+    plant: bytes | None
+    clock: tuple[str, str]              # phase and rate
 
 
 def build_node(specification: NodeSpecification, at_end: ExitStack | None = None,
-               record: CallRecord | None = None) -> Node:
+               record: CallRecord | None = None, life: Life | None = None) -> Node:
     """Return the node with its program constructed and started.
 
     `at_end` is closed at the end of the node's process; the host `inline` passes None. `record` receives the FMI call
-    of the plant that runs.
+    of the plant that runs. With a `life` the node was killed: its plant goes on, and its program starts when it boots.
     """
     if specification.blocking:
-        return _blocking_node(specification, at_end, record)
-    node = Node(specification.name, specification.media, specification.sample_period_ns)
+        from firmware_sim.blocking.node import BlockingNode
+
+        kind: type[Node] = BlockingNode
+    else:
+        kind = Node
+    node = kind(specification.name, specification.media, specification.sample_period_ns, life)
+    clock = LocalClock(specification.clock, node.present_ns)
     plant = _plant(specification, node, record)
-    board = _board(specification, node, plant)
-    board.keep_promises()
-    program = construct_program(class_for(specification.program, Path(specification.folder)), board,
-                                specification.parameters)
-    if hasattr(program, "run"):
-        running = program.run()
-        if not hasattr(running, "throw"):
-            raise TypeError(f"{type(program).__name__}.run() gave {running!r}: expected a generator; write `run` with "
-                            "`yield from self.board.sleep_until(local_ns)` in it")
-        node.start(running)
+    node.at_fault("kill", partial(_leave, plant, clock))
+    begin = partial(_begin, specification, node, clock, plant, at_end, 0 if life is None else life.number)
+    if life is None:
+        begin()
+        return node
+    _resume(specification, plant, clock, life)
     if plant is not None and specification.plant is not None:
-        record_outputs(node, plant, specification.plant.idle_outputs)
+        record_outputs(node, plant, specification.plant.idle_outputs, among=life.signals)
+    if life.boots_ns < NEVER_NS:
+        node.call_in(life.boots_ns - life.from_ns, lambda event: _boot(node, life, clock, begin))
     return node
 
 
-def _blocking_node(specification: NodeSpecification, at_end: ExitStack | None, record: CallRecord | None) -> Node:
+def _begin(specification: NodeSpecification, node: Node, clock: LocalClock, plant: Plant | None,
+           at_end: ExitStack | None, life: int) -> None:
+    """Construct and start the program; record what it declares and the outputs of its plant."""
+    board = _board(specification, node, clock, plant, life)
+    board.take_faults()
+    if specification.blocking:
+        _begin_blocking(specification, node, board, at_end)
+    else:
+        board.keep_promises()
+        program = construct_program(class_for(specification.program, Path(specification.folder)), board,
+                                    specification.parameters)
+        if hasattr(program, "run"):
+            running = program.run()
+            if not hasattr(running, "throw"):
+                raise TypeError(f"{type(program).__name__}.run() gave {running!r}: expected a generator; write `run` "
+                                "with `yield from self.board.sleep_until(local_ns)` in it")
+            node.start(running)
+    if plant is not None and specification.plant is not None:
+        record_outputs(node, plant, specification.plant.idle_outputs)
+
+
+def _leave(plant: Plant | None, clock: LocalClock, fields: Mapping[str, Any]) -> bytes:
+    """Return what outlives the node, which is about to be killed."""
+    state = State(None if plant is None else plant.state(), clock.kept())
+    if plant is not None:
+        plant.close()               # for an FMU of which a process can have only one
+    return msgspec.msgpack.encode(state)
+
+
+def _resume(specification: NodeSpecification, plant: Plant | None, clock: LocalClock, life: Life) -> None:
+    """Let the plant and the clock go on from the node's last life."""
+    state = msgspec.msgpack.decode(life.state, type=State)
+    clock.resume(*state.clock)
+    if plant is not None and state.plant is not None:
+        plant.restore(state.plant)
+        if plant.stopped is None:
+            for name, value in life.fields.get("inputs_when_dead", {}).items():
+                plant.set(name, value)
+
+
+def _boot(node: Node, life: Life, clock: LocalClock, begin: Callable[[], None]) -> None:
+    """Start the program of a node that was killed; what it starts with is as at the start of the run."""
+    if life.fields.get("clock") == "reset":
+        clock.reset()
+    node.forget_signals()
+    quiet = [port.index for port in node.ports.values() if port.listen_only]
+    for port in node.ports.values():
+        port.listen_only = False
+    begin()
+    if missing := [port.name for port in node.ports.values() if port.index in quiet and not port.listen_only]:
+        raise ValueError(f"{node.name}: port {missing[0]!r} was `listen_only` before the node was killed: a program "
+                         "opens its ports in the same way in each of its lives")
+
+
+def _begin_blocking(specification: NodeSpecification, node: Any, board: Board, at_end: ExitStack | None) -> None:
     assert at_end is not None, "blocking code needs a process of its own"
-    from firmware_sim.blocking.node import BlockingNode
     from firmware_sim.blocking.own_process import own_process
 
-    node = BlockingNode(specification.name, specification.media, specification.sample_period_ns)
-    plant, folder = _plant(specification, node, record), Path(specification.folder)
-    board = _board(specification, node, plant)
-    at_end.enter_context(own_process(node, board, specification.clock, specification.program, folder,
-                                     partial(_load_blocking, specification, at_end), specification.parameters,
-                                     specification.can_buses, specification.own_frames))
-    if plant is not None and specification.plant is not None:
-        record_outputs(node, plant, specification.plant.idle_outputs)
-    return node
+    at_end.enter_context(own_process(node, board, specification.clock, specification.program,
+                                     Path(specification.folder), partial(_load_blocking, specification, at_end),
+                                     specification.parameters, specification.can_buses, specification.own_frames))
 
 
 def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:
@@ -119,15 +179,16 @@ def _plant(specification: NodeSpecification, node: Node, record: CallRecord | No
     if specification.plant is None:
         return None
     plant = Plant(specification.plant.description, specification.name, specification.plant.start,
-                  specification.plant.step_ns, present=node.present_ns, on_end=node.end_run, record=record)
+                  specification.plant.step_ns, present=node.present_ns, on_end=node.end_run, record=record,
+                  mortal=specification.mortal)
     for shown in specification.shown:
         node.show(shown.medium, shown.period_ns, plant.output_group(list(shown.outputs)).read)
     return plant
 
 
-def _board(specification: NodeSpecification, node: Node, plant: Plant | None) -> Board:
+def _board(specification: NodeSpecification, node: Node, clock: LocalClock, plant: Plant | None, life: int) -> Board:
     name = specification.name
     team = Named(specification.team, name, "key of [team]", "the scenario has no [team]")
     parameters = Named(specification.parameters, name, "parameter", f"agents.{name}.parameters is empty")
-    return Board(node, LocalClock(specification.clock, node.present_ns), plant, team,
-                 stream(specification.seed, f"agents.{name}"), parameters)
+    place = f"agents.{name}/life {life}" if life else f"agents.{name}"
+    return Board(node, clock, plant, team, stream(specification.seed, place), parameters)

@@ -30,7 +30,7 @@ IMPORT_LATE: Final = ("agents.tracking.heading_slope", "firmware_sim.mavlink.dia
 
 
 def build(at_end: ExitStack, under_way: UnderWay, start: StartMessage) -> Node:
-    return build_node(msgspec.json.decode(start.specification, type=NodeSpecification), at_end, under_way)
+    return build_node(msgspec.json.decode(start.specification, type=NodeSpecification), at_end, under_way, start.life)
 
 
 def run_child(under_way: UnderWay) -> int:

@@ -51,7 +51,10 @@ from fmus.describe_fmu import describe
 from fmus.description import PlantDescription
 from netem.core.agenda import Agenda
 from netem.core.fate import Fate
+from netem.core.random_streams import stream
 from netem.emulator.conductor import Conductor, Recorders
+from netem.emulator.world import RunWorld
+from netem.faults.schedule import Occurrence
 from netem.gateways.pace import Pace
 from netem.gateways.table import GATEWAYS
 from netem.node.outside_guard import OutsideGuard
@@ -178,7 +181,7 @@ class _Run:
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
         self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver)
         self.recording.begin(self.network.media)
-        self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_gone)
+        self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         if real_time:
             gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event)
                         for spec in scenario.gateways.values()]
@@ -201,6 +204,7 @@ class _Run:
             refuse_unrecorded(self.scenario, self._recorded(hellos))
             self.network.observe(self.feed, self._event_on_medium)
             self.conductor.admit(hellos, self.network.media)
+            self._plan_faults()
             self.started_s = time.monotonic()
             self.conductor.run()
             self.ended_s = time.monotonic()
@@ -218,6 +222,12 @@ class _Run:
         if came:
             raise Interrupted(came[0])
         return RunResult(self.folder, summary)
+
+    def _plan_faults(self) -> None:
+        world = RunWorld(self.conductor, self.agenda, self.network.links, partial(stream, self.scenario.seed))
+        for spec in self.scenario.faults:
+            for occurrence in spec.occurrences:
+                world.occurs(spec.settings, spec.cause, spec.targets, Occurrence(*occurrence))
 
     def _conclude(self) -> Summary:
         """Close the records, end the nodes, judge and write the summary.
@@ -383,13 +393,14 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
             team.update(prepare(scenario, {name: OwnAgent(name, build_settings(program, agent.parameters), agent)
                                            for name, agent in scenario.agents.items() if agent.program == path}))
     folder = str(scenario.folder)
+    mortal = {node for fault in scenario.faults if fault.settings.kills for node, *_ in fault.targets}
     fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
     described = {fmu: describe(build_model(fmu) if fmu in own_models() else Path(fmu)) for fmu in sorted(fmus)}
     models = {fmu: read_model(model_folder(fmu) / "variables.toml") for fmu in sorted(fmus & set(own_models()))}
     return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock,
                                     _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
                                     folder, agent.program in blocking, _own_frames(scenario, agent),
-                                    _can_buses(scenario, agent), _shown(scenario, agent))
+                                    _can_buses(scenario, agent), _shown(scenario, agent), agent.name in mortal)
             for name, agent in scenario.agents.items()}
 
 
@@ -424,7 +435,8 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
         under_way = under_way or UnderWay(shared=False)
         return InlineHost({name: partial(build_node, specification, record=under_way)
                            for name, specification in specifications.items()},
-                          None if real_time else OutsideGuard(ENTRANCES), under_way, timeout_s, waits)
+                          None if real_time else OutsideGuard(ENTRANCES), under_way, timeout_s, waits,
+                          lambda name, life: build_node(specifications[name], record=under_way, life=life))
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)

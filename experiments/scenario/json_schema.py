@@ -20,6 +20,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from experiments.scenario import derived
 from experiments.scenario.agents import AgentTable
 from experiments.scenario.expect import SHAPE as EXPECTED
+from experiments.scenario.faults import FaultHeader
 from experiments.scenario.gateways import GatewayHeader
 from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.guarantees import GuaranteeHeader
@@ -28,6 +29,7 @@ from experiments.scenario.network import ImpairmentHeader
 from experiments.scenario.records import on_request
 from experiments.scenario.shape import Shape, shape_of
 from experiments.scenario.units import spellings
+from netem.faults.table import FAULTS
 from netem.gateways.table import GATEWAYS, USUAL
 from netem.impairments.table import IMPAIRMENTS
 from netem.media.table import MEDIA
@@ -47,6 +49,7 @@ ABOUT: Final = {
     "media": "the networks that carry frames between the agents",
     "gateways": "connections to devices and programs outside the run, in real time",
     "impairments": "losses, delays and errors on links, applied in this order",
+    "faults": "what breaks and when: nodes, clocks, links",
     "derived": "signals computed from recorded ones after the run",
     "guarantees": "requirements that have to hold at every instant",
     "records": "recorders of this run, besides those of every run",
@@ -67,6 +70,8 @@ def scenario_schema() -> Schema:
         "impairments": {"type": "array", "items": _kinds(
             {kind: shape_of(cls) for kind, cls in impairments.items()}, shape_of(ImpairmentHeader),
             own_classes=True)},
+        "faults": {"type": "array", "items": _kinds({kind: shape_of(cls) for kind, cls in FAULTS.items()},
+                                                    shape_of(FaultHeader))},
         "derived": _named(_table(shape_of(derived.Table))),
         "guarantees": _named(_kinds({kind: shape_of(cls) for kind, cls in MONITORS.items()},
                                     shape_of(GuaranteeHeader))),

@@ -19,6 +19,7 @@ from experiments.scenario.agents import Agents
 from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
+from experiments.scenario.faults import read_faults
 from experiments.scenario.gateways import read_gateways
 from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
@@ -85,6 +86,8 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     network.check_names(table.get("name") if isinstance(table, dict) else None for table in tables["impairments"])
     impairments = tuple(network.impairment(table, ("impairments", index), media)
                         for index, table in enumerate(tables["impairments"]))
+    faults = read_faults(tables["faults"], agents, media, *((0, 1) if header is None else (
+        header.seed, header.length_ns)), reading)
     derived = read_derived(tables["derived"], agents, reading)
     guarantees = Guarantees(reading, agents, media, derived, network.built, *(
         (0, 1) if header is None else (header.length_ns, header.sample_period_ns))).read(tables["guarantees"])
@@ -97,7 +100,8 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     assert header is not None
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
-                        gateways, derived, implied(guarantees) | expect, guarantees, records, header.question_signal)
+                        gateways, derived, implied(guarantees) | expect, guarantees, records, faults,
+                        header.question_signal)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
     return scenario

@@ -90,6 +90,29 @@ class DerivedSpec(msgspec.Struct, frozen=True):
     parameters: dict[str, Any]
 
 
+class FaultSpec(msgspec.Struct, frozen=True):
+    """A fault and all its occurrences, (start_ns, end_ns), in a run of the scenario's seed and length."""
+
+    place: str                          # "faults[0]"
+    name: str                           # name given by the author, unique; "": none
+    kind: str
+    on: str
+    targets: tuple[tuple[str, ...], ...]        # (node,), (medium,) or (medium, sender, receiver)
+    settings: Any                       # an instance of FAULTS[kind]
+    occurrences: tuple[tuple[int, int], ...]
+    at_random: bool = False             # drawn at random times, so that occurrences may meet others
+
+    @property
+    def called(self) -> str:
+        """The name of its random streams: `name`, else its place."""
+        return self.name or self.place
+
+    @property
+    def cause(self) -> str:
+        """Its name in the ledger and in events."""
+        return f"{self.called} {self.kind}"
+
+
 class GuaranteeSpec(msgspec.Struct, frozen=True):
     """A requirement that `MONITORS[kind](**fields)` judges on each of `subjects`, over the whole run."""
 
@@ -118,6 +141,7 @@ class Scenario(msgspec.Struct, frozen=True):
     expect: dict[str, Bound]            # with those implied by the guarantees
     guarantees: dict[str, GuaranteeSpec] = {}
     records: dict[str, Any] = {}        # instances of RECORDERS[kind].Settings, by kind
+    faults: tuple[FaultSpec, ...] = ()
     question_signal: str = ""           # "node.signal", each a pattern; "": the report shows outputs first
 
     @property

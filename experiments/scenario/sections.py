@@ -13,7 +13,8 @@ from experiments.scenario.table_reader import TableReader
 _TABLE: Final = dict, "expected a table"
 SECTIONS: Final[Mapping[str, tuple[type, str]]] = {     # name -> type, and the rule in an error about another type
     "team": _TABLE, "agents": _TABLE, "agents_defaults": _TABLE, "media": _TABLE, "gateways": _TABLE,
-    "impairments": (list, "expected a list: write [[impairments]]"), "derived": _TABLE, "guarantees": _TABLE,
+    "impairments": (list, "expected a list: write [[impairments]]"),
+    "faults": (list, "expected a list: write [[faults]]"), "derived": _TABLE, "guarantees": _TABLE,
     "records": _TABLE, "expect": _TABLE}
 NAME_RULE: Final = "a name has letters, digits, - and _, and starts with a letter"
 

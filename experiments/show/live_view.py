@@ -15,9 +15,6 @@ from experiments.judge.run_result import Progress, by_fate
 from experiments.show.console import PlainConsole
 
 if TYPE_CHECKING:
-    from rich.console import Console as RichConsole
-    from rich.progress import Progress as Bar
-
     from experiments.show.console import Console
 
 BAR_EVERY_S = 0.1
@@ -29,52 +26,37 @@ MOST_NAMES = 5          # most nodes named in the line about nodes that do not a
 def live_view(console: Console, what: str, length_s: float,
               now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[Progress], None]]:
     """Yield the function that the runner calls with its progress."""
-    if not isinstance(console, PlainConsole) and console.is_terminal:
-        with _bar(console) as bar:
-            task = bar.add_task(f"{what}: starting", total=length_s, figures="")
+    heading = f"{what}: {length_s:g} s of robot time"
+    with _view(console, what, length_s, f"{what}: starting", heading) as (show, every_s):
+        due_s = now_s() + every_s if every_s == LINE_EVERY_S else now_s()
+        waiting = False
 
-            def draw(progress: Progress) -> None:
-                bar.update(task, description=what, completed=progress.now_ns * 1e-9, figures=figures(progress))
-                bar.refresh()
+        def tell(progress: Progress) -> None:
+            nonlocal due_s, waiting
+            begins = bool(progress.waits_for) and not waiting       # shown at once
+            waiting = bool(progress.waits_for)
+            if begins or now_s() >= due_s or progress.now_ns >= progress.end_ns:
+                show(progress.now_ns * 1e-9, figures(progress))
+                due_s = now_s() + every_s
 
-            bar.refresh()
-            yield _throttled(draw, BAR_EVERY_S, now_s)
-    else:
-        console.print(f"{what}: {length_s:g} s of robot time", soft_wrap=True)
-        yield _throttled(lambda progress: console.print(f"{what}: {figures(progress)}", soft_wrap=True),
-                            LINE_EVERY_S, now_s)
+        yield tell
 
 
 @contextmanager
 def counting_view(console: Console, what: str, total: int,
                   now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[], None]]:
     """Yield the function that the caller calls after each of `total` runs."""
-    done = 0
-
-    def count(show: Callable[[], None], every_s: float) -> Callable[[], None]:
-        due_s = now_s() + every_s
+    with _view(console, what, total, what) as (show, every_s):
+        done, due_s = 0, now_s() + every_s
 
         def tell() -> None:
             nonlocal done, due_s
             done += 1
             if now_s() >= due_s:
-                show()
+                show(done, f"{done} of {total} runs")
                 due_s = now_s() + every_s
 
-        return tell
-
-    if not isinstance(console, PlainConsole) and console.is_terminal:
-        with _bar(console) as bar:
-            task = bar.add_task(what, total=total, figures="")
-            bar.refresh()
-
-            def draw() -> None:
-                bar.update(task, completed=done, figures=f"{done} of {total} runs")
-                bar.refresh()
-
-            yield count(draw, BAR_EVERY_S)
-    else:
-        yield count(lambda: console.print(f"{what}: {done} of {total} runs", soft_wrap=True), LINE_EVERY_S)
+        yield tell
 
 
 def figures(progress: Progress) -> str:
@@ -98,25 +80,29 @@ def _duration(seconds: float) -> str:
         f"{rest} s"
 
 
-def _bar(console: RichConsole) -> Bar:
+@contextmanager
+def _view(console: Console, what: str, total: float, starting: str,
+          heading: str = "") -> Iterator[tuple[Callable[[float, str], None], float]]:
+    """Yield the function that shows how much of `total` is done, with figures, and the time between two calls [s].
+
+    `starting` is the bar's text before the first call, `heading` the first line where there is no terminal.
+    """
+    if isinstance(console, PlainConsole) or not console.is_terminal:
+        if heading:
+            console.print(heading, soft_wrap=True)
+        yield lambda done, text: console.print(f"{what}: {text}", soft_wrap=True), LINE_EVERY_S
+        return
     from rich.progress import BarColumn, TextColumn  # late: a pipe needs no bar
     from rich.progress import Progress as Bar
 
-    return Bar(TextColumn("{task.description}", markup=False), BarColumn(bar_width=24),
-               TextColumn("{task.fields[figures]}", markup=False), console=console, auto_refresh=False, transient=True)
+    with Bar(TextColumn("{task.description}", markup=False), BarColumn(bar_width=24),
+             TextColumn("{task.fields[figures]}", markup=False), console=console, auto_refresh=False,
+             transient=True) as bar:
+        task = bar.add_task(starting, total=total, figures="")
 
+        def draw(done: float, text: str) -> None:
+            bar.update(task, description=what, completed=done, figures=text)
+            bar.refresh()
 
-def _throttled(show: Callable[[Progress], None], every_s: float,
-                  now_s: Callable[[], float]) -> Callable[[Progress], None]:
-    due_s = now_s() + every_s if every_s == LINE_EVERY_S else now_s()
-    waiting = False
-
-    def tell(progress: Progress) -> None:
-        nonlocal due_s, waiting
-        begins = bool(progress.waits_for) and not waiting       # shown at once
-        waiting = bool(progress.waits_for)
-        if begins or now_s() >= due_s or progress.now_ns >= progress.end_ns:
-            show(progress)
-            due_s = now_s() + every_s
-
-    return tell
+        bar.refresh()
+        yield draw, BAR_EVERY_S

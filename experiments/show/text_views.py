@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,21 +37,15 @@ def print_scenario(console: Console, scenario: Scenario) -> None:
             console.print()
             console.print(shown.title, soft_wrap=True)
             print_table(console, shown.columns, shown.rows)
-    if scenario.impairments:
-        console.print()
-        print_table(console, ["impairment", "kind", "on", "links", "during"], [
-            (spec.called, spec.kind, spec.on, str(len(spec.links)),
-             ", ".join(f"{start * 1e-9:g}-{end * 1e-9:g} s" for start, end in spec.windows_ns) or "the whole run")
-            for spec in scenario.impairments])
-    if scenario.guarantees:
-        console.print()
-        print_table(console, ["guarantee", "kind", "on", "watched", "expected"], [
-            (name, item.kind, item.on, str(len(item.subjects)), "to hold" if item.expected == "holds" else "violated")
-            for name, item in scenario.guarantees.items()])
-    if scenario.expect:
-        console.print()
-        print_table(console, ["expected", "at least", "at most"],
-                    [(key, _number(bound.min), _number(bound.max)) for key, bound in scenario.expect.items()])
+    _section(console, ["impairment", "kind", "on", "links", "during"], [
+        (spec.called, spec.kind, spec.on, str(len(spec.links)),
+         ", ".join(f"{start * 1e-9:g}-{end * 1e-9:g} s" for start, end in spec.windows_ns) or "the whole run")
+        for spec in scenario.impairments])
+    _section(console, ["guarantee", "kind", "on", "watched", "expected"], [
+        (name, item.kind, item.on, str(len(item.subjects)), "to hold" if item.expected == "holds" else "violated")
+        for name, item in scenario.guarantees.items()])
+    _section(console, ["expected", "at least", "at most"],
+             [(key, _number(bound.min), _number(bound.max)) for key, bound in scenario.expect.items()])
 
 
 def print_summary(console: Console, summary: Summary) -> None:
@@ -65,16 +59,12 @@ def print_summary(console: Console, summary: Summary) -> None:
         ("frame copies", by_fate(summary.frames)), ("ledger hash", summary.ledger_hash),
         ("code", summary.code),
         *([("lateness", lateness_in_words(summary.real_time))] if summary.real_time else [])])
-    if summary.guarantees:
-        console.print()
-        print_table(console, ["guarantee", "requires", "on", "worst", "margin", ""], [
-            (item.name, item.requires, item.on, _quantity(item.worst, item.unit), _quantity(item.margin, item.unit),
-             item.in_words()) for item in summary.guarantees])
-    if summary.verdicts:
-        console.print()
-        print_table(console, ["expected", "value", "at least", "at most", ""], [
-            (verdict.key, _number(verdict.value), _number(verdict.min), _number(verdict.max),
-             "holds" if verdict.holds else f"DOES NOT HOLD: {verdict.by_how_much()}") for verdict in summary.verdicts])
+    _section(console, ["guarantee", "requires", "on", "worst", "margin", ""], [
+        (item.name, item.requires, item.on, _quantity(item.worst, item.unit), _quantity(item.margin, item.unit),
+         item.in_words()) for item in summary.guarantees])
+    _section(console, ["expected", "value", "at least", "at most", ""], [
+        (verdict.key, _number(verdict.value), _number(verdict.min), _number(verdict.max),
+         "holds" if verdict.holds else f"DOES NOT HOLD: {verdict.by_how_much()}") for verdict in summary.verdicts])
 
 
 def print_plant(console: Console, plant: PlantDescription) -> None:
@@ -89,11 +79,9 @@ def print_plant(console: Console, plant: PlantDescription) -> None:
 
 
 def print_presets(console: Console, presets: Mapping[str, Preset]) -> None:
-    if presets:
-        console.print()
-        print_table(console, ["preset", "about", "values"], [
-            (name, preset.about, ", ".join(f"{key} = {value}" for key, value in preset.parameters.items()))
-            for name, preset in presets.items()])
+    _section(console, ["preset", "about", "values"], [
+        (name, preset.about, ", ".join(f"{key} = {value}" for key, value in preset.parameters.items()))
+        for name, preset in presets.items()])
 
 
 def print_measured(console: Console, values: Iterable[Measured]) -> None:
@@ -102,25 +90,24 @@ def print_measured(console: Console, values: Iterable[Measured]) -> None:
         row, error = value.row, value.standard_error
         ours = "not installed" if value.ours is None else f"{value.ours:.4f}"
         quantity = row.quantity if row.unit == "1" else f"{row.quantity} [{row.unit}]"
-        rows.append((row.what, quantity, _four(row.printed), ours,
+        rows.append((row.what, quantity, _number(row.printed, ".4f"), ours,
                      "" if error is None else f"+- {error:.4f}", _range(row.low, row.high),
-                     _short(row.printed_variance), _short(value.variance),
+                     _number(row.printed_variance, ".2g"), _number(value.variance, ".2g"),
                      {True: "met", False: "MISSED", None: "not judged"}[value.met]
                      + (", not reproduced" if row.reproduced is False else "")))
     print_table(console, ["", "", "printed", "ours", "s.e.", "band", "variance printed", "ours", "ours, printed"], rows)
 
 
+def _section(console: Console, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table below an empty line; nothing if it has no rows."""
+    if rows:
+        console.print()
+        print_table(console, columns, rows)
+
+
 def print_path(console: Console, what: str, path: Path) -> None:
     """Print a path on one line, also on a narrow terminal, so that it can be clicked or copied."""
     console.print(f"{what}: {path}", soft_wrap=True)
-
-
-def _four(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4f}"
-
-
-def _short(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2g}"
 
 
 def _range(low: float | None, high: float | None) -> str:
@@ -133,5 +120,5 @@ def _quantity(value: float | None, unit: str) -> str:
     return f"{_number(value)} {unit}".strip() if value is not None else "-"
 
 
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.6g}"
+def _number(value: float | None, form: str = ".6g") -> str:
+    return "-" if value is None else format(value, form)

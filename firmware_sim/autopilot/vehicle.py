@@ -143,11 +143,9 @@ class Parameters(Protocol):
 
     def get(self, name: str) -> float:
         """Return the value; KeyError for an unknown name."""
-        ...
 
     def set(self, name: str, value: float) -> str:
         """Set the value; return "", or why it was refused, beginning with the name."""
-        ...
 
 
 Notice = Callable[[Severity, str], None]
@@ -166,17 +164,14 @@ class Vehicle(Protocol):
 
     def arm(self, force: bool = False) -> Result:
         """Arm; `force` skips some checks (`refusals.arming`). The reason of a refusal goes to `on_notice`."""
-        ...
 
     def disarm(self, force: bool = False) -> Result:
         """Stop the motors, on the ground or, with `force`, also in the air."""
-        ...
 
     def set_mode(self, mode: Mode) -> Result: ...
 
     def take_off(self, height_m: float) -> Result:
         """Climb to `height_m` above the ground where it was armed; refused unless armed and on the ground."""
-        ...
 
     def land(self) -> Result: ...
 
@@ -185,14 +180,11 @@ class Vehicle(Protocol):
 
         Targets may arrive before the mode: as in PX4, OFFBOARD requires a stream of them.
         """
-        ...
 
     def load_mission(self, items: Sequence[MissionItem]) -> Result:
         """Replace the mission, or clear it by no items; refused while one is flown."""
-        ...
 
     def start_mission(self, first: int = 0) -> Result: ...
 
     def link_heard(self, now_ns: int) -> None:
         """Note that a valid frame arrived over the link, for the link-loss failsafe."""
-        ...

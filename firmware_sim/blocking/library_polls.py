@@ -14,24 +14,19 @@ from typing import Any, Final
 
 from firmware_sim.blocking.program import BlockingProgram
 
-_get_really, _put_really, _acquire_really = queue.Queue.get, queue.Queue.put, threading.Semaphore.acquire
-_enumerate_really = threading.enumerate
+_acquire_really, _enumerate_really = threading.Semaphore.acquire, threading.enumerate
 
 
-def _get(program: BlockingProgram, *args: Any, **kwargs: Any) -> Any:
-    try:
-        return _get_really(*args, **kwargs)
-    except queue.Empty:
-        program.note_call()
-        raise
+def _refusing(real: Callable[..., Any], refusal: type[Exception]) -> Callable[..., Any]:
+    """Return `real` wrapped: a call that raises `refusal` is counted."""
+    def asked(program: BlockingProgram, *args: Any, **kwargs: Any) -> Any:
+        try:
+            return real(*args, **kwargs)
+        except refusal:
+            program.note_call()
+            raise
 
-
-def _put(program: BlockingProgram, *args: Any, **kwargs: Any) -> None:
-    try:
-        _put_really(*args, **kwargs)
-    except queue.Full:
-        program.note_call()
-        raise
+    return asked
 
 
 def _acquire(program: BlockingProgram, *args: Any, **kwargs: Any) -> bool:
@@ -64,8 +59,8 @@ def _enumerate(program: BlockingProgram) -> list[threading.Thread]:
 
 
 POLLS: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
-    (queue.Queue, "get", _get),
-    (queue.Queue, "put", _put),
+    (queue.Queue, "get", _refusing(queue.Queue.get, queue.Empty)),
+    (queue.Queue, "put", _refusing(queue.Queue.put, queue.Full)),
     (queue.Queue, "empty", _counted(queue.Queue.empty, True)),
     (queue.Queue, "full", _counted(queue.Queue.full, True)),
     (queue.Queue, "qsize", _counted(queue.Queue.qsize, 0)),

@@ -97,12 +97,6 @@ class Commands:
         except KeyError:
             return TAKEOFF_HEIGHT_M
 
-    def land(self, request: Request) -> Result:
-        return self.vehicle.land()
-
-    def return_home(self, request: Request) -> Result:
-        return self.vehicle.set_mode(Mode.RETURN)
-
     def set_mode(self, request: Request) -> Result:
         flags, main, sub = request.parameters[:3]
         if not all(map(isfinite, (flags, main, sub))) or not int(flags) & ModeFlag.CUSTOM_MODE_ENABLED:
@@ -155,8 +149,8 @@ class Commands:
 ACTIONS: Final[Mapping[int, Callable[[Commands, Request], Result]]] = {
     Command.COMPONENT_ARM_DISARM: Commands.arm_disarm,
     Command.NAV_TAKEOFF: Commands.take_off,
-    Command.NAV_LAND: Commands.land,
-    Command.NAV_RETURN_TO_LAUNCH: Commands.return_home,
+    Command.NAV_LAND: lambda commands, request: commands.vehicle.land(),
+    Command.NAV_RETURN_TO_LAUNCH: lambda commands, request: commands.vehicle.set_mode(Mode.RETURN),
     Command.DO_SET_MODE: Commands.set_mode,
     Command.MISSION_START: Commands.start_mission,
     Command.DO_SET_MISSION_CURRENT: Commands.choose_item,

@@ -5,8 +5,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
 from typing import Final
 
+from firmware_sim.board import Board
 from firmware_sim.mavlink.signing import Verdict
 
 LINK_COUNTERS: Final = (
@@ -16,3 +19,19 @@ LINK_COUNTERS: Final = (
 FRONT_COUNTERS: Final = (*LINK_COUNTERS, "frames not answered", "setpoints taken", "setpoints refused",
                          "setpoints clipped or refused", "bytes overrun")
 COMPANION_COUNTERS: Final = (*LINK_COUNTERS, "positions that are not finite")
+
+
+class BoardCounters:
+    """Counters of a board, each named "mavlink NAME", that follow the counts of a link."""
+
+    def __init__(self, board: Board, names: Iterable[str]) -> None:
+        self._board = board
+        self._told: Counter[str] = Counter()
+        for name in names:
+            board.count(f"mavlink {name}", 0)
+
+    def note(self, counts: Counter[str]) -> None:
+        """Add what `counts` have gained since the last call."""
+        for name, more in (counts - self._told).items():
+            self._board.count(f"mavlink {name}", more)
+        self._told = counts.copy()

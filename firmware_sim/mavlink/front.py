@@ -138,10 +138,6 @@ class MavlinkFront:
             self._complain(Severity.WARNING, what)
         return []
 
-    def notice(self, severity: Severity, text: str) -> None:
-        """Send a notice of the vehicle to the ground; the board connects the vehicle's `on_notice` to this method."""
-        self.texts.say(severity, text, self._now_ns)
-
     def _complain(self, severity: Severity, text: str) -> None:
         """Report a wrong message to the ground, as a text, and to the record."""
         if self.texts.say(severity, text, self._now_ns):

@@ -15,9 +15,6 @@ from dataclasses import dataclass, field
 @dataclass
 class Source:
     last: int
-    received: int = 1
-    missing: int = 0
-    late: int = 0
     stray: int = -1             # the last late number, by which a restart is detected
 
 
@@ -31,15 +28,12 @@ class SequenceGaps:
         if source is None:
             self.sources[system, component] = Source(sequence)
             return 0
-        source.received += 1
         ahead = (sequence - source.last - 1) % 256
         if ahead < 128:
-            source.missing += ahead
             source.last, source.stray = sequence, -1
             return ahead
         if sequence == (source.stray + 1) % 256 and source.stray >= 0:
             source.last, source.stray = sequence, -1
         else:
-            source.late += 1
             source.stray = sequence
         return 0

@@ -8,14 +8,14 @@ frame, and one datagram behind a UDP gateway.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from typing import Any
 
 from simpy.events import Event
 
 from firmware_sim.autopilot.vehicle import Vehicle
 from firmware_sim.board import Board
-from firmware_sim.mavlink.counters import FRONT_COUNTERS
+from firmware_sim.mavlink.counters import FRONT_COUNTERS, BoardCounters
 from firmware_sim.mavlink.front import MavlinkFront
 from firmware_sim.mavlink.settings import MavlinkSettings
 from firmware_sim.schedules.periodic import Periodic
@@ -29,36 +29,25 @@ class MavlinkTask:
         self._execution_ns = settings.execution_ns
         self._room = settings.receive_buffer_bytes
         self._heard = bytearray()
-        self._told: dict[str, int] = {}
-        for counter in FRONT_COUNTERS:
-            board.count(f"mavlink {counter}", 0)
+        self._counters = BoardCounters(board, FRONT_COUNTERS)
         self.front = MavlinkFront(vehicle, settings, board.event)
 
     def run(self) -> Generator[Event, Any, None]:
         board = self._board
         release_ns = self._schedule.next_after(board.now_ns - 1)
         while True:
-            yield from board.sleep_until(release_ns, silent_until_ns=release_ns + self._execution_ns)
+            done_ns = release_ns + board.execution_ns(self._execution_ns)
+            yield from board.sleep_until(release_ns, silent_until_ns=done_ns)
             frames = self.front.step(bytes(self._heard), board.now_ns)
             self._heard.clear()
-            self._count()
-            yield from board.sleep_until(release_ns + self._execution_ns)
-            self._send(frames)
+            self._counters.note(self.front.counts)
+            yield from board.sleep_until(release_ns + board.execution_ns(self._execution_ns))
+            for frame in frames:
+                self._port.send(frame)
             release_ns = self._schedule.next_after(board.now_ns)
-
-    def _send(self, frames: Sequence[bytes]) -> None:
-        for frame in frames:
-            self._port.send(frame)
 
     def _hear(self, data: bytes) -> None:
         room = self._room - len(self._heard)
         if len(data) > room:
             self.front.counts["bytes overrun"] += len(data) - room
         self._heard += data[:room]
-
-    def _count(self) -> None:
-        """Add the counts since the last call to the node's counters."""
-        for name, count in self.front.counts.items():
-            if more := count - self._told.get(name, 0):
-                self._board.count(f"mavlink {name}", more)
-                self._told[name] = count

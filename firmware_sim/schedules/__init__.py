@@ -12,4 +12,3 @@ from typing import Protocol
 class Schedule(Protocol):
     def next_after(self, now_ns: int) -> int:
         """First instant strictly after `now_ns`."""
-        ...

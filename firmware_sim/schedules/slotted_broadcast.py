@@ -18,7 +18,7 @@ Not modelled: slots of unequal length, several slots of a part in one round.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 
@@ -99,10 +99,6 @@ class SlottedBroadcast:
         rounds = (sent_ns - self.data_ns(part) + (self.round_ns - 1) // 2) // self.round_ns
         return self.slot(max(0, rounds) * self.parts + part)
 
-    def of_part(self, part: int) -> PartSlots:
-        """Return the sending instants of one part as a schedule."""
-        return PartSlots(self, part)
-
     # --- control sub-slots
 
     def control_owner(self, number: int) -> int:
@@ -127,22 +123,12 @@ class SlottedBroadcast:
         earliest = max(self._first_after(local_ns, offset_ns), after_slot + 1)
         return self.slot(earliest + (agent - earliest) % self.agents)
 
-    def control_of(self, agent: int) -> ControlSlots:
-        """Return the control instants of one agent as a schedule."""
-        return ControlSlots(self, agent)
-
     # --- rounds
 
     def round_end_after(self, local_ns: int) -> int:
         """Return the first end of a complete round strictly after `local_ns`; the start counts as one."""
         rounds = max(0, (local_ns - self.start_ns) // self.round_ns + 1)
         return self.start_ns + rounds * self.round_ns
-
-    def restart(self, at_local_ns: int, parts: int, slot_ns: int,
-                control_offset_ns: int | None = None) -> SlottedBroadcast:
-        """Return the schedule, from slot 0, that replaces this one at the first end of a round after `at_local_ns`."""
-        return replace(self, parts=parts, slot_ns=slot_ns, start_ns=self.round_end_after(at_local_ns),
-                       control_offset_ns=self.control_offset_ns if control_offset_ns is None else control_offset_ns)
 
     def fits(self, airtime_ns: int, control_airtime_ns: int = 0) -> None:
         """Raise `SlotTooShort` unless frames of these airtimes, with a guard before and after each, fit."""
@@ -167,31 +153,3 @@ def _fits(what: str, needed_ns: int, room_ns: int, guard_ns: int, airtime_ns: in
     if needed_ns > room_ns:
         raise SlotTooShort(f"{key}={room_ns}: a {what} frame of {airtime_ns} ns with its guard times of {guard_ns} ns "
                            f"needs {needed_ns} ns: lengthen it by {needed_ns - room_ns} ns or shorten frame or guard")
-
-
-@dataclass(frozen=True)
-class PartSlots:
-    """The instants at which one part begins to send, as a schedule."""
-
-    schedule: SlottedBroadcast
-    part: int
-
-    def __post_init__(self) -> None:
-        self.schedule.next_slot_of(self.part, 0)
-
-    def next_after(self, now_ns: int) -> int:
-        return self.schedule.data_ns(self.schedule.next_slot_of(self.part, now_ns).number)
-
-
-@dataclass(frozen=True)
-class ControlSlots:
-    """The instants at which one agent begins to send in its control sub-slots, as a schedule."""
-
-    schedule: SlottedBroadcast
-    agent: int
-
-    def __post_init__(self) -> None:
-        self.schedule.next_control_of(self.agent, 0)
-
-    def next_after(self, now_ns: int) -> int:
-        return self.schedule.control_ns(self.schedule.next_control_of(self.agent, now_ns).number)

@@ -61,4 +61,12 @@ class Fate(Enum):
     UNFINISHED = (
         "unfinished", "The run ended while the copy was still on its way.")
     RECEIVER_GONE = (
-        "receiver gone", "The receiver's node had ended before the copy arrived.")
+        "receiver gone", "The receiver's node was dead when the copy arrived: a fault had killed it.")
+    RECEIVER_PAUSED = (
+        "receiver paused", "The receiver's node stood still by a fault, and its receive buffer was full.")
+    CUT = (
+        "cut", "A fault had cut the link when the copy entered it or would have arrived; its cause names which.")
+    JAMMED = (
+        "jammed", "A jammer was on the air at the receiver while the frame was; its cause names the fault.")
+    BLACKED_OUT = (
+        "blacked out", "A fault had blinded the sensor at the exposure; its cause names which.")

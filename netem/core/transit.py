@@ -20,4 +20,5 @@ class Transit(msgspec.Struct, gc=False):
     data: bytes
     corrupt: bool = False
     copy: int = 0               # 0 the original, 1.. duplicates
+    undetected: bool = False    # corrupt, and no checksum finds it
     frame: Frame | None = None  # of which it is a copy, the same object on all links; None in tests of one link

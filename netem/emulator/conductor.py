@@ -11,7 +11,7 @@ A medium without latency gives H = t0: the conductor then grants the instant t0 
 
 Invariants:
 - no frame is delivered below the horizon that its receiver was granted before;
-- no window goes beyond an instant at which a node is gone: all happens before it, or knows of it;
+- no window goes beyond a `stop`: all that is before it happens before its action, all else knows of it;
 - the order of what happens depends on times, names and sequence numbers only, never on which report came first.
 """
 
@@ -21,17 +21,20 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from heapq import heappop, heappush
 from math import isfinite
+from typing import Any
 
 from netem.core.agenda import OFFER, SHOW, Agenda
 from netem.emulator.seat import Seat
 from netem.gateways.pace import Pace
 from netem.media.medium import Medium
+from netem.records.absence import Absence, Pause
 from netem.records.events import Event
 from netem.transport.hosts import Host
 from netem.wire.errors import InstantLoop, NodeFailure
 from netem.wire.instants import NEVER_NS
-from netem.wire.messages import Grant, Hello, Report
+from netem.wire.messages import Grant, Hello, Life, NodeFault, Report
 
 MAX_ROUNDS_AT_ONE_INSTANT = 100
 PROGRESS_EVERY_S = 0.1
@@ -43,7 +46,7 @@ class Recorders:
 
     sample: Callable[[str, int, Sequence[float]], None] = lambda node, time_ns, values: None
     event: Callable[[Event], None] = lambda event: None
-    gone: Callable[[str, int], None] = lambda node, from_ns: None
+    away: Callable[[str, Absence], None] = lambda node, absence: None
 
 
 @dataclass
@@ -65,9 +68,12 @@ class Conductor:
     counted: dict[str, dict[str, int]] = field(default_factory=dict)        # by node, from earlier reports
     seats: dict[str, Seat] = field(default_factory=dict)
     media: Mapping[str, Medium] = field(default_factory=dict)
+    stop_ns: int = 0                    # instant of the present stop, or of the last
     _next_out_ns: int = 0
-    _next_gone_ns: int = NEVER_NS       # the first of the instants `Seat.gone_from_ns` that lie ahead
-    _gone: list[Seat] = field(default_factory=list)
+    _next_stop_ns: int = NEVER_NS       # the first of the instants in `_stops`
+    _stops: list[tuple[int, int, Callable[[], None]]] = field(default_factory=list)     # a heap
+    _stops_so_far: int = 0
+    _faulty: list[Seat] = field(default_factory=list)           # those with faults for their next grants
     _talkers: set[str] = field(default_factory=set)     # nodes that made an offer in the last instant rounds
 
     def admit(self, hellos: Mapping[str, Hello], media: Mapping[str, Medium]) -> None:
@@ -82,17 +88,83 @@ class Conductor:
             seat.renew()
             self.seats[name] = seat
 
-    def node_is_gone(self, name: str, time_ns: int) -> None:
-        """Let the node act before `time_ns` and not at or after it; a copy that arrives then is `Fate.RECEIVER_GONE`.
+    def stop_at(self, time_ns: int, action: Callable[[], None]) -> None:
+        """Call `action` when all before `time_ns` has happened, and nothing at or after it, in the order of calls.
 
-        To be said after `admit`, from then on also by events of the agenda. ValueError for an instant that windows
-        have passed.
+        ValueError for an instant that windows have passed. In `action`, `kill`, `pause` and `fault` may be called.
         """
         if time_ns < self.passed_ns:
-            raise ValueError(f"{name} cannot be gone from {time_ns} ns on: the run is at {self.passed_ns} ns")
-        self.seats[name].gone_from_ns = time_ns
-        self._next_gone_ns = min(self._next_gone_ns, time_ns)
-        self.recorders.gone(name, time_ns)
+            raise ValueError(f"nothing can happen at {time_ns} ns any more: the run is at {self.passed_ns} ns")
+        heappush(self._stops, (time_ns, self._stops_so_far, action))
+        self._stops_so_far += 1
+        self._next_stop_ns = self._stops[0][0]
+
+    def fault(self, name: str, kind: str, fields: Mapping[str, Any]) -> None:
+        """At a stop: let a fault act in the node, before everything else that it does at this instant."""
+        seat = self.seats[name]
+        if not seat.faults:
+            self._faulty.append(seat)
+        seat.faults.append(NodeFault(self.stop_ns, kind, dict(fields)))
+        seat.earliest_ns = self.stop_ns
+
+    def pause(self, name: str, until_ns: int, depth: int) -> bool:
+        """At a stop: let the node stand still; of each medium, `depth` copies that arrive wait for `until_ns`.
+
+        A copy that finds the buffer full is `Fate.RECEIVER_PAUSED`. Returns False, and does nothing, if the node is
+        dead or stands still already.
+        """
+        seat = self.seats[name]
+        if seat.away_until_ns > self.stop_ns:
+            return False
+        pause = Pause(self.stop_ns, until_ns, depth)
+        self.recorders.away(name, pause)
+        seat.leave(self.stop_ns, until_ns, pause)
+        self.fault(name, "pause", {"until_ns": until_ns})
+        if until_ns < self.end_ns:
+            self.stop_at(until_ns, partial(self._go_on, seat, pause))
+        return True
+
+    def kill(self, name: str, boots_ns: int, fields: Mapping[str, Any]) -> bool:
+        """At a stop: end the node; what arrives before `boots_ns` is `Fate.RECEIVER_GONE`.
+
+        The node's last report brings its samples, events and counters, and what outlives it. Its next life begins at
+        once, without a program: its plant goes on, and is recorded and shown. The program starts anew at `boots_ns`,
+        or never at NEVER_NS. Returns False, and does nothing, if the node is dead already.
+        """
+        seat, now_ns = self.seats[name], self.stop_ns
+        if seat.away_until_ns > now_ns and seat.pause is None:
+            return False
+        self.windows += 1
+        self.grants += 1
+        grant = Grant(self.windows, now_ns, False, False, seat.take(now_ns),
+                      [*seat.faults, NodeFault(now_ns, "kill", {})])
+        seat.faults = []
+        (_, report), = self._exchange([(name, grant)])
+        if report.ends is not None:
+            self._end_early(name, *report.ends)
+        if report.offers:
+            raise self._broken_promise(seat, 0, report, now_ns)
+        self._keep(seat, report, now_ns)
+        seat.past.update(report.counters)
+        self.counted[name] = dict(seat.past)
+        self.host.kill(name)
+        if seat.pause is not None:
+            seat.pause.until_ns = now_ns
+            seat.held.clear()
+        self.recorders.away(name, Absence(now_ns, boots_ns))
+        seat.leave(now_ns, boots_ns, None)
+        seat.life += 1
+        hello = self.host.revive(name, Life(seat.life, now_ns, boots_ns, report.state or b"", list(seat.signals),
+                                            sorted(seat.quiet), dict(fields)))
+        seat.soft_ns, seat.firm_ns = hello.soft_ns, hello.firm_ns
+        seat.renew()
+        return True
+
+    def _go_on(self, seat: Seat, pause: Pause) -> None:
+        """Deliver what waited in the receive buffers of a node that stood still, unless it was killed meanwhile."""
+        if seat.pause is pause:
+            for arrival_ns, port, data in seat.come_back(self.stop_ns):
+                self.deliver(seat.name, seat.media[port], arrival_ns, data)
 
     def deliver(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> None:
         """Let a frame reach `receiver`, a node or gateway, at `arrival_ns`, unless the receiver is gone by then."""
@@ -104,6 +176,10 @@ class Conductor:
         assert arrival_ns >= seat.granted_ns, (
             f"{medium}: a frame reaches {receiver} at {arrival_ns} ns, below its horizon of {seat.granted_ns} ns")
         port = seat.ports[medium]
+        if arrival_ns < seat.away_until_ns:
+            if seat.pause is not None:
+                seat.hold((arrival_ns, port, data))
+            return
         seat.inbox.append((arrival_ns, port, data))
         if arrival_ns < seat.first_ns:
             seat.first_ns = arrival_ns
@@ -124,7 +200,7 @@ class Conductor:
         if self.pace is not None:
             self.pace.start()
         while True:
-            next_out_ns = end_ns
+            next_out_ns = min(end_ns, self._next_stop_ns)
             for seat in seats:
                 if seat.earliest_ns < next_out_ns:
                     next_out_ns = seat.earliest_ns
@@ -138,11 +214,11 @@ class Conductor:
             t0_ns = self._next_out_ns
             if t0_ns >= end_ns:
                 break
-            if t0_ns >= self._next_gone_ns:
-                self._let_go(seats, t0_ns)
-                end_ns = self.end_ns            # one of them may have ended the run
+            if t0_ns >= self._next_stop_ns:
+                self._stop()
+                end_ns = self.end_ns            # a node's last report may have ended the run
                 continue
-            horizon_ns = min(end_ns, self._next_gone_ns)
+            horizon_ns = min(end_ns, self._next_stop_ns)
             for medium in media:
                 reach_ns = medium.lookahead_ns(t0_ns)
                 if reach_ns < horizon_ns:
@@ -166,21 +242,17 @@ class Conductor:
             agenda.run_before(horizon_ns + 1 if instant else horizon_ns)
             if (wall_s := time.monotonic()) >= next_progress_s:
                 next_progress_s = wall_s + PROGRESS_EVERY_S
-                for seat in self._gone:
-                    seat.take(horizon_ns)       # deliveries that no node receives
                 self.progress(horizon_ns)
         self._finish(seats, self.end_ns)
         self.progress(self.end_ns)
 
-    def _let_go(self, seats: list[Seat], time_ns: int) -> None:
-        """Bring the nodes that are gone at `time_ns` to their ends, and remove them from `seats`."""
-        for seat in [seat for seat in seats if seat.gone_from_ns <= time_ns]:
-            self._finish([seat], seat.gone_from_ns)
-            seat.soft_ns = seat.firm_ns = NEVER_NS
-            seat.renew()
-            seats.remove(seat)
-            self._gone.append(seat)
-        self._next_gone_ns = min([seat.gone_from_ns for seat in seats], default=NEVER_NS)
+    def _stop(self) -> None:
+        """Call the actions of the next stop, in the order in which they were asked for."""
+        self.stop_ns = self._next_stop_ns
+        self.passed_ns = max(self.passed_ns, self.stop_ns)
+        while self._stops and self._stops[0][0] == self.stop_ns:
+            heappop(self._stops)[2]()
+        self._next_stop_ns = self._stops[0][0] if self._stops else NEVER_NS
 
     def _wait(self, pace: Pace, next_ns: int) -> bool:
         """Wait until the wall clock reaches `next_ns`; True if the caller has to determine the next instant again.
@@ -206,6 +278,8 @@ class Conductor:
                                     seat.take(limit_ns) if seat.first_ns < limit_ns else []))
                   for seat in seats if seat.earliest_ns < limit_ns]
         self.grants += len(grants)
+        if self._faulty:
+            self._hand_out_faults(grants)
         reports = self._exchange(grants)
         for name, report in reports:
             if report.ends is not None:
@@ -236,6 +310,14 @@ class Conductor:
                                   f"of its period in [{seat.earliest_ns}, {limit_ns}) ns", last_report=seat.standing())
             self.agenda.at(time_ns, SHOW, seat.name, partial(medium.show, seat.name, values, time_ns))
 
+    def _hand_out_faults(self, grants: list[tuple[str, Grant]]) -> None:
+        of_node = dict(grants)
+        for seat in self._faulty:
+            if seat.faults:
+                of_node[seat.name].faults = seat.faults
+                seat.faults = []
+        self._faulty.clear()
+
     def _end_early(self, name: str, time_ns: int, because: str) -> None:
         """End the run at `time_ns` as node `name` asks, or, if the run is past that, at the next possible instant.
 
@@ -251,7 +333,7 @@ class Conductor:
             return self.host.exchange(grants)
         except NodeFailure as failure:
             seat = self.seats[failure.node]
-            self.counters |= failure.counters
+            self.counters |= {name: self.seats[name].with_past(found) for name, found in failure.counters.items()}
             raise NodeFailure(failure.node, failure.reason, last_report=seat.standing(),
                               detail=failure.detail, others=failure.others) from None
 
@@ -263,7 +345,7 @@ class Conductor:
         seat.soft_ns, seat.firm_ns, seat.granted_ns = report.soft_ns, report.firm_ns, horizon_ns
         seat.earliest_ns = max(seat.firm_ns, min(seat.soft_ns, seat.pending_ns))
         if report.counters:
-            self.counted[seat.name] = report.counters
+            self.counted[seat.name] = seat.with_past(report.counters)
         width = len(seat.signals)
         for time_ns, values in report.samples:
             if len(values) != width or not seat.sampled_ns <= time_ns <= horizon_ns:
@@ -294,7 +376,7 @@ class Conductor:
         self.windows += 1
         grants = [(seat.name, Grant(self.windows, seat.granted_ns, False, True, [])) for seat in waiting]
         for name, report in self.host.last_words(grants, within_s):
-            self.counters[name] = report.counters
+            self.counters[name] = self.seats[name].with_past(report.counters)
 
     def _finish(self, seats: list[Seat], end_ns: int) -> None:
         """Send nodes their last grants: they take pending frames and report samples and counters, but make no offer."""
@@ -310,4 +392,4 @@ class Conductor:
             if report.offers:
                 raise self._broken_promise(seat, 0, report, end_ns)
             self._keep(seat, report, end_ns)
-            self.counters[name] = report.counters
+            self.counters[name] = seat.with_past(report.counters)

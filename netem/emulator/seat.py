@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 
+from netem.records.absence import Pause
 from netem.wire.instants import NEVER_NS
-from netem.wire.messages import Delivery
+from netem.wire.messages import Delivery, NodeFault
 
 
 @dataclass(slots=True, eq=False)
@@ -23,8 +25,13 @@ class Seat:
     earliest_ns: int = 0                # least instant of its next offer: max(firm, min(soft, pending))
     granted_ns: int = 0                 # horizon of its last grant
     sampled_ns: int = 0                 # its last sample
-    gone_from_ns: int = NEVER_NS        # the node neither acts nor receives at or after this instant
+    away_until_ns: int = 0              # what arrives before it does not reach the node, or waits for this instant
+    pause: Pause | None = None          # of a node that stands still
+    faults: list[NodeFault] = field(default_factory=list)       # for its next grant, all of the present instant
+    life: int = 0                       # how often the node was killed
+    past: Counter[str] = field(default_factory=Counter)         # its counters from the lives before this one
     inbox: list[Delivery] = field(default_factory=list)
+    held: list[Delivery] = field(default_factory=list)          # arrived while the node stands still
     ports: dict[str, int] = field(init=False)           # index of the port to each medium
 
     def __post_init__(self) -> None:
@@ -33,6 +40,45 @@ class Seat:
     def renew(self) -> None:
         """Recompute `earliest_ns`."""
         self.earliest_ns = max(self.firm_ns, min(self.soft_ns, self.pending_ns))
+
+    def leave(self, now_ns: int, until_ns: int, pause: Pause | None) -> None:
+        """Let nothing arrive from now on and before `until_ns`: drop it, or hold it if the node stands still.
+
+        What arrived before now and waits for the next grant stays.
+        """
+        before = self.take(now_ns)
+        due = self.take(until_ns)
+        self.away_until_ns, self.pause = until_ns, pause
+        if pause is not None:
+            for delivery in due:
+                self.hold(delivery)
+        self.inbox = before + self.inbox
+        if before:
+            self.first_ns = before[0][0]
+
+    def hold(self, delivery: Delivery) -> None:
+        """Keep what arrives while the node stands still."""
+        assert self.pause is not None
+        arrival_ns, port, _ = delivery
+        self.pause.arrives(self.media[port], arrival_ns)
+        self.held.append(delivery)
+
+    def come_back(self, now_ns: int) -> list[Delivery]:
+        """Return what waited in the receive buffers, to be delivered now."""
+        held, depth = sorted(self.held, key=_arrival), 0 if self.pause is None else self.pause.depth
+        self.held, self.pause = [], None
+        waiting: dict[int, list[Delivery]] = {}
+        for _, port, data in held:
+            waiting.setdefault(port, []).append((now_ns, port, data))
+        return [delivery for deliveries in waiting.values() for delivery in deliveries[:depth]]
+
+    def with_past(self, counters: dict[str, int]) -> dict[str, int]:
+        """Return the counters of this life with those of the lives before."""
+        if not self.past:
+            return counters
+        total = Counter(self.past)
+        total.update(counters)
+        return dict(total)
 
     def standing(self) -> str:
         """Return the node's last report in words, for an error message."""

@@ -22,7 +22,7 @@ from netem.core.frame import Frame
 from netem.core.transit import Transit
 from netem.impairments import Impairment
 
-Change = tuple[int, bytes, bool]        # (delay_ns, data, corrupt) of a copy that comes out
+Change = tuple[int, Transit]            # (delay_ns, copy) of each that comes out
 
 
 class Shared:
@@ -33,22 +33,22 @@ class Shared:
         self.loses_as: Fate = impairment.loses_as
         self._frame: Frame | None = None
         self._number = -1
-        self._passed: dict[tuple[int, bytes, bool], list[Change]] = {}    # of that frame, by (copy, data, corrupt)
+        self._passed: dict[tuple[int, bytes, bool, bool], list[Change]] = {}      # of that frame, by what a copy is
 
     def carry(self, transit: Transit) -> Iterable[Transit]:
         if transit.frame is not self._frame or transit.frame is None:
             self._frame = transit.frame
             self._number += 1
             self._passed.clear()
-        key = (transit.copy, transit.data, transit.corrupt)
+        key = (transit.copy, transit.data, transit.corrupt, transit.undetected)
         changes = self._passed.get(key)
         if changes is None:
             came_ns = transit.arrival_ns
-            changes = self._passed[key] = [(out.arrival_ns - came_ns, out.data, out.corrupt)
+            changes = self._passed[key] = [(out.arrival_ns - came_ns, out)
                                            for out in self.impairment.carry(replace(transit, number=self._number))]
         return self._leave(transit, changes)
 
     def _leave(self, transit: Transit, changes: list[Change]) -> Iterator[Transit]:
-        for delay_ns, data, corrupt in changes:
-            yield Transit(transit.number, transit.sent_ns, transit.arrival_ns + delay_ns, data, corrupt, transit.copy,
-                          transit.frame)
+        for delay_ns, out in changes:
+            yield replace(out, number=transit.number, sent_ns=transit.sent_ns, copy=transit.copy,
+                          arrival_ns=transit.arrival_ns + delay_ns)

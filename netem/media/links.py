@@ -28,7 +28,7 @@ class Links:
                  pipelines: Mapping[LinkName, Sequence[tuple[str, Impairment]]]) -> None:
         self._ledger = ledger
         self._deliver = deliver
-        self._pipelines = pipelines
+        self._pipelines = {link: list(pipeline) for link, pipeline in pipelines.items()}
         self._entered: dict[LinkName, int] = {}
 
     def receive(self, frame: Frame, receiver: str, arrival_ns: int, *, checksum: bool, copy: int = 0) -> None:
@@ -44,6 +44,10 @@ class Links:
         else:
             self._deliver(receiver, medium, arrival_ns, frame.data)
             self._ledger.close(frame, receiver, Fate.DELIVERED, copy=copy, delivered_ns=arrival_ns)
+
+    def pipeline(self, link: LinkName) -> list[tuple[str, Impairment]]:
+        """Return the (name, impairment) pairs of a link in their order, to be changed before copies come."""
+        return self._pipelines.setdefault(link, [])
 
     def tell(self, receiver: str, medium: str, arrival_ns: int, data: bytes) -> None:
         """Deliver a message of the node's own interface to the medium: no frame on the medium, so not in the ledger."""
@@ -69,7 +73,7 @@ class Links:
                 survivors.extend(out)
             copies = survivors
         for copy in copies:
-            if copy.corrupt and checksum:
+            if copy.corrupt and checksum and not copy.undetected:
                 self._ledger.close(frame, receiver, Fate.CORRUPTED, copy=copy.copy, cause="checksum")
             else:
                 self._deliver(receiver, frame.medium, copy.arrival_ns, copy.data)

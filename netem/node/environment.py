@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from heapq import heappop, heappush
+from heapq import heapify, heappop, heappush
 from typing import Any, Final
 
 from mypy_extensions import mypyc_attr
@@ -41,8 +41,8 @@ class Clock:
 class NodeEnvironment(Clock, Environment):
     _now = Clock.__dict__["now_ns"]     # SimPy's name for the same slot; neither needs a call to be read or set
 
-    def __init__(self) -> None:
-        super().__init__(initial_time=0)
+    def __init__(self, from_ns: int = 0) -> None:
+        super().__init__(initial_time=from_ns)
         self.queue: list[tuple[Any, Any, int, Any]] = self._queue        # a heap by time
         self.time_ns: Callable[[], int] = partial(getattr, self, "now_ns")     # read often, so no Python frame
 
@@ -54,6 +54,14 @@ class NodeEnvironment(Clock, Environment):
         """Set the time to `time_ns`, before which every event has run."""
         assert self.now_ns <= time_ns, f"{time_ns} ns lies before {self.now_ns} ns"
         self.now_ns = time_ns
+
+
+    def hold_until(self, time_ns: int) -> None:
+        """Move every event before `time_ns` to that instant, in their order."""
+        held = sorted(entry for entry in self.queue if entry[0] < time_ns)
+        self.queue[:] = [(time_ns, NORMAL, next(self._eid), event) for *_, event in held] + \
+                        [entry for entry in self.queue if entry[0] >= time_ns]
+        heapify(self.queue)
 
 
 # No methods, as compiled code calls a function without a look-up.

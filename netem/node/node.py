@@ -11,7 +11,8 @@ Invariants:
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from math import nan
 from typing import Any, Final
 
 import simpy
@@ -24,7 +25,7 @@ from netem.wire.errors import WHOLE_NANOSECONDS
 from netem.wire.instants import NEVER_NS
 from netem.wire.level import Level
 from netem.wire.messages import Event as ToldEvent
-from netem.wire.messages import Grant, Hello, Offer, Report, Sample, Shown
+from netem.wire.messages import Grant, Hello, Life, NodeFault, Offer, Report, Sample, Shown
 
 FrameBytes = bytes | bytearray | memoryview | Any       # Any: `Node.offer` refuses other types, compiled or not
 WAS_ANSWERS: Final = ("a port has no `answers` any more: write `board.port(name, on_receive, listen_only=True)` for "
@@ -79,11 +80,13 @@ class Port:
 
 @mypyc_attr(allow_interpreted_subclasses=True)
 class Node:
-    def __init__(self, name: str, ports: Sequence[str], sample_period_ns: int = 0) -> None:
+    def __init__(self, name: str, ports: Sequence[str], sample_period_ns: int = 0, life: Life | None = None) -> None:
+        """`life` is that of a node that was killed: this one takes its place, from its instant on."""
         if sample_period_ns < 0:
             raise ValueError(f"sample_period_ns={sample_period_ns}: expected 0 (no samples) or more")
         self.name = name
-        self.env = NodeEnvironment()
+        self.from_ns = 0 if life is None else life.from_ns
+        self.env = NodeEnvironment(self.from_ns)
         self.ports: Named[Port] = Named({port: Port(self, index, port) for index, port in enumerate(ports)}, name,
                                         "port", f"no medium is attached: agents.{name}.media or [media] names none")
         self._port_list = list(self.ports.values())
@@ -97,7 +100,7 @@ class Node:
         self._signals: list[tuple[str, str]] = []
         self._reads: list[tuple[tuple[str, ...], Callable[[], Sequence[Any]]]] = []
         self._sample_period_ns = sample_period_ns
-        self._next_sample_ns = 0 if sample_period_ns else NEVER_NS
+        self._next_sample_ns = _multiple_from(self.from_ns, sample_period_ns) if sample_period_ns else NEVER_NS
         self._shows: list[tuple[int, int, Callable[[], Sequence[float]]]] = []      # (port, period_ns, read)
         self._shown: list[Shown] = []
         self._next_show_ns = NEVER_NS
@@ -105,6 +108,12 @@ class Node:
         self.next_frame_ns: Callable[[], int] = _no_plan      # returns the earliest instant of a planned frame
         self._ends_ns = NEVER_NS        # instant at which this node ends the run
         self._ends_because = ""         # reason of that end
+        self._fault_acts: dict[str, Callable[[Mapping[str, Any]], bytes | None]] = {"pause": self._pause}
+        self._former: list[tuple[str, str]] = []    # signals of the first life of a node that was killed
+        if life is not None:
+            self._former = list(life.signals)
+            for index in life.quiet:
+                self._port_list[index].listen_only = True
 
     # --- for programs
 
@@ -176,6 +185,8 @@ class Node:
         twice = [name for name, _ in names_and_units if name in known]
         if twice:
             raise ValueError(f"{self.name}: signal {twice[0]!r} is there already: each name once")
+        if self._former:
+            self._same_as_in_the_first_life(names_and_units)
         self._signals.extend(names_and_units)
         self._reads.append((tuple(name for name, _ in names_and_units), read))
 
@@ -189,7 +200,7 @@ class Node:
         if period_ns < 1:
             raise ValueError(f"period_ns={period_ns}: expected at least 1")
         self._shows.append((self.ports[port].index, period_ns, read))
-        self._next_show_ns = 0
+        self._next_show_ns = min(self._next_show_ns, _multiple_from(self.from_ns, period_ns))
 
     def count(self, name: str, by: int = 1) -> None:
         self._counters[name] += by
@@ -207,13 +218,26 @@ class Node:
         """Record an event as a warning: an assumption of the program, or a requirement, does not hold."""
         self.event(kind, detail, Level.WARNING)
 
+    def forget_signals(self) -> None:
+        """Forget the signals declared so far, as the program of a node that was killed declares them anew."""
+        self._signals.clear()
+        self._reads.clear()
+
+    def at_fault(self, kind: str, act: Callable[[Mapping[str, Any]], bytes | None]) -> None:
+        """Let `act(fields)` carry out faults of this kind at this node.
+
+        It returns the state that outlives the node, None if the node lives on. A fault of a kind without such a
+        function ends the run with an error.
+        """
+        self._fault_acts[kind] = act
+
     # --- for the host
 
     def hello(self) -> Hello:
         quiet = [port.index for port in self._port_list if port.listen_only]
         self._listens = len(quiet) < len(self._port_list)
         return Hello(self.name, min(max(self.env.next_ns(), self._soft_ns), self._next_show_ns),
-                     min(self._firm_ns, self._next_show_ns), list(self.ports), self._signals, quiet)
+                     min(self._firm_ns, self._next_show_ns), list(self.ports), self._former or self._signals, quiet)
 
     def counters(self) -> dict[str, int]:
         """Return the counters of the program so far."""
@@ -224,7 +248,7 @@ class Node:
         if self._ends_ns != NEVER_NS:           # no None: mypyc assumes that it stays None
             return self._end_report(grant)
         try:
-            report = self._advance(grant)
+            report = self._advance_through_faults(grant) if grant.faults else self._advance(grant)
         except Exception:
             if self._ends_ns == NEVER_NS:
                 raise
@@ -235,10 +259,48 @@ class Node:
         """Return the report of a node that ends the run: its work so far, and promises that do not delay the end."""
         if report is None:
             report = Report(grant.window, NEVER_NS, NEVER_NS, self._offers, self._samples, self._events,
-                            dict(self._counters) if grant.last else {}, "", None, self._shown)
+                            dict(self._counters) if grant.last else {}, "", None, None, self._shown)
             self._offers, self._samples, self._events, self._shown = [], [], [], []
         report.ends = self._ends_ns, self._ends_because
         return report
+
+    def _advance_through_faults(self, grant: Grant) -> Report:
+        """Advance to each fault, let it act, and go on; return all in one report."""
+        offers: list[Offer] = []
+        samples: list[Sample] = []
+        events: list[ToldEvent] = []
+        shown: list[Shown] = []
+        deliveries, state = grant.deliveries, None
+        for fault in grant.faults:
+            earlier = [delivery for delivery in deliveries if delivery[0] < fault.time_ns]
+            deliveries = deliveries[len(earlier):]
+            report = self._advance(Grant(grant.window, fault.time_ns, False, False, earlier))
+            offers += report.offers
+            samples += report.samples
+            events += report.events
+            shown += report.shown
+            self.env.move_to(fault.time_ns)
+            self._soft_ns = self._firm_ns = 0       # the program may change its plans
+            state = self._act(fault) or state
+        report = self._advance(Grant(grant.window, grant.horizon_ns, grant.instant, grant.last, deliveries))
+        return Report(report.window, report.soft_ns, report.firm_ns, offers + report.offers, samples + report.samples,
+                      events + report.events, dict(self._counters), "", None, state, shown + report.shown)
+
+    def _act(self, fault: NodeFault) -> bytes | None:
+        if fault.kind not in self._fault_acts:
+            raise RuntimeError(f"{self.name}: no fault {fault.kind!r} can act in this node; those that can are "
+                               f"{', '.join(self._fault_acts)}")
+        return self._fault_acts[fault.kind](fault.fields)
+
+    def _pause(self, fields: Mapping[str, Any]) -> None:
+        """Let no event of the program run before `until_ns`, when those that were due run in their order."""
+        self.env.hold_until(fields["until_ns"])
+
+    def _same_as_in_the_first_life(self, names_and_units: Sequence[tuple[str, str]]) -> None:
+        for signal in names_and_units:
+            if tuple(signal) not in [tuple(former) for former in self._former]:
+                raise ValueError(f"{self.name}: signal {signal[0]!r} [{signal[1]}] was not declared before the node "
+                                 "was killed: a program declares the same signals in each of its lives")
 
     def _advance(self, grant: Grant) -> Report:
         horizon_ns = grant.horizon_ns
@@ -282,7 +344,7 @@ class Node:
         if soft_ns > self._next_show_ns:
             soft_ns = self._next_show_ns
         report = Report(grant.window, soft_ns, firm_ns, self._offers, self._samples, self._events,
-                        dict(self._counters) if grant.last else {}, "", None, self._shown)
+                        dict(self._counters) if grant.last else {}, "", None, None, self._shown)
         self._offers, self._samples, self._events, self._shown = [], [], [], []
         return report
 
@@ -319,10 +381,17 @@ class Node:
                     raise ValueError(f"{self.name}: {len(found)} values for the signals {', '.join(names)} at "
                                      f"{self._next_sample_ns} ns: expected {len(names)}")
                 values += found
+            if self._former:
+                values = self._by_former_signals(values)
             if values:
                 self._samples.append((self._next_sample_ns, values))
             self._next_sample_ns += self._sample_period_ns
         self._reading_ns = -1
+
+    def _by_former_signals(self, values: Sequence[float]) -> list[float]:
+        """Return a value for each signal of the first life; nan for one that nothing reads in this life so far."""
+        found = dict(zip([name for name, _ in self._signals], values, strict=True))
+        return [found.get(name, nan) for name, _ in self._former]
 
     def _show_before(self, time_ns: int) -> None:
         while (now_ns := self._next_show_ns) < time_ns:
@@ -332,3 +401,8 @@ class Node:
                     self._shown.append((now_ns, port, list(read())))
             self._next_show_ns = min(now_ns - now_ns % period_ns + period_ns for _, period_ns, _ in self._shows)
         self._reading_ns = -1
+
+
+def _multiple_from(time_ns: int, period_ns: int) -> int:
+    """Return the first multiple of `period_ns` not before `time_ns`."""
+    return -(-time_ns // period_ns) * period_ns

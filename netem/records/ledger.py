@@ -4,8 +4,8 @@ Conservation is checked by two independent counts: `expect` where copies are cre
 receivers of a frame, by a link for duplicates) and `close` where they end.
 
 A copy is closed when its medium or link decides about it, which may be long before it arrives. Until the emulator has
-passed the arrival, the fate may change: to UNFINISHED if the run ends first, to RECEIVER_GONE if the receiver's node
-does. `keep`, a full chunk and `finish` settle fates; a settled fate is final.
+passed the arrival, the fate may change: to UNFINISHED if the run ends first, to RECEIVER_GONE or RECEIVER_PAUSED if the
+receiver's node does not take it. `keep`, a full chunk and `finish` settle fates; a settled fate is final.
 
 Invariants:
 - rows are in the order in which copies were closed, the emulator's event order, which does not depend on the host;
@@ -30,6 +30,7 @@ from mypy_extensions import mypyc_attr
 
 from netem.core.fate import Fate
 from netem.core.frame import Frame
+from netem.records.absence import Absence
 from netem.records.ledger_hash import LedgerHash
 from netem.records.uninterrupted import uninterrupted
 from netem.wire.instants import NEVER_NS
@@ -79,7 +80,7 @@ class Ledger:
         self._kept = 0                          # the first `_kept` of `_rows` are settled, hashed and in the journal
         self._passed_ns = passed_ns
         self._listeners = listeners
-        self._gone_from_ns: dict[str, int] = {}                 # by receiver
+        self._absences: dict[str, list[Absence]] = {}           # by receiver
         self._hash = LedgerHash(COLUMNS)
         self._file = _open(path, metadata or {}) if path else None
         self._chunk_rows = chunk_rows
@@ -99,9 +100,12 @@ class Ledger:
         if len(rows) >= self._flush_at:
             self._flush()
 
-    def receiver_gone(self, receiver: str, from_ns: int) -> None:
-        """Note that no copy reaches `receiver` at or after `from_ns`, an instant that the emulator has not passed."""
-        self._gone_from_ns[receiver] = from_ns
+    def receiver_away(self, receiver: str, absence: Absence) -> None:
+        """Note an interval, which the emulator has not passed, in which `receiver` does not take what arrives.
+
+        The intervals of one receiver do not overlap.
+        """
+        self._absences.setdefault(receiver, []).append(absence)
 
     @property
     def expected(self) -> int:
@@ -193,7 +197,7 @@ class Ledger:
         With `ended` that row and later ones like it become UNFINISHED. Returns b"" if no row is settled.
         """
         rows: list[Any] = self._rows            # not Row: compiled code would unpack each
-        gone, kept, settled = self._gone_from_ns, self._kept, len(rows)
+        absences, kept, settled = self._absences, self._kept, len(rows)
         for index in range(kept, settled):
             arrival_ns = rows[index][DELIVERED_NS]
             if arrival_ns >= passed_ns:
@@ -201,8 +205,8 @@ class Ledger:
                     settled = index
                     break
                 self._correct(index, Fate.UNFINISHED, "under way")
-            elif gone and arrival_ns >= gone.get(rows[index][RECEIVER], NEVER_NS):
-                self._correct(index, Fate.RECEIVER_GONE, "")
+            elif absences and arrival_ns >= 0:
+                self._settle_absence(index, rows[index], arrival_ns)
         if settled == kept:
             return b""
         self._kept = settled
@@ -210,6 +214,14 @@ class Ledger:
         for tell in self._listeners:
             tell(rows)
         return self._hash.add(rows)
+
+    def _settle_absence(self, index: int, row: Any, arrival_ns: int) -> None:
+        """Correct the fate of a copy that arrived while its receiver did not take what arrives."""
+        for absence in self._absences.get(row[RECEIVER], ()):
+            if absence.from_ns <= arrival_ns < absence.until_ns:
+                if (fate := absence.fate(row[0], arrival_ns)) is not None:
+                    self._correct(index, fate, "")
+                return
 
     def _correct(self, index: int, fate: Fate, cause: str) -> None:
         """Replace the fate of a copy that does not arrive after all."""

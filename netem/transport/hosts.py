@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 from netem.node.node import Node
@@ -18,7 +19,7 @@ from netem.transport.watchdog import NodeHangs, Watchdog
 from netem.wire.credible import credible
 from netem.wire.errors import NodeFailure, is_interruption, programs_failed
 from netem.wire.instants import NEVER_NS
-from netem.wire.messages import Grant, Hello, Report
+from netem.wire.messages import Grant, Hello, Life, Report
 
 
 class Host(Protocol):
@@ -31,6 +32,12 @@ class Host(Protocol):
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         """Send every grant and wait for every report; raises `NodeFailure` for a node that fails or does not answer."""
 
+    def kill(self, name: str) -> None:
+        """End the node in the middle of whatever it does; returns when it is gone."""
+
+    def revive(self, name: str, life: Life) -> Hello:
+        """Start a node that was killed again, as `life` says; raises `NodeFailure` if it cannot start."""
+
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
         """After a failure, send every grant and return the reports that arrive; a missing one raises nothing."""
 
@@ -42,7 +49,8 @@ class Host(Protocol):
 
 
 class InlineHost:
-    """Runs all nodes in this process. `build` maps a node's name to the function that makes it.
+    """Runs all nodes in this process. `build` maps a node's name to the function that makes it, and `build_again(name,
+    life)` makes one that was killed.
 
     In virtual time `guard` watches the programs while they run. `under_way.words[0]` is the place in `build` of the
     node whose code runs, counted from 1. With a `timeout_s`, a `Watchdog` ends a run in which that code does not
@@ -51,8 +59,10 @@ class InlineHost:
 
     def __init__(self, build: Mapping[str, Callable[[], Node]], guard: OutsideGuard | None = None,
                  under_way: UnderWay | None = None, timeout_s: float | None = None,
-                 waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None) -> None:
+                 waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None,
+                 build_again: Callable[[str, Life], Node] | None = None) -> None:
         self._build = build
+        self._build_again = build_again
         self._guard = guard or OutsideGuard()
         self._guarded = guard is not None
         self._turn: Turn = self._guard      # the same object by its compiled base class, whose fields are read faster
@@ -65,31 +75,46 @@ class InlineHost:
 
     def start(self) -> dict[str, Hello]:
         failed: dict[str, tuple[str, str]] = {}
-        guard = self._guard
         if self._watchdog is not None:
             self._watchdog.start()
         if self._guarded:
-            guard.begin()
-        for name, build in self._build.items():
-            if guard.refusal is not None:
+            self._guard.begin()
+        for name in self._build:
+            if self._guard.refusal is not None:
                 break
-            guard.program_runs = True
-            self._running[0] = self._places[name]
-            try:
-                self._nodes[name] = build()
-                guard.check()
-            except NodeHangs as error:
-                raise self._hangs(name) from error
-            except BaseException as error:
-                if is_interruption(error):
-                    raise
-                failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
-            finally:
-                guard.program_runs = False
-                self._returned()
+            self._begin(name, self._build[name], failed)
         if failed:
             raise programs_failed(failed)
         return {name: credible(name, node.hello()) for name, node in self._nodes.items()}
+
+    def kill(self, name: str) -> None:
+        del self._nodes[name]
+
+    def revive(self, name: str, life: Life) -> Hello:
+        assert self._build_again is not None, "this host cannot build a node again"
+        failed: dict[str, tuple[str, str]] = {}
+        self._begin(name, partial(self._build_again, name, life), failed)
+        if failed:
+            raise programs_failed(failed)
+        return credible(name, self._nodes[name].hello())
+
+    def _begin(self, name: str, build: Callable[[], Node], failed: dict[str, tuple[str, str]]) -> None:
+        """Build a node; `failed` gets the reason and the traceback if that fails."""
+        guard = self._guard
+        guard.program_runs = True
+        self._running[0] = self._places[name]
+        try:
+            self._nodes[name] = build()
+            guard.check()
+        except NodeHangs as error:
+            raise self._hangs(name) from error
+        except BaseException as error:
+            if is_interruption(error):
+                raise
+            failed[name] = "could not start", guard.with_refusal(traceback.format_exc())
+        finally:
+            guard.program_runs = False
+            self._returned()
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
         reports = []

@@ -46,7 +46,7 @@ def _serve(start: StartMessage, build: Callable[[StartMessage], Node], pipe: Emu
     encode = msgspec.msgpack.Encoder().encode
     decode = msgspec.msgpack.Decoder(Grant).decode
     with Session(start.secret, connect=start.endpoint) as session:
-        grants = session.receiver(keys.grant(run, name))
+        grants = session.receiver(keys.grant(run, name, 0 if start.life is None else start.life.number))
         out = session.sender(keys.report(run, name))
         out.await_subscriber(start.timeout_s)
         fork = _Fork()

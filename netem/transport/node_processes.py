@@ -48,14 +48,17 @@ class NodeProcesses:
         self._pids: dict[str, int] = {}
         self._under_way: dict[str, UnderWay] = {}
 
-    def start(self, node: str, log: Path) -> BinaryIO:
-        """Start `node` with its output going to `log`; returns its standard input. The node ends when that closes."""
+    def start(self, node: str, log: Path, again: bool = False) -> BinaryIO:
+        """Start `node` with its output going to `log`, added to what is there if `again`; returns its standard input.
+
+        The node ends when that closes.
+        """
         reading, writing = os.pipe()
         self._names.add(node)
         under_way = self._under_way[node] = UnderWay()
         self._listen()          # the fork server does not read while its own messages fill the socket
         try:
-            with log.open("wb") as file:
+            with log.open("ab" if again else "wb") as file:
                 self._tell(Start(node), [reading, file.fileno(), under_way.file])
         finally:
             os.close(reading)
@@ -92,6 +95,20 @@ class NodeProcesses:
 
     def kill(self, node: str) -> None:
         self._tell(Kill(node), [])
+
+    def end(self, node: str, timeout_s: float) -> bool:
+        """Kill `node` and wait for its end, so that it can be started again; False if it lives after `timeout_s`."""
+        self.kill(node)
+        deadline_s = time.monotonic() + timeout_s
+        while self.exit_code(node) is None and (left_s := deadline_s - time.monotonic()) > 0:
+            self._listen(left_s)
+        if self.exit_code(node) is None or node in self._orphans:
+            return False
+        self._under_way.pop(node).close()
+        for known in (self._exit_codes, self._pids):
+            del known[node]
+        self._names.discard(node)
+        return True
 
     def close(self, timeout_s: float) -> None:
         """Wait up to `timeout_s` for the nodes to end, then kill the others, and end the fork server."""

@@ -32,7 +32,7 @@ from netem.transport.zenoh_session import NotReachable, Receiver, Sender, Sessio
 from netem.wire import keys
 from netem.wire.credible import credible
 from netem.wire.errors import NodeFailure, programs_failed
-from netem.wire.messages import UNREADABLE, Grant, Hello, Report
+from netem.wire.messages import UNREADABLE, Grant, Hello, Life, Report
 
 WATCH_EVERY_S: Final = 0.05
 GRACE_S: Final = 0.5                # for the last report of a process that has ended, which may still be on its way
@@ -46,6 +46,7 @@ END_WITHIN_S: Final = 5.0
 WAITING_AFTER_S: Final = 2.0
 TELL_EVERY_S: Final = 0.5
 KILL_AFTER_S: Final = 3.0
+KILL_WITHIN_S: Final = 5.0          # for the end of a process that a fault kills
 Message = TypeVar("Message", Hello, Report)
 
 
@@ -91,23 +92,45 @@ class ProcessHost:
             keys.report(run), *(keys.report(run, name) for name in (*self._specifications, "-")))
         self._alarm = self._session.sender(keys.report(run, "-"))
         self._processes = NodeProcesses(self._command, self._logs / FORK_SERVER_LOG, os.environ | ENVIRONMENT)
-        for name, specification in self._specifications.items():
-            self._spawn(name, StartMessage(self._session.endpoint, self._secret, run, name, self._timeout_s,
-                                           specification, self._virtual_time))
-            self._senders[name] = self._session.sender(keys.grant(run, name))
+        for name in self._specifications:
+            self._spawn(name, None)
         self._watchdog = threading.Thread(target=self._watch, name="node watchdog", daemon=True)
         self._watchdog.start()
         self._expect(set(self._starting))
         hellos = self._collect(set(self._starting), msgspec.msgpack.Decoder(Hello).decode, "word that it is ready")
         if failed := {name: ("could not start", hellos[name].error) for name in self._senders if hellos[name].error}:
             raise programs_failed(failed)
-        for name, sender in self._senders.items():
-            credible(name, hellos[name])
-            try:
-                sender.await_subscriber(self._timeout_s, give_up=partial(self._has_ended, name))
-            except NotReachable as error:
-                raise NodeFailure(name, f"does not hear its grants: {error}") from error
+        for name in self._senders:
+            self._greet(name, hellos[name])
         return hellos
+
+    def kill(self, name: str) -> None:
+        standard_input, teller = self._starting.pop(name)
+        if not self._alive.end(name, KILL_WITHIN_S):
+            raise NodeFailure(name, f"its process did not end within {KILL_WITHIN_S:g} s of SIGKILL",
+                              detail=self._detail(name))
+        teller.join()
+        with suppress(OSError):
+            standard_input.close()
+        self._ended_s.pop(name, None)
+
+    def revive(self, name: str, life: Life) -> Hello:
+        self._spawn(name, life)
+        awaited = {name}
+        self._expect(awaited)
+        hello = self._collect(awaited, msgspec.msgpack.Decoder(Hello).decode, "word that it is ready")[name]
+        if hello.error:
+            raise programs_failed({name: ("could not start", hello.error)})
+        self._greet(name, hello)
+        return hello
+
+    def _greet(self, name: str, hello: Hello) -> None:
+        """Check the hello of a node, and wait until the node hears its grants."""
+        credible(name, hello)
+        try:
+            self._senders[name].await_subscriber(self._timeout_s, give_up=partial(self._has_ended, name))
+        except NotReachable as error:
+            raise NodeFailure(name, f"does not hear its grants: {error}") from error
 
     def reachable_at(self) -> tuple[str, str]:
         """(Zenoh endpoint, name of the run) at which this host, once started, can be reached."""
@@ -193,8 +216,12 @@ class ProcessHost:
         assert self._processes is not None, "the host was not started"
         return self._processes
 
-    def _spawn(self, name: str, start: StartMessage) -> None:
-        standard_input = self._alive.start(name, self._logs / f"{name}.log")
+    def _spawn(self, name: str, life: Life | None) -> None:
+        assert self._session is not None
+        self._senders[name] = self._session.sender(keys.grant(self._run, name, 0 if life is None else life.number))
+        start = StartMessage(self._session.endpoint, self._secret, self._run, name, self._timeout_s,
+                             self._specifications[name], self._virtual_time, life)
+        standard_input = self._alive.start(name, self._logs / f"{name}.log", again=life is not None)
         # A thread writes: if a process does not read, the start goes on and the watchdog can name that node.
         teller = threading.Thread(target=_tell, args=(standard_input, msgspec.json.encode(start) + b"\n"), daemon=True)
         self._starting[name] = standard_input, teller

@@ -11,6 +11,8 @@ import threading
 
 import msgspec
 
+from netem.wire.messages import Life
+
 ABANDONED = 4       # exit code of a node whose emulator has ended
 
 
@@ -27,6 +29,7 @@ class StartMessage(msgspec.Struct):
     timeout_s: float
     specification: bytes
     virtual_time: bool = True
+    life: Life | None = None        # of a node that was killed
 
 
 class EmulatorPipe:

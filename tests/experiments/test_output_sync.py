@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from agents.synchronization.closed_loop import ClosedLoop
-from agents.synchronization.exact_run import alternating, simulate
 from agents.synchronization.round_plans import RoundPlans
 from agents.synchronization.team import read_team
 from experiments.judge.run_data import RunData, load_run
@@ -20,6 +19,7 @@ from experiments.scenario.loader import load
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError
 from firmware_sim.slot_drift import collision_free_until
+from tests.agents.synchronization.exact_run import alternating, simulate
 
 ROBOTS = [f"r{i}" for i in range(1, 6)]
 L1_HEARD = "1 hears 2,4; 2 hears 3; 3 hears 5; 4 hears 1,2; 5 hears 3,4"
@@ -149,7 +149,7 @@ def test_with_biases_the_outputs_settle_at_the_equilibrium(tmp_path: Path) -> No
 
     team = read_team(wanted.team)
     loop = ClosedLoop(tuple(team.agents), team.laplacian_of(L1_LINKS))
-    equilibrium = loop.equilibrium_output([bias[0] for bias in team.biases])
+    equilibrium = loop.C_cl @ loop.equilibrium([bias[0] for bias in team.biases])
     settled = np.array([data.signals[robot].column("y")[-1] for robot in ROBOTS])
     # The slowest mode decays as exp(re t) from a start of a few units; 20 covers its overshoot and eigenvectors.
     left = 20 * np.exp(loop.rightmost_eigenvalue.real * 30.0)

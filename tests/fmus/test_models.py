@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from fmus.build import MODELS, own_models
 from fmus.description import PlantDescription
 from fmus.plant import Plant
-from fmus.reference import SYSTEMS, cases, exact_step
+from tests.fmus.reference import SYSTEMS, cases, exact_step
 
 MS = 1_000_000
 EPS = np.finfo(float).eps

@@ -17,7 +17,7 @@ from fmus.describe import read_model
 from fmus.description import PlantDescription
 from fmus.plant import Plant, PlantError
 from fmus.presets import read_presets
-from fmus.reference import AIRFRAME, cases, quadrotor_at
+from tests.fmus.reference import AIRFRAME, cases, quadrotor_at
 
 MS = 1_000_000
 EPS = np.finfo(float).eps

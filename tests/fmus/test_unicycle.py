@@ -13,7 +13,7 @@ from scipy.special import fresnel, sici
 
 from fmus.description import PlantDescription
 from fmus.plant import Plant, PlantError
-from fmus.reference import DRIVE, exact_step, unicycle_at
+from tests.fmus.reference import DRIVE, exact_step, unicycle_at
 
 MS = 1_000_000
 EPS = np.finfo(float).eps

@@ -13,7 +13,7 @@ import pytest
 
 from fmus.description import PlantDescription
 from fmus.plant import Plant, PlantError
-from fmus.reference import PIECES, exact_step
+from tests.fmus.reference import PIECES, exact_step
 
 MS = 1_000_000
 EPS = np.finfo(float).eps

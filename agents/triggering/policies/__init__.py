@@ -50,12 +50,9 @@ class Policy(Protocol[X, W]):
     @property
     def watch_ns(self) -> int:
         """Period at which the caller has to call `look` between measurements; 0: never."""
-        ...
 
     def decide(self, measured_ns: int, x: X, inputs: W) -> Decision:
         """Return the decision for x, measured at `measured_ns`; ValueError for x or inputs not finite or too large."""
-        ...
 
     def look(self, now_ns: int, x: X) -> Decision:
         """Return the last decision, prolonged as far as the present state x allows; never shortened."""
-        ...

@@ -8,15 +8,12 @@ one evaluation of the trigger.
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from typing import Generic
 
 from agents.triggering.error_gain import largest_horizon
 from agents.triggering.error_system import Prediction
 from agents.triggering.policies import Decision
-from agents.triggering.policies.input_output import IndividualGains, decision
-
-X = TypeVar("X")
-W = TypeVar("W", bound=tuple[float, ...])
+from agents.triggering.policies.input_output import IndividualGains, W, X, decision
 
 MS = 1_000_000
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Generic, TypeVar
 
-from agents.triggering.error_gain import KAPPA, Horizon, largest_horizon, longest_horizon_s
+from agents.triggering.error_gain import KAPPA, Horizon, largest_horizon
 from agents.triggering.error_system import ErrorSystem, Prediction
 from agents.triggering.gain_table import GainTable
 from agents.triggering.policies import Decision
@@ -53,17 +53,10 @@ class IndividualGains(Generic[X, W]):
         growth_until = self.system.growth_within(self.system.worst_inputs, radius)
         return largest_horizon(growth_until, self.gains.unified, self.kappa).tau_s
 
-    def longest_s(self, inputs: W) -> float:
-        """Return kappa / gamma_n of the inputs [s], an upper bound of the horizon (Remark 5)."""
-        return longest_horizon_s(self.gains.gain(self.system.admissible(inputs)), self.kappa)
-
 
 class UnifiedGain(IndividualGains[X, W]):
     def predict(self, x: X, inputs: W) -> tuple[float, Prediction[X]]:
         return self.gains.unified, self.system.predict(x, self.system.admissible(inputs), self.system.worst_inputs)
-
-    def longest_s(self, inputs: W) -> float:
-        return longest_horizon_s(self.gains.unified, self.kappa)
 
 
 def decision(measured_ns: int, horizon: Horizon, gain_per_s: float) -> Decision:

@@ -6,12 +6,10 @@ apart, so by the printed rule the last request is sent at tau_i (N^D + 1) / N^D,
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from typing import Generic
 
 from agents.triggering.policies import Decision, Policy
-
-X = TypeVar("X")
-W = TypeVar("W")
+from agents.triggering.policies.input_output import W, X
 
 
 class LossTolerant(Generic[X, W]):

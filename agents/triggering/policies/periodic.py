@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from typing import Generic
 
 from agents.triggering.error_gain import horizon_s
 from agents.triggering.policies import Decision
-from agents.triggering.policies.input_output import IndividualGains
-
-X = TypeVar("X")
-W = TypeVar("W", bound=tuple[float, ...])
+from agents.triggering.policies.input_output import IndividualGains, W, X
 
 
 class Periodic(Generic[X, W]):

@@ -6,7 +6,7 @@ no such instant.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -93,11 +93,13 @@ class _Frames:
             case "delivery_ratio" | "frames_not_delivered":
                 return self._first(~self.copies.delivered)
             case "age_of_information_max_s" | "age_of_information_mean_s":
-                return self._oldest()
+                return _greatest(self._ages())
             case "max_successive_losses":
-                return self._longest_loss()
-            case "inter_transmission_min_s" | "inter_transmission_max_s":
-                return self._gap(metric == "inter_transmission_min_s")
+                return _greatest(self._losses())
+            case "inter_transmission_min_s":
+                return _greatest(self._gaps(-1, "shortest"))
+            case "inter_transmission_max_s":
+                return _greatest(self._gaps(1, "longest"))
         return None
 
     def _first(self, chosen: Mask) -> Instant | None:
@@ -119,22 +121,19 @@ class _Frames:
         rows = np.lexsort((self.copies.ints(order), link))
         return np.split(rows, np.flatnonzero(np.diff(link[rows].astype(np.int64))) + 1) if rows.size else []
 
-    def _oldest(self) -> Instant | None:
-        """Return the instant of the delivery that ends the largest age, or the end of the run."""
-        best: tuple[int, Instant] | None = None
+    def _ages(self) -> Iterator[tuple[int, Instant]]:
+        """Yield each link's largest age with the instant of the delivery that ends it, or the end of the run."""
         delivered = self.copies.delivered
         for rows in self._by_link("delivered_ns"):
             got = rows[delivered[rows]]
             newest = np.maximum.accumulate(np.append(0, self.copies.ints("offered_ns")[got]))
             ends = np.append(self.copies.ints("delivered_ns")[got], self.length_ns)
             at = int((ends - newest).argmax())
-            age = int(ends[at] - newest[at])
-            if best is None or age > best[0]:
-                best = age, Instant(int(ends[at]), f"{self._link(int(rows[0]))}: the largest age ends")
-        return best and best[1]
+            yield int(ends[at] - newest[at]), Instant(int(ends[at]),
+                                                      f"{self._link(int(rows[0]))}: the largest age ends")
 
-    def _longest_loss(self) -> Instant | None:
-        best: tuple[int, Instant] | None = None
+    def _losses(self) -> Iterator[tuple[int, Instant]]:
+        """Yield each link's longest row of frames lost, with the first one's instant."""
         delivered = self.copies.delivered
         for rows in self._by_link("number"):
             numbers, first = np.unique(self.copies.ints("number")[rows], return_index=True)
@@ -142,24 +141,24 @@ class _Frames:
             bounds = np.concatenate([[-1], np.flatnonzero(arrived), [numbers.size]])
             lost = np.diff(bounds) - 1
             at = int(lost.argmax())
-            if lost[at] and (best is None or lost[at] > best[0]):
+            if lost[at]:
                 row = int(rows[first[bounds[at] + 1]])
-                best = int(lost[at]), Instant(int(self.copies.ints("offered_ns")[row]),
-                                              f"{self._link(row)}: {lost[at]} frames in a row are lost from here on")
-        return best and best[1]
+                yield int(lost[at]), Instant(int(self.copies.ints("offered_ns")[row]),
+                                             f"{self._link(row)}: {lost[at]} frames in a row are lost from here on")
 
-    def _gap(self, shortest: bool) -> Instant | None:
-        best: tuple[int, Instant] | None = None
+    def _gaps(self, sign: int, words: str) -> Iterator[tuple[int, Instant]]:
+        """Yield each link's greatest time between transmissions, times `sign`, with the instant of its end."""
         on_air_ns = self.copies.ints("on_air_ns")
         for rows in self._by_link("number"):
             rows = rows[on_air_ns[rows] >= 0]
             starts = np.unique(on_air_ns[rows])
-            if starts.size < 2:
-                continue
-            gaps = np.diff(starts) * (1 if shortest else -1)
-            at = int(gaps.argmin())
-            if best is None or gaps[at] < best[0]:
-                sender, words = self._link(int(rows[0])).partition(" -> ")[0], "shortest" if shortest else "longest"
-                best = int(gaps[at]), Instant(int(starts[at + 1]),
-                                              f"{sender}: the {words} time between transmissions ends")
-        return best and best[1]
+            if starts.size > 1:
+                gaps = np.diff(starts) * sign
+                at = int(gaps.argmax())
+                sender = self._link(int(rows[0])).partition(" -> ")[0]
+                yield int(gaps[at]), Instant(int(starts[at + 1]),
+                                             f"{sender}: the {words} time between transmissions ends")
+
+
+def _greatest(found: Iterable[tuple[int, Instant]]) -> Instant | None:
+    return max(found, default=(0, None), key=lambda scored: scored[0])[1]

@@ -45,6 +45,10 @@ FATES: Final[Mapping[Fate, Pair]] = MappingProxyType({
     Fate.MALFORMED: Pair("#a05a2c", "#cf8657"),
     Fate.UNFINISHED: Pair("#87929d", "#b9c2cb"),
     Fate.RECEIVER_GONE: Pair("#5c6672", "#93a0ad"),
+    Fate.RECEIVER_PAUSED: Pair("#4a7a8c", "#7fb3c8"),
+    Fate.CUT: Pair("#a4243b", "#f2708a"),
+    Fate.JAMMED: Pair("#7a1fa2", "#c77dff"),
+    Fate.BLACKED_OUT: Pair("#1f4e4a", "#5fa8a0"),
 })
 
 

@@ -54,6 +54,5 @@ class Table(Protocol):
 
     def steps(self, runs: int) -> int:
         """Return the number of calls of `progress` for `runs` runs."""
-        ...
 
     def measure(self, runs: int, progress: Callable[[], None]) -> Iterator[Measured]: ...

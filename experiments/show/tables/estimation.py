@@ -57,15 +57,17 @@ ADAPTIVE = {"circle": ((22.14, 0.9392, 22.6, 0.6), (0.3262, 0.0050, 0.335, 0.03)
             "zig-zag": ((25.380, 3.0976, 29.2, 1.0), (1.0044, 0.0306, 0.949, 0.03))}
 
 
-class FilterErrors:
-    """Tables 3.1 and 3.3."""
-
+class _OnPath:
     runs = 100
     judged_by = JUDGED_BY
 
     def __init__(self, path: str, title: str) -> None:
         self.title = title
         self._path = path
+
+
+class FilterErrors(_OnPath):
+    """Tables 3.1 and 3.3."""
 
     def steps(self, runs: int) -> int:
         return runs * len(CELLS[self._path])
@@ -82,15 +84,8 @@ class FilterErrors:
             yield Measured(row, float(found.mean()), float(found.var(ddof=1)), runs)
 
 
-class AdaptiveFilter:
+class AdaptiveFilter(_OnPath):
     """Tables 3.2 and 3.4."""
-
-    runs = 100
-    judged_by = JUDGED_BY
-
-    def __init__(self, path: str, title: str) -> None:
-        self.title = title
-        self._path = path
 
     def steps(self, runs: int) -> int:
         return runs

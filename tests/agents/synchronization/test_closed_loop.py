@@ -43,8 +43,8 @@ def test_agents_with_two_outputs_and_two_inputs_stack_in_the_same_way():
 
 
 def test_both_printed_topologies_are_hurwitz(loop1, loop2):
-    assert loop1.is_hurwitz
-    assert loop2.is_hurwitz
+    assert loop1.rightmost_eigenvalue.real < 0
+    assert loop2.rightmost_eigenvalue.real < 0
     assert loop1.rightmost_eigenvalue.real == pytest.approx(-0.557336, abs=1e-6)
     assert loop2.rightmost_eigenvalue.real == pytest.approx(-0.234012, abs=1e-6)
 
@@ -67,7 +67,7 @@ def test_remark_13_is_sufficient():
         loop = ClosedLoop(agents, L)
         if not loop.remark_13_problems():
             satisfied += 1
-            assert loop.is_hurwitz
+            assert loop.rightmost_eigenvalue.real < 0
     assert satisfied > 50
 
 
@@ -77,7 +77,6 @@ def test_the_equilibrium_for_a_bias_stays_where_it_is_and_is_reached(loop1):
     x_eq = loop1.equilibrium(d)
 
     np.testing.assert_allclose(loop1.A_cl @ x_eq, loop1.B_cl @ d, rtol=1e-9)
-    np.testing.assert_allclose(loop1.equilibrium_output(d), loop1.C_cl @ x_eq)
     assert not loop1.equilibrium(np.zeros(5)).any()
 
 

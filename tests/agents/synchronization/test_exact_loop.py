@@ -4,10 +4,10 @@ import scipy.linalg
 
 from agents.synchronization.closed_loop import ClosedLoop, LinearAgent
 from agents.synchronization.exact_loop import ExactLoop, links_with_a_value, stability_limit
-from agents.synchronization.exact_run import Hearing, simulate
 from agents.synchronization.graph import edges, laplacian
 from agents.synchronization.partition import partition
 from agents.synchronization.round_plan import RoundPlan, plan_round
+from tests.agents.synchronization.exact_run import Hearing, simulate
 
 SCAN_STEP_S, SCAN_END_S = 1e-4, 0.02
 

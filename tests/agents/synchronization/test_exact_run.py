@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from agents.synchronization.exact_run import Hearing, alternating, simulate
 from agents.synchronization.round_plan import RoundPlan, plan_round
+from tests.agents.synchronization.exact_run import Hearing, alternating, simulate
 
 REFERENCE_DISTURBANCE = ((0, 5.0), (4_400_000_000, -5.0), (8_800_000_000, 0.0))
 
@@ -132,7 +132,7 @@ def test_the_bias_moves_the_outputs_to_the_equilibrium(five_agents, plans, loop1
 
     run = simulate(five_agents, plans[:1], lambda _: 0, 40_000_000_000, [40_000_000_000], bias=d)
 
-    expected = loop1.equilibrium_output(d)      # slowest mode: exp(-0.53 * 40) = 6e-10 of a distance below 10
+    expected = loop1.C_cl @ loop1.equilibrium(d)      # slowest mode: exp(-0.53 * 40) = 6e-10 of a distance below 10
     np.testing.assert_allclose(run.outputs[-1], expected, atol=1e-7)
 
 

@@ -10,12 +10,12 @@ import pytest
 
 from agents.synchronization.dwell_time import common_certificate, dwell_certificate, round_maps
 from agents.synchronization.exact_loop import ExactLoop, Hearing, spectral_radius, stability_limit
-from agents.synchronization.exact_run import alternating, simulate
 from agents.synchronization.gains import a_star, l2_gain
 from agents.synchronization.partition import partition
 from agents.synchronization.round_plan import plan_round
-from agents.synchronization.slot_length import Bound, SlotLength, small_gain_tau_s
+from agents.synchronization.slot_length import Bound, small_gain_tau_s
 from agents.synchronization.starving import signal_map, starving_signal
+from tests.agents.synchronization.exact_run import alternating, simulate
 
 PAGE = Path(__file__).parents[3] / "docs" / "reproduction.md"
 HALF_S = 500_000_000
@@ -48,7 +48,7 @@ class Example:
         return f"{self.plans[k].slot_ns} ns"
 
     def broadcasts(self, k, bound=Bound.PRINTED):
-        return f"{SlotLength(small_gain_tau_s(self.loops[k], 3, bound), 3).broadcasts_per_agent_and_second:.2f}"
+        return f"{1 / (3 * small_gain_tau_s(self.loops[k], 3, bound)):.2f}"
 
     def exact(self, k):
         return ExactLoop(self.agents, self.plans[k].laplacian, self.plans[k].parts)

@@ -56,7 +56,7 @@ def test_no_state_within_the_radius_has_a_shorter_horizon_than_the_zeno_bound(x,
         decided = policy.decide(0, tuple(x + nu), Inputs(v, omega))
 
         assert decided.valid_ns >= int(policy.shortest_s(radius) * 1e9)
-        assert decided.valid_ns * 1e-9 <= policy.longest_s(Inputs(v, omega))
+        assert decided.valid_ns * 1e-9 <= KAPPA / decided.gain_per_s
 
 
 def test_a_look_replaces_what_was_feared_by_what_is_seen():

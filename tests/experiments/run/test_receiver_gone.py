@@ -1,7 +1,8 @@
-"""A node that is gone while the run goes on: what reaches it before is delivered, at or after it RECEIVER_GONE."""
+"""A node that is killed while the run goes on: what reaches it before is delivered, at or after it RECEIVER_GONE."""
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,10 @@ from experiments.scenario import load
 from netem.core.agenda import TIMER
 from netem.core.fate import Fate
 from netem.records.ledger_file import hash_of, read_ledger, read_metadata
+from netem.wire.instants import NEVER_NS
 
 MS = 1_000_000
+RUN = runner._Run
 PROGRAM = '''
 from dataclasses import dataclass
 
@@ -60,12 +63,12 @@ Row = dict[str, Any]
 
 def run_it(folder: Path, host: Any, *deaths: tuple[int, str, int], monkeypatch: pytest.MonkeyPatch) -> list[Row]:
     """The ledger's rows. `deaths`: when it is said, of whom, and from when on."""
-    class WithDeaths(runner._Run):
+    class WithDeaths(RUN):
         def __init__(self, *arguments: Any) -> None:
             super().__init__(*arguments)
             for said_ns, name, from_ns in deaths:
-                self.agenda.at(said_ns, TIMER, "", lambda name=name, from_ns=from_ns:       # type: ignore[misc]
-                               self.conductor.node_is_gone(name, from_ns))
+                self.agenda.at(said_ns, TIMER, "", partial(self.conductor.stop_at, from_ns, partial(
+                    self.conductor.kill, name, NEVER_NS, {})))
 
     monkeypatch.setattr(runner, "_Run", WithDeaths)
     folder.mkdir()
@@ -137,5 +140,5 @@ def test_every_node_may_go_and_the_run_ends_at_its_length(tmp_path: Path, monkey
 
 
 def test_nobody_is_gone_in_the_past(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(ValueError, match="b cannot be gone from 50000000 ns on: the run is at "):
+    with pytest.raises(ValueError, match="nothing can happen at 50000000 ns any more: the run is at "):
         run_it(tmp_path / "past", "inline", (100 * MS, "b", 50 * MS), monkeypatch=monkeypatch)

@@ -11,6 +11,7 @@ import pytest
 
 from experiments.scenario import load
 from experiments.scenario.agents import AgentTable, PlantTable
+from experiments.scenario.faults import FaultHeader
 from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.guarantees import GuaranteeHeader
 from experiments.scenario.loader import Header
@@ -19,6 +20,7 @@ from experiments.scenario.network import ImpairmentHeader
 from experiments.scenario.sections import SECTIONS
 from experiments.scenario.shape import shape_of
 from firmware_sim.clock_settings import ClockSettings
+from netem.faults.table import FAULTS
 from netem.impairments.table import IMPAIRMENTS
 from netem.media.table import MEDIA
 
@@ -57,8 +59,8 @@ def test_the_example_runs_and_its_expectations_hold(example):
     assert [verdict.by_how_much() for verdict in result.summary.verdicts] == ["", "", "", ""]
 
 
-@pytest.mark.parametrize("cls", [Header, AgentTable, PlantTable, ImpairmentHeader, ClockSettings,
-                                 GuaranteeHeader, *IMPAIRMENTS.values(), *MONITORS.values()],
+@pytest.mark.parametrize("cls", [Header, AgentTable, PlantTable, ImpairmentHeader, ClockSettings, FaultHeader,
+                                 GuaranteeHeader, *IMPAIRMENTS.values(), *FAULTS.values(), *MONITORS.values()],
                          ids=lambda cls: cls.__name__)
 def test_every_key_is_documented(cls, page):
     for name in shape_of(cls).hints:
@@ -66,7 +68,8 @@ def test_every_key_is_documented(cls, page):
 
 
 def test_every_section_kind_and_statistic_is_documented(page):
-    for word in [*MEDIA, *IMPAIRMENTS, *STATISTICS, *MONITORS, *guarantee_figures("s"), *guarantee_figures("")]:
+    figures = [*guarantee_figures("s"), *guarantee_figures("")]
+    for word in [*MEDIA, *IMPAIRMENTS, *FAULTS, *STATISTICS, *MONITORS, *figures]:
         assert f"`{word}`" in page
     for section in SECTIONS:
         assert re.search(rf"`\[+{section}[.\]]", page)

@@ -22,6 +22,7 @@ from fmus.presets import read_presets
 from netem.media.sensing.sight import Detection, pack_detection
 from netem.node.node import Node
 from netem.wire.messages import Grant
+from tests.firmware_sim.clock_faults import ClockSteps
 
 MS = 1_000_000
 EXPOSURES_NS, LATENCY_NS = 10 * MS, 8 * MS
@@ -44,8 +45,10 @@ class FlightBench:
         self.plant = Plant(describe(build_model("quadrotor")), "uav", start,
                            present=lambda: max(self.node.present_ns(), self.now_ns))
         self.clock = LocalClock(clock, lambda: self.node.now_ns)
-        self.board = Board(self.node, self.clock, self.plant, {}, Random("7/uav"), {}, clock_steps)
+        self.board = Board(self.node, self.clock, self.plant, {}, Random("7/uav"), {})
         self.board.keep_promises()
+        self.board.take_faults()
+        self._steps = ClockSteps(clock_steps)
         self.autopilot = Autopilot(self.board, AutopilotSettings(**settings))
         self.controller = self.autopilot.controller
         self.node.start(self.autopilot.run())
@@ -71,7 +74,8 @@ class FlightBench:
                 place = (each + self._rng.gauss(0.0, self._noise_m) for each in self._position.read())
                 self.hears(self.now_ns + LATENCY_NS, pack_detection(Detection(self.now_ns, *place, "uav")))
             next_ns = self.now_ns + EXPOSURES_NS
-            report = self.node.advance(Grant(0, next_ns, False, True, sorted(self._deliveries)))
+            report = self.node.advance(Grant(0, next_ns, False, True, sorted(self._deliveries),
+                                             self._steps.before(next_ns)))
             self.now_ns = next_ns
             self._deliveries = []
             self.counters = report.counters

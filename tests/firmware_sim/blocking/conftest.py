@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from random import Random
 
 import pytest
@@ -17,11 +17,11 @@ from firmware_sim.local_clock import LocalClock
 Begin = Callable[..., BlockingProgram]
 
 
-def a_program(function: Callable[..., object], clock_steps: Sequence[tuple[int, int]] = (),
-              **clock: float) -> BlockingProgram:
+def a_program(function: Callable[..., object], **clock: float) -> BlockingProgram:
     node = BlockingNode("robot", ["can0", "radio"])
     settings = ClockSettings(**clock)
-    board = Board(node, LocalClock(settings, node.env.time_ns), None, {}, Random("7/robot"), {}, clock_steps)
+    board = Board(node, LocalClock(settings, node.env.time_ns), None, {}, Random("7/robot"), {})
+    board.take_faults()
     node.program = BlockingProgram(node, board, settings, lambda: function, {},
                                    {"can0": "can", "radio": "broadcast_radio"})
     node.program.begin()
@@ -33,9 +33,8 @@ def begin() -> Iterator[Begin]:
     """begin(function, drift_ppm=...) returns the program, loaded and waiting for its node to run."""
     begun: list[BlockingProgram] = []
 
-    def program(function: Callable[..., object], clock_steps: Sequence[tuple[int, int]] = (),
-                **clock: float) -> BlockingProgram:
-        begun.append(a_program(function, clock_steps, **clock))
+    def program(function: Callable[..., object], **clock: float) -> BlockingProgram:
+        begun.append(a_program(function, **clock))
         return begun[-1]
 
     with library_in_virtual_time():

@@ -19,7 +19,7 @@ from firmware_sim.blocking.here import running, this_program
 from firmware_sim.blocking.inbox import Inbox
 from firmware_sim.clock_settings import ClockSettings
 from netem.wire.instants import NEVER_NS
-from netem.wire.messages import Grant
+from netem.wire.messages import Grant, NodeFault
 
 SECOND_NS = 1_000_000_000
 EVER_NS = 10**9 * SECOND_NS
@@ -107,8 +107,9 @@ def test_a_step_of_the_clock_changes_the_time_of_day_and_no_wait(begin):
         time.sleep(1.0)
         read.append((time.time(), time.monotonic()))
 
-    program = begin(main, clock_steps=[(400_000_000, -300_000_000)])
-    run(program)
+    program = begin(main)
+    program.node.advance(Grant(1, EVER_NS, False, False, [], [
+        NodeFault(400_000_000, "clock_step", {"by_ns": -300_000_000})]))
 
     assert read == [(0.7, 1.0)]
     assert program.node.now_ns == SECOND_NS

@@ -20,6 +20,7 @@ from fmus.plant import Plant
 from netem.media.can.frame import unpack
 from netem.node.node import Node
 from netem.wire.messages import Grant, Report
+from tests.firmware_sim.clock_faults import ClockSteps
 
 MS = 1_000_000
 MESSAGES = DriveMessages()
@@ -35,8 +36,10 @@ class DriveBench:
         self.node = Node("drive", ["can"])
         self.clock = LocalClock(clock, lambda: self.node.now_ns)
         self.plant = Plant(describe(build_model("unicycle")), "drive", plant or {}, present=self.node.present_ns)
-        self.board = Board(self.node, self.clock, self.plant, {}, Random("7/drive"), {}, clock_steps)
+        self.board = Board(self.node, self.clock, self.plant, {}, Random("7/drive"), {})
         self.board.keep_promises()
+        self.board.take_faults()
+        self._steps = ClockSteps(clock_steps)
         self.drive = DriveController(self.board, DriveSettings(**settings))
         self.node.start(self.drive.run())
         self.node.hello()
@@ -55,7 +58,7 @@ class DriveBench:
     def until(self, end_ns: int) -> DriveBench:
         due = sorted((each for each in self._deliveries if each[0] < end_ns), key=lambda each: each[0])
         self._deliveries = [each for each in self._deliveries if each[0] >= end_ns]
-        report: Report = self.node.advance(Grant(0, end_ns, False, True, due))
+        report: Report = self.node.advance(Grant(0, end_ns, False, True, due, self._steps.before(end_ns)))
         self.offers += [(time_ns, data) for time_ns, _, data in report.offers]
         self.events += [event[:3] for event in report.events]
         self.counters, self.firm_ns = report.counters, report.firm_ns

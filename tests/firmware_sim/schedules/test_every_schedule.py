@@ -1,5 +1,8 @@
 """The behaviour of every schedule: a new one adds a line to SCHEDULES."""
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,13 +14,22 @@ from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 SLOTS = SlottedBroadcast(parts=3, slot_ns=1_100_000, start_ns=-7_000, guard_ns=50_000,
                          agents=5, control_offset_ns=600_000)
 
+
+class Instants(NamedTuple):
+    next_after: Callable[[int], int]
+
+
 # the schedule, its period, its instant number k
 SCHEDULES = {
     "periodic": (Periodic(10_000_000, 2_000_000), lambda k: 2_000_000 + k * 10_000_000),
     "periodic of 1 ns": (Periodic(1), lambda k: k),
     "slotted broadcast": (SLOTS, lambda k: 43_000 + k * 1_100_000),
-    "part 2 of a slotted broadcast": (SLOTS.of_part(2), lambda k: 43_000 + (2 + 3 * k) * 1_100_000),
-    "control of agent 4": (SLOTS.control_of(4), lambda k: -7_000 + 600_000 + (4 + 5 * k) * 1_100_000),
+    "part 2 of a slotted broadcast": (
+        Instants(lambda now_ns: SLOTS.data_ns(SLOTS.next_slot_of(2, now_ns).number)),
+        lambda k: 43_000 + (2 + 3 * k) * 1_100_000),
+    "control of agent 4": (
+        Instants(lambda now_ns: SLOTS.control_ns(SLOTS.next_control_of(4, now_ns).number)),
+        lambda k: -7_000 + 600_000 + (4 + 5 * k) * 1_100_000),
 }
 
 every_schedule = pytest.mark.parametrize(("schedule", "instant"), SCHEDULES.values(), ids=SCHEDULES)

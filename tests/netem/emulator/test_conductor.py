@@ -195,7 +195,7 @@ class ForeignHost:
         return {"foreign": Hello("foreign", 100, 100, ["wire"], [("x", "m")])}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
-        return [(name, Report(grant.window, NEVER_NS, 0, *self._words, {}, "", None, self._shown))
+        return [(name, Report(grant.window, NEVER_NS, 0, *self._words, {}, "", None, None, self._shown))
                 for name, grant in grants]
 
     def stop(self) -> None:

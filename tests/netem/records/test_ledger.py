@@ -17,9 +17,11 @@ from hypothesis import strategies as st
 
 from netem.core.fate import Fate
 from netem.core.frame import Frame
+from netem.records.absence import Absence
 from netem.records.ledger import COLUMNS, ConservationError, Ledger
 from netem.records.ledger_file import SCHEMA, hash_of, noted_batches, read_ledger, read_metadata
 from netem.records.ledger_hash import LedgerHash, array_header_bytes
+from netem.wire.instants import NEVER_NS
 
 FATES = list(Fate)
 SHORTEST = ((0x80, b"", "B"), (0x100, b"\xcc", "B"), (0x10000, b"\xcd", ">H"), (1 << 32, b"\xce", ">I"))
@@ -210,7 +212,7 @@ def test_a_fate_is_settled_once_its_arrival_has_passed_and_is_final_then(
     ledger = Ledger(path, chunk_rows=chunk_rows, passed_ns=lambda: now_ns)
     for now_ns, (delay_ns, receiver, lost, keep) in enumerate(steps[:end_ns]):
         for name in (name for name, from_ns in gone_ns.items() if from_ns == now_ns):
-            ledger.receiver_gone(name, now_ns)
+            ledger.receiver_away(name, Absence(now_ns, NEVER_NS))
         arrival_ns = -1 if lost else now_ns + delay_ns
         said_gone = gone_ns.get(receiver, end_ns) < len(steps)
         fate = (Fate.LOST if lost else Fate.UNFINISHED if arrival_ns >= end_ns else

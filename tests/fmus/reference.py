@@ -1,6 +1,6 @@
 """References for the tests of the models: trajectories by SciPy, written to reference.csv, and exact integer steps.
 
-    python -m fmus.reference
+    python -m tests.fmus.reference
 
 linear_system, wheel_motor, omnidirectional (its commands clipped first): scipy.linalg.expm on their linear equations.
 rigid_body: scipy.integrate.solve_ivp, DOP853 with tolerances of 1e-12, on quaternion kinematics written independently.
@@ -27,6 +27,7 @@ from fmus.build import MODELS
 from fmus.parameters import Nested
 
 Vector = NDArray[np.float64]
+Solve = Callable[[Sequence[int], Sequence[tuple[float, ...]]], list[Vector]]
 
 A = [[-3.0, 1.0], [2.0, -1.0]]          # agent 1 of the output synchronization example
 B = [[-4.0], [-4.0]]
@@ -75,7 +76,7 @@ class Case:
     output_names: tuple[str, ...]
     instants_ns: tuple[int, ...]
     inputs: tuple[tuple[float, ...], ...]
-    solve: Callable[[Sequence[int], Sequence[tuple[float, ...]]], list[Vector]]
+    solve: Solve
 
     def text(self) -> str:
         """Return the text of reference.csv: one row per instant, numbers that read back to the same bits."""
@@ -88,20 +89,30 @@ class Case:
         return out.getvalue()
 
 
-def _held_linear(a: Vector, b: Vector, x: Vector, outputs: Callable[[Vector, Vector], Vector]
-                 ) -> Callable[[Sequence[int], Sequence[tuple[float, ...]]], list[Vector]]:
-    n, m = b.shape
-
+def _stepped(start: Vector, step: Callable[[Vector, tuple[float, ...], float], Vector]) -> Solve:
+    """Return the solution that goes from each instant to the next by `step(state, inputs, length_s)`."""
     def solve(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
-        state, rows = x, [outputs(x, np.array(inputs[0]))]
-        for k in range(1, len(instants_ns)):
-            h = (instants_ns[k] - instants_ns[k - 1]) / 1e9
-            step = expm(np.block([[a, b], [np.zeros((m, n + m))]]) * h)
-            state = step[:n, :n] @ state + step[:n, n:] @ np.array(inputs[k - 1])
-            rows.append(outputs(state, np.array(inputs[k])))
-        return rows
+        states = [start]
+        for (since_ns, until_ns), held in zip(pairwise(instants_ns), inputs, strict=False):
+            states.append(step(states[-1], held, (until_ns - since_ns) / 1e9))
+        return states
 
     return solve
+
+
+def _integrated(slope: Callable[..., Vector], length_s: float, state: Vector, *held: Any) -> Vector:
+    return np.asarray(solve_ivp(slope, (0, length_s), state, method="DOP853", rtol=1e-12, atol=1e-12,
+                                args=held).y[:, -1])
+
+
+def _held_linear(a: Vector, b: Vector, x: Vector) -> Solve:
+    n, m = b.shape
+
+    def step(state: Vector, u: tuple[float, ...], length_s: float) -> Vector:
+        grown = expm(np.block([[a, b], [np.zeros((m, n + m))]]) * length_s)
+        return np.asarray(grown[:n, :n] @ state + grown[:n, n:] @ np.array(u))
+
+    return _stepped(x, step)
 
 
 def _rotation(q: Vector) -> Vector:
@@ -117,25 +128,15 @@ def _spin(omega: Vector) -> Vector:
     return np.array([[0, -x, -y, -z], [x, 0, z, -y], [y, -z, 0, x], [z, y, -x, 0]])
 
 
-def _rigid_body(m: float, inertia: Vector, g: float
-                ) -> Callable[[Sequence[int], Sequence[tuple[float, ...]]], list[Vector]]:
+def _rigid_body(m: float, inertia: Vector, g: float) -> Solve:
     def slope(_t: float, state: Vector, u: tuple[float, ...]) -> Vector:
         velocity, q, omega = state[3:6], state[6:10], state[10:]
         force = _rotation(q) @ np.array([0, 0, u[0]]) - np.array([0, 0, m * g])
         turning = (np.array(u[1:]) - np.cross(omega, inertia * omega)) / inertia
         return np.concatenate([velocity, force / m, 0.5 * _spin(omega) @ q, turning])
 
-    def solve(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
-        state = np.array([0.0] * 6 + [1.0] + [0.0] * 6)
-        rows = [state]
-        for k in range(1, len(instants_ns)):
-            solution = solve_ivp(slope, (0, (instants_ns[k] - instants_ns[k - 1]) / 1e9), state, method="DOP853",
-                                 rtol=1e-12, atol=1e-12, args=(inputs[k - 1],))
-            state = solution.y[:, -1]
-            rows.append(state)
-        return rows
-
-    return solve
+    return _stepped(np.array([0.0] * 6 + [1.0] + [0.0] * 6),
+                    lambda state, u, length_s: _integrated(slope, length_s, state, u))
 
 
 # parameters of the unicycle's reference, chosen so that each has an effect
@@ -195,15 +196,8 @@ def _omnidirectional(instants_ns: Sequence[int], inputs: Sequence[tuple[float, .
         speed = float(np.hypot(x, y))
         share = min(1.0, GLIDE["speed_max_mps"] / speed) if speed else 1.0
         let_through.append((share * x, share * y, float(np.clip(omega, -1, 1) * GLIDE["omega_max_radps"])))
-    return _held_linear(a, np.vstack([np.zeros((3, 3)), lag]), np.array([1.0, 2.0, 0.5, 0.1, 0.0, -0.2]),
-                        lambda x, u: x)(instants_ns, let_through)
-
-
-def _unicycle(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
-    rows = [np.zeros(7)]
-    for k in range(1, len(instants_ns)):
-        rows.append(unicycle_at(DRIVE, rows[-1], inputs[k - 1], (instants_ns[k] - instants_ns[k - 1]) / 1e9))
-    return rows
+    start = np.array([1.0, 2.0, 0.5, 0.1, 0.0, -0.2])
+    return _held_linear(a, np.vstack([np.zeros((3, 3)), lag]), start)(instants_ns, let_through)
 
 
 # parameters of the quadrotor's reference: each has an effect, all moments of inertia differ
@@ -234,16 +228,7 @@ def quadrotor_at(p: Mapping[str, Any], state: Vector, u: Sequence[float], wind: 
             velocity, force / p["mass"] - np.array([0, 0, p["g"]]), 0.5 * _spin(omega) @ q,
             (torque - np.cross(omega, inertia * omega)) / inertia, (goals - motor) / p["tau_motor"]])
 
-    return np.asarray(solve_ivp(slope, (0, length_s), state, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1])
-
-
-def _quadrotor(instants_ns: Sequence[int], inputs: Sequence[tuple[float, ...]]) -> list[Vector]:
-    q = np.array(FLIGHT["q"]) / np.linalg.norm(FLIGHT["q"])
-    rows = [np.array([0.0, 0.0, FLIGHT["z"], *FLIGHT["v"], *q, *FLIGHT["omega"], *FLIGHT["motor"]])]
-    for k in range(1, len(instants_ns)):
-        rows.append(quadrotor_at(AIRFRAME, rows[-1], inputs[k - 1][:4], inputs[k - 1][4:],
-                                 (instants_ns[k] - instants_ns[k - 1]) / 1e9))
-    return rows
+    return _integrated(slope, length_s, state)
 
 
 PIECES = ((0, 1.0, 1.0), (2_260_000_000, 0.6, 0.15), (9_250_000_000, 2.0, 2.0))     # Tolic 2012, section 4.6
@@ -260,8 +245,7 @@ def _virtual_reference(instants_ns: Sequence[int], inputs: Sequence[tuple[float,
         for since, until in pairwise(cuts):
             v, omega = next((v, omega) for at, v, omega in reversed(PIECES) if at <= since)
             held = v + inputs[k - 1][0], omega + inputs[k - 1][1]
-            pose = solve_ivp(partial(slope, *held), (0, (until - since) / 1e9), pose, method="DOP853", rtol=1e-12,
-                             atol=1e-12).y[:, -1]
+            pose = _integrated(partial(slope, *held), (until - since) / 1e9, pose)
         rows.append(np.array([*pose, *next((v, omega) for at, v, omega in reversed(PIECES) if at <= instants_ns[k])]))
     return rows
 
@@ -275,14 +259,18 @@ def cases() -> dict[str, Case]:
               for name, size in (("torque", 3), ("p", 3), ("v", 3), ("q", 4), ("omega", 3), ("u", 4),
                                     ("wind", 3), ("motor", 4))}
     fine = tuple(range(0, 501 * ms, 20 * ms))
+    solve_linear = _held_linear(a, b, np.ones(2))
+    attitude = np.array(FLIGHT["q"]) / np.linalg.norm(FLIGHT["q"])
+    flight = np.array([0.0, 0.0, FLIGHT["z"], *FLIGHT["v"], *attitude, *FLIGHT["omega"], *FLIGHT["motor"]])
     return {
         "linear_system": Case(
             {"A": A, "B": B, "C": C, "D": D, "x0": [1.0, 1.0]}, ("u[1]",), ("y[1]", "x[1]", "x[2]"), uneven,
             tuple((float(np.sin(3 * i)),) for i in range(len(uneven))),
-            _held_linear(a, b, np.ones(2), lambda x, u: np.concatenate([c @ x + d @ u, x]))),
+            lambda instants_ns, inputs: [np.concatenate([c @ x + d @ np.array(u), x]) for x, u in zip(
+                solve_linear(instants_ns, inputs), inputs, strict=True)]),
         "wheel_motor": Case(
             {"omega": 5.0}, ("u",), ("omega",), uneven, tuple((float(12 * np.cos(i)),) for i in range(len(uneven))),
-            _held_linear(np.array([[-k * k / (R * J)]]), np.array([[k / (R * J)]]), np.array([5.0]), lambda x, u: x)),
+            _held_linear(np.array([[-k * k / (R * J)]]), np.array([[k / (R * J)]]), np.array([5.0]))),
         "rigid_body": Case(
             {}, ("thrust", *vector["torque"]), (*vector["p"], *vector["v"], *vector["q"], *vector["omega"]), fine,
             tuple((float(9.81 + np.sin(i)), float(0.05 * np.cos(i)), float(0.04 * np.sin(2 * i)), 0.01)
@@ -297,13 +285,15 @@ def cases() -> dict[str, Case]:
             {**DRIVE}, ("u_left", "u_right"),
             ("x", "y", "theta", "wheel_left", "wheel_right", "angle_left", "angle_right"),
             tuple(range(0, 3001 * ms, 150 * ms)),
-            tuple((float(8 * np.sin(0.7 * i)), float(6 * np.cos(0.3 * i))) for i in range(21)), _unicycle),
+            tuple((float(8 * np.sin(0.7 * i)), float(6 * np.cos(0.3 * i))) for i in range(21)),
+            _stepped(np.zeros(7), partial(unicycle_at, DRIVE))),
         "quadrotor": Case(
             AIRFRAME | FLIGHT | {"q": [each / float(np.linalg.norm(FLIGHT["q"])) for each in FLIGHT["q"]]},
             (*vector["u"], *vector["wind"]),
             ("x", "y", "z", *vector["v"], *vector["q"], *vector["omega"], *vector["motor"]), fine,
             tuple((*(float(500 + 40 * np.sin(i + 2 * k)) for k in range(4)), float(np.sin(i)), 0.5, float(np.cos(i)))
-                  for i in range(len(fine))), _quadrotor),
+                  for i in range(len(fine))),
+            _stepped(flight, lambda state, u, length_s: quadrotor_at(AIRFRAME, state, u[:4], u[4:], length_s))),
         "virtual_reference": Case(
             {"x": 1.0, "y": -2.0, "theta": 0.5, "from_s": [at / 1e9 for at, _, _ in PIECES],
              "v_mps": [v for _, v, _ in PIECES], "omega_radps": [omega for _, _, omega in PIECES]},

@@ -1,0 +1,78 @@
+"""Faults: timed changes to the world of a run, such as a node that is killed or a link that is cut.
+
+A member of this kind is a frozen dataclass whose fields are its TOML keys. What every fault has besides, `on`, `name`
+and when it occurs, is not among them (schedule.py). A member has one verb, `strike`: it tells the world ahead what
+happens at one occurrence. Faults compose: two that cut the same link both have to end before it carries frames again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any, ClassVar, NamedTuple, Protocol
+
+from netem.core import link_pattern, link_selector
+from netem.core.link_name import LinkName
+from netem.core.nearest import nearest
+from netem.core.windows import Windows
+from netem.faults.schedule import Occurrence
+
+Target = tuple[str, ...]        # (node,), (medium,) or (medium, sender, receiver)
+
+
+class Site(NamedTuple):
+    """The names that a fault can be about."""
+
+    nodes: Collection[str]                              # robots, without gateways
+    nodes_on: Mapping[str, Collection[str]]             # by medium
+    to_themselves: Mapping[str, Collection[str]]        # by medium: nodes with a link to themselves
+
+
+class World(Protocol):
+    """What a fault can do to a run. Instants are true time [ns]."""
+
+    def at(self, time_ns: int, action: Callable[[], None]) -> None:
+        """Call `action` before everything else at `time_ns`; nothing happens there if the run ends before."""
+
+    def kill(self, node: str, boots_ns: int, fields: Mapping[str, Any]) -> None:
+        """In an action: end the node, which boots at `boots_ns`, at NEVER_NS not at all."""
+
+    def pause(self, node: str, until_ns: int, depth: int) -> None:
+        """In an action: let the node stand still; `depth` frames of each medium wait in its receive buffer."""
+
+    def in_node(self, node: str, kind: str, fields: Mapping[str, Any]) -> None:
+        """In an action: let a fault act within the node."""
+
+    def cut(self, link: LinkName, cause: str) -> Windows:
+        """Return the windows in which `cause` cuts the link, to add one that has not begun."""
+
+    def flip(self, link: LinkName, cause: str, ratio: float, flipped_bits: int) -> Windows:
+        """Return the windows in which `cause` flips bits on the link that no checksum finds."""
+
+
+class Fault:
+    """Base class of a member, with answers that have defaults."""
+
+    on: ClassVar[str] = "nodes"             # what the key `on` selects: nodes, media or links
+    lasting: ClassVar[bool] = True          # whether an occurrence has an end, else it is an instant
+    kills: ClassVar[bool] = False           # whether it may end a node's process
+    away: ClassVar[bool] = False            # whether its nodes do not receive during an occurrence
+
+    def resolve(self, on: str, site: Site) -> list[Target]:
+        """Return what `on` selects; ValueError for text of another form, or that selects nothing."""
+        if self.on == "links":
+            return list(link_selector.parse(on).resolve(site.nodes_on, site.to_themselves))
+        names = site.nodes if self.on == "nodes" else site.nodes_on
+        found = link_pattern.matching(on, names)
+        if not found:
+            near = nearest(on, names)
+            raise ValueError(f"{on!r} names no {'node' if self.on == 'nodes' else 'medium'} of the scenario: "
+                             + (f"nearest: {near!r}" if near else f"expected one of {', '.join(names) or 'none'}"))
+        return [(name,) for name in found]
+
+    def until_ns(self, occurrence: Occurrence) -> int:
+        """Return the end of the fault's effect [ns], NEVER_NS for that of the run."""
+        return occurrence.end_ns
+
+    def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
+        """Tell the world what happens at this occurrence. `cause` names the fault in the ledger."""
+        raise NotImplementedError

@@ -1,0 +1,19 @@
+"""Links are cut: no frame copy passes that enters them or would arrive within the window."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from netem.faults import Fault, Target, World
+from netem.faults.schedule import Occurrence
+
+
+@dataclass(frozen=True)
+class LinkDown(Fault):
+    on: ClassVar = "links"
+
+    def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
+        for medium, sender, receiver in targets:
+            world.cut((medium, sender, receiver), cause).add(*occurrence)

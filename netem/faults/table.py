@@ -1,0 +1,17 @@
+"""The faults that a scenario can name by `kind`. A new one is a file and a line here."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from netem.core.kinds import Kinds
+
+FAULTS: Final = Kinds({
+    "kill": "netem.faults.kill:Kill",
+    "pause": "netem.faults.pause:Pause",
+    "clock_step": "netem.faults.clock_step:ClockStep",
+    "clock_drift": "netem.faults.clock_drift:ClockDrift",
+    "link_down": "netem.faults.link_down:LinkDown",
+    "undetected_corruption": "netem.faults.undetected_corruption:UndetectedCorruption",
+    "partition": "netem.faults.partition:Partition",
+})

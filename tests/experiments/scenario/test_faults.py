@@ -1,0 +1,94 @@
+"""What `[[faults]]` accepts, and the line that each mistake gets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from experiments.scenario import ScenarioError, load
+from netem.wire.instants import NEVER_NS
+
+S = 1_000_000_000
+SCENARIO = '''
+# Question: what breaks?
+seed = 1
+length_s = 10.0
+[agents_defaults]
+program = "agents.examples:Beacon"
+[agents.r1]
+[agents.r2]
+[agents.r3]
+[media.radio]
+kind = "broadcast_radio"
+'''
+PROGRAM = '''
+class Beacon:
+    def __init__(self, board):
+        board.port("radio", listen_only=True)
+'''
+
+
+@pytest.fixture
+def read(tmp_path: Path):
+    def of(faults: str):
+        (tmp_path / "beacon.py").write_text(PROGRAM)
+        (tmp_path / "f.toml").write_text(SCENARIO.replace("agents.examples:Beacon", "beacon:Beacon") + faults)
+        return load(tmp_path / "f.toml").faults
+    return of
+
+
+@pytest.mark.parametrize(("keys", "occurrences"), [
+    ("at_s = 4.0", [(4, NEVER_NS / S)]),
+    ("at_s = 4.0\nlasts_ms = 500", [(4, 4.5)]),
+    ("during_s = [6.0, 8.0]", [(6, 8)]),
+    ("during_s = [[6.0, 8.0], [1.0, 2.0], [7.0, 12.0]]", [(1, 2), (6, 8), (7, 12)]),
+    ("at_s = 4.0\nlasts_s = 1.0\nevery_s = 2.0\ntimes = 2", [(4, 5), (6, 7)]),
+    ("during_s = [4.0, 5.0]\nevery_s = 2.0", [(4, 5), (6, 7), (8, 9)])])
+def test_when_a_fault_occurs(read, keys, occurrences):
+    fault, = read(f'[[faults]]\nkind = "clock_drift"\non = "r1"\nby_ppm = 1.0\n{keys}\n')
+
+    assert fault.occurrences == tuple((round(start * S), end * S if end * S == NEVER_NS else round(end * S))
+                                      for start, end in occurrences)
+
+
+@pytest.mark.parametrize(("fault", "line"), [
+    ('kind = "kil"\non = "r1"', "faults[0].kind=\"kil\": no such kind; did you mean \"kill\"?"),
+    ('on = "r1"', "faults[0].kind: is missing"),
+    ('kind = "kill"\nat_s = 1', "faults[0].on: is missing"),
+    ('kind = "kill"\non = "r4"\nat_s = 1', "faults[0].on=\"r4\": 'r4' names no node of the scenario: nearest: 'r"),
+    ('kind = "kill"\non = "r1"\nat_s = 10.0', "faults[0].at_s=10.0"),
+    ('kind = "kill"\non = "r1"', "one of at_s, during_s and rate_per_s"),
+    ('kind = "kill"\non = "r1"\nat_s = 1\nrate_per_s = 0.1', "at_s and rate_per_s are given: a fault has exactly one"),
+    ('kind = "kill"\non = "r1"\nduring_s = [1, 2]', "happens at an instant"),
+    ('kind = "kill"\non = "r1"\nat_s = 1\nrestart_after_s = -1', "a node restarts after it was killed"),
+    ('kind = "kill"\non = "r1"\nat_s = 1\nrestrat_after_s = 1',
+     "faults[0].restrat_after_s=1: unknown key; did you mean \"restart_after_s\"?"),
+    ('kind = "kill"\non = "r1"\nat_s = 1\n[[faults]]\nkind = "pause"\non = "r*"\nduring_s = [2, 3]',
+     "faults[1]: pause of r1 at 2 s: faults[0] (kill) takes it away from 1 s for ever"),
+    ('kind = "kill"\non = "r1"\nat_s = 1\nrestart_after_s = 3\nevery_s = 2', "takes it away from 1 s until 4 s"),
+    ('kind = "pause"\non = "r1"\nrate_per_s = 1.0', "lasts_s is missing"),
+    ('kind = "clock_step"\non = "r1"\nat_s = 1\nby_ms = 0', "a step changes the clock"),
+    ('kind = "link_down"\non = "radio: r1 -> r9"\nat_s = 1', "'r9' names no node on medium 'radio'"),
+    ('kind = "partition"\non = "radoi"\nat_s = 1\nshape = "halves"', "nearest: 'radio'"),
+    ('kind = "partition"\non = "radio"\nat_s = 1\ngroups = [["r1", "r2", "r3"]]',
+     "leave all nodes of 'radio' connected"),
+    ('kind = "partition"\non = "radio"\nat_s = 1\ngroups = [["r1"], ["r9"]]', "'r9' names no node on medium 'radio'"),
+    ('kind = "partition"\non = "radio"\nat_s = 1\ngroups = [["r1"], ["r1"]]', "'r1' is in two groups"),
+    ('kind = "partition"\non = "radio"\nat_s = 1\nshape = "star"', "expected 'halves', 'ring', 'bridge' or 'isolate'"),
+    ('kind = "pause"\non = "r1"\nduring_s = [3, 2]', "0 <= start < end"),
+    ('kind = "pause"\non = "r1"\nduring_s = "x"', "faults[0].during_s=\"x\": expected a number of seconds"),
+    ('name = "x"\nkind = "pause"\non = "r1"\nduring_s = [1, 2]\n[[faults]]\nname = "x"\nkind = "pause"\non = "r2"\n'
+     'during_s = [1, 2]', "give each a name of its own")])
+def test_a_mistake_is_told_with_its_place(read, fault, line):
+    with pytest.raises(ScenarioError) as refusal:
+        read(f"[[faults]]\n{fault}\n")
+
+    found = [problem for problem in refusal.value.problems if line in problem]
+    assert found, refusal.value.problems
+    assert found[0].startswith("f.toml: faults[")
+
+
+def test_a_list_is_expected(read):
+    with pytest.raises(ScenarioError, match=r"faults=.*expected a list: write \[\[faults\]\]"):
+        read("[faults]\nkind = 1\n")
