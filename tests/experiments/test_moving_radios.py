@@ -195,3 +195,21 @@ def test_mistakes_are_told_with_their_place(topology, says):
         load(MOVING, overrides=[f'media.radio.topology={{kind="positions", {topology}}}'])
 
     assert any(says in line for line in refusal.value.problems), refusal.value.problems
+
+
+@pytest.mark.parametrize("fault", ['{kind="kill", on="rover", at_s=5.0, restart_after_s=20.0}',
+                                   '{kind="pause", on="rover", during_s=[5.0, 25.0]}'])
+def test_the_radio_follows_a_robot_whose_program_is_dead_or_stands_still(fault, rows_of):
+    changes = follow(10)
+    changes["overrides"].append(f"faults=[{fault}]")
+
+    inline, processes = (rows_of(MOVING, host, duration_s=30.0, **changes) for host in ("inline", "process"))
+
+    assert inline == processes
+    fates = {row["on_air_ns"]: row["fate"] for row in inline if row["sender"] == "base"}
+    leaves_ns = RANGE_M / SPEED_MPS * 1e9
+    gone = {fate for at_ns, fate in fates.items() if 5_000 * MS < at_ns < leaves_ns}
+    assert gone == ({"receiver gone"} if "kill" in fault else {"delivered", "receiver paused"})      # its buffer is full
+    assert {fate for at_ns, fate in fates.items() if at_ns > leaves_ns + 10 * MS} == {"too weak"}
+    quiet = [row for row in inline if row["sender"] == "rover" and 5_000 * MS < row["on_air_ns"] < 25_000 * MS]
+    assert not quiet
