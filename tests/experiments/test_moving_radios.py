@@ -209,7 +209,7 @@ def test_the_radio_follows_a_robot_whose_program_is_dead_or_stands_still(fault, 
     fates = {row["on_air_ns"]: row["fate"] for row in inline if row["sender"] == "base"}
     leaves_ns = RANGE_M / SPEED_MPS * 1e9
     gone = {fate for at_ns, fate in fates.items() if 5_000 * MS < at_ns < leaves_ns}
-    assert gone == ({"receiver gone"} if "kill" in fault else {"delivered", "receiver paused"})      # its buffer is full
+    assert gone == ({"receiver gone"} if "kill" in fault else {"delivered", "receiver paused"})     # a full buffer
     assert {fate for at_ns, fate in fates.items() if at_ns > leaves_ns + 10 * MS} == {"too weak"}
     quiet = [row for row in inline if row["sender"] == "rover" and 5_000 * MS < row["on_air_ns"] < 25_000 * MS]
     assert not quiet
