@@ -247,7 +247,8 @@ class _Run:
         if self.started_processor_s:
             self.processor_s = time.process_time() - self.started_processor_s
         if self.scenario.guarantees:
-            self._step(lambda: self.records.write_guarantees(self.guarantees.judge(self.records.copies(), reached_ns)))
+            self._step(lambda: self.records.write_guarantees(
+                self.guarantees.judge(self.records.copies(), reached_ns, self.conductor.dead_ns)))
         for step in self.records.finishing():
             self._step(step)
         self._step(lambda: self.records.write_standing(self._standing(reached_ns)))
@@ -343,12 +344,12 @@ class _Run:
         of_records = [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
         return [*standing_robots(self.scenario), *of_records]
 
-    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
-        """Return the names of the signals of each agent and medium."""
+    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
+        """Return the units of the signals of each agent and medium."""
         found: dict[str, Sequence[tuple[str, str]]] = {
             name: medium.signals for name, medium in self.network.media.items()}
         found |= {name: hellos[name].signals for name in self.scenario.agents}
-        return {name: [signal for signal, _ in signals] for name, signals in found.items()}
+        return {name: dict(signals) for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str, level: Level) -> None:
         self.feed.event(Event(time_ns, "", kind, detail, level, wall_clock=True))

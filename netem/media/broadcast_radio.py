@@ -176,7 +176,8 @@ class BroadcastRadio(Medium):
         sender = flight.sender
         del self._on_air[sender]
         self._receive(flight)
-        flight.rivals.clear()           # two frames that overlap name each other: a cycle that outlives both
+        if self._propagation is None:
+            flight.rivals.clear()       # two frames that overlap name each other: a cycle that outlives both
         if self._senses:
             self._lower_carrier(flight)
         self._mac.sent(sender, flight.end_ns)

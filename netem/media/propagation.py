@@ -7,6 +7,7 @@ collide at a node that the second one reaches sooner, and overlapping ones can m
 
 Invariants:
 - `_due_ns` holds the instant of every reception that has not been decided; receptions are decided in its order;
+- only flights in `_undecided` have rivals, so that no cycle of flights is left;
 - `_near` holds every flight that a frame starting now can overlap somewhere: those with now < end + longest delay.
 """
 
@@ -48,10 +49,13 @@ class Propagation:
             self._near = [other for other in self._near if now_ns < other.end_ns + _longest_ns(other)]
             for other in self._near:
                 if other.sender != sender:      # frames of one sender come in turn, also while it approaches
-                    other.rivals.append(flight)
-                    flight.rivals.append(other)
+                    if flight.reach.receivers:
+                        flight.rivals.append(other)
+                    if other in self._undecided:
+                        other.rivals.append(flight)
             self._near.append(flight)
-        self._undecided[flight] = dict.fromkeys(flight.reach.receivers)
+        if flight.reach.receivers:
+            self._undecided[flight] = dict.fromkeys(flight.reach.receivers)
         for receiver in flight.reach.receivers:
             at_ns = flight.end_ns + flight.reach.delays_ns[receiver]
             heappush(self._due_ns, at_ns)
@@ -76,9 +80,10 @@ class Propagation:
         heappop(self._due_ns)
         waiting = self._undecided[flight]
         del waiting[receiver]
+        self._radio.receive(_seen_from(flight, receiver), receiver, now_ns)
         if not waiting:
             del self._undecided[flight]
-        self._radio.receive(_seen_from(flight, receiver), receiver, now_ns)
+            flight.rivals.clear()       # two frames that overlap name each other: a cycle that outlives both
 
 
 def _longest_ns(flight: OnAir) -> int:

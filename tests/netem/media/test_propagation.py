@@ -104,6 +104,17 @@ def test_a_carrier_is_sensed_where_and_when_it_is():
     assert starts["c"] < 30 * US                # and at c from 30 us on
 
 
+def test_nothing_is_kept_of_frames_that_are_decided_or_that_nobody_hears():
+    places = LINE | {"lost": (1e6, 0.0)}
+    bench = Bench(places, topology=PathLoss("positions", propagation_mps=METRE_PER_US), **BYTE_PER_US)
+
+    bench.run([(k * 7 * US, "abc"[k % 3], 9) for k in range(30)] + [(5 * US, "lost", 5)])
+
+    propagation = bench.radio._propagation
+    assert (propagation._due_ns, propagation._undecided) == ([], {})
+    assert all(flight.rivals == [] for flight in propagation._near)
+
+
 def test_copies_still_on_their_way_at_the_end_are_unfinished():
     bench = on_line().run([(0, "a", 5)], until_ns=16 * US)
 
