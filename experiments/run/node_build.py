@@ -25,7 +25,6 @@ from fmus.call_record import CallRecord
 from fmus.description import PlantDescription
 from fmus.plant import Plant
 from netem.core.random_streams import stream
-from netem.media.sensing.sight import Body, pack_body
 from netem.node.named import Named
 from netem.node.node import Node
 from netem.node.outside_guard import guarded
@@ -47,7 +46,7 @@ class Shown(msgspec.Struct, frozen=True):
 
     medium: str
     period_ns: int
-    outputs: tuple[str, ...]            # x, y, heading or x, y, z, heading
+    outputs: tuple[str, ...]
 
 
 class NodeSpecification(msgspec.Struct, frozen=True):
@@ -162,17 +161,6 @@ def _boot(node: Node, life: Life, clock: LocalClock, begin: Callable[[], None]) 
                          "opens its ports in the same way in each of its lives")
 
 
-def _show(node: Node, plant: Plant, shown: Shown) -> None:
-    group = plant.output_group(list(shown.outputs))
-
-    def pose(true_ns: int) -> bytes:
-        plant.advance_to(true_ns)
-        values = group.read()
-        return pack_body(Body(*values) if len(values) == 4 else Body(values[0], values[1], 0.0, values[2]))
-
-    node.show(shown.medium, shown.period_ns, pose)
-
-
 def _begin_blocking(specification: NodeSpecification, node: Any, board: Board, at_end: ExitStack | None) -> None:
     assert at_end is not None, "blocking code needs a process of its own"
     from firmware_sim.blocking.own_process import own_process
@@ -201,7 +189,7 @@ def _plant(specification: NodeSpecification, node: Node, record: CallRecord | No
     plant = Plant(description, specification.name, start, specification.plant.step_ns, present=node.present_ns,
                   on_end=node.end_run, record=record, mortal=specification.mortal)
     for shown in specification.shown:
-        _show(node, plant, shown)
+        node.show(shown.medium, shown.period_ns, plant.output_group(list(shown.outputs)).read)
     return plant
 
 

@@ -4,7 +4,8 @@
     end[k] = start[k] + ceil(8e9 bytes[k] / rate_bps)                                 the last bit is sent [ns]
 
 A packet is in the queue during [arrival, start), not while it is sent. A packet that has to wait is dropped if
-`queue_packets` packets wait already, or if more than `queue_bytes` would wait.
+`queue_packets` packets wait already, if more than `queue_bytes` would wait, or if it would wait for more than
+`queue_ns`.
 
 Not modelled: priorities, active queue management.
 """
@@ -19,7 +20,8 @@ from dataclasses import dataclass, field
 class DropTailQueue:
     rate_bps: int                           # >= 1
     queue_packets: int                      # >= 0
-    queue_bytes: int | None = None          # >= 0, None: only queue_packets limits
+    queue_bytes: int | None = None          # >= 0, None: bytes do not limit
+    queue_ns: int | None = None             # >= 0, longest wait; None: time does not limit
     free_ns: int = field(default=0, init=False)     # instant at which the last accepted packet has been sent
 
     def __post_init__(self) -> None:
@@ -36,6 +38,8 @@ class DropTailQueue:
             if len(waiting) >= self.queue_packets:
                 return None
             if self.queue_bytes is not None and self._waiting_bytes + size_bytes > self.queue_bytes:
+                return None
+            if self.queue_ns is not None and start_ns - arrival_ns > self.queue_ns:
                 return None
             waiting.append((start_ns, size_bytes))
             self._waiting_bytes += size_bytes

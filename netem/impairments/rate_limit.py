@@ -1,6 +1,7 @@
 """Rate limit: the link sends one copy after the other at `rate_bps` and drops a copy that finds its queue full.
 
-The queue is that of `netem.core.drop_tail`: `queue_frames` copies, or `queue_bytes`, `overhead_bytes` included.
+The queue is that of `netem.core.drop_tail`: `queue_frames` copies, `queue_bytes`, `overhead_bytes` included, or
+a wait of `queue_ns`.
 Copies leave in the order in which they entered, not by arrival: list `rate_limit` before a `delay` with jitter.
 The queue drains in order past the end of a time window. A copy that enters after it leaves no earlier than the last one
 of the queue; it needs no sending time, takes no place in the queue and is never dropped.
@@ -32,7 +33,8 @@ class RateLimit(Impairment):
     rate_bps: int                           # >= 1
     overhead_bytes: int = 0                 # >= 0, added to every frame
     queue_frames: int = 1000                # >= 0 (1000 is netem's default)
-    queue_bytes: int | None = None          # >= 0, None: only queue_frames limits
+    queue_bytes: int | None = None          # >= 0, None: bytes do not limit
+    queue_ns: int | None = None             # >= 0, longest wait; None: time does not limit
 
     def __post_init__(self) -> None:
         expect_at_least("rate_bps", self.rate_bps, 1)
@@ -40,7 +42,9 @@ class RateLimit(Impairment):
         expect_at_least("queue_frames", self.queue_frames, 0)
         if self.queue_bytes is not None:
             expect_at_least("queue_bytes", self.queue_bytes, 0)
-        self._queue = DropTailQueue(self.rate_bps, self.queue_frames, self.queue_bytes)
+        if self.queue_ns is not None:
+            expect_at_least("queue_ns", self.queue_ns, 0)
+        self._queue = DropTailQueue(self.rate_bps, self.queue_frames, self.queue_bytes, self.queue_ns)
 
     def carry(self, transit: Transit) -> Iterator[Transit]:
         sent_ns = self._queue.take(len(transit.data) + self.overhead_bytes, transit.arrival_ns)
@@ -67,4 +71,6 @@ class RateLimit(Impairment):
         full_ns = self.queue_frames * max(sending_ns)
         if self.queue_bytes is not None:
             full_ns = min(full_ns, self._queue.sending_ns(self.queue_bytes) + self.queue_frames)      # each rounded up
+        if self.queue_ns is not None:
+            full_ns = min(full_ns, self.queue_ns)       # waits so long, then is sent
         return max(sending_ns) + full_ns

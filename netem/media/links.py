@@ -90,7 +90,7 @@ class Links:
         link = (frame.medium, frame.sender, receiver)
         number = self._entered.get(link, 0)
         self._entered[link] = number + 1
-        copies = [Transit(number, arrival_ns, arrival_ns, frame.data, copy=copy_number)]
+        copies = [Transit(number, arrival_ns, arrival_ns, frame.data, copy=copy_number, frame=frame)]
         born = copy_number + 1
         for name, impairment in pipeline:
             survivors: list[Transit] = []
