@@ -137,10 +137,15 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
 @click.option("--real-time", is_flag=True,
               help="At the wall clock's pace; a scenario with gateways to the outside needs it.")
 @click.option("--overwrite", is_flag=True, help="Replace the records of an earlier run in the folder.")
+@click.option("--fates-of", type=click.Path(path_type=Path), metavar="RUN",
+              help="Frames meet the fates and delays recorded in the folder of an earlier run, instead of impairments.")
+@click.option("--match", type=click.Choice(["number", "instant"]), default="number", show_default=True,
+              help="Which recorded frame of its link one meets: that with its number, or that at its instant.")
 @reporting
 def run(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
         host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool, overwrite: bool,
-        junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
+        fates_of: Path | None, match: Literal["number", "instant"], junit: Path | None, as_json: bool, quiet: bool,
+        verbose: bool) -> None:
     """Run scenarios and write their records and reports.
 
     Exits with 0 if every [expect] holds, 1 if one does not, 2 for bad input, 3 when a node failed; of several
@@ -152,7 +157,7 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
 
     batch.in_children = host == "inline" and _process_is_its_own()
     raise SystemExit(batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
-                               report=not no_report, overwrite=overwrite))
+                               report=not no_report, overwrite=overwrite, fates_of=fates_of, match=match))
 
 
 @app.command(epilog="Example: marconet sweep output_sync --vary 'impairments[0].loss_ratio=0:0.4:5' --seeds 100")
@@ -238,6 +243,26 @@ def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
             for problem in complete(run_dir):
                 click.echo(problem, err=True)
         print_path(_console(), "report", write_report(run_dir, "inside" if self_contained else "auto"))
+
+
+@app.command(epilog="Example: marconet export runs/third --as traces --out traces")
+@click.argument("run_dir", metavar="RUN_DIR", type=click.Path(path_type=Path))
+@click.option("--as", "form", type=click.Choice(["traces"]), required=True,
+              help="A CSV for each link, as the impairment `trace` reads it, and the lines of a scenario for them.")
+@click.option("--by", type=click.Choice(["frame", "time"]), default="frame", show_default=True,
+              help="Whether a frame meets the row with its number or the row in force at its instant.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Folder for the files.")
+@verbosely
+def export(run_dir: Path, form: str, by: Literal["frame", "time"], out: Path, verbose: bool) -> None:
+    """Write what a run recorded in another form."""
+    with errors_as_text(verbose):
+        from experiments.judge.run_files import SCENARIO
+        from experiments.judge.trace_files import write_traces
+        from experiments.show.text_views import print_path
+
+        if not SCENARIO.is_in(run_dir):
+            raise FileNotFoundError(f"{run_dir}: no run was recorded there: {_runs_near(run_dir)}")
+        print_path(_console(), form, write_traces(run_dir, out, by)[-1])
 
 
 def _runs_near(folder: Path) -> str:

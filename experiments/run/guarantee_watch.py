@@ -1,6 +1,6 @@
 """Judges the guarantees of a scenario after its run has ended or was aborted, from samples and events kept until then.
 
-    samples, events -> kept here, samples if a guarantee is about signals or sights
+    samples, events -> kept here, samples if a guarantee is about signals, sights or a formula
     ledger closed -> monitors -> outcomes, one event for each violation -> signals closed
 
 In a run without guarantees it keeps no samples and no events.
@@ -37,7 +37,7 @@ class GuaranteeWatch:
         self._events: list[Event] = []
         self._declared: Declared = {}
         needs = {MONITORS[guarantee.kind].ON for guarantee in scenario.guarantees.values()}
-        self._samples = KeptSamples() if needs & {Named.SIGNALS, Named.SIGHTS} else None
+        self._samples = KeptSamples() if needs & {Named.SIGNALS, Named.SIGHTS, Named.FORMULA} else None
         if self._samples is not None:
             feed.samples.append(self._samples.append)
         if scenario.guarantees:

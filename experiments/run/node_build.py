@@ -72,7 +72,7 @@ class State(msgspec.Struct):
     """What outlives a node that is killed."""
 
     plant: bytes | None
-    clock: tuple[str, str]              # phase and rate
+    clock: tuple[str, str, str]         # of `LocalClock.kept`
 
 
 def build_node(specification: NodeSpecification, at_end: ExitStack | None = None,
@@ -96,7 +96,9 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     if life is None:
         begin()
         return node
-    _resume(specification, plant, clock, life)
+    _resume(plant, clock, life)
+    node.at_fault("clock_step", lambda fields: clock.adjust(fields["by_ns"]))       # until a board takes them
+    node.at_fault("clock_drift", lambda fields: clock.drift(fields["by_ppm"]))
     if plant is not None and specification.plant is not None:
         record_outputs(node, plant, specification.plant.idle_outputs, among=life.signals)
     if life.boots_ns < NEVER_NS:
@@ -133,7 +135,7 @@ def _leave(plant: Plant | None, clock: LocalClock, fields: Mapping[str, Any]) ->
     return msgspec.msgpack.encode(state)
 
 
-def _resume(specification: NodeSpecification, plant: Plant | None, clock: LocalClock, life: Life) -> None:
+def _resume(plant: Plant | None, clock: LocalClock, life: Life) -> None:
     """Let the plant and the clock go on from the node's last life."""
     state = msgspec.msgpack.decode(life.state, type=State)
     clock.resume(*state.clock)

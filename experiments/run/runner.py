@@ -32,6 +32,7 @@ from experiments.run.guarantee_watch import GuaranteeWatch
 from experiments.run.network import Network
 from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.run.recorded_signals import refuse_unrecorded
+from experiments.run.replay import Replay, told
 from experiments.run.run_folder import RunFolder
 from experiments.run.run_records import FolderRecords, RunRecords
 from experiments.run.wall_clock_sleep import sleep_refused
@@ -76,13 +77,14 @@ COUNTERS_WITHIN_S = 10.0    # time-out for the counters of the nodes after a fai
 def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
         progress: Callable[[Progress], None] | None = None, report: bool = True,
         shuffle_start: int | None = None, real_time: bool = False, overwrite: bool = False,
-        under_way: UnderWay | None = None) -> RunResult:
+        under_way: UnderWay | None = None, replay: Replay | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs) and, with `report`, write `report.html`.
 
     `progress` is called during the run. `real_time` runs at the pace of the wall clock, as gateways require.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
     `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
-    what an inline run was doing when it crashed.
+    what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
+    scenario's impairments, and nodes its faults.
     Raises NeedsProcess, NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop or ConservationError
     after it, with the records written.
     """
@@ -97,7 +99,7 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     try:
         SCENARIO.write(path, scenario.resolved())
         prepared = _Run(scenario, host, FolderRecords(scenario, folder, report), progress, shuffle_start=shuffle_start,
-                        command_s=command_s, real_time=real_time, under_way=under_way)
+                        command_s=command_s, real_time=real_time, under_way=under_way, replay=replay)
     except BaseException:
         folder.abandon()
         raise
@@ -154,8 +156,11 @@ class _Run:
     def __init__(self, scenario: Scenario, host: HostName, records: RunRecords,
                  progress: Callable[[Progress], None] | None = None, *, command_s: float,
                  specifications: Mapping[str, NodeSpecification] | None = None, shuffle_start: int | None = None,
-                 real_time: bool = False, under_way: UnderWay | None = None) -> None:
+                 real_time: bool = False, under_way: UnderWay | None = None, replay: Replay | None = None) -> None:
+        if replay is not None:
+            scenario = msgspec.structs.replace(scenario, faults=replay.faults)
         self.scenario = scenario
+        self.replay = replay
         self.host_name = host
         self.records = records
         self.folder = records.folder
@@ -169,7 +174,8 @@ class _Run:
         self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
                           under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
-        self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver)
+        self.replayed = None if replay is None else replay.links(self.ledger, self.conductor.deliver)
+        self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed)
         records.begin(self.network.media)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         if real_time:
@@ -284,6 +290,8 @@ class _Run:
             "switch_instants_ns": self.network.changes_ns(reached_ns),
             "counters": self._counters(),
             "real_time": self._real_time(),
+            "dead_ns": self.conductor.dead_ns,
+            "replay": self._met(),
         }
 
     def _counters(self) -> dict[str, dict[str, int]]:
@@ -311,10 +319,14 @@ class _Run:
             conductor.grants, self.result.hash if self.result else "",
             {fate.value: copies for fate, copies in self.ledger.closed.items() if copies}, verdicts,
             self.records.report, self.guarantees.standings, code=CODE,
-            real_time=self._real_time(), ended=_end_in_words(conductor), warnings=self._warnings(),
+            real_time=self._real_time(), ended=_end_in_words(conductor), warnings=self._warnings(), replay=self._met(),
             failure="" if failure is None else in_words(failure),
             last_report=failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns=reached_ns,
             processor_s=self.processor_s)
+
+    def _met(self) -> str:
+        """Return how much of an earlier run's fates this run has met; "" if it was not to."""
+        return "" if self.replay is None or self.replayed is None else told(self.replay, self.replayed)
 
     def _keep(self, reached_ns: int) -> None:
         """Write the records so far to the disk, so that they outlive this process if it is killed."""
@@ -329,12 +341,12 @@ class _Run:
     def _warnings(self) -> list[str]:
         return [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
 
-    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
-        """Return the names of the signals of each agent and medium."""
+    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
+        """Return the units of the signals of each agent and medium."""
         found: dict[str, Sequence[tuple[str, str]]] = {
             name: medium.signals for name, medium in self.network.media.items()}
         found |= {name: hellos[name].signals for name in self.scenario.agents}
-        return {name: [signal for signal, _ in signals] for name, signals in found.items()}
+        return {name: dict(signals) for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str, level: Level) -> None:
         self.feed.event(Event(time_ns, "", kind, detail, level, wall_clock=True))
