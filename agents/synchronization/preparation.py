@@ -90,8 +90,11 @@ def prepare(scenario: ScenarioView, own: Own[Any]) -> dict[str, Any]:
     plans = RoundPlans(team)
     graphs = occurring_graphs(team, scenario, medium)
     entries = [plans.table_entry(graph) for graph in graphs.values()]
+    slowest = max((_contraction(team, plan, team.layout) for graph in graphs.values()
+                   if (plan := plans.plan(graph)) is not None), default=0.0) if team.resynchronize else 0.0
     return {"layout": msgspec.to_builtins(team.layout),
             "designs": [msgspec.to_builtins(entry) for entry in entries if entry is not None],
+            "sync_contraction": slowest,
             "oldest_value_ns": oldest_value_ns(team, medium.name, graphs, _delays(team, scenario, plans, graphs))}
 
 
@@ -129,15 +132,20 @@ def occurring_graphs(team: Team, scenario: ScenarioView, medium: MediumView) -> 
 
 
 def _clock_problems(team: Team, plan: RoundPlan, layout: Layout) -> Iterator[str]:
-    heard = heard_by(plan.laplacian)
-    part_of = {number: index for index, part in enumerate(plan.parts) for number in part}
-    contraction = contraction_per_round(
-        {name: [team.names[j] for j in heard[i]] for i, name in enumerate(team.names)},
-        {name: part_of[i] for i, name in enumerate(team.names)}, SYNC_GAIN, own_slot=True,
-        airtime_share=min(1.0, layout.data_airtime_ns / plan.slot_ns))
+    contraction = _contraction(team, plan, layout)
     if contraction >= 1:
         yield (f"team.resynchronize: the clocks do not settle: their differences change by a factor of "
                f"{contraction:.4g} per round, expected below 1; let every robot hear at least one other")
+
+
+def _contraction(team: Team, plan: RoundPlan, layout: Layout) -> float:
+    """Return the factor by which the differences of the clocks shrink per round."""
+    heard = heard_by(plan.laplacian)
+    part_of = {number: index for index, part in enumerate(plan.parts) for number in part}
+    return contraction_per_round(
+        {name: [team.names[j] for j in heard[i]] for i, name in enumerate(team.names)},
+        {name: part_of[i] for i, name in enumerate(team.names)}, SYNC_GAIN, own_slot=True,
+        airtime_share=min(1.0, layout.data_airtime_ns / plan.slot_ns))
 
 
 def _late_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans: RoundPlans) -> Iterator[str]:

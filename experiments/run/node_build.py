@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 
@@ -31,6 +31,8 @@ from netem.node.node import Node
 from netem.node.outside_guard import guarded
 from netem.wire.instants import NEVER_NS
 from netem.wire.messages import Life
+
+NOISE_SEED: Final = "noise_seed"        # parameter of a plant with a random path; drawn unless the scenario sets it
 
 
 class PlantSpecification(msgspec.Struct, frozen=True):
@@ -192,9 +194,12 @@ def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:
 def _plant(specification: NodeSpecification, node: Node, record: CallRecord | None) -> Plant | None:
     if specification.plant is None:
         return None
-    plant = Plant(specification.plant.description, specification.name, specification.plant.start,
-                  specification.plant.step_ns, present=node.present_ns, on_end=node.end_run, record=record,
-                  mortal=specification.mortal)
+    start, description = specification.plant.start, specification.plant.description
+    if NOISE_SEED in description.variables and NOISE_SEED not in start:
+        rng = stream(specification.seed, f"agents.{specification.name}.plant")
+        start = {**start, NOISE_SEED: int(rng.random() * 2**31)}
+    plant = Plant(description, specification.name, start, specification.plant.step_ns, present=node.present_ns,
+                  on_end=node.end_run, record=record, mortal=specification.mortal)
     for shown in specification.shown:
         _show(node, plant, shown)
     return plant

@@ -246,7 +246,8 @@ class _Run:
         if self.started_processor_s:
             self.processor_s = time.process_time() - self.started_processor_s
         if self.scenario.guarantees:
-            self._step(lambda: self.records.write_guarantees(self.guarantees.judge(self.records.copies(), reached_ns)))
+            self._step(lambda: self.records.write_guarantees(
+                self.guarantees.judge(self.records.copies(), reached_ns, self.conductor.dead_ns)))
         for step in self.records.finishing():
             self._step(step)
         self._step(lambda: self.records.write_standing(self._standing(reached_ns)))
