@@ -186,7 +186,7 @@ def _largest(values: NDArray[np.float64]) -> float:
 
 def _of_signals(wanted: SignalKey, data: RunData, bound: Bound | None) -> float:
     tables = [data.signals[node] for node in matching(wanted.nodes, data.signals)]
-    columns = [_during(table, bound).column(wanted.signal) for table in tables if wanted.signal in table.names]
+    columns = [_during(table, bound).sampled(wanted.signal)[1] for table in tables if wanted.signal in table.names]
     if not columns or not all(column.size for column in columns):
         return math.nan
     if wanted.statistic == SPREAD_LAST:

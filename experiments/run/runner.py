@@ -39,6 +39,7 @@ from experiments.run.wall_clock_sleep import sleep_refused
 from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
 from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.own_modules import class_for
+from experiments.scenario.standing_robots import standing_robots
 from firmware_sim.program_settings import build_settings
 from firmware_sim.scenario_view import OwnAgent
 from fmus.build import build_model, model_folder, own_models
@@ -246,7 +247,8 @@ class _Run:
         if self.started_processor_s:
             self.processor_s = time.process_time() - self.started_processor_s
         if self.scenario.guarantees:
-            self._step(lambda: self.records.write_guarantees(self.guarantees.judge(self.records.copies(), reached_ns)))
+            self._step(lambda: self.records.write_guarantees(
+                self.guarantees.judge(self.records.copies(), reached_ns, self.conductor.dead_ns)))
         for step in self.records.finishing():
             self._step(step)
         self._step(lambda: self.records.write_standing(self._standing(reached_ns)))
@@ -339,7 +341,8 @@ class _Run:
             os._exit(0)
 
     def _warnings(self) -> list[str]:
-        return [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
+        of_records = [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
+        return [*standing_robots(self.scenario), *of_records]
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
         """Return the units of the signals of each agent and medium."""
@@ -412,7 +415,7 @@ def _can_buses(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
 
 
 def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
-    return tuple(Shown(medium, *pose) for medium in agent.media
+    return tuple(Shown(medium, pose.period_ns, pose.outputs) for medium in agent.media
                  if (pose := scenario.media[medium].settings.poses().get(agent.name)) is not None)
 
 

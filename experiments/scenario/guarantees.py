@@ -111,9 +111,9 @@ class Guarantees:
                      {name: (spec.unit, spec.nodes) for name, spec in costs.items()})
 
     def _shows(self, medium: str, sender: str, receiver: str) -> bool:
-        """Return whether cameras of this medium can see the sender."""
+        """Return whether the receiver has a camera on this medium that can see the sender."""
         settings = self.media[medium].settings
-        return settings is not None and sender in settings.poses()
+        return settings is not None and settings.camera(receiver) is not None and sender in settings.poses()
 
     def _nodes_on(self) -> dict[str, tuple[str, ...]]:
         return {name: medium.nodes for name, medium in self.media.items()}

@@ -78,7 +78,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
         Header).made
     problems.written_at = lambda place: _written_at(document, place)
     agent_reader = Agents(reading, lambda path: overriding.look_up(document, path))
-    network, on_media = Network(reading), list(tables["media"])
+    network, on_media = Network(reading, header.seed if header is not None else 0), list(tables["media"])
     if not tables["agents"] and not problems.has(("agents",)):
         problems.add(("agents",), "a scenario has at least one agent; add [agents.NAME] with its program")
     agents = {name: agent_reader.agent(name, table, tables["agents_defaults"], on_media)

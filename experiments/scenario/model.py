@@ -78,6 +78,7 @@ class ImpairmentSpec(msgspec.Struct, frozen=True):
     kind: str                           # name in the table of impairments, or "package.module:Class"
     fields: dict[str, Any]
     name: str = ""                      # name given by the author, unique; "": none
+    shared: bool = False                # one impairment for all links, instead of one for each
 
     @property
     def called(self) -> str:

@@ -149,15 +149,15 @@ class Terms:
         found = []
         for table in self._tables(signal):
             name = f"{table.node}.{signal.name}"
-            values = table.column(signal.name)
-            if not table.time_ns.size or table.time_ns[0] >= max(self.length_ns, 1):
+            time_ns, values = table.sampled(signal.name)
+            if not time_ns.size or time_ns[0] >= max(self.length_ns, 1):
                 raise NotMeasured(f"{name} was never sampled")
-            unknown = np.flatnonzero(np.isnan(values) & (table.time_ns < self.length_ns))
+            unknown = np.flatnonzero(np.isnan(values) & (time_ns < self.length_ns))
             if unknown.size:
-                raise NotMeasured(f"{name} is not a number at {table.time_ns[unknown[0]] / NS_PER_S:g} s")
+                raise NotMeasured(f"{name} is not a number at {time_ns[unknown[0]] / NS_PER_S:g} s")
             scale = of_signal(table.units[table.names.index(signal.name)])[0]
             scaled = values * scale if scale != 1 else values
-            found.append((name, curves.steps(table.time_ns, scaled, float(self.length_ns))))
+            found.append((name, curves.steps(time_ns, scaled, float(self.length_ns))))
         return found
 
     def _age(self, age: Age) -> Curve:
