@@ -39,7 +39,7 @@ def run_break(console: Console, source: str, budgets: Sequence[str], minimize: s
         wanted = Wanted(base, budgets, objective, runs, [parse(text) for text in vary], seed, jobs, out)
         with counting_view(console, f"break {base.scenario.name}", max(1, runs)) as progress:
             found = falsify(wanted, progress)
-        command = _command(found.file)
+        command = "" if found.file is None else _command(found.file)
         if as_json:
             from experiments.show.json_output import print_json
 
@@ -81,6 +81,10 @@ def _print_break(console: Console, found: Found, wanted: Wanted, command: str) -
     from experiments.show.text_views import print_path
 
     figures = found.figures
+    if found.file is None:
+        console.print(f"{wanted.objective.text}: {found.without:.6g} without losses and faults, and nothing worse in "
+                      f"{found.runs} runs within the budget", soft_wrap=True)
+        return
     if figures.failure:
         console.print(f"{wanted.objective.text}: the run fails: {figures.failure}", soft_wrap=True)
     else:

@@ -62,7 +62,7 @@ class Wanted:
 class Found:
     """The worst candidate: `value` of the figure, and `without` losses and faults. `number` is that of its run.
 
-    `costs` has the costs of all runs, in their order.
+    Without a worse one than none, `file` is None and `number` -1. `costs` has the costs of all runs, in their order.
     """
 
     candidate: Candidate
@@ -71,14 +71,14 @@ class Found:
     figures: Figures
     number: int
     runs: int
-    file: Path
+    file: Path | None
     lines: list[str] = field(default_factory=list)      # the pattern in words
     costs: list[float] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
 
 def falsify(wanted: Wanted, progress: Progress = lambda: None) -> Found:
-    """Search and return the worst that was found; its scenario is written.
+    """Search and return the worst that was found; its scenario is written, if it is worse than no loss and no fault.
 
     Raises BadBudget, NoPlace or ScenarioError before the search.
     """
@@ -224,23 +224,24 @@ def _search(wanted: Wanted, workers: Workers, making: Making, space: Space, midd
                 best, worst, figures = rank, candidate, of[number]
         strategy.tell(told)
     value = objective.value(best[0])
-    found = Found(worst, value, objective.value(without), figures, best[2], len(costs), file, making.in_words(worst),
-                  costs)
-    _write(found, making, wanted)
+    found = Found(worst, value, objective.value(without), figures, best[2], len(costs), None, [], costs)
+    if found.number >= 0:
+        found.file, found.lines = file, making.in_words(worst)
+        _write(found, file, making, wanted)
     return found
 
 
-def _write(found: Found, making: Making, wanted: Wanted) -> None:
+def _write(found: Found, file: Path, making: Making, wanted: Wanted) -> None:
     base, objective = wanted.base, wanted.objective
     budgets = "".join(f"\n  {text}" for text in wanted.budgets)
     what = "largest" if objective.largest else "least"
     told = (f"The {what} {objective.text} that `marconet break {base.path.name}` found in {found.runs} runs:"
             f"\n{found.value:.6g}, and {found.without:.6g} without losses and faults. Budget:{budgets or ' none'}\n")
-    found.file.parent.mkdir(parents=True, exist_ok=True)
-    found.file.write_text(making.file(found.candidate, found.without, told), encoding="utf-8")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(making.file(found.candidate, found.without, told), encoding="utf-8")
     host: Host = "process" if blocks(base.scenario) else "inline"
-    with Workers(Source.of(found.file), host, 1) as workers:
+    with Workers(Source.of(file), host, 1) as workers:
         (_, repeated), = workers.evaluate([Point(0, {}, base.scenario.seed)])
     if repeated.ledger_hash != found.figures.ledger_hash:
-        found.warnings.append(f"{found.file}: its run has another ledger hash than the run that was found: a program "
+        found.warnings.append(f"{file}: its run has another ledger hash than the run that was found: a program "
                               "uses what is not of the scenario, such as the time, or its files have changed")

@@ -27,6 +27,7 @@ from netem.impairments.loss_in_states import survives
 @dataclass
 class Gemodel(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
+    only_loses: ClassVar[bool] = True
 
     p: float                                # 0 to 1: GOOD -> BAD
     r: float | None = None                  # > 0, at most 1: BAD -> GOOD; None: 1 - p

@@ -38,6 +38,7 @@ MOST_EDGES: Final = 4096
 @dataclass
 class GilbertElliottByTime(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
+    only_loses: ClassVar[bool] = True
 
     mean_good_ns: int                       # > 0
     mean_bad_ns: int                        # > 0

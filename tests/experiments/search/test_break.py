@@ -1,4 +1,4 @@
-"""`marconet break` on real runs: what it finds diverges by an independent oracle, and it finds nothing that cannot be."""
+"""`marconet break` on real runs: what it finds diverges by an independent oracle, and nothing is found that cannot be."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from experiments.search.falsify import Found, Wanted, falsify
 from experiments.search.objective import Objective
 from experiments.search.strategy import RandomSearch
 from experiments.sweep.vary import parse
+
 ROOT = Path(__file__).parents[3]
 
 PAIR = ROOT / "benchmarks" / "search_pair.toml"
@@ -33,6 +34,11 @@ def search(base: Base, objective: str, runs: int, out: Path, *budgets: str, larg
            ) -> Found:
     return falsify(Wanted(base, budgets, Objective.of(objective, base, largest=largest), runs, out=out,
                           **{"jobs": 2} | options))        # type: ignore[arg-type]
+
+
+def file_of(found: Found) -> Path:
+    assert found.file is not None
+    return found.file
 
 
 def lost_on(scenario: Scenario, frames: int) -> dict[str, list[int]]:
@@ -73,7 +79,7 @@ def test_above_the_exact_limit_a_pattern_is_found_within_200_runs_that_diverges(
 
     found = search(base, "always[7 s, 7.2 s] max(abs(r2.y), abs(r3.y)) < 0.5", 60, tmp_path, ONE_IN_A_ROW)
 
-    scenario = load(found.file)
+    scenario = load(file_of(found))
     rounds = 80
     lost = lost_on(scenario, rounds)
     assert found.without > 0 > found.value
@@ -112,15 +118,15 @@ def test_below_the_certified_slot_length_no_pattern_is_found_in_10_000_runs(tmp_
 
 def test_the_outcome_does_not_depend_on_the_number_of_runs_at_a_time(watched: Path, tmp_path: Path) -> None:
     base = Base.of(watched)
-    found = [search(base, "count.c.heard", 60, watched.parent, "radio: * -> c: at most 2 lost of 7",
+    found = [search(base, "count.c.heard", 30, watched.parent, "radio: * -> c: at most 2 lost of 7",
                     "faults: at most 2", jobs=jobs) for jobs in (1, 2)]
-    other = search(base, "count.c.heard", 60, watched.parent, "radio: * -> c: at most 2 lost of 7",
+    other = search(base, "count.c.heard", 30, watched.parent, "radio: * -> c: at most 2 lost of 7",
                    "faults: at most 2", seed=1)
 
     assert found[0].costs == found[1].costs != other.costs
     assert found[0].candidate == found[1].candidate
     assert found[0].file != found[1].file                      # none is overwritten
-    assert found[0].file.read_text() == found[1].file.read_text()
+    assert file_of(found[0]).read_text() == file_of(found[1]).read_text()
 
 
 def test_faults_are_found_that_cost_most_and_no_more_than_allowed(watched: Path, tmp_path: Path) -> None:
@@ -128,7 +134,7 @@ def test_faults_are_found_that_cost_most_and_no_more_than_allowed(watched: Path,
 
     found = search(base, "c.missed.last", 100, watched.parent, "faults: at most 2 of pause, kill", largest=True)
 
-    scenario = load(found.file)
+    scenario = load(file_of(found))
     # Two faults of up to a quarter of the run, some 11 rounds each, for each of the two beacons at best.
     assert 1 <= len(scenario.faults) <= 2
     assert {fault.kind for fault in scenario.faults} <= {"pause", "kill"}
@@ -153,11 +159,11 @@ def test_a_continuous_setting_is_searched_by_cma(watched: Path, tmp_path: Path) 
     pytest.importorskip("cma")
     base = Base.of(watched)
 
-    found = search(base, "c.bowl.last", 120, watched.parent, varied=[parse("agents.c.parameters.bias=0:1")])
+    found = search(base, "c.bowl.last", 100, watched.parent, varied=[parse("agents.c.parameters.bias=0:1")])
 
-    # The bowl's least value is 0 at 0.3; of 120 points on a grid the best would be some 1e-5.
+    # The bowl's least value is 0 at 0.3; of 100 points on a grid the best would be some 1e-5.
     assert found.value < 1e-6
-    assert abs(load(found.file).agents["c"].parameters["bias"] - 0.3) < 1e-3
+    assert abs(load(file_of(found)).agents["c"].parameters["bias"] - 0.3) < 1e-3
 
 
 def test_losses_of_the_scenario_itself_are_left_out_on_the_links_of_the_budget(watched: Path, tmp_path: Path) -> None:
@@ -167,12 +173,24 @@ def test_losses_of_the_scenario_itself_are_left_out_on_the_links_of_the_budget(w
 
     found = search(base, "count.c.heard", 10, watched.parent, "radio: a -> c: at most 1 lost in a row")
 
-    kinds = [(spec.kind, spec.links) for spec in load(found.file).impairments]
+    kinds = [(spec.kind, spec.links) for spec in load(file_of(found)).impairments]
     assert ("bernoulli_loss", (("radio", "b", "c"),)) in kinds
     assert ("scripted_loss", (("radio", "a", "c"),)) in kinds
     assert len(kinds) == 2
     # 45 frames of a, of which every other one may be lost, and the same draw of b's in both runs.
     assert found.without - found.value == 23
+
+
+def test_when_nothing_is_worse_than_no_loss_that_is_told_and_no_scenario_is_written(watched: Path) -> None:
+    told = subprocess.run(
+        [sys.executable, "-m", "marconet.command_line", "break", str(watched), "--budget",
+         "radio: a -> b: at most 1 lost in a row", "--minimize", "count.c.heard", "--runs", "5", "--jobs", "1"],
+        capture_output=True, text=True, check=False)
+
+    assert (told.returncode, told.stderr) == (0, "")
+    assert told.stdout.splitlines()[-1] == ("count.c.heard: 90 without losses and faults, and nothing worse in 5 runs "
+                                            "within the budget")
+    assert [file.name for file in watched.parent.glob("*.toml")] == ["watched.toml"]
 
 
 @pytest.mark.parametrize(("budgets", "objective", "problem"), [
@@ -214,8 +232,9 @@ def test_the_command_tells_cost_and_command_and_its_scenario_repeats_it(watched:
 @pytest.mark.parametrize(("options", "line"), [
     (["--budget", "faults: at most 0", "--minimize", "delivery_ratio"],
      "--budget 'faults: at most 0': allows no fault, so nothing can use it: expected at least 1"),
-    (["--budget", ONE_IN_A_ROW], "what is the search to make worse? Give --minimize or --maximize with a formula, as in "
-                                 "--minimize 'always r1.gap > 0.5 m', or a figure's key"),
+    (["--budget", ONE_IN_A_ROW],
+     "what is the search to make worse? Give --minimize or --maximize with a formula, as in --minimize 'always r1.gap > "
+     "0.5 m', or a figure's key"),
     (["--budget", ONE_IN_A_ROW, "--minimize", "delivery_ratio", "--runs", "0"], "--runs 0: expected at least 1"),
 ])
 def test_bad_options_are_told_in_one_line(watched: Path, options: list[str], line: str) -> None:

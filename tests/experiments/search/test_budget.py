@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, pairwise
 from random import Random
 
 import pytest
@@ -59,7 +59,7 @@ def test_every_pattern_that_is_made_is_within_its_limits(frames: int, limits: li
     rng = Random(seed)
     made = [*extremal(frames, limits), *(randomly(frames, limits, rng) for _ in range(3))]
     made += [mutated(pattern, frames, limits, rng) for pattern in made for _ in range(3)]
-    made += [crossed(one, other, frames, limits, rng) for one, other in zip(made, made[1:], strict=False)]
+    made += [crossed(one, other, frames, limits, rng) for one, other in pairwise(made)]
 
     for pattern in made:
         assert breach(pattern, limits) == ""

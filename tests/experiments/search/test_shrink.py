@@ -31,8 +31,8 @@ def test_of_forty_faults_the_two_that_matter_are_left_within_sixty_runs(forty_fa
     # The watch closes round 31 at 3.14 s; the length is found to 5 % of the run.
     assert 3.14e9 < shrunk.length_ns < 3.14e9 + 2 * 0.05 * 4.5e9
     small = load(shrunk.file)
-    assert [(fault.kind, fault.targets, fault.occurrences) for fault in small.faults] == [
-        ("pause", (("a",),), ((1_200_000_000, 1_270_000_000),)), ("pause", (("b",),), ((3_100_000_000, 3_170_000_000),))]
+    assert [(fault.kind, *fault.targets, *fault.occurrences) for fault in small.faults] == [
+        ("pause", ("a",), (1_200_000_000, 1_270_000_000)), ("pause", ("b",), (3_100_000_000, 3_170_000_000))]
     again = run(small, host="inline", out=tmp_path / "again", report=False).summary
     assert [(verdict.key, verdict.holds) for verdict in again.verdicts] == [("count.c.split", False)]
 
