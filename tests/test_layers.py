@@ -23,7 +23,7 @@ BELOW = {                                       # what each package may import o
 FLOORS = {
     "netem": (("wire",), ("core", "gateways"), ("impairments", "faults", "records", "topology", "node"),
                ("media", "transport"), ("emulator",)),
-    "experiments": (("compiled",), ("scenario",), ("judge",), ("show",), ("run",), ("sweep",)),
+    "experiments": (("compiled",), ("scenario",), ("judge",), ("show",), ("run",), ("sweep",), ("search",)),
 }
 ADAPTERS = {
     "zenoh": {"netem/transport/zenoh_session.py"},

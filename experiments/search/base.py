@@ -100,11 +100,6 @@ def on_text(link: LinkName) -> str:
     return f"{link[0]}: {link[1]} -> {link[2]}"
 
 
-def loss_table(on: str, lost: Sequence[int], every: int | None = None) -> Tables:
-    """Return an entry of `[[impairments]]` that loses these frames of each link that `on` selects."""
-    return {"on": on, "kind": "scripted_loss", "lose_frames": list(lost)} | ({} if every is None else {"every": every})
-
-
 def toml_of(tables: Tables, told: str, question: str) -> str:
     """Return the text of a scenario file that opens with what it is, and with its question."""
     import tomli_w

@@ -18,10 +18,11 @@ from typing import Any
 
 from experiments.scenario.model import FaultSpec, Scenario
 from experiments.scenario.units import spellings
-from experiments.search.base import Tables, loss_table, on_text, pure_losses
+from experiments.search.base import Tables, on_text, pure_losses
 from experiments.search.link_frames import link_frames
 from netem.core.link_name import LinkName
 from netem.faults.schedule import Occurrence
+from netem.impairments.entries import losing, without_effect
 from netem.wire.instants import NEVER_NS
 
 TIMING = frozenset(("times", "rate_per_s", *(key for field in ("at_ns", "during_ns", "lasts_ns", "every_ns")
@@ -66,13 +67,13 @@ class Explicit:
         """
         stay = {item.place for item in items if item.place >= 0}
         last = max(stay, default=-1)
-        kept = [table if place in stay else {"on": table["on"], "kind": "bernoulli_loss", "loss_ratio": 0.0}
+        kept = [table if place in stay else without_effect(table["on"])
                 for place, table in enumerate(self.impairments) if place in stay or (same_draws and place < last)]
         lost: dict[LinkName, list[int]] = {}
         for item in items:
             if item.link is not None:
                 lost.setdefault(item.link, []).append(item.number)
-        return {"impairments": kept + [loss_table(on_text(link), sorted(numbers))
+        return {"impairments": kept + [losing(on_text(link), sorted(numbers))
                                        for link, numbers in sorted(lost.items())],
                 "faults": [self.faults[place] for place in sorted(item.fault for item in items if item.fault >= 0)]}
 

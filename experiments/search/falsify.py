@@ -25,7 +25,7 @@ from experiments.judge.figures import Figures
 from experiments.run.runner import NeedsRealTime
 from experiments.scenario.blocking_programs import blocks
 from experiments.scenario.problems import ScenarioError
-from experiments.search.base import Base, Tables, loss_table, on_text, pure_losses, toml_of
+from experiments.search.base import Base, Tables, on_text, pure_losses, toml_of
 from experiments.search.budget import BadBudget, Budget, read_budget
 from experiments.search.fault_patterns import FaultSpace
 from experiments.search.link_frames import link_frames
@@ -38,6 +38,7 @@ from experiments.sweep.vary import Varied, at, refuse_twice
 from experiments.sweep.workers import Workers
 from netem.core.link_name import LinkName
 from netem.faults import Site
+from netem.impairments.entries import losing
 
 Progress = Callable[[], None]           # after each run
 StrategyOf = Callable[[Space, int, int], Strategy]
@@ -162,9 +163,9 @@ class Making:
             nodes = self.base.scenario.media[medium].nodes
             all_links = len(nodes) * (len(nodes) - 1)
             if len(set(own.values())) == 1 and len(own) == all_links > 1:
-                found.append(loss_table(f"{medium}: * -> *", *next(iter(own.values()))))
+                found.append(losing(f"{medium}: * -> *", *next(iter(own.values()))))
             else:
-                found += [loss_table(on_text(link), *script) for link, script in own.items()]
+                found += [losing(on_text(link), *script) for link, script in own.items()]
         return found
 
     def in_words(self, candidate: Candidate) -> list[str]:

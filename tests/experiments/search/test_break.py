@@ -1,4 +1,4 @@
-"""`marconet break` on real runs: what it finds diverges by an independent oracle, and nothing is found that cannot be."""
+"""`marconet break` on real runs: what it finds diverges by an independent oracle, what cannot be is not found."""
 
 from __future__ import annotations
 
@@ -233,8 +233,8 @@ def test_the_command_tells_cost_and_command_and_its_scenario_repeats_it(watched:
     (["--budget", "faults: at most 0", "--minimize", "delivery_ratio"],
      "--budget 'faults: at most 0': allows no fault, so nothing can use it: expected at least 1"),
     (["--budget", ONE_IN_A_ROW],
-     "what is the search to make worse? Give --minimize or --maximize with a formula, as in --minimize 'always r1.gap > "
-     "0.5 m', or a figure's key"),
+     "what is the search to make worse? Give --minimize or --maximize with a formula, as in --minimize 'always r1.gap "
+     "> 0.5 m', or a figure's key"),
     (["--budget", ONE_IN_A_ROW, "--minimize", "delivery_ratio", "--runs", "0"], "--runs 0: expected at least 1"),
 ])
 def test_bad_options_are_told_in_one_line(watched: Path, options: list[str], line: str) -> None:
