@@ -37,8 +37,13 @@ def run_break(console: Console, source: str, budgets: Sequence[str], minimize: s
         base = Base.of(find(source), None, duration_s, overrides)
         objective = Objective.of(minimize or maximize or "", base, largest=maximize is not None)
         wanted = Wanted(base, budgets, objective, runs, [parse(text) for text in vary], seed, jobs, out)
-        with counting_view(console, f"break {base.scenario.name}", max(1, runs)) as progress:
-            found = falsify(wanted, progress)
+        try:
+            with counting_view(console, f"break {base.scenario.name}", max(1, runs)) as progress:
+                found = falsify(wanted, progress)
+        except KeyboardInterrupt:
+            if wanted.written is not None:
+                print(f"the worst so far: {wanted.written}", file=sys.stderr)
+            raise
         command = "" if found.file is None else _command(found.file)
         if as_json:
             from experiments.show.json_output import print_json

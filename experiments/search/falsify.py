@@ -46,7 +46,10 @@ StrategyOf = Callable[[Space, int, int], Strategy]
 
 @dataclass
 class Wanted:
-    """What to search. `seed` is the search's own, `jobs` None: one run at a time for each core that is free."""
+    """What to search. `seed` is the search's own, `jobs` None: one run at a time for each core.
+
+    `written` is the scenario of the worst so far, once the search has ended or was interrupted.
+    """
 
     base: Base
     budgets: Sequence[str]
@@ -57,6 +60,7 @@ class Wanted:
     jobs: int | None = None
     out: Path | None = None
     strategy: StrategyOf = Evolution
+    written: Path | None = None
 
 
 @dataclass
@@ -70,12 +74,15 @@ class Found:
     value: float
     without: float
     figures: Figures
-    number: int
-    runs: int
-    file: Path | None
+    number: int = -1
+    file: Path | None = None
     lines: list[str] = field(default_factory=list)      # the pattern in words
     costs: list[float] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+
+    @property
+    def runs(self) -> int:
+        return len(self.costs)
 
 
 def falsify(wanted: Wanted, progress: Progress = lambda: None) -> Found:
@@ -203,36 +210,38 @@ def _search(wanted: Wanted, workers: Workers, making: Making, space: Space, midd
     without = objective.cost(first)
     if without == inf:
         raise BadBudget(f"{objective.text}: the run without losses has no such figure, so there is nothing to search")
+    found = Found(middle, objective.value(without), objective.value(without), first)
+    best: tuple[float, int] = (without, 0)
     strategy = wanted.strategy(space, wanted.runs, wanted.seed)
-    best: tuple[float, int, int] = (without, 0, -1)
-    worst, figures = middle, first
-    costs: list[float] = []
-    while len(costs) < wanted.runs:
-        candidates = strategy.ask()[:wanted.runs - len(costs)]
-        for candidate in candidates:
-            broken = space.check(candidate)
-            assert not broken, broken
-        of: dict[int, Figures] = {}
-        for point, ended in workers.evaluate([Point(number, making.values(candidate), seed)
-                                              for number, candidate in enumerate(candidates)]):
-            of[point.number] = ended
-            progress()
-        told = [(objective.cost(of[number]), candidate) for number, candidate in enumerate(candidates)]
-        for number, (cost, candidate) in enumerate(told):
-            rank = (cost, candidate.size, len(costs))
-            costs.append(cost)
-            if rank < best:
-                best, worst, figures = rank, candidate, of[number]
-        strategy.tell(told)
-    value = objective.value(best[0])
-    found = Found(worst, value, objective.value(without), figures, best[2], len(costs), None, [], costs)
+    try:
+        while found.runs < wanted.runs:
+            candidates = strategy.ask()[:wanted.runs - found.runs]
+            for candidate in candidates:
+                broken = space.check(candidate)
+                assert not broken, broken
+            of: dict[int, Figures] = {}
+            for point, ended in workers.evaluate([Point(number, making.values(candidate), seed)
+                                                  for number, candidate in enumerate(candidates)]):
+                of[point.number] = ended
+                progress()
+            told = [(objective.cost(of[number]), candidate) for number, candidate in enumerate(candidates)]
+            for number, (cost, candidate) in enumerate(told):
+                if (cost, candidate.size) < best:
+                    best = cost, candidate.size
+                    found.candidate, found.figures, found.number = candidate, of[number], found.runs
+                found.costs.append(cost)
+            found.value = objective.value(best[0])
+            strategy.tell(told)
+    finally:
+        if found.number >= 0:
+            _write(found, file, making, wanted)
     if found.number >= 0:
-        found.file, found.lines = file, making.in_words(worst)
-        _write(found, file, making, wanted)
+        _repeat(found, file, wanted)
     return found
 
 
 def _write(found: Found, file: Path, making: Making, wanted: Wanted) -> None:
+    """Write the scenario, also when the search is interrupted."""
     base, objective = wanted.base, wanted.objective
     budgets = "".join(f"\n  {text}" for text in wanted.budgets)
     what = "largest" if objective.largest else "least"
@@ -240,9 +249,15 @@ def _write(found: Found, file: Path, making: Making, wanted: Wanted) -> None:
             f"\n{found.value:.6g}, and {found.without:.6g} without losses and faults. Budget:{budgets or ' none'}\n")
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(making.file(found.candidate, found.without, told), encoding="utf-8")
-    host: Host = "process" if blocks(base.scenario) else "inline"
-    with Workers(Source.of(file), host, 1) as workers:
-        (_, repeated), = workers.evaluate([Point(0, {}, base.scenario.seed)])
+    found.file, found.lines = file, making.in_words(found.candidate)
+    wanted.written = file
+
+
+def _repeat(found: Found, file: Path, wanted: Wanted) -> None:
+    """Run the file that was written, and warn if that is another run than the one that was found."""
+    scenario = wanted.base.scenario
+    with Workers(Source.of(file), "process" if blocks(scenario) else "inline", 1) as workers:
+        (_, repeated), = workers.evaluate([Point(0, {}, scenario.seed)])
     if repeated.ledger_hash != found.figures.ledger_hash:
-        found.warnings.append(f"{file}: its run has another ledger hash than the run that was found: a program "
-                              "uses what is not of the scenario, such as the time, or its files have changed")
+        found.warnings.append(f"{file}: its run has another ledger hash than the run that was found: a program uses "
+                              "what is not of the scenario, such as the time, or its files have changed")

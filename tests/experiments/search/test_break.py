@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -22,6 +23,7 @@ from experiments.search.falsify import Found, Wanted, falsify
 from experiments.search.objective import Objective
 from experiments.search.strategy import RandomSearch
 from experiments.sweep.vary import parse
+from tests.processes import alive, children
 
 ROOT = Path(__file__).parents[3]
 
@@ -191,6 +193,28 @@ def test_when_nothing_is_worse_than_no_loss_that_is_told_and_no_scenario_is_writ
     assert told.stdout.splitlines()[-1] == ("count.c.heard: 90 without losses and faults, and nothing worse in 5 runs "
                                             "within the budget")
     assert [file.name for file in watched.parent.glob("*.toml")] == ["watched.toml"]
+
+
+def test_ctrl_c_leaves_the_worst_so_far_and_no_worker(watched: Path) -> None:
+    with subprocess.Popen(
+            [sys.executable, "-m", "marconet.command_line", "break", str(watched), "--budget",
+             "radio: a -> c: at most 1 lost in a row", "--minimize", "count.c.heard", "--runs", "9999", "--jobs", "1"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True) as running:
+        assert running.stdout is not None
+        while "runs" not in running.stdout.readline():        # the first line comes after at least 20 runs or 5 s
+            pass
+        for _ in range(2):                                      # two generations at least have ended then
+            running.stdout.readline()
+        workers = children(running.pid)
+        running.send_signal(signal.SIGINT)
+        _, errors = running.communicate(timeout=60)
+
+    assert running.returncode == 130
+    first, second = errors.splitlines()
+    assert (first, second) == (f"the worst so far: {watched.parent / 'watched_worst.toml'}", "interrupted (SIGINT)")
+    assert load(watched.parent / "watched_worst.toml").impairments
+    assert workers
+    assert not any(map(alive, workers))
 
 
 @pytest.mark.parametrize(("budgets", "objective", "problem"), [
