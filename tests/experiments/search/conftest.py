@@ -53,7 +53,7 @@ class Watch:
 SCENARIO = '''
 # Two beacons and their watch.
 # Question: does the watch split?
-seed = 3
+seed = 4
 length_s = 4.5
 [agents]
 a = { program = "watch:Beacon" }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -95,17 +96,30 @@ def test_faults_at_random_times_are_written_at_their_instants(watched: Path, tmp
 
 
 def test_what_is_left_out_does_not_change_the_draws_of_what_stays(watched: Path, tmp_path: Path) -> None:
-    """The delay behind the losses draws by its place; a delay of more than 25 ms misses the round."""
-    watched.write_text(watched.read_text().replace('"count.c.split" = { max = 0 }', '"c.missed.last" = { max = 3.5 }')
-                       + '[[impairments]]\non = "radio: a -> b"\nkind = "bernoulli_loss"\nloss_ratio = 0.9\n'
-                       '[[impairments]]\non = "radio: * -> c"\nkind = "delay"\ndelay_ms = 0\njitter_ms = 28\n'
-                       'distribution = "uniform"\n')
+    """The delay behind the losses draws by its place in the list; one of more than 25 ms misses the round."""
+    before = '[[impairments]]\non = "radio: a -> b"\nkind = "bernoulli_loss"\nloss_ratio = 0.9\n'
+    delay = ('[[impairments]]\non = "radio: * -> c"\nkind = "delay"\ndelay_ms = 0\njitter_ms = 28\n'
+             'distribution = "uniform"\n')
+    text = watched.read_text().replace('"count.c.split" = { max = 0 }', '"c.missed.last" = { max = 1e6 }')
+
+    def missed(rest: str) -> float:
+        watched.write_text(text + rest)
+        with TemporaryDirectory() as out:
+            verdicts = run(load(watched), host="inline", out=Path(out) / "run", report=False).summary.verdicts
+        return next(verdict.value or 0.0 for verdict in verdicts if verdict.key == "c.missed.last")
+
+    second, first = missed(before + delay), missed(delay)
+    assert second > first                               # by the scenario's seed
+    text = text.replace("max = 1e6", f"max = {second - 0.5}")
+    watched.write_text(text + before + delay)
     folder = recorded(watched, tmp_path / "run")
 
     shrunk = shrink(folder)
 
-    assert [spec.kind for spec in load(shrunk.file).impairments][-1] == "delay"
+    assert [(spec.kind, spec.fields.get("loss_ratio")) for spec in load(shrunk.file).impairments] == [
+        ("bernoulli_loss", 0.0), ("delay", None)]
     assert len(shrunk.kept) == 1
+    assert len(shrunk.items) > 30
 
 
 def test_a_run_in_which_all_holds_is_refused(watched: Path, tmp_path: Path) -> None:
