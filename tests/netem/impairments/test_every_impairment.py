@@ -18,6 +18,7 @@ from netem.core.frame import Frame
 from netem.core.random_streams import stream
 from netem.core.transit import Transit
 from netem.impairments.construct import PASSED_IN
+from netem.impairments.contract import only_loses
 from netem.impairments.flow import Flow
 from netem.impairments.recordings import Recordings
 from netem.impairments.table import IMPAIRMENTS
@@ -357,3 +358,18 @@ def test_fields_are_the_toml_keys_and_a_generator_passed_by_keyword(name):
         assert types[key.name] in (int, int | None, list[int]) or not key.name.endswith("_ns")
     passed_in = [field for field in dataclasses.fields(kind) if field.name in PASSED_IN]
     assert all(field.kw_only and types[field.name] in (Random, Recordings) for field in passed_in)
+
+
+@examples
+@few
+@given(link=copies)
+def test_one_that_only_loses_passes_the_others_as_they_came_and_does_lose(example, recording, link):
+    if not only_loses(KINDS[EXAMPLES[example][0]]):
+        return
+    later = [(2 * 10 ** 9 + n * 1_000_000, 0, b"") for n in range(200)]         # each example loses a tenth or more
+
+    out = carried(build(example, recording), entering([*link, *later]))
+
+    assert all(copies == [came] for came, copies in zip(entering([*link, *later]), out, strict=True) if copies)
+    assert not all(out)
+    assert KINDS[EXAMPLES[example][0]].loses_as is Fate.LOST
