@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from experiments.scenario.agents import Agents
 from experiments.scenario.model import AgentSpec, FaultSpec, MediumSpec
 from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.refusals import refuse
@@ -30,12 +31,14 @@ class FaultHeader:
     rate_per_s: float | None = None
 
 
-def read_faults(tables: Sequence[Any], agents: Mapping[str, AgentSpec], media: Mapping[str, MediumSpec], seed: int,
-                length_ns: int, reading: Reading) -> tuple[FaultSpec, ...]:
+def read_faults(tables: Sequence[Any], reader: Agents, agents: Mapping[str, AgentSpec],
+                media: Mapping[str, MediumSpec], seed: int, length_ns: int, reading: Reading) -> tuple[FaultSpec, ...]:
     """Return the faults with their targets and their occurrences in a run of this seed and length."""
     site = Site(tuple(agents), {name: medium.nodes for name, medium in media.items()},
                 {name: medium.settings.links_to_themselves() for name, medium in media.items()
-                 if medium.settings is not None})
+                 if medium.settings is not None}, reader.plants,
+                {name for cls, own in reader.programs.items() if getattr(cls, "has_execution_time", False)
+                 for name in own})
     found = []
     names: dict[str, Place] = {}
     for index, table in enumerate(tables):
@@ -75,6 +78,8 @@ def _fault(table: Any, place: Place, site: Site, seed: int, length_ns: int, read
     if fault is not None and "on" in header:
         try:
             targets = fault.resolve(header["on"], site)
+            if why := next(filter(None, (fault.refusal(target, site) for target in targets)), ""):
+                raise ValueError(why)
         except ValueError as error:
             refuse(error, table, place, problems) if "=" in str(error).partition(":")[0] else \
                 problems.add((*place, "on"), str(error), header["on"])

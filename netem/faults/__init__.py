@@ -19,12 +19,24 @@ from netem.faults.schedule import Occurrence
 Target = tuple[str, ...]        # (node,), (medium,) or (medium, sender, receiver)
 
 
+class PlantFace(Protocol):
+    """What a fault asks of a robot's plant before the run."""
+
+    def refusal_of_change(self, variable: str, *, inputs_only: bool, scaled: bool, value: Any) -> str:
+        """Return why `variable` cannot be changed while the plant runs, "" if it can.
+
+        `scaled` asks for a change of the present value, else `value` is what it gets, None for any.
+        """
+
+
 class Site(NamedTuple):
     """The names that a fault can be about."""
 
     nodes: Collection[str]                              # robots, without gateways
     nodes_on: Mapping[str, Collection[str]]             # by medium
     to_themselves: Mapping[str, Collection[str]]        # by medium: nodes with a link to themselves
+    plants: Mapping[str, PlantFace]                     # by robot, of those that have one
+    timed: Collection[str]                              # robots whose programs have execution times
 
 
 class World(Protocol):
@@ -68,6 +80,10 @@ class Fault:
             raise ValueError(f"{on!r} names no {'node' if self.on == 'nodes' else 'medium'} of the scenario: "
                              + (f"nearest: {near!r}" if near else f"expected one of {', '.join(names) or 'none'}"))
         return [(name,) for name in found]
+
+    def refusal(self, target: Target, site: Site) -> str:
+        """Return why the fault cannot act on `target`, as `key=value: rule` if a key is wrong; "" if it can."""
+        return ""
 
     def until_ns(self, occurrence: Occurrence) -> int:
         """Return the end of the fault's effect [ns], NEVER_NS for that of the run."""

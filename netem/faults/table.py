@@ -13,5 +13,8 @@ FAULTS: Final = Kinds({
     "clock_drift": "netem.faults.clock_drift:ClockDrift",
     "link_down": "netem.faults.link_down:LinkDown",
     "undetected_corruption": "netem.faults.undetected_corruption:UndetectedCorruption",
+    "plant_input": "netem.faults.plant_input:PlantInput",
+    "plant_parameter": "netem.faults.plant_parameter:PlantParameter",
+    "slow": "netem.faults.slow:Slow",
     "partition": "netem.faults.partition:Partition",
 })

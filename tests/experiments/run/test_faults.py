@@ -264,3 +264,13 @@ def test_overlapping_random_kills_are_told_and_have_no_effect(both: Any) -> None
         if event.kind == "fault" and event.time_ns >= down_ns:
             down_ns = event.time_ns + 100 * MS
             assert not [row for row in ran.copies(sender="b") if event.time_ns <= row["offered_ns"] < down_ns]
+
+
+@pytest.mark.parametrize(("change", "speed"), [("value = 0.1", 0.1), ("factor = 0.4", 0.2), ("bias = -0.2", 0.3)])
+def test_an_input_gets_what_the_fault_says_whatever_the_program_sets(both: Any, change: str, speed: float) -> None:
+    ran = both(f'[[faults]]\nkind = "plant_input"\non = "b"\nvariable = "v_cmd"\n{change}\nduring_s = [0.3, 0.5]\n')
+
+    v = ran.samples("b", "v")
+    assert set(v[1:30, 1]) == {0.5}
+    np.testing.assert_allclose(v[31:50, 1], speed)
+    np.testing.assert_allclose(v[51:, 1], 0.5)
