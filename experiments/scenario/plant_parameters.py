@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from experiments.scenario.files_there import near_file, plants_in
 from experiments.scenario.problems import near
+from fmus.bounds import outside
 from fmus.build import build_model, model_folder, own_models
 from fmus.describe import read_model, variables_of
 from fmus.describe_fmu import describe
@@ -90,9 +91,11 @@ class PlantNames:
         if scaled:
             return "" if found.type in REALS else f"is of type {found.type}: give a value, not a factor or bias"
         try:
-            elements_of(found, value)
+            element, = elements_of(found, value)
         except Misfit as misfit:
             return f"value {value!r}: {misfit}"
+        if found.causality in PARAMETERS and isinstance(element, int | float) and (problem := outside(element, found.min, found.max)):
+            return f"value {value!r}: {problem}"
         return ""
 
     def step_complaint(self, step_ns: int | None) -> str:

@@ -8,91 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from experiments.judge.run_data import load_run
-from experiments.run.runner import run
 from experiments.scenario import load
-from netem.records.events import hash_of_events
-from netem.records.ledger_file import read_ledger, read_metadata
-
-MS = 1_000_000
-HOSTS = ["inline", "process"]
-PROGRAM = '''
-import os
-from dataclasses import dataclass
-
-class Beacon:
-    @dataclass
-    class Settings:
-        offset_ns: int
-        v: float | None = None
-
-    def __init__(self, board, settings):
-        print(f"begins at {board.now_ns}")
-        self.port = board.port("radio", self.hear, listen_only=True)
-        self.board, self.sent, self.heard_ns = board, 0, []
-        board.record("sent", "1", lambda: self.sent)
-        board.record("draw", "1", lambda draw=board.rng.random(): draw)
-        board.record("local", "s", lambda: board.now_ns * 1e-9)
-        board.every(10_000_000, self.say, offset_ns=settings.offset_ns)
-        if settings.v is not None:
-            board.actuate("v_cmd", settings.v)
-            board.actuate("omega_cmd", 0.3)
-
-    def hear(self, frame):
-        self.board.count("heard")
-        self.board.event("heard", frame.hex())
-
-    def say(self):
-        self.sent += 1
-        self.port.send(self.sent.to_bytes(8, "little"))
-'''
-SCENARIO = '''
-# Question: what do faults cost?
-seed = 7
-length_s = 1.0
-sample_period_ms = 10
-[agents_defaults]
-program = "beacon:Beacon"
-[agents]
-a = { parameters = { offset_ms = 0 } }
-b = { parameters = { offset_ms = 3, v = 0.5 }, plant = { fmu = "unicycle" } }
-c = { parameters = { offset_ms = 6 } }
-[media]
-radio = { kind = "broadcast_radio", preset = "crazyflie_p2p", receive_latency_us = 300 }
-'''
-
-
-class Ran:
-    """A run of `SCENARIO` with these lines after it."""
-
-    def __init__(self, folder: Path, host: Any, faults: str) -> None:
-        folder.mkdir()
-        (folder / "beacon.py").write_text(PROGRAM)
-        (folder / "faults.toml").write_text(SCENARIO + faults)
-        self.out = folder / "run"
-        run(load(folder / "faults.toml"), host=host, out=self.out, report=False)        # checks conservation
-        self.data = load_run(self.out)
-        self.rows: list[dict[str, Any]] = read_ledger(self.out / "ledger.parquet").to_pylist()
-        self.hash = read_metadata(self.out / "ledger.parquet")["hash"], hash_of_events(self.data.events)
-
-    def samples(self, node: str, *names: str) -> np.ndarray[Any, Any]:
-        table = self.data.signals[node]
-        return np.column_stack([table.time_ns / MS, *(table.values[:, table.names.index(name)] for name in names)])
-
-    def heard_ms(self, node: str) -> list[float]:
-        return [event.time_ns / MS for event in self.data.events if (event.node, event.kind) == (node, "heard")]
-
-    def copies(self, **of: str) -> list[dict[str, Any]]:
-        return [row for row in self.rows if all(row[key] == value for key, value in of.items())]
-
-
-@pytest.fixture
-def both(tmp_path: Path) -> Any:
-    def ran(faults: str) -> Ran:
-        inline, process = (Ran(tmp_path / host, host, faults) for host in HOSTS)
-        assert inline.hash == process.hash
-        return inline
-    return ran
+from tests.experiments.run.fault_bench import MS, PROGRAM, SCENARIO, Ran
 
 
 def test_a_killed_node_is_silent_and_hears_nothing_until_its_program_starts_anew(both: Any, tmp_path: Path) -> None:
@@ -264,13 +181,3 @@ def test_overlapping_random_kills_are_told_and_have_no_effect(both: Any) -> None
         if event.kind == "fault" and event.time_ns >= down_ns:
             down_ns = event.time_ns + 100 * MS
             assert not [row for row in ran.copies(sender="b") if event.time_ns <= row["offered_ns"] < down_ns]
-
-
-@pytest.mark.parametrize(("change", "speed"), [("value = 0.1", 0.1), ("factor = 0.4", 0.2), ("bias = -0.2", 0.3)])
-def test_an_input_gets_what_the_fault_says_whatever_the_program_sets(both: Any, change: str, speed: float) -> None:
-    ran = both(f'[[faults]]\nkind = "plant_input"\non = "b"\nvariable = "v_cmd"\n{change}\nduring_s = [0.3, 0.5]\n')
-
-    v = ran.samples("b", "v")
-    assert set(v[1:30, 1]) == {0.5}
-    np.testing.assert_allclose(v[31:50, 1], speed)
-    np.testing.assert_allclose(v[51:, 1], 0.5)
