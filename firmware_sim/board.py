@@ -214,7 +214,7 @@ class Board:
         self._timers.change_clock(partial(self._clock.adjust, fields["by_ns"]))
 
     def _trim_clock(self, fields: Mapping[str, Any]) -> None:
-        self._timers.change_clock(partial(self._clock.trim, fields["by_ppm"]))
+        self._timers.change_clock(partial(self._clock.drift, fields["by_ppm"]))
 
     def _required_plant(self) -> Plant:
         if self._plant is None:

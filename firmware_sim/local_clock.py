@@ -38,7 +38,7 @@ class LocalClock:
       remembers the slot's number (`SlottedBroadcast.next_slot_of(..., after_slot=)`), not its time.
     """
 
-    __slots__ = ("_ideal", "_phase", "_rate", "_tick_ns", "_true_now", "settings")
+    __slots__ = ("_fault_rate", "_ideal", "_phase", "_rate", "_tick_ns", "_true_now", "settings")
 
     def __init__(self, settings: ClockSettings, true_now: Callable[[], int]) -> None:
         self.settings = settings
@@ -48,6 +48,7 @@ class LocalClock:
         self._tick_ns: Any = settings.tick_ns
         self._phase: Any = settings.offset_ns * UNIT
         self._rate: Any = UNIT + rate_parts(settings.drift_ppm)
+        self._fault_rate: Any = 0       # part of the rate that is the oscillator's, by faults
         self._note_ideal()
 
     def now_ns(self) -> int:
@@ -86,18 +87,23 @@ class LocalClock:
         self._phase -= change * self._true_now()
         self._note_ideal()
 
-    def kept(self) -> tuple[str, str]:
-        """Return phase and rate in decimal, for `resume` by the clock of a later life of this robot."""
-        return str(self._phase), str(self._rate)
+    def drift(self, ppm: float) -> None:
+        """Let the oscillator run faster by `ppm` from now on, by a fault; raises as `trim`."""
+        self.trim(ppm)
+        self._fault_rate += rate_parts(ppm)
 
-    def resume(self, phase: str, rate: str) -> None:
+    def kept(self) -> tuple[str, str, str]:
+        """Return the state of the clock in decimal, for `resume` by the clock of a later life of this robot."""
+        return str(self._phase), str(self._rate), str(self._fault_rate)
+
+    def resume(self, phase: str, rate: str, fault_rate: str) -> None:
         """Run on as the clock whose `kept` returned these."""
-        self._phase, self._rate = int(phase), int(rate)
+        self._phase, self._rate, self._fault_rate = int(phase), int(rate), int(fault_rate)
         self._note_ideal()
 
     def reset(self) -> None:
         """Read `offset_ns` at this instant and forget all trims, as a counter that starts with the processor."""
-        self._rate = UNIT + rate_parts(self.settings.drift_ppm)
+        self._rate = UNIT + rate_parts(self.settings.drift_ppm) + self._fault_rate
         self._phase = self.settings.offset_ns * UNIT - self._rate * self._true_now()
         self._note_ideal()
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import ctypes as c
 from collections import deque
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -86,6 +86,12 @@ class _Callbacks(c.Structure):
                 ("environment", c.c_void_p))
 
 
+@cache
+def _library(binary: str, ours: bool) -> c.CDLL:
+    """Load a binary once for all of its instances; the system would not unload it either."""
+    return (c.PyDLL if ours else c.CDLL)(binary)
+
+
 def _function(library: c.CDLL, prefix: str, description: PlantDescription, name: str, result: Any = c.c_int) -> Call:
     try:
         found = getattr(library, prefix + name)
@@ -135,7 +141,7 @@ class Fmu:
         self.number = next(_numbers)
         _messages[self.number] = self.messages
         try:
-            self._library = (c.PyDLL if description.ours else c.CDLL)(description.binary)
+            self._library = _library(description.binary, description.ours)
         except OSError as error:
             raise PlantError(f"{description.file}: its binary cannot be loaded: {error}: "
                              "it may need libraries that are not installed here") from None

@@ -101,25 +101,32 @@ def elements_of(variable: Variable, value: Any) -> list[Any]:
 def _set(variables: Mapping[str, Variable], key: str, value: Nested) -> dict[str, list[Any]]:
     if key in variables:
         return {key: _startable(variables[key], value)}
-    scalars = [name for name in variables if name.startswith(f"{key}[")]
-    if not scalars:
-        raise Misfit("no such variable")
     if not isinstance(value, list | tuple):
+        scalars = _scalars(variables, key)
         raise Misfit(f"expected a list: {key} stands for {scalars[0]} to {scalars[-1]}")
     try:
         elements = expand_parameters({key: value})
     except PlantError as error:
+        _scalars(variables, key)
         raise Misfit(str(error).removeprefix(f"{key}: ")) from None
     values: dict[str, list[Any]] = {}
     for name, element in elements.items():
         if name not in variables:
-            raise Misfit(f"the model has no {name}; {key} ends with {scalars[-1]}; a larger plant is a model "
-                         "folder of your own or an FMU")
+            raise Misfit(f"the model has no {name}; {key} ends with {_scalars(variables, key)[-1]}; a larger plant is "
+                         "a model folder of your own or an FMU")
         try:
             values[name] = _startable(variables[name], element)
         except Misfit as misfit:
             raise Misfit(f"{name}: {misfit}") from None
     return values
+
+
+def _scalars(variables: Mapping[str, Variable], key: str) -> list[str]:
+    """Return the variables with the common name `key`; raises Misfit if there are none."""
+    scalars = [name for name in variables if name.startswith(f"{key}[")]
+    if not scalars:
+        raise Misfit("no such variable")
+    return scalars
 
 
 def _startable(variable: Variable, value: Any) -> list[Any]:

@@ -137,10 +137,15 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
 @click.option("--real-time", is_flag=True,
               help="At the wall clock's pace; a scenario with gateways to the outside needs it.")
 @click.option("--overwrite", is_flag=True, help="Replace the records of an earlier run in the folder.")
+@click.option("--fates-of", type=click.Path(path_type=Path), metavar="RUN",
+              help="Frames meet the fates and delays recorded in the folder of an earlier run, instead of impairments.")
+@click.option("--match", type=click.Choice(["number", "instant"]), default="number", show_default=True,
+              help="Which recorded frame of its link one meets: that with its number, or that at its instant.")
 @reporting
 def run(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
         host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool, overwrite: bool,
-        junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
+        fates_of: Path | None, match: Literal["number", "instant"], junit: Path | None, as_json: bool, quiet: bool,
+        verbose: bool) -> None:
     """Run scenarios and write their records and reports.
 
     Exits with 0 if every [expect] holds, 1 if one does not, 2 for bad input, 3 when a node failed; of several
@@ -152,7 +157,69 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
 
     batch.in_children = host == "inline" and _process_is_its_own()
     raise SystemExit(batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
-                               report=not no_report, overwrite=overwrite))
+                               report=not no_report, overwrite=overwrite, fates_of=fates_of, match=match))
+
+
+@app.command(epilog="Example: marconet sweep output_sync --vary 'impairments[0].loss_ratio=0:0.4:5' --seeds 100")
+@click.argument("source", metavar="SCENARIO", shell_complete=complete_scenario)
+@click.option("--vary", "vary", multiple=True, metavar="KEY=VALUES",
+              help="Values of one key: a,b,c in TOML, or lo:hi:n. May be repeated: every combination is run.")
+@click.option("--seeds", type=int, default=1, show_default=True, metavar="N",
+              help="Seeds that each setting is run with, from the scenario's or --seed on.")
+@changes
+@click.option("--sample", type=click.Choice(["latin"]), help="Draw the settings, as a Latin hypercube; see --runs.")
+@click.option("--runs", type=int, metavar="N", help="Settings that --sample draws, from values or from lo:hi.")
+@click.option("--host", type=click.Choice(["inline", "process"]),
+              help="As of run. Default: inline, with processes if a program is blocking code.")
+@click.option("--jobs", type=int, metavar="N", help="Runs at a time on this machine. Default: one for each core.")
+@click.option("--cluster", default="", metavar="ADDRESS",
+              help="Run on a Dask cluster instead: tcp://127.0.0.1:PORT or tls://HOST:PORT.")
+@click.option("--resume", is_flag=True, help="Go on with the campaign in --out.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Its folder. Default: a new one in ./runs.")
+@click.option("--folders", type=click.IntRange(min=0), default=5, show_default=True, metavar="N",
+              help="Runs that are repeated with all records: first those that do not hold, then the worst.")
+@as_json
+@click.option("--quiet", is_flag=True, help="Print errors only.")
+@verbosely
+def sweep(source: str, vary: Sequence[str], seeds: int, seed: int | None, duration: float | None,
+          overrides: Sequence[str], sample: str | None, runs: int | None, host: Literal["inline", "process"] | None,
+          jobs: int | None, cluster: str, resume: bool, out: Path | None, folders: int, as_json: bool, quiet: bool,
+          verbose: bool) -> None:
+    """Run a scenario with varied keys and many seeds: a campaign.
+
+    Each run leaves its figures and its hash. Exits with 0 if every run holds, 1 if one does not, 3 if one failed.
+    """
+    from experiments.sweep.command import run_sweep
+
+    raise SystemExit(run_sweep(
+        _console(not (quiet or as_json)), source, vary, verbose=verbose, as_json=as_json, sample=sample, runs=runs,
+        seeds=seeds, seed=seed, duration_s=duration, overrides=overrides, host=host, jobs=jobs, cluster=cluster,
+        resume=resume, out=out, folders=folders))
+
+
+@app.command(epilog="Example: marconet compare runs/first runs/second")
+@click.argument("a", metavar="A", type=click.Path(path_type=Path))
+@click.argument("b", metavar="B", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.html",
+              help="The page. Default: compare.html in B.")
+@verbosely
+def compare(a: Path, b: Path, out: Path | None, verbose: bool) -> None:
+    """Say whether two campaigns differ by more than chance, or show two runs one over the other.
+
+    A and B are folders of campaigns, or of runs.
+    """
+    with errors_as_text(verbose):
+        from experiments.show.campaign.compare import PAGE
+        from experiments.show.campaign.compare import compare as compared
+        from experiments.show.console import print_table
+        from experiments.show.text_views import print_path
+
+        console = _console()
+        found = compared(a, b)
+        print_table(console, found.columns, found.rows)
+        for line in found.lines:
+            console.print(line, soft_wrap=True)
+        print_path(console, "page", found.write(out or b / PAGE))
 
 
 @app.command(epilog="Example: marconet report runs/third")
@@ -176,6 +243,26 @@ def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
             for problem in complete(run_dir):
                 click.echo(problem, err=True)
         print_path(_console(), "report", write_report(run_dir, "inside" if self_contained else "auto"))
+
+
+@app.command(epilog="Example: marconet export runs/third --as traces --out traces")
+@click.argument("run_dir", metavar="RUN_DIR", type=click.Path(path_type=Path))
+@click.option("--as", "form", type=click.Choice(["traces"]), required=True,
+              help="A CSV for each link, as the impairment `trace` reads it, and the lines of a scenario for them.")
+@click.option("--by", type=click.Choice(["frame", "time"]), default="frame", show_default=True,
+              help="Whether a frame meets the row with its number or the row in force at its instant.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Folder for the files.")
+@verbosely
+def export(run_dir: Path, form: str, by: Literal["frame", "time"], out: Path, verbose: bool) -> None:
+    """Write what a run recorded in another form."""
+    with errors_as_text(verbose):
+        from experiments.judge.run_files import SCENARIO
+        from experiments.judge.trace_files import write_traces
+        from experiments.show.text_views import print_path
+
+        if not SCENARIO.is_in(run_dir):
+            raise FileNotFoundError(f"{run_dir}: no run was recorded there: {_runs_near(run_dir)}")
+        print_path(_console(), form, write_traces(run_dir, out, by)[-1])
 
 
 def _runs_near(folder: Path) -> str:

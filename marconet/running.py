@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from experiments.judge.run_data import RunData, load_run
 from experiments.judge.run_files import LEDGER
 from experiments.judge.run_result import Summary, Verdict
-from marconet.scenario import Scenario, load, toml_text
+from experiments.scenario.toml_text import set_options
+from marconet.scenario import Scenario, load
 
 if TYPE_CHECKING:
     import polars as pl
@@ -109,10 +110,10 @@ class Run:
 
     def repeat(self) -> str:
         """The command that repeats the run, if its scenario is a file."""
-        changed = [word for path, value in self._changes.items() for word in ("--set", f"{path}={toml_text(value)}")]
         real_time = [] if self._summary.real_time is None else ["--real-time"]
         return shlex.join(["marconet", "run", str(self._data.scenario.get("path", self._summary.scenario)), "--seed",
-                           str(self._summary.seed), "--host", self._summary.host, *real_time, *changed])
+                           str(self._summary.seed), "--host", self._summary.host, *real_time,
+                           *set_options(self._changes)])
 
     @cached_property
     def _data(self) -> RunData:

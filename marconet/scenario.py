@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path, PurePath
 from typing import Any
@@ -24,7 +23,7 @@ class Scenario:
     """
 
     def __init__(self, name: str, *, folder: str | PurePath = ".", question: str = "", **tables: Any) -> None:
-        self.checked: model.Scenario = load_tables(_plain(tables), question, Path(folder) / f"{name}.toml")
+        self.checked: model.Scenario = load_tables(plain_values(tables), question, Path(folder) / f"{name}.toml")
         self.changes: dict[str, Any] = {}
 
     @classmethod
@@ -71,26 +70,17 @@ def load(path: str | PurePath, *, set: Mapping[str, Any] | None = None,     # as
     Raises ScenarioError, which lists every problem found, in the words of `marconet check`.
     """
     source = find(Path(path) if isinstance(path, PurePath) else path)
-    changes = _plain(dict(set or {}))
+    changes = plain_values(dict(set or {}))
     checked = load_file(source, seed=seed, duration_s=length_s, values=changes)
     return Scenario.of(checked, changes if length_s is None else changes | {"length_s": length_s})
 
 
-def toml_text(value: Any) -> str:
-    """Write a value in TOML on one line, as the option `--set` takes it."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(key)} = {toml_text(part)}" for key, part in value.items()) + "}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(toml_text, value))}]"
-    return json.dumps(value, ensure_ascii=False)
-
-
-def _plain(value: Any) -> Any:
+def plain_values(value: Any) -> Any:
     """Convert a value to the types that TOML has: tuples to lists, paths to text, NumPy's numbers to Python's."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(part) for key, part in value.items()}
+        return {str(key): plain_values(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
+        return [plain_values(part) for part in value]
     if isinstance(value, PurePath):
         return str(value)
-    return _plain(value.tolist()) if hasattr(value, "tolist") else value
+    return plain_values(value.tolist()) if hasattr(value, "tolist") else value

@@ -22,8 +22,8 @@ BELOW = {                                       # what each package may import o
 # Rooms of a package, floor by floor, the lowest first: a room imports itself and what lies below it.
 FLOORS = {
     "netem": (("wire",), ("core", "gateways"), ("impairments", "faults", "records", "topology", "node"),
-              ("media", "transport"), ("emulator",)),
-    "experiments": (("compiled",), ("scenario",), ("judge",), ("show",), ("run",)),
+               ("media", "transport"), ("emulator",)),
+    "experiments": (("compiled",), ("scenario",), ("judge",), ("show",), ("run",), ("sweep",)),
 }
 ADAPTERS = {
     "zenoh": {"netem/transport/zenoh_session.py"},

@@ -27,6 +27,8 @@ from netem.records.ledger import COLUMNS, Row
 if TYPE_CHECKING:                       # the command `check` needs the kinds of guarantees and reads no ledger
     import pyarrow as pa
 
+    from netem.records.ledger_in_memory import LedgerInMemory
+
     Read = Callable[[Sequence[str]], pa.Table]
 
 Ints = NDArray[np.int64]
@@ -111,15 +113,24 @@ class FrameCopies:
         return _of_source(table.select)
 
     @staticmethod
-    def of_rows(rows: Sequence[Row]) -> FrameCopies:
-        """The copies in the rows of a `Ledger` in memory."""
-        import pyarrow as pa
+    def of_memory(ledger: LedgerInMemory) -> FrameCopies:
+        """The copies of a finished ledger in memory."""
+        return FrameCopies.of_rows(ledger.rows) if ledger.few else FrameCopies.of_table(ledger.table())
 
-        columns = zip(*rows, strict=True) if rows else [()] * len(COLUMNS)
-        kinds = [pa.string() if name in (*LINK, "fate", "cause") else pa.binary() if name == "digest" else pa.int64()
-                 for name in COLUMNS]
-        arrays = [pa.array(values, kind) for values, kind in zip(columns, kinds, strict=True)]
-        return FrameCopies.of_table(pa.table(arrays, list(COLUMNS)))
+    @staticmethod
+    def of_rows(rows: Sequence[Row]) -> FrameCopies:
+        """The copies in the rows of a `Ledger` in memory; a column is converted when it is requested."""
+        def ints(name: str) -> Ints:
+            place = COLUMNS.index(name)
+            return np.array([row[place] for row in rows], dtype=np.int64)
+
+        def coded(name: str) -> Coded:
+            if name == "link":
+                return _coded_values([(row[0], row[1], row[3]) for row in rows])
+            place = COLUMNS.index(name)
+            return _coded_values([row[place] for row in rows])
+
+        return FrameCopies(len(rows), ints, coded)
 
     def __len__(self) -> int:
         return self._count
@@ -212,6 +223,12 @@ def _of_source(read: Read) -> FrameCopies:
     table = read(LINK)
     link = combined([_coded(table.column(name)) for name in LINK])
     return FrameCopies(table.num_rows, ints, lambda name: link if name == "link" else _coded(read([name]).column(0)))
+
+
+def _coded_values(values: Sequence[Any]) -> Coded:
+    names = sorted(set(values))
+    place = {name: code for code, name in enumerate(names)}
+    return Coded(smallest(np.array([place[value] for value in values], dtype=np.int64), len(names)), tuple(names))
 
 
 def _coded(column: pa.ChunkedArray) -> Coded:

@@ -76,6 +76,7 @@ class Summary(msgspec.Struct, frozen=True):
     verdicts: list[Verdict]
     report: str | None          # path of report.html, relative to the run folder
     guarantees: list[Standing] = []
+    replay: str = ""            # how much of an earlier run's fates this run has met
     warnings: list[str] = []    # mistakes of programs that end no run, such as frames that no medium carries
     code: str = ""              # "compiled", or "interpreted: " and the reason
     real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.gateways.lateness`
@@ -83,6 +84,7 @@ class Summary(msgspec.Struct, frozen=True):
     failure: str = ""           # the failure that ended the run, "" if none did
     last_report: str = ""       # of the node that failed, if a node did
     reached_ns: int | None = None
+    processor_s: float = 0.0    # of the emulator's process, from the first grant to the finished ledger
 
     @property
     def holds(self) -> bool:

@@ -1,7 +1,7 @@
 """Judges the guarantees of a scenario after its run has ended or was aborted, from samples and events kept until then.
 
     samples, events -> kept here, samples if a guarantee is about signals or sights
-    ledger closed -> monitors -> guarantees.json, one event for each violation -> signals closed
+    ledger closed -> monitors -> outcomes, one event for each violation -> signals closed
 
 In a run without guarantees it keeps no samples and no events.
 """
@@ -17,9 +17,8 @@ from experiments.judge.derived_signals import derive
 from experiments.judge.frame_copies import FrameCopies
 from experiments.judge.monitors.judge import events, judge
 from experiments.judge.monitors.kept_samples import KeptSamples
-from experiments.judge.monitors.outcome import Standing
+from experiments.judge.monitors.outcome import Outcome, Standing
 from experiments.judge.monitors.records import Records
-from experiments.judge.run_files import GUARANTEES, LEDGER
 from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError, near
@@ -84,18 +83,15 @@ class GuaranteeWatch:
                        f"program records no signal {output!r}; it has to sample where it is under the names of the "
                        f"plant's outputs")
 
-    def judge(self, folder: Path, reached_ns: int) -> None:
-        """Judge the guarantees over [0, reached_ns): write guarantees.json and record an event for each violation."""
-        if not self._scenario.guarantees:
-            return
+    def judge(self, copies: FrameCopies, reached_ns: int) -> list[Outcome]:
+        """Judge the guarantees over [0, reached_ns) by the frame copies of the run; record an event per violation."""
         sights = {name: medium.settings for name, medium in self._scenario.media.items() if medium.settings.poses()}
-        ledger = FrameCopies.of_file(folder / LEDGER)
-        records = Records(reached_ns, ledger, self._signals(), in_order(self._events), sights)
+        records = Records(reached_ns, copies, self._signals(), in_order(self._events), sights)
         outcomes = judge(self._scenario.guarantees, records)
         for event in events(outcomes):
             self._feed.event(event)
-        GUARANTEES.write(folder, outcomes)
         self.standings = [outcome.standing for outcome in outcomes]
+        return outcomes
 
     def _signals(self) -> dict[str, SignalTable]:
         if self._samples is None:

@@ -28,8 +28,11 @@ from netem.records.ledger import Ledger
 
 
 class Network:
-    def __init__(self, scenario: Scenario, agenda: Agenda, ledger: Ledger, deliver: Deliver) -> None:
-        self.links = links = Links(ledger, deliver, _pipelines(scenario))
+    """`links` are the links of the scenario with its impairments, unless others are given."""
+
+    def __init__(self, scenario: Scenario, agenda: Agenda, ledger: Ledger, deliver: Deliver,
+                 links: Links | None = None) -> None:
+        self.links = links = links or Links(ledger, deliver, _pipelines(scenario))
         self.media: dict[str, Medium] = {
             name: MEDIA[spec.kind](name, spec.settings, positions(spec.nodes, scenario.agents), agenda, ledger, links,
                                    partial(stream, scenario.seed)) for name, spec in scenario.media.items()}

@@ -112,7 +112,7 @@ def _take_faults(node: Node, plant: Plant | None, clock: LocalClock, processor: 
     """Let faults act in the node that need no program; a board's own acts on its clock replace those here."""
     node.at_fault("kill", partial(_leave, plant, clock, processor))
     node.at_fault("clock_step", lambda fields: clock.adjust(fields["by_ns"]))
-    node.at_fault("clock_drift", lambda fields: clock.trim(fields["by_ppm"]))
+    node.at_fault("clock_drift", lambda fields: clock.drift(fields["by_ppm"]))
     node.at_fault("slow", processor.slow_down)
     if plant is not None:
         node.at_fault("plant_input", lambda fields: plant.change_input(

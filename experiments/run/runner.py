@@ -11,15 +11,13 @@ from __future__ import annotations
 import errno
 import gc
 import os
-import platform
 import random
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
-from functools import cache, partial
-from importlib.metadata import version
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -27,21 +25,20 @@ import msgspec
 
 from experiments import CODE
 from experiments.judge.metrics import evaluate
-from experiments.judge.run_data import load_run
-from experiments.judge.run_files import LEDGER, RUN, SCENARIO, SUMMARY, Json
+from experiments.judge.run_files import SCENARIO, Json
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
 from experiments.run.network import Network
 from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.run.recorded_signals import refuse_unrecorded
-from experiments.run.recording import Recording
+from experiments.run.replay import Replay, told
 from experiments.run.run_folder import RunFolder
+from experiments.run.run_records import FolderRecords, RunRecords
 from experiments.run.wall_clock_sleep import sleep_refused
 from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
 from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.own_modules import class_for
-from experiments.show.report.build import write_report
 from firmware_sim.program_settings import build_settings
 from firmware_sim.scenario_view import OwnAgent
 from fmus.build import build_model, model_folder, own_models
@@ -49,7 +46,6 @@ from fmus.describe import Model, read_model
 from fmus.describe_fmu import describe
 from fmus.description import PlantDescription
 from netem.core.agenda import Agenda
-from netem.core.fate import Fate
 from netem.core.random_streams import stream
 from netem.emulator.conductor import Conductor, Recorders
 from netem.emulator.world import RunWorld
@@ -57,9 +53,8 @@ from netem.faults.schedule import Occurrence
 from netem.gateways.pace import Pace
 from netem.gateways.table import GATEWAYS
 from netem.node.outside_guard import OutsideGuard
-from netem.records import Place
 from netem.records.events import Event
-from netem.records.ledger import Ledger, LedgerResult
+from netem.records.ledger import LedgerResult
 from netem.records.part_file import reopen_standard_files
 from netem.records.uninterrupted import uninterrupted
 from netem.transport.diagnosis.under_way import UnderWay
@@ -77,19 +72,19 @@ KEEP_EVERY_S = 0.7          # largest age of the records on the disk; the conduc
 # is in a cycle. A collection that scans them takes 20 ms, so it waits until there can be nearly as many others.
 COLLECT_AFTER_OBJECTS = 400_000
 COUNTERS_WITHIN_S = 10.0    # time-out for the counters of the nodes after a failure or an abort
-PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
 
 def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
         progress: Callable[[Progress], None] | None = None, report: bool = True,
         shuffle_start: int | None = None, real_time: bool = False, overwrite: bool = False,
-        under_way: UnderWay | None = None) -> RunResult:
+        under_way: UnderWay | None = None, replay: Replay | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs) and, with `report`, write `report.html`.
 
     `progress` is called during the run. `real_time` runs at the pace of the wall clock, as gateways require.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
     `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
-    what an inline run was doing when it crashed.
+    what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
+    scenario's impairments, and nodes its faults.
     Raises NeedsProcess, NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop or ConservationError
     after it, with the records written.
     """
@@ -103,7 +98,8 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     folder = RunFolder.claim(path, overwrite=overwrite)
     try:
         SCENARIO.write(path, scenario.resolved())
-        prepared = _Run(scenario, host, folder, progress, report, shuffle_start, command_s, real_time, under_way)
+        prepared = _Run(scenario, host, FolderRecords(scenario, folder, report), progress, shuffle_start=shuffle_start,
+                        command_s=command_s, real_time=real_time, under_way=under_way, replay=replay)
     except BaseException:
         folder.abandon()
         raise
@@ -112,6 +108,13 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
             return prepared.run()
     finally:
         folder.release()
+
+
+def execute(scenario: Scenario, host: HostName, records: RunRecords, specifications: Mapping[str, NodeSpecification],
+            under_way: UnderWay | None = None) -> RunResult:
+    """Run `scenario` in virtual time into `records`, with the nodes as specified; raises as `run` does."""
+    return _Run(scenario, host, records, command_s=time.monotonic(), specifications=specifications,
+                under_way=under_way).run()
 
 
 @contextmanager
@@ -129,12 +132,6 @@ def _collecting_only_what_the_run_makes() -> Iterator[None]:
         gc.set_threshold(*threshold)
         gc.collect()
         gc.unfreeze()
-
-
-@cache
-def _versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that affect a result; cached, as a look-up takes long."""
-    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
 
 
 class NeedsRealTime(ValueError):
@@ -156,36 +153,37 @@ class FilesClosed(Exception):
 
 
 class _Run:
-    def __init__(self, scenario: Scenario, host: HostName, folder: RunFolder,
-                 progress: Callable[[Progress], None] | None, report: bool, shuffle_start: int | None,
-                 command_s: float, real_time: bool, under_way: UnderWay | None) -> None:
+    def __init__(self, scenario: Scenario, host: HostName, records: RunRecords,
+                 progress: Callable[[Progress], None] | None = None, *, command_s: float,
+                 specifications: Mapping[str, NodeSpecification] | None = None, shuffle_start: int | None = None,
+                 real_time: bool = False, under_way: UnderWay | None = None, replay: Replay | None = None) -> None:
+        if replay is not None:
+            scenario = msgspec.structs.replace(scenario, faults=replay.faults)
         self.scenario = scenario
+        self.replay = replay
         self.host_name = host
-        self.owned = folder
-        self.folder = folder.path
+        self.records = records
+        self.folder = records.folder
         self.on_progress = progress
-        self.wants_report = report
         self.command_s = command_s
-        names = {"scenario": scenario.name, "seed": str(scenario.seed)}
         self.agenda = Agenda()
-        self.specifications = node_specifications(scenario)
-        self.recording = Recording(scenario, Place(
-            self.folder, names, (self.folder / SCENARIO.name).read_bytes(), scenario.length_ns))
-        self.feed = self.recording.feed
-        self.ledger = Ledger(self.folder / LEDGER, metadata=names, listeners=self.feed.copies,
-                             passed_ns=lambda: self.conductor.passed_ns)
+        self.specifications = specifications or node_specifications(scenario)
+        self.feed = records.feed
+        self.ledger = records.open_ledger(lambda: self.conductor.passed_ns)
         self.guarantees = GuaranteeWatch(scenario, self.feed)
         self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
                           under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
-        self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver)
-        self.recording.begin(self.network.media)
+        self.replayed = None if replay is None else replay.links(self.ledger, self.conductor.deliver)
+        self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed)
+        records.begin(self.network.media)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         if real_time:
             gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event)
                         for spec in scenario.gateways.values()]
             self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s
+        self.started_processor_s = self.processor_s = 0.0
         self.kept_s = command_s
         self.process = os.getpid()
         self.failure: BaseException | None = None
@@ -204,7 +202,7 @@ class _Run:
             self.network.observe(self.feed, self._event_on_medium)
             self.conductor.admit(hellos, self.network.media)
             self._plan_faults()
-            self.started_s = time.monotonic()
+            self.started_s, self.started_processor_s = time.monotonic(), time.process_time()
             self.conductor.run()
             self.ended_s = time.monotonic()
             self.network.finish(self.conductor.end_ns)
@@ -233,7 +231,7 @@ class _Run:
 
         An exception in one of these steps becomes the failure of the run; the other steps are still carried out.
         """
-        if not self.owned.holds():
+        if not self.records.hold():
             if isinstance(self.failure, OSError):
                 self.failure = None             # a consequence of the closed files
             self._fail(FilesClosed(f"{self.scenario.name}: a robot program closed files of the emulator (os.close or "
@@ -245,19 +243,21 @@ class _Run:
                 self.conductor.ask_counters(COUNTERS_WITHIN_S)
         reached_ns = self.conductor.end_ns if self.failure is None else self.conductor.reached_ns
         self._step(lambda: self._finish_ledger(reached_ns))
-        self._step(lambda: self.guarantees.judge(self.folder, reached_ns))
-        for recorder in self.recording.recorders:
-            self._step(recorder.finish)
-        self._step(lambda: RUN.write(self.folder, self._standing(reached_ns, versions=True)))
+        if self.started_processor_s:
+            self.processor_s = time.process_time() - self.started_processor_s
+        if self.scenario.guarantees:
+            self._step(lambda: self.records.write_guarantees(self.guarantees.judge(self.records.copies(), reached_ns)))
+        for step in self.records.finishing():
+            self._step(step)
+        self._step(lambda: self.records.write_standing(self._standing(reached_ns)))
         self._step(self.host.stop)
         self._step(self.at_end.close)
         if self.conductor.pace is not None:
             self._step(self.conductor.pace.close)
         verdicts = self._judged() if self.failure is None and self.scenario.expect else []
         summary = self._summary(verdicts, reached_ns)
-        self._step(lambda: SUMMARY.write(self.folder, summary))
-        if self.wants_report:
-            self._step(lambda: write_report(self.folder))
+        self._step(lambda: self.records.write_summary(summary))
+        self._step(self.records.write_report)
         return summary
 
     def _step(self, step: Callable[[], object]) -> None:
@@ -281,7 +281,7 @@ class _Run:
         if complete:
             self.ledger.finish()
 
-    def _standing(self, reached_ns: int, *, versions: bool = False) -> Json:
+    def _standing(self, reached_ns: int) -> Json:
         """Content of `run.json`: how far the run came, and the counters."""
         return {
             "reached_ns": reached_ns,
@@ -290,7 +290,8 @@ class _Run:
             "switch_instants_ns": self.network.changes_ns(reached_ns),
             "counters": self._counters(),
             "real_time": self._real_time(),
-            "versions": _versions() if versions else {},
+            "dead_ns": self.conductor.dead_ns,
+            "replay": self._met(),
         }
 
     def _counters(self) -> dict[str, dict[str, int]]:
@@ -304,7 +305,7 @@ class _Run:
 
     def _judged(self) -> list[Verdict]:
         try:
-            return evaluate(self.scenario.expect, load_run(self.folder))
+            return evaluate(self.scenario.expect, self.records.data())
         except Exception as error:
             self._fail(error)
             return []
@@ -317,29 +318,28 @@ class _Run:
             self.started_s - self.command_s, reached_ns * 1e-9 / wall_s if wall_s > 0 else 0.0, conductor.windows,
             conductor.grants, self.result.hash if self.result else "",
             {fate.value: copies for fate, copies in self.ledger.closed.items() if copies}, verdicts,
-            "report.html" if self.wants_report else None, self.guarantees.standings, code=CODE,
-            real_time=self._real_time(), ended=_end_in_words(conductor), warnings=self._malformed(),
+            self.records.report, self.guarantees.standings, code=CODE,
+            real_time=self._real_time(), ended=_end_in_words(conductor), warnings=self._warnings(), replay=self._met(),
             failure="" if failure is None else in_words(failure),
-            last_report=failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns=reached_ns)
+            last_report=failure.last_report if isinstance(failure, NodeFailure) else "", reached_ns=reached_ns,
+            processor_s=self.processor_s)
+
+    def _met(self) -> str:
+        """Return how much of an earlier run's fates this run has met; "" if it was not to."""
+        return "" if self.replay is None or self.replayed is None else told(self.replay, self.replayed)
 
     def _keep(self, reached_ns: int) -> None:
         """Write the records so far to the disk, so that they outlive this process if it is killed."""
         self.ledger.keep()
-        self.recording.keep()
-        RUN.update(self.folder, self._standing(reached_ns))
+        self.records.keep(self._standing(reached_ns))
 
     def _leave_if_forked(self) -> None:
         """End this process if a robot program has forked it, as the run belongs to its parent."""
         if os.getpid() != self.process:
             os._exit(0)
 
-    def _malformed(self) -> list[str]:
-        """Return a line for each medium and reason for which frames were malformed."""
-        if self.failure is not None or self.result is None or not self.result.by_fate.get(Fate.MALFORMED.value):
-            return []
-        from netem.records.malformed import malformed_frames
-
-        return malformed_frames(self.folder / LEDGER)
+    def _warnings(self) -> list[str]:
+        return [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
         """Return the names of the signals of each agent and medium."""

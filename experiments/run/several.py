@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
@@ -24,6 +24,7 @@ from experiments.show.outcome import ScenarioOutcome
 if TYPE_CHECKING:
     from experiments.judge.run_result import Summary
     from experiments.run.inline_parent import Child
+    from experiments.run.replay import Replay
     from experiments.scenario import Scenario
     from experiments.show.console import Console
 
@@ -55,15 +56,17 @@ class Batch:
         return self._each(sources, "check", one)
 
     def run(self, sources: Sequence[str], seed: int | None, duration_s: float | None, overrides: Sequence[str],
-            out: Path | None, **options: Any) -> int:
+            out: Path | None, *, fates_of: Path | None = None, match: Literal["number", "instant"] = "number",
+            **options: Any) -> int:
         names = _folder_names(sources)
 
         def one(source: str) -> ScenarioOutcome:
             with errors_as_text(self.verbose):
                 scenario = _load(source, seed, duration_s, overrides)
+                replay = None if fates_of is None else _replay(fates_of, scenario, match)
                 folder = run_folder(scenario, out / names[source] if out and len(sources) > 1 else out)
             with errors_as_text(self.verbose, kept=folder):
-                return self._run(source, scenario, folder, len(sources) == 1, options)
+                return self._run(source, scenario, folder, len(sources) == 1, {**options, "replay": replay})
 
         return self._each(sources, "run", one)
 
@@ -157,6 +160,12 @@ class Batch:
             from experiments.show.junit_file import write_junit
 
             write_junit(self.junit, verb, self.outcomes)
+
+
+def _replay(folder: Path, scenario: Scenario, match: Literal["number", "instant"]) -> Replay:
+    from experiments.run.replay import replay_of  # late: it reads a ledger
+
+    return replay_of(folder, scenario, match)
 
 
 def what_does_not_hold(summary: Summary) -> list[str]:

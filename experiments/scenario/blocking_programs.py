@@ -19,6 +19,11 @@ def is_blocking(program: Any) -> bool:
     return not isinstance(program, type)
 
 
+def blocks(scenario: Scenario) -> bool:
+    """Return whether an agent of the scenario runs blocking code."""
+    return any(is_blocking(class_for(agent.program, scenario.folder)) for agent in scenario.agents.values())
+
+
 def refuse_blocking(scenario: Scenario) -> None:
     """Raise `NeedsProcess` for the first agent whose program is blocking code."""
     for agent in scenario.agents.values():

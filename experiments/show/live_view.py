@@ -59,6 +59,30 @@ def counting_view(console: Console, what: str, total: int,
         yield tell
 
 
+@contextmanager
+def campaign_view(console: Console, what: str,
+                  now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[int, int, int], None]]:
+    """Yield the function that a campaign calls with (runs that have ended, of how many, of which do not hold).
+
+    The time left is that of the runs to come at the pace of those that ended since the first call, as a campaign that
+    is resumed begins with runs that took no time.
+    """
+    begins: tuple[float, int] | None = None
+    due_s = 0.0
+    with _view(console, what, 1.0, f"{what}: checking the settings") as (show, every_s):
+        def tell(ended: int, total: int, broken: int) -> None:
+            nonlocal begins, due_s
+            if begins is None:
+                begins, due_s = (now_s(), ended), now_s() + every_s
+            elif now_s() >= due_s or ended == total:
+                pace_s = (now_s() - begins[0]) / max(1, ended - begins[1])
+                left = f", {_duration(pace_s * (total - ended))} left" if ended < total else ""
+                show(ended / total, f"{ended} of {total} runs{left}" + (f", {broken} do not hold" if broken else ""))
+                due_s = now_s() + every_s
+
+        yield tell
+
+
 def figures(progress: Progress) -> str:
     """Return robot time, real-time factor, wall time left and frames by fate in one line, or the nodes waited for."""
     if progress.waits_for:

@@ -53,6 +53,7 @@ def print_summary(console: Console, summary: Summary) -> None:
         ("scenario", summary.scenario), ("seed", str(summary.seed)), ("host", summary.host),
         ("robot time", f"{summary.length_ns * 1e-9:g} s"),
         *([("ended", summary.ended)] if summary.ended else []),
+        *([("fates", summary.replay)] if summary.replay else []),
         ("wall time", f"{summary.wall_s:.2f} s, {summary.start_up_s:.2f} s to start before"),
         ("real-time factor", f"{summary.real_time_factor:.1f}"),
         ("windows, grants", f"{summary.windows}, {summary.grants}"),

@@ -61,6 +61,7 @@ class Conductor:
     instant_rounds: int = 0
     reached_ns: int = 0
     passed_ns: int = 0                  # every arrival before it is delivered, or waits at the seat of its node
+    dead_ns: dict[str, list[tuple[int, int]]] = field(default_factory=dict)     # by node: [killed, booted)
     ended_by: str = ""                  # the node that ended the run before its length, "" if none did,
     ended_because: str = ""             # and why
     counters: dict[str, dict[str, int]] = field(default_factory=dict)       # by node, from its last report
@@ -151,6 +152,7 @@ class Conductor:
             seat.pause.until_ns = now_ns
             seat.held.clear()
         self.recorders.away(name, Absence(now_ns, boots_ns))
+        self.dead_ns.setdefault(name, []).append((now_ns, boots_ns))
         seat.leave(now_ns, boots_ns, None)
         seat.life += 1
         hello = self.host.revive(name, Life(seat.life, now_ns, boots_ns, report.state or b"", list(seat.signals),

@@ -156,6 +156,7 @@ class BroadcastRadio(Medium):
         sender = flight.sender
         del self._on_air[sender]
         self._receive(flight)
+        flight.rivals.clear()           # two frames that overlap name each other: a cycle that outlives both
         if self._senses:
             self._lower_carrier(flight)
         self._mac.sent(sender, flight.end_ns)

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
+from mypy_extensions import mypyc_attr
+
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.core.link_name import LinkName
@@ -21,6 +23,7 @@ from netem.records.ledger import Ledger
 Deliver = Callable[[str, str, int, bytes], object]      # (receiver, medium, arrival_ns, data)
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Links:
     """`pipelines` maps (medium, sender, receiver) to (name, impairment) pairs in their order in the scenario."""
 

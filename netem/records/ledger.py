@@ -64,12 +64,15 @@ class LedgerResult:
 class Ledger:
     """Collects the rows; `path` is the Parquet file to write, `metadata` its entries beside the hash (scenario, seed).
 
+    Instead of `path`, `file` takes the rows, as a `LedgerInMemory` does.
+
     `passed_ns()` returns the emulator's time: every arrival before it has happened. Each of `listeners` is called with
     rows as they are settled, several at a time.
     """
 
-    def __init__(self, path: Path | None = None, *, metadata: Mapping[str, str] | None = None,
-                 chunk_rows: int = CHUNK_ROWS, passed_ns: Callable[[], int] = lambda: NEVER_NS,
+    def __init__(self, path: Path | None = None, *, file: LedgerFile | None = None,
+                 metadata: Mapping[str, str] | None = None, chunk_rows: int = CHUNK_ROWS,
+                 passed_ns: Callable[[], int] = lambda: NEVER_NS,
                  listeners: Sequence[Callable[[Sequence[Row]], None]] = ()) -> None:
         if chunk_rows < 1:
             raise ValueError(f"chunk_rows={chunk_rows}: a chunk holds at least 1 row")
@@ -82,9 +85,9 @@ class Ledger:
         self._listeners = listeners
         self._absences: dict[str, list[Absence]] = {}           # by receiver
         self._hash = LedgerHash(COLUMNS)
-        self._file = _open(path, metadata or {}) if path else None
+        self._file = _open(path, metadata or {}) if path else file
         self._chunk_rows = chunk_rows
-        self._flush_at = chunk_rows if path else 1 << 62
+        self._flush_at = chunk_rows if self._file is not None else 1 << 62
         self._result: LedgerResult | None = None
 
     def expect(self, copies: int, medium: str = "") -> None:

@@ -69,7 +69,7 @@ class LedgerFile:
 
     def write(self, rows: Rows) -> None:
         """Add rows to the file. On a full disk they wait in memory; the journal, written before, raises the error."""
-        self._writer.write_batch(_batch(rows))
+        self._writer.write_batch(batch_of(rows))
         with suppress(OSError):
             self._file.commit()
 
@@ -101,7 +101,7 @@ def noted_batches(path: Path) -> Iterator[pa.RecordBatch]:
     """Yield the rows in the journal of the ledger at `path`, up to its last whole piece."""
     decode = msgspec.msgpack.Decoder(list[list[Any]]).decode
     for piece in pieces_of(journal_of(path)):
-        yield _batch(decode(piece))
+        yield batch_of(decode(piece))
 
 
 def write_from_journal(path: Path, metadata: Mapping[str, str]) -> None:
@@ -131,7 +131,7 @@ def _writer(file: GrowingFile, metadata: Mapping[str, str]) -> pq.ParquetWriter:
     return writer
 
 
-def _batch(rows: Rows) -> pa.RecordBatch:
+def batch_of(rows: Rows) -> pa.RecordBatch:
     columns = [_array(field.type, values) for field, values in zip(SCHEMA, zip(*rows, strict=True), strict=True)]
     return pa.RecordBatch.from_arrays(columns, schema=SCHEMA)
 

@@ -36,6 +36,7 @@ RAISE_AGAIN_S: Final = 1.0
 END_AFTER_S: Final = 3.0
 FAULT_AFTER_S: Final = 5.0
 RENEW_S: Final = 1.0
+JOIN_S: Final = 1.0
 RAISE_SIGNAL: Final = signal.SIGRTMAX - 6
 NODE_FAILED: Final = 3                      # exit code
 MARK: Final = "marconet: "                  # begins the message behind the memory of `UnderWay`
@@ -60,6 +61,7 @@ class Watchdog:
         self._watched = threading.get_ident()
         self._in_main = threading.current_thread() is threading.main_thread()
         self._handler: Any = None
+        self._thread: threading.Thread | None = None
         self._armed_s = 0.0
         self._turn = turn
         self.reason = ""                    # of the NodeHangs that was raised
@@ -69,10 +71,13 @@ class Watchdog:
         if self._in_main:
             self._handler = signal.signal(RAISE_SIGNAL, self._raise)
             self._renew()
-        threading.Thread(target=self._watch, name="node watchdog", daemon=True).start()
+        self._thread = threading.Thread(target=self._watch, name="node watchdog", daemon=True)
+        self._thread.start()
 
     def stop(self) -> None:
         self._over.set()
+        if self._thread is not None:
+            self._thread.join(JOIN_S)       # so that nothing of the run is in use any more
         if self._in_main and self._handler is not None:
             faulthandler.cancel_dump_traceback_later()
             signal.signal(RAISE_SIGNAL, self._handler)

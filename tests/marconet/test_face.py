@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import marconet
-from marconet.scenario import toml_text
+from experiments.scenario.toml_text import toml_text
 
 ROOT = Path(__file__).parents[2]
 SCENARIO = """\

@@ -103,6 +103,18 @@ def test_a_clock_that_is_stepped_moves_later_broadcasts(both: Any, by_ms: int) -
     assert ran.samples("b", "local")[-1, 1] == pytest.approx(0.99 + by_ms / 1e3)
 
 
+@pytest.mark.parametrize("clock", ["kept", "reset"])
+def test_a_clock_goes_wrong_while_its_robot_is_dead(both: Any, clock: str) -> None:
+    ran = both(f'[[faults]]\nkind = "kill"\non = "b"\nat_s = 0.1\nrestart_after_s = 0.3\nclock = "{clock}"\n'
+               '[[faults]]\nkind = "clock_drift"\non = "b"\nduring_s = [0.2, 0.6]\nby_ppm = 100_000\n'
+               '[[faults]]\nkind = "clock_step"\non = "b"\nat_s = 0.3\nby_ms = 5\n')
+
+    local = ran.samples("b", "local")
+    at_400_ms = 0.4 + 0.2 * 0.1 + 0.005 if clock == "kept" else 0.0
+    assert local[41, 1] == pytest.approx(at_400_ms + 0.01 * 1.1)
+    assert local[-1, 1] == pytest.approx(at_400_ms + 0.2 * 1.1 + 0.39)
+
+
 def test_a_drifting_clock_sends_at_the_instants_of_its_rate(both: Any) -> None:
     ran = both('[[faults]]\nkind = "clock_drift"\non = "b"\nduring_s = [0.2, 0.6]\nby_ppm = 100_000\n')
 

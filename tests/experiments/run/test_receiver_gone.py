@@ -64,8 +64,8 @@ Row = dict[str, Any]
 def run_it(folder: Path, host: Any, *deaths: tuple[int, str, int], monkeypatch: pytest.MonkeyPatch) -> list[Row]:
     """The ledger's rows. `deaths`: when it is said, of whom, and from when on."""
     class WithDeaths(RUN):
-        def __init__(self, *arguments: Any) -> None:
-            super().__init__(*arguments)
+        def __init__(self, *arguments: Any, **options: Any) -> None:
+            super().__init__(*arguments, **options)
             for said_ns, name, from_ns in deaths:
                 self.agenda.at(said_ns, TIMER, "", partial(self.conductor.stop_at, from_ns, partial(
                     self.conductor.kill, name, NEVER_NS, {})))
