@@ -74,7 +74,7 @@ class State(msgspec.Struct):
     """What outlives a node that is killed."""
 
     plant: bytes | None
-    clock: tuple[str, str]              # phase and rate
+    clock: tuple[str, str, str]         # of `LocalClock.kept`
     slowed_by: list[float]              # factors of its execution times
 
 

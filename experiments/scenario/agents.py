@@ -79,7 +79,7 @@ class Agents:
         except ValueError as error:
             self.problems.add((*place, "fmu"), str(error), table.fmu)
             return None
-        self.plants[place[1]] = plant
+        self.plants[str(place[1])] = plant
         before = self.problems.found
         if table.preset is not None and table.preset not in plant.presets:
             self.problems.add((*place, "preset"), f"no such preset of {table.fmu}; {near(table.preset, plant.presets)}",

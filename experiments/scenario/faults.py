@@ -43,7 +43,7 @@ def read_faults(tables: Sequence[Any], reader: Agents, agents: Mapping[str, Agen
     names: dict[str, Place] = {}
     for index, table in enumerate(tables):
         place: Place = ("faults", index)
-        spec = _fault(table, place, site, seed, length_ns, reading)
+        spec = _fault(table, place, site, media, seed, length_ns, reading)
         if spec is not None:
             if spec.name in names:
                 reading.problems.add((*place, "name"), f"the name of {path_text(names[spec.name])} too, so both would "
@@ -55,7 +55,8 @@ def read_faults(tables: Sequence[Any], reader: Agents, agents: Mapping[str, Agen
     return tuple(found)
 
 
-def _fault(table: Any, place: Place, site: Site, seed: int, length_ns: int, reading: Reading) -> FaultSpec | None:
+def _fault(table: Any, place: Place, site: Site, media: Mapping[str, MediumSpec], seed: int, length_ns: int,
+           reading: Reading) -> FaultSpec | None:
     problems = reading.problems
     if not isinstance(table, dict):
         problems.add(place, "expected a table", table)
@@ -78,7 +79,8 @@ def _fault(table: Any, place: Place, site: Site, seed: int, length_ns: int, read
     if fault is not None and "on" in header:
         try:
             targets = fault.resolve(header["on"], site)
-            if why := next(filter(None, (fault.refusal(target, site) for target in targets)), ""):
+            if why := next(filter(None, (fault.refusal(target, site) or _misplaced(kind, fault, target, media)
+                                         for target in targets)), ""):
                 raise ValueError(why)
         except ValueError as error:
             refuse(error, table, place, problems) if "=" in str(error).partition(":")[0] else \
@@ -99,6 +101,14 @@ def _fault(table: Any, place: Place, site: Site, seed: int, length_ns: int, read
         return None
     return FaultSpec(path_text(place), header.get("name", ""), kind, header["on"], tuple(targets), fault,
                      tuple(occurrences), "rate_per_s" in header)
+
+
+def _misplaced(kind: str, fault: Fault, target: Sequence[str], media: Mapping[str, MediumSpec]) -> str:
+    """Return why a medium does not take faults of this kind, "" if it does or the fault is none of a medium."""
+    if fault.on == "nodes" or (settings := media[target[0]].settings) is None or kind in settings.takes_faults:
+        return ""
+    return (f"{target[0]} is a medium of kind {media[target[0]].kind}, which takes no fault of kind {kind}: it takes "
+            f"{', '.join(name for name in FAULTS if name in settings.takes_faults)}")
 
 
 def _refuse_overlaps(faults: Sequence[FaultSpec], reading: Reading) -> None:

@@ -94,7 +94,8 @@ class PlantNames:
             element, = elements_of(found, value)
         except Misfit as misfit:
             return f"value {value!r}: {misfit}"
-        if found.causality in PARAMETERS and isinstance(element, int | float) and (problem := outside(element, found.min, found.max)):
+        if found.causality in PARAMETERS and isinstance(element, int | float) and (
+                problem := outside(element, found.min, found.max)):
             return f"value {value!r}: {problem}"
         return ""
 

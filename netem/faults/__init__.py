@@ -54,6 +54,10 @@ class World(Protocol):
     def in_node(self, node: str, kind: str, fields: Mapping[str, Any]) -> None:
         """In an action: let a fault act within the node."""
 
+    def on_medium(self, target: Target, kind: str, cause: str, fields: Mapping[str, Any],
+                  occurrence: Occurrence) -> None:
+        """Let a fault act in the medium of `target`, before its occurrence or, in an action, at its start."""
+
     def cut(self, link: LinkName, cause: str) -> Windows:
         """Return the windows in which `cause` cuts the link, to add one that has not begun."""
 
@@ -84,6 +88,19 @@ class Fault:
     def refusal(self, target: Target, site: Site) -> str:
         """Return why the fault cannot act on `target`, as `key=value: rule` if a key is wrong; "" if it can."""
         return ""
+
+    @staticmethod
+    def on_nodes(patterns: Sequence[str], medium: str, nodes: Collection[str], key: str) -> list[str]:
+        """Return the nodes of a medium that the patterns under `key` name; ValueError for one that names none."""
+        found: list[str] = []
+        for pattern in patterns:
+            names = link_pattern.matching(pattern, nodes)
+            if not names:
+                near = nearest(pattern, nodes)
+                raise ValueError(f"{key}: {pattern!r} names no node on medium {medium!r}: "
+                                 + (f"nearest: {near!r}" if near else f"expected one of {', '.join(nodes)}"))
+            found += [name for name in names if name not in found]
+        return found
 
     def until_ns(self, occurrence: Occurrence) -> int:
         """Return the end of the fault's effect [ns], NEVER_NS for that of the run."""

@@ -16,5 +16,13 @@ FAULTS: Final = Kinds({
     "plant_input": "netem.faults.plant_input:PlantInput",
     "plant_parameter": "netem.faults.plant_parameter:PlantParameter",
     "slow": "netem.faults.slow:Slow",
+    "jam": "netem.faults.jam:Jam",
+    "blackout": "netem.faults.blackout:Blackout",
+    "bias": "netem.faults.sensor_errors:Bias",
+    "stuck": "netem.faults.sensor_errors:Stuck",
+    "noise": "netem.faults.sensor_errors:Noise",
+    "bus_off": "netem.faults.controller_fault:BusOff",
+    "babble": "netem.faults.controller_fault:Babble",
+    "stuck_dominant": "netem.faults.stuck_dominant:StuckDominant",
     "partition": "netem.faults.partition:Partition",
 })

@@ -21,14 +21,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from random import Random
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from mypy_extensions import mypyc_attr
 
-from netem.core.agenda import END_OF_FRAME, Agenda
+from netem.core import link_pattern
+from netem.core.agenda import END_OF_FRAME, OFFER, Agenda
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.media.decoding.on_air import OnAir
+from netem.media.jammer import Jammer, cause_of
 from netem.media.links import Links
 from netem.media.mac.table import MACS
 from netem.media.medium import Medium
@@ -62,6 +64,7 @@ class BroadcastRadio(Medium):
         self._numbers: dict[str, int] = {}
         self._on_air: dict[str, OnAir] = {}         # by sender
         self._carriers: dict[str, int] = {}
+        self._jammers: list[Jammer] = []
         self._decoding = settings.decoding()
         self._overlaps_matter = self._decoding.overlaps_matter
         self._mac = MACS[settings.mac].build(self, settings.queue_frames, radio.csma,
@@ -109,6 +112,34 @@ class BroadcastRadio(Medium):
 
     def changes_ns(self, until_ns: int) -> Sequence[int]:
         return self.topology.changes_ns(until_ns)
+
+    def take_fault(self, kind: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
+                   end_ns: int) -> str:
+        position = self.topology.position
+        if fields["holds"] is not None and all(position(node, start_ns) is None for node in self.nodes):
+            return "no node stands anywhere, so none is in the zone: give nodes at_m = [x, y]"
+        named = frozenset(node for pattern in fields["nodes"] for node in link_pattern.matching(pattern, self.nodes))
+        lasts_ns = end_ns - start_ns
+        jammer = Jammer(cause, start_ns, end_ns, fields["period_ns"] or lasts_ns, fields["burst_ns"] or lasts_ns,
+                        named, fields["holds"], position)
+        self._jammers.append(jammer)
+        if fields["sensed"] and self._senses:
+            self.agenda.at(start_ns, OFFER, self.name, partial(self._begin_burst, jammer, 0))
+        return ""
+
+    def _begin_burst(self, jammer: Jammer, number: int) -> None:
+        begins_ns, ends_ns = jammer.burst(number)
+        nodes = [node for node in self.nodes if jammer.hears(node, begins_ns)]
+        for node in nodes:
+            self._carrier_begins(node, begins_ns)
+        self.agenda.at(ends_ns, END_OF_FRAME, self.name, partial(self._end_burst, jammer, number, nodes))
+
+    def _end_burst(self, jammer: Jammer, number: int, nodes: Sequence[str]) -> None:
+        for node in nodes:
+            self._carrier_ends(node, self.agenda.now_ns)
+        next_ns = jammer.burst(number + 1)[0]
+        if next_ns < jammer.end_ns:
+            self.agenda.at(next_ns, OFFER, self.name, partial(self._begin_burst, jammer, number + 1))
 
     # --- calls of the MAC
 
@@ -167,10 +198,13 @@ class BroadcastRadio(Medium):
         receive, checksum = self._links.receive, self._checksum
         for tap in self.taps:
             tap.frame(frame, flight.end_ns)
-        clear = not flight.rivals and not reach.too_weak
+        clear = not flight.rivals and not reach.too_weak and not self._jammers
         for receiver in reach.receivers:
             fate = None if clear else self._fate(flight, reach, receiver)
-            if fate is None:
+            if fate is None and self._jammers and (
+                    cause := cause_of(self._jammers, receiver, flight.start_ns, flight.end_ns)):
+                self._ledger.close(frame, receiver, Fate.JAMMED, cause=cause)
+            elif fate is None:
                 receive(frame, receiver, arrival_ns, checksum=checksum)
             else:
                 self._ledger.close(frame, receiver, fate)
@@ -185,16 +219,22 @@ class BroadcastRadio(Medium):
 
     def _raise_carrier(self, flight: OnAir) -> None:
         for node in self._around(flight):
-            count = self._carriers.get(node, 0)
-            self._carriers[node] = count + 1
-            if count == 0:
-                self._mac.heard(node, flight.start_ns)
+            self._carrier_begins(node, flight.start_ns)
 
     def _lower_carrier(self, flight: OnAir) -> None:
         for node in self._around(flight):
-            self._carriers[node] -= 1
-            if self._carriers[node] == 0:
-                self._mac.cleared(node, flight.end_ns)
+            self._carrier_ends(node, flight.end_ns)
+
+    def _carrier_begins(self, node: str, now_ns: int) -> None:
+        count = self._carriers.get(node, 0)
+        self._carriers[node] = count + 1
+        if count == 0:
+            self._mac.heard(node, now_ns)
+
+    def _carrier_ends(self, node: str, now_ns: int) -> None:
+        self._carriers[node] -= 1
+        if self._carriers[node] == 0:
+            self._mac.cleared(node, now_ns)
 
     @staticmethod
     def _around(flight: OnAir) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from mypy_extensions import mypyc_attr
 
@@ -45,6 +45,15 @@ class Medium:
     def finish(self, end_ns: int) -> None:
         """Close every copy that is queued or on the air at the end of the run as `Fate.UNFINISHED`."""
         raise NotImplementedError
+
+    def take_fault(self, kind: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
+                   end_ns: int) -> str:
+        """Carry out a fault of one of the kinds that the settings take, on [start_ns, end_ns).
+
+        `of` has the nodes that it is about: none, one, or sender and receiver of a link. Returns why the fault has no
+        effect, "" if it has one. Called at `start_ns` or before.
+        """
+        raise NotImplementedError(f"{self.name} takes no fault {kind!r}")
 
     def links(self, until_ns: int) -> Sequence[tuple[str, str]]:
         """Return (sender, receiver) of each directed link that exists at some time in [0, until_ns).

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from netem.core.nearest import did_you_mean
 from netem.media import MediumSettings
@@ -31,6 +31,7 @@ class CarrierSenseSettings:
 
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
+    takes_faults: ClassVar = MediumSettings.takes_faults | {"jam"}
     preset: str = "ideal"
     decode: Literal["radio_network", "local", "capture"] = "radio_network"
     mac: Literal["none", "aloha", "csma"] = "none"

@@ -30,6 +30,9 @@ class Topology(Protocol):
     def graph_at(self, t_ns: int) -> list[Edge]:
         """Every (sender, receiver) with the receiver in range at `t_ns`, in the order of the nodes."""
 
+    def position(self, node: str, t_ns: int) -> Position | None:
+        """The position of a node at `t_ns` [m]; None for one that stands nowhere."""
+
     def changes_ns(self, until_ns: int) -> list[int]:
         """The instants in (0, until_ns) at which the graph changes."""
 

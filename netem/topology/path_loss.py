@@ -85,7 +85,7 @@ class PathLoss:
         graph = {sender: reach(site, {receiver: site.tx_power_dbm - self.loss_db(at_m[sender], at_m[receiver])
                                       for receiver in site.nodes if receiver != sender}, self.fringe_db)
                  for sender in site.nodes}
-        return Timetable([0], [graph])
+        return Timetable([0], [graph], at_m=at_m)
 
     def loss_db(self, one_m: Position, other_m: Position) -> float:
         """Loss between two positions, with that of the zones that hold either."""

@@ -45,6 +45,31 @@ class Beacon:
         self.sent += 1
         self.port.send(self.sent.to_bytes(8, "little"))
 '''
+WATCH = '''
+class Watch:
+    def __init__(self, board):
+        self.board, self.port = board, board.port("view", self.see, listen_only=True)
+
+    def see(self, data):
+        self.board.event("saw", data.hex())
+'''
+TALK = '''
+from dataclasses import dataclass
+from netem.media.can.frame import CanFrame, pack
+
+class Talk:
+    @dataclass
+    class Settings:
+        can_id: int
+        offset_ns: int
+
+    def __init__(self, board, settings):
+        self.settings, self.port = settings, board.port("can", listen_only=True)
+        board.every(1_000_000, self.say, offset_ns=settings.offset_ns)
+
+    def say(self):
+        self.port.send(pack(CanFrame(self.settings.can_id, bytes(8))))
+'''
 SCENARIO = '''
 # Question: what do faults cost?
 seed = 7
@@ -66,7 +91,8 @@ class Ran:
 
     def __init__(self, folder: Path, host: Any, faults: str, scenario: str = SCENARIO) -> None:
         folder.mkdir(exist_ok=True)
-        (folder / "beacon.py").write_text(PROGRAM)
+        for module, program in (("beacon", PROGRAM), ("watch", WATCH), ("talk", TALK)):
+            (folder / f"{module}.py").write_text(program)
         (folder / "faults.toml").write_text(scenario + faults)
         self.out = folder / "run"
         run(load(folder / "faults.toml"), host=host, out=self.out, report=False)        # checks conservation

@@ -12,7 +12,7 @@ from experiments.run.runner import run
 from experiments.scenario.document import read
 from experiments.scenario.loader import load_tables
 from netem.records.ledger_file import read_metadata
-from tests.experiments.run.fault_bench import MS, Ran
+from tests.experiments.run.fault_bench import MS
 
 ROOT = Path(__file__).parents[3]
 DOUBLED = """
