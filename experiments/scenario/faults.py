@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from experiments.scenario.agents import Agents
 from experiments.scenario.model import AgentSpec, FaultSpec, MediumSpec
+from experiments.scenario.plant_parameters import PlantNames
 from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.refusals import refuse
 from experiments.scenario.sections import Reading
@@ -34,16 +35,13 @@ class FaultHeader:
 def read_faults(tables: Sequence[Any], reader: Agents, agents: Mapping[str, AgentSpec],
                 media: Mapping[str, MediumSpec], seed: int, length_ns: int, reading: Reading) -> tuple[FaultSpec, ...]:
     """Return the faults with their targets and their occurrences in a run of this seed and length."""
-    site = Site(tuple(agents), {name: medium.nodes for name, medium in media.items()},
-                {name: medium.settings.links_to_themselves() for name, medium in media.items()
-                 if medium.settings is not None}, reader.plants,
-                {name for cls, own in reader.programs.items() if getattr(cls, "has_execution_time", False)
-                 for name in own})
+    site = site_of(agents, media, reader.plants,
+                   {name for cls, own in reader.programs.items() if has_execution_time(cls) for name in own})
     found = []
     names: dict[str, Place] = {}
     for index, table in enumerate(tables):
         place: Place = ("faults", index)
-        spec = _fault(table, place, site, media, seed, length_ns, reading)
+        spec = read_fault(table, place, site, media, seed, length_ns, reading)
         if spec is not None:
             if spec.name in names:
                 reading.problems.add((*place, "name"), f"the name of {path_text(names[spec.name])} too, so both would "
@@ -55,8 +53,22 @@ def read_faults(tables: Sequence[Any], reader: Agents, agents: Mapping[str, Agen
     return tuple(found)
 
 
-def _fault(table: Any, place: Place, site: Site, media: Mapping[str, MediumSpec], seed: int, length_ns: int,
-           reading: Reading) -> FaultSpec | None:
+def site_of(agents: Collection[str], media: Mapping[str, MediumSpec], plants: Mapping[str, PlantNames],
+            timed: Collection[str]) -> Site:
+    """Return the names that faults can be about; `timed` has the agents whose programs have execution times."""
+    return Site(tuple(agents), {name: medium.nodes for name, medium in media.items()},
+                {name: medium.settings.links_to_themselves() for name, medium in media.items()
+                 if medium.settings is not None}, plants, timed)
+
+
+def has_execution_time(program: Any) -> bool:
+    """Return whether a program class says that its tasks take time, by `Board.execution_ns`."""
+    return getattr(program, "has_execution_time", False) is True
+
+
+def read_fault(table: Any, place: Place, site: Site, media: Mapping[str, MediumSpec], seed: int, length_ns: int,
+               reading: Reading) -> FaultSpec | None:
+    """Return the fault of one table; None, with the problems added, for one that is wrong."""
     problems = reading.problems
     if not isinstance(table, dict):
         problems.add(place, "expected a table", table)

@@ -69,7 +69,7 @@ class RunWorld:
             self._tell(Event(max(occurrence.start_ns, self._conductor.stop_ns), name, "fault without effect",
                              f"{' -> '.join(of)}: {why}" if of else why, Level.INFO))
 
-    def cut(self, link: LinkName, cause: str) -> Windows:
+    def cut(self, link: LinkName, cause: str, spares_under_way: bool) -> Windows:
         windows = self._windows.get((link, cause))
         if windows is None:
             windows = self._windows[link, cause] = Windows()
@@ -77,7 +77,8 @@ class RunWorld:
             place = self._entrances.get(link, 0)
             self._entrances[link] = place + 1
             pipeline.insert(place, (cause, Entrance(windows)))
-            pipeline.append((cause, Exit(windows)))
+            if not spares_under_way:
+                pipeline.append((cause, Exit(windows)))
         return windows
 
     def flip(self, link: LinkName, cause: str, ratio: float, flipped_bits: int) -> Windows:

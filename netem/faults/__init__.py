@@ -35,8 +35,8 @@ class Site(NamedTuple):
     nodes: Collection[str]                              # robots, without gateways
     nodes_on: Mapping[str, Collection[str]]             # by medium
     to_themselves: Mapping[str, Collection[str]]        # by medium: nodes with a link to themselves
-    plants: Mapping[str, PlantFace]                     # by robot, of those that have one
-    timed: Collection[str]                              # robots whose programs have execution times
+    plants: Mapping[str, PlantFace] = {}                # by robot, of those that have one
+    timed: Collection[str] = ()                         # robots whose programs have execution times
 
 
 class World(Protocol):
@@ -58,8 +58,11 @@ class World(Protocol):
                   occurrence: Occurrence) -> None:
         """Let a fault act in the medium of `target`, before its occurrence or, in an action, at its start."""
 
-    def cut(self, link: LinkName, cause: str) -> Windows:
-        """Return the windows in which `cause` cuts the link, to add one that has not begun."""
+    def cut(self, link: LinkName, cause: str, spares_under_way: bool) -> Windows:
+        """Return the windows in which `cause` cuts the link, to add one that has not begun.
+
+        With `spares_under_way` it does not cut copies that have entered the link before.
+        """
 
     def flip(self, link: LinkName, cause: str, ratio: float, flipped_bits: int) -> Windows:
         """Return the windows in which `cause` flips bits on the link that no checksum finds."""
@@ -71,6 +74,7 @@ class Fault:
     on: ClassVar[str] = "nodes"             # what the key `on` selects: nodes, media or links
     lasting: ClassVar[bool] = True          # whether an occurrence has an end, else it is an instant
     kills: ClassVar[bool] = False           # whether it may end a node's process
+    cuts: ClassVar[bool] = False            # whether it cuts links, and takes the key `spares_under_way`
     away: ClassVar[bool] = False            # whether its nodes do not receive during an occurrence
 
     def resolve(self, on: str, site: Site) -> list[Target]:

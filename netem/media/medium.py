@@ -55,6 +55,10 @@ class Medium:
         """
         raise NotImplementedError(f"{self.name} takes no fault {kind!r}")
 
+    def next_fault_ns(self, now_ns: int) -> int:
+        """Return the earliest instant, at least `now_ns`, at which a fault that nobody knew of can begin."""
+        return now_ns
+
     def links(self, until_ns: int) -> Sequence[tuple[str, str]]:
         """Return (sender, receiver) of each directed link that exists at some time in [0, until_ns).
 

@@ -122,6 +122,9 @@ class CanBus(Medium):
                    end_ns: int) -> str:
         return self._faults.take(kind, of, fields, start_ns, end_ns)
 
+    def next_fault_ns(self, now_ns: int) -> int:
+        return max(now_ns, self._timeline.free_ns)      # the fate of the frame on the bus is decided
+
     # --- observation
 
     def observe(self, observer: MediumObserver) -> None:
