@@ -24,7 +24,7 @@ __all__ = ["NodeFailure", "Run", "Scenario", "ScenarioError", "Sweep", "fault", 
 _WHERE: Final = {
     "NodeFailure": "netem.wire.errors", "Run": "marconet.running", "Scenario": "marconet.scenario",
     "ScenarioError": "experiments.scenario.problems", "Sweep": "marconet.sweeping", "fault": "marconet.running",
-    "load": "marconet.scenario",    "run": "marconet.running", "sweep": "marconet.sweeping"}
+    "load": "marconet.scenario", "run": "marconet.running", "sweep": "marconet.sweeping"}
 
 
 def __getattr__(name: str) -> Any:

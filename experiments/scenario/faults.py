@@ -117,10 +117,11 @@ def read_fault(table: Any, place: Place, site: Site, media: Mapping[str, MediumS
 
 def _misplaced(kind: str, fault: Fault, target: Sequence[str], media: Mapping[str, MediumSpec]) -> str:
     """Return why a medium does not take faults of this kind, "" if it does or the fault is none of a medium."""
-    if fault.on == "nodes" or (settings := media[target[0]].settings) is None or kind in settings.takes_faults:
+    if fault.on == "nodes" or (settings := media[target[0]].settings) is None or fault.strikes in settings.strikable:
         return ""
+    taken = [name for name, cls in FAULTS.items() if cls.on != "nodes" and cls.strikes in settings.strikable]
     return (f"{target[0]} is a medium of kind {media[target[0]].kind}, which takes no fault of kind {kind}: it takes "
-            f"{', '.join(name for name in FAULTS if name in settings.takes_faults)}")
+            f"{', '.join(taken)}")
 
 
 def _refuse_overlaps(faults: Sequence[FaultSpec], reading: Reading) -> None:

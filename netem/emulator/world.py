@@ -60,11 +60,11 @@ class RunWorld:
     def in_node(self, node: str, kind: str, fields: Mapping[str, Any]) -> None:
         self._conductor.fault(node, kind, fields)
 
-    def on_medium(self, target: Target, kind: str, cause: str, fields: Mapping[str, Any],
+    def on_medium(self, target: Target, how: str, cause: str, fields: Mapping[str, Any],
                   occurrence: Occurrence) -> None:
         name, *of = target
         why = self._conductor.media[name].take_fault(
-            kind, cause, of, fields, occurrence.start_ns, min(occurrence.end_ns, self._conductor.end_ns))
+            how, cause, of, fields, occurrence.start_ns, min(occurrence.end_ns, self._conductor.end_ns))
         if why:
             self._tell(Event(max(occurrence.start_ns, self._conductor.stop_ns), name, "fault without effect",
                              f"{' -> '.join(of)}: {why}" if of else why, Level.INFO))

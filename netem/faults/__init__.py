@@ -54,9 +54,9 @@ class World(Protocol):
     def in_node(self, node: str, kind: str, fields: Mapping[str, Any]) -> None:
         """In an action: let a fault act within the node."""
 
-    def on_medium(self, target: Target, kind: str, cause: str, fields: Mapping[str, Any],
+    def on_medium(self, target: Target, how: str, cause: str, fields: Mapping[str, Any],
                   occurrence: Occurrence) -> None:
-        """Let a fault act in the medium of `target`, before its occurrence or, in an action, at its start."""
+        """Let a medium fail, in a way `how` of its own, before the occurrence or, in an action, at its start."""
 
     def cut(self, link: LinkName, cause: str, spares_under_way: bool) -> Windows:
         """Return the windows in which `cause` cuts the link, to add one that has not begun.
@@ -72,6 +72,7 @@ class Fault:
     """Base class of a member, with answers that have defaults."""
 
     on: ClassVar[str] = "nodes"             # what the key `on` selects: nodes, media or links
+    strikes: ClassVar[str] = "links"        # part of a medium, if any: links, channel, sensor or bus
     lasting: ClassVar[bool] = True          # whether an occurrence has an end, else it is an instant
     kills: ClassVar[bool] = False           # whether it may end a node's process
     cuts: ClassVar[bool] = False            # whether it cuts links, and takes the key `spares_under_way`

@@ -12,14 +12,15 @@ from netem.faults.schedule import Occurrence
 
 @dataclass(frozen=True)
 class SensorFault(Fault):
-    """A fault of a sensing medium, whose kind is `kind`, on links from a body to an observer."""
+    """A fault of a sensing medium, which then is `how`, on links from a body to an observer."""
 
     on: ClassVar = "links"
-    kind: ClassVar[str]
+    strikes: ClassVar = "sensor"
+    how: ClassVar[str]
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for target in targets:
-            world.on_medium(target, self.kind, cause, self.fields(), occurrence)
+            world.on_medium(target, self.how, cause, self.fields(), occurrence)
 
     def fields(self) -> Mapping[str, Any]:
         return {}
@@ -27,4 +28,4 @@ class SensorFault(Fault):
 
 @dataclass(frozen=True)
 class Blackout(SensorFault):
-    kind: ClassVar = "blackout"
+    how: ClassVar = "blind"

@@ -18,7 +18,8 @@ class ControllerFault(Fault):
     """`nodes` names those on the bus whose controllers have the fault."""
 
     on: ClassVar = "media"
-    kind: ClassVar[str]
+    strikes: ClassVar = "bus"
+    how: ClassVar[str]
     nodes: tuple[str, ...]
 
     def resolve(self, on: str, site: Site) -> list[Target]:
@@ -29,7 +30,7 @@ class ControllerFault(Fault):
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for target in targets:
-            world.at(occurrence.start_ns, partial(world.on_medium, target, self.kind, cause, self.fields(), occurrence))
+            world.at(occurrence.start_ns, partial(world.on_medium, target, self.how, cause, self.fields(), occurrence))
 
     def fields(self) -> Mapping[str, Any]:
         return {}
@@ -39,7 +40,7 @@ class ControllerFault(Fault):
 class BusOff(ControllerFault):
     """The controller leaves the bus, and recovers as the bus says."""
 
-    kind: ClassVar = "bus_off"
+    how: ClassVar = "off"
     lasting: ClassVar = False
 
 
@@ -47,7 +48,7 @@ class BusOff(ControllerFault):
 class Babble(ControllerFault):
     """The controller always has a frame with the identifier `can_id` waiting, `length` bytes of 0x55."""
 
-    kind: ClassVar = "babble"
+    how: ClassVar = "babbles"
     can_id: int = 0
     extended: bool = False
     length: int = 8

@@ -50,6 +50,7 @@ class JammedZone:
 @dataclass(frozen=True)
 class Jam(Fault):
     on: ClassVar = "media"
+    strikes: ClassVar = "channel"
     zone: JammedZone | None = None
     nodes: tuple[str, ...] = ()
     duty_cycle: float = 1.0
@@ -77,4 +78,4 @@ class Jam(Fault):
         fields = {"holds": None if self.zone is None else self.zone.holds, "nodes": self.nodes, "sensed": self.sensed,
                   "period_ns": self.period_ns, "burst_ns": burst_ns}
         for target in targets:
-            world.on_medium(target, "jam", cause, fields, occurrence)
+            world.on_medium(target, "jammed", cause, fields, occurrence)

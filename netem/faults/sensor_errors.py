@@ -17,7 +17,7 @@ from netem.faults.blackout import SensorFault
 
 @dataclass(frozen=True)
 class Bias(SensorFault):
-    kind: ClassVar = "bias"
+    how: ClassVar = "shifted"
     by_m: tuple[float, ...]
 
     def __post_init__(self) -> None:
@@ -30,12 +30,12 @@ class Bias(SensorFault):
 
 @dataclass(frozen=True)
 class Stuck(SensorFault):
-    kind: ClassVar = "stuck"
+    how: ClassVar = "frozen"
 
 
 @dataclass(frozen=True)
 class Noise(SensorFault):
-    kind: ClassVar = "noise"
+    how: ClassVar = "noisier"
     sigma_m: float
 
     def __post_init__(self) -> None:

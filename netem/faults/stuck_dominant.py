@@ -15,7 +15,8 @@ class StuckDominant(Fault):
     """A frame that is under way at its start is destroyed, and sent again after the end."""
 
     on: ClassVar = "media"
+    strikes: ClassVar = "bus"
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for target in targets:
-            world.on_medium(target, "stuck_dominant", cause, {}, occurrence)
+            world.on_medium(target, "held dominant", cause, {}, occurrence)

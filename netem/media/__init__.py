@@ -31,7 +31,7 @@ class Shown(NamedTuple):
 class MediumSettings:
     """Questions that the settings of every kind of medium answer before the run, with defaults."""
 
-    takes_faults: ClassVar[frozenset[str]] = frozenset({"link_down", "partition", "undetected_corruption"})
+    strikable: ClassVar[frozenset[str]] = frozenset({"links"})      # parts that faults strike: Fault.strikes
     carries_can_frames: ClassVar[bool] = False      # True: a program opens its port with python-can
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:

@@ -113,7 +113,7 @@ class BroadcastRadio(Medium):
     def changes_ns(self, until_ns: int) -> Sequence[int]:
         return self.topology.changes_ns(until_ns)
 
-    def take_fault(self, kind: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
+    def take_fault(self, how: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
                    end_ns: int) -> str:
         position = self.topology.position
         if fields["holds"] is not None and all(position(node, start_ns) is None for node in self.nodes):

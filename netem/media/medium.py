@@ -46,14 +46,14 @@ class Medium:
         """Close every copy that is queued or on the air at the end of the run as `Fate.UNFINISHED`."""
         raise NotImplementedError
 
-    def take_fault(self, kind: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
+    def take_fault(self, how: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
                    end_ns: int) -> str:
-        """Carry out a fault of one of the kinds that the settings take, on [start_ns, end_ns).
+        """Fail on [start_ns, end_ns), in a way that faults of what the settings call `strikable` name.
 
         `of` has the nodes that it is about: none, one, or sender and receiver of a link. Returns why the fault has no
         effect, "" if it has one. Called at `start_ns` or before.
         """
-        raise NotImplementedError(f"{self.name} takes no fault {kind!r}")
+        raise NotImplementedError(f"{self.name} has no way {how!r} to fail")
 
     def next_fault_ns(self, now_ns: int) -> int:
         """Return the earliest instant, at least `now_ns`, at which a fault that nobody knew of can begin."""

@@ -31,7 +31,7 @@ class CarrierSenseSettings:
 
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
-    takes_faults: ClassVar = MediumSettings.takes_faults | {"jam"}
+    strikable: ClassVar = frozenset({"links", "channel"})
     preset: str = "ideal"
     decode: Literal["radio_network", "local", "capture"] = "radio_network"
     mac: Literal["none", "aloha", "csma"] = "none"

@@ -118,9 +118,9 @@ class CanBus(Medium):
         self._waiting.clear()
         self._state.load.idle_until(end_ns)
 
-    def take_fault(self, kind: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
+    def take_fault(self, how: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
                    end_ns: int) -> str:
-        return self._faults.take(kind, of, fields, start_ns, end_ns)
+        return self._faults.take(how, of, fields, start_ns, end_ns)
 
     def next_fault_ns(self, now_ns: int) -> int:
         return max(now_ns, self._timeline.free_ns)      # the fate of the frame on the bus is decided

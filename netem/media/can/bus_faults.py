@@ -24,15 +24,15 @@ class BusFaults:
                  offer: Callable[[str, bytes, int], None]) -> None:
         self._state, self._errors, self._agenda, self._offer = state, errors, agenda, offer
 
-    def take(self, kind: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int, end_ns: int) -> str:
+    def take(self, how: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int, end_ns: int) -> str:
         """Carry out a fault, as `Medium.take_fault` says."""
-        if kind == "stuck_dominant":
+        if how == "held dominant":
             window = Window(start_ns, end_ns)
             self._errors.expect_stuck(window)
             self._agenda.at(start_ns, FAULT, self._state.name, partial(self._errors.stuck, window))
             return ""
         controller = self._state.controllers[of[0]]
-        if kind == "bus_off":
+        if how == "off":
             return self._errors.force_bus_off(controller, start_ns)
         self._babble(controller, pack(CanFrame(fields["can_id"], b"\x55" * fields["length"], fields["extended"])),
                      end_ns, -1, start_ns)

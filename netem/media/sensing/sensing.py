@@ -81,12 +81,12 @@ class Sensing(Medium):
             self._bodies.setdefault(exposure_ns, {})[sender] = body
             self._wait_for(exposure_ns)
 
-    def take_fault(self, kind: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
+    def take_fault(self, how: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
                    end_ns: int) -> str:
         body, observer = of
         rng = self._rng_for(f"{cause}/{self.name}: {body} -> {observer}/{start_ns}")
         self._faults.setdefault((body, observer), []).append(
-            SensorFault(cause, start_ns, end_ns, CHANGES[kind], fields, rng))
+            SensorFault(cause, start_ns, end_ns, CHANGES[how], fields, rng))
         return ""
 
     def lookahead_ns(self, t0_ns: int) -> int:

@@ -49,7 +49,7 @@ def _noisier(place: Place, fault: SensorFault) -> Place | None:
 
 
 CHANGES: Final[Mapping[str, Callable[[Place, SensorFault], Place | None]]] = {
-    "blackout": _blind, "bias": _shifted, "stuck": _stuck, "noise": _noisier}
+    "blind": _blind, "shifted": _shifted, "frozen": _stuck, "noisier": _noisier}
 
 
 def changed(detection: Detection, faults: Sequence[SensorFault]) -> tuple[Detection | None, str]:
