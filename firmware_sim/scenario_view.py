@@ -75,9 +75,13 @@ class ImpairmentView(Protocol):
     def windows_ns(self) -> Sequence[tuple[int, int]]: ...          # none: the whole run
     @property
     def fields(self) -> Mapping[str, Any]: ...
+    @property
+    def shared(self) -> bool: ...                                   # one impairment for all links
 
 
 class ScenarioView(Protocol):
+    @property
+    def seed(self) -> int: ...
     @property
     def length_ns(self) -> int: ...
     @property

@@ -19,6 +19,10 @@ trim, `rate_gain` times the step per round, removes it, but is a second integrat
 `rate_gain` is unstable. Check with `slot_sync_condition` before using it. A step that the bound clips does not measure
 the rate, so it causes no trim.
 
+A clock that a fault has stepped is further off than any drift explains: from `far_ns` on a step has no bound, so that
+x <- W x holds again and the clocks come together at the rate of W, however far apart they were, as long as frames still
+get through. Without a rate trim, as such a step does not measure the rate either.
+
 A node closes its round at the round's end on the local clock, or at its own slot just after sending. With the second,
 the node's promise need not allow for the step, but errors are up to a round old: with steps alone the clocks still
 converge, a rate trim has to be smaller (`slot_sync_condition`, `own_slot=True`). With the first, a step forward beyond
@@ -58,6 +62,7 @@ class SlotSync:
     rate_gain: float = 0.0              # >= 0; 0: steps alone
     average: Average = Average.MEAN
     reference: bool = False             # True: the node never corrects its clock
+    far_ns: int = 0                     # mean error from which a step has no bound; 0: every step has
     errors_ns: dict[str, int] = field(default_factory=dict, init=False)   # sender -> lead of this node's clock
 
     def __post_init__(self) -> None:
@@ -81,6 +86,8 @@ class SlotSync:
             return Correction(0, 0.0)
         error_ns = fmean(errors_ns) if self.average is Average.MEAN else median(errors_ns)
         step_ns = round(-self.gain * error_ns)
+        if 0 < self.far_ns <= abs(error_ns):
+            return Correction(step_ns, 0.0)
         if abs(step_ns) > self.bound_ns:
             return Correction(self.bound_ns if step_ns > 0 else -self.bound_ns, 0.0)
         return Correction(step_ns, self.rate_gain * step_ns / round_ns * 1e6)

@@ -44,15 +44,24 @@ class Run:
 
     @cached_property
     def expectations(self) -> pl.DataFrame:
-        """One row for each figure of `[expect]`: key, value, min, max, holds, and why it has no value."""
+        """One row for each figure of `[expect]`: key, value, min, max, holds, and why it has no value.
+
+        For a formula, `value` is its robustness, and there are `formula`, `unit`, `at_ns`, `predicate` and `subject`:
+        the instant and the comparison that decide it, and the link or signal that counts there.
+        """
         verdicts = self._summary.verdicts
         polars = _polars()
         frame: pl.DataFrame = polars.DataFrame(
             {"key": [verdict.key for verdict in verdicts], "value": [verdict.value for verdict in verdicts],
              "min": [verdict.min for verdict in verdicts], "max": [verdict.max for verdict in verdicts],
-             "holds": [verdict.holds for verdict in verdicts], "why": [verdict.why for verdict in verdicts]},
+             "holds": [verdict.holds for verdict in verdicts], "why": [verdict.why for verdict in verdicts],
+             "formula": [verdict.formula for verdict in verdicts], "unit": [verdict.unit for verdict in verdicts],
+             "at_ns": [verdict.at_ns for verdict in verdicts],
+             "predicate": [verdict.predicate for verdict in verdicts],
+             "subject": [verdict.subject for verdict in verdicts]},
             schema={"key": polars.String, "value": polars.Float64, "min": polars.Float64, "max": polars.Float64,
-                    "holds": polars.Boolean, "why": polars.String})
+                    "holds": polars.Boolean, "why": polars.String, "formula": polars.String, "unit": polars.String,
+                    "at_ns": polars.Int64, "predicate": polars.String, "subject": polars.String})
         return frame
 
     @cached_property

@@ -16,8 +16,10 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("netem", "fmus", "firmware_sim", "agents", "experiments", "marconet")
 FILES = [str(path.relative_to(ROOT)) for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
-TABLES = [file for file in FILES if file.endswith("/table.py")] + ["experiments/scenario/guarantee_kinds.py"]
-ROOMS = {"experiments/scenario/guarantee_kinds.py": "experiments/judge/monitors"}      # else the table's own folder
+TABLES = [file for file in FILES if file.endswith("/table.py")] + [
+    "experiments/scenario/cost_kinds.py", "experiments/scenario/guarantee_kinds.py"]
+ROOMS = {"experiments/scenario/guarantee_kinds.py": "experiments/judge/monitors",      # else the table's own folder
+         "experiments/scenario/cost_kinds.py": "experiments/judge/costs"}
 CHOSEN_BY = {"netem/media/mac/table.py": "mac", "netem/media/decoding/table.py": "decode",
              "agents/triggering/policies/table.py": "policy"}                          # else `kind`
 # Names that the attributes of too many other things have, so that reading them by name tells nothing of a kind.

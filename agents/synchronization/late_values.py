@@ -7,7 +7,8 @@ than a slot. Checked are the links of every graph that the robots work with, tol
 
 An impairment adds at most the greatest value of its distribution that the random generator can give, the longest
 delay of a recording, the hold of `reorder`, the extra delay of a twin, the queue of `rate_limit` under the frames that
-a robot sends. An impairment in a window counts if the window begins before the run ends.
+a robot sends, or all senders on the links that share it. An impairment in a window counts if the window begins before
+the run ends.
 
 Not modelled: an impairment without `most_delay_ns`; with one, the robots watch the age of received values instead.
 """
@@ -62,7 +63,8 @@ def added_delays(impairments: Sequence[ImpairmentView], flow: Flow, length_ns: i
             if impairment is None:
                 delays[link] = replace(before, known=False)
                 continue
-            most_ns = impairment.most_delay_ns(flows[link])
+            senders = len({sender for _, sender, _ in spec.links}) if spec.shared else 1
+            most_ns = impairment.most_delay_ns(replace(flows[link], sizes_bytes=flows[link].sizes_bytes * senders))
             delays[link] = replace(before, most_ns=before.most_ns + most_ns,
                                    places=(*before.places, spec.place) if most_ns else before.places)
             flows[link] = replace(flows[link], copies=flows[link].copies * impairment.most_copies)

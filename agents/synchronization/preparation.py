@@ -26,6 +26,7 @@ from agents.synchronization.team import SYNC_GAIN, Layout, Team, TeamError, read
 from firmware_sim.scenario_view import MediumView, Own, ScenarioView
 from firmware_sim.slot_sync_condition import contraction_per_round
 from netem.core.link_name import LinkName
+from netem.core.random_streams import stream
 from netem.impairments.flow import Flow
 from netem.topology import Site, Topology
 
@@ -56,6 +57,10 @@ def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
     team = msgspec.structs.replace(team, layout=layout)
     graphs = occurring_graphs(team, scenario, medium)
     plans = RoundPlans(team)
+    if not graphs and team.sure:
+        yield ("media: the links follow the robots, so the graphs that the team discovers are not known before the run "
+               "and nothing proves that it synchronizes: tell it the topology, or set team.sure = false to run it all "
+               "the same")
     for name, graph in graphs.items():
         plan = plans.plan(graph)
         slot_ns = plan.slot_ns if plan is not None else 0
@@ -90,8 +95,11 @@ def prepare(scenario: ScenarioView, own: Own[Any]) -> dict[str, Any]:
     plans = RoundPlans(team)
     graphs = occurring_graphs(team, scenario, medium)
     entries = [plans.table_entry(graph) for graph in graphs.values()]
+    slowest = max((_contraction(team, plan, team.layout) for graph in graphs.values()
+                   if (plan := plans.plan(graph)) is not None), default=0.0) if team.resynchronize else 0.0
     return {"layout": msgspec.to_builtins(team.layout),
             "designs": [msgspec.to_builtins(entry) for entry in entries if entry is not None],
+            "sync_contraction": slowest,
             "oldest_value_ns": oldest_value_ns(team, medium.name, graphs, _delays(team, scenario, plans, graphs))}
 
 
@@ -115,11 +123,16 @@ def frame_layout(team: Team, medium: MediumView) -> Layout:
 
 
 def occurring_graphs(team: Team, scenario: ScenarioView, medium: MediumView) -> dict[str, Floats]:
-    """Return the Laplacians that the robots will work with, by a name for the sentences of `check`."""
+    """Return the Laplacians that the robots will work with, by a name for the sentences of `check`.
+
+    None for robots that discover a topology that moves: nobody knows its graphs before the run.
+    """
     if team.topology == "told":
         return {f"team.requests[{index}]": team.laplacian_of(request.links)
                 for index, request in enumerate(team.requests)}
     topology = _topology(scenario, medium)
+    if topology.moves:
+        return {}
     found: dict[str, Floats] = {}
     for at_ns in [0, *topology.changes_ns(scenario.length_ns)]:
         graph = _laplacian_at(team, topology, at_ns)
@@ -129,15 +142,20 @@ def occurring_graphs(team: Team, scenario: ScenarioView, medium: MediumView) -> 
 
 
 def _clock_problems(team: Team, plan: RoundPlan, layout: Layout) -> Iterator[str]:
-    heard = heard_by(plan.laplacian)
-    part_of = {number: index for index, part in enumerate(plan.parts) for number in part}
-    contraction = contraction_per_round(
-        {name: [team.names[j] for j in heard[i]] for i, name in enumerate(team.names)},
-        {name: part_of[i] for i, name in enumerate(team.names)}, SYNC_GAIN, own_slot=True,
-        airtime_share=min(1.0, layout.data_airtime_ns / plan.slot_ns))
+    contraction = _contraction(team, plan, layout)
     if contraction >= 1:
         yield (f"team.resynchronize: the clocks do not settle: their differences change by a factor of "
                f"{contraction:.4g} per round, expected below 1; let every robot hear at least one other")
+
+
+def _contraction(team: Team, plan: RoundPlan, layout: Layout) -> float:
+    """Return the factor by which the differences of the clocks shrink per round."""
+    heard = heard_by(plan.laplacian)
+    part_of = {number: index for index, part in enumerate(plan.parts) for number in part}
+    return contraction_per_round(
+        {name: [team.names[j] for j in heard[i]] for i, name in enumerate(team.names)},
+        {name: part_of[i] for i, name in enumerate(team.names)}, SYNC_GAIN, own_slot=True,
+        airtime_share=min(1.0, layout.data_airtime_ns / plan.slot_ns))
 
 
 def _late_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans: RoundPlans) -> Iterator[str]:
@@ -170,7 +188,7 @@ def _told_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans
                    graphs: Mapping[str, Floats]) -> Iterator[str]:
     """Yield the requested links that a radio with a constant graph lacks, and the robots whose frames collide on it."""
     topology = _topology(scenario, medium)
-    if topology.changes_ns(scenario.length_ns):
+    if topology.moves or topology.changes_ns(scenario.length_ns):
         return
     heard = _laplacian_at(team, topology, 0)
     for name, graph in graphs.items():
@@ -188,7 +206,8 @@ def _topology(scenario: ScenarioView, medium: MediumView) -> Topology:
     positions = {node: at for node in medium.nodes if (at := scenario.agents[node].at_m) is not None}
     radio = medium.settings.radio()
     topology: Topology = medium.settings.topology.over(
-        Site(medium.nodes, positions, radio.tx_power_dbm, radio.sensitivity_dbm))
+        Site(medium.nodes, positions, radio.tx_power_dbm, radio.sensitivity_dbm,
+             lambda place: stream(scenario.seed, f"media.{medium.name}.{place}")))
     return topology
 
 

@@ -23,6 +23,7 @@ from agents.synchronization.age_watch import AgeWatch
 from agents.synchronization.agreement_law import AgreementLaw
 from agents.synchronization.discovered_topology import DiscoveredTopology
 from agents.synchronization.graph import Floats, neighbours
+from agents.synchronization.in_step import InStep
 from agents.synchronization.preparation import check, prepare
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans
@@ -68,7 +69,10 @@ class SyncRobot:
         self._plans = RoundPlans(team)
         self._heard: set[int] = set()           # robots whose sync frames arrived since the last own slot
         self._own_delay_ns = team.layout.data_airtime_ns + team.layout.latency_ns
-        self._sync = SlotSync(max(1, round(team.guard_s * 1e9 / 2)), SYNC_GAIN) if team.resynchronize else None
+        guard_ns = round(team.guard_s * 1e9)
+        self._sync = SlotSync(max(1, guard_ns // 2), SYNC_GAIN, far_ns=2 * guard_ns) if team.resynchronize else None
+        self._in_step = InStep(2 * guard_ns, team.sync_contraction)
+        self._counts_slots = team.topology == "told"    # so all robots number the slots of one schedule
         self._watch = AgeWatch(team.oldest_value_ns, round(team.guard_s * 1e9))
         self._watching = team.oldest_value_ns < 0 or not team.sure     # else `check` proved that no value is too old
         self._since_ns = 0                      # local time from which the schedule is in force
@@ -131,6 +135,8 @@ class SyncRobot:
         if self._source.out_of_step():
             self._fall_back("somebody's control frame came in a slot that is not its own")
         if self._sync is not None:
+            for kind, detail, level in self._in_step.close_round(self._sync.errors_ns.values()):
+                self._board.event(kind, detail, level)
             correction = self._sync.close_round(self._schedule.round_ns)
             self._board.adjust_clock(correction.step_ns, correction.trim_ppm)
 
@@ -234,8 +240,10 @@ class SyncRobot:
         arrived_ns = self._board.now_ns
         layout = self._team.layout
         part = self._part_of[frame.sender]
-        slot = self._schedule.nearest_slot_of(part, arrived_ns - layout.data_airtime_ns - layout.latency_ns)
-        self._sync.heard(self._team.names[frame.sender], self._schedule.data_ns(slot.number), arrived_ns,
+        slot = self._schedule.nearest_slot_of(part, arrived_ns - layout.data_airtime_ns - layout.latency_ns).number
+        if self._counts_slots and frame.slot % self._schedule.parts == part:
+            slot = frame.slot           # a clock that was stepped may be off by rounds
+        self._sync.heard(self._team.names[frame.sender], self._schedule.data_ns(slot), arrived_ns,
                          layout.data_airtime_ns, layout.latency_ns)
 
     # --- plant and control

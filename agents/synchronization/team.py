@@ -91,6 +91,7 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
     slot_us: float = 0.0                    # without `sure`: the slot length of every topology, 0: the certified one
     layout: Layout = Layout()
     designs: list[TableEntry] = []
+    sync_contraction: float = 0.0           # largest factor of the clocks' differences per round, 0: unknown
     oldest_value_ns: int = 0                # greatest age of a value on arrival that the links allow, -1: unknown
 
     @cached_property

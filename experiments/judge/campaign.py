@@ -117,13 +117,16 @@ class Campaign:
         return [value for value in found if value is not None and not isnan(value)]
 
     def margin(self, row: Row, key: str) -> float:
-        """Return how far the figure is within its bounds, negative if beyond; nan without a figure or a bound."""
+        """Return how far the figure is within its bounds, negative if beyond; nan without a figure or a bound.
+
+        Of a formula that has to be satisfied it is the robustness.
+        """
         value, bound = row.figures.values.get(key), self.plan.bounds.get(key)
         if value is None or bound is None:
             return nan
         gaps = [gap for gap in (None if bound.min is None else value - bound.min,
                                 None if bound.max is None else bound.max - value) if gap is not None]
-        return min(gaps, default=nan)
+        return min(gaps, default=value if bound.formula else nan)
 
     def worst(self) -> dict[str, Row]:
         """Return, for each figure with a bound, the run with the least margin; the first of equals."""

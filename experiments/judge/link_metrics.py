@@ -87,6 +87,22 @@ def teeth(copies: FrameCopies, length_ns: int, links: Collection[tuple[str, ...]
                          delivered_ns[heard], offered_ns[heard], length_ns)
 
 
+def sawtooth(links: Sequence[tuple[str, ...]], copies: FrameCopies, length_ns: int) -> tuple[Ints, Ints, Ints, Ints]:
+    """Return link (an index into `links`), from_ns, to_ns and newest_ns of each piece, sorted by link and time.
+
+    A link on which nothing was ever delivered, or nothing was audible, has one piece with the age t.
+    """
+    place = {link: k for k, link in enumerate(links)}
+    of_name = np.array([place.get(name, -1) for name in copies.link.names], dtype=np.int64)
+    found = [(of_name[some.link], some.from_ns, some.to_ns, some.newest_ns)
+             for some in teeth(copies, length_ns, place)]
+    silent = np.setdiff1d(np.arange(len(links)), [link for some in found for link in np.unique(some[0])])
+    found.append((silent, np.zeros_like(silent), np.full_like(silent, length_ns), np.zeros_like(silent)))
+    link, from_ns, to_ns, newest_ns = (np.concatenate(columns) for columns in zip(*found, strict=True))
+    order = np.argsort(link, kind="stable")
+    return link[order], from_ns[order], to_ns[order], newest_ns[order]
+
+
 def age_of_information(copies: FrameCopies, length_ns: int) -> LinkAges:
     links: list[LinkName] = []
     max_s, mean_s = [np.zeros(0)], [np.zeros(0)]

@@ -13,6 +13,8 @@ is misspelt, or the program does not declare it and never counted.
 With a pattern that matches several nodes the bound applies to each of them. The value shown is that of the node nearest
 to the bound, or furthest beyond it (without a bound the largest, for `min` the smallest).
 
+A formula of temporal logic has its robustness as its value (see `experiments.judge.formula.robustness`).
+
 A guarantee's figures are those that its monitor found (see `experiments.judge.monitors`); it is judged only once.
 
 A figure that cannot be measured (no frames, no such samples, a run that ended before) is nan; its verdict has no value
@@ -29,6 +31,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.judge.costs import NotAccrued
+from experiments.judge.costs.accrued import accrued, parts_of
+from experiments.judge.formula.robustness import FormulaError, NotMeasured, robustness
 from experiments.judge.frame_copies import FrameCopies
 from experiments.judge.link_metrics import (
     NS_PER_S,
@@ -45,6 +50,7 @@ from experiments.scenario.fate_keys import FATE_OF, NOT_DELIVERED
 from experiments.scenario.metric_keys import (
     LATENESS,
     SPREAD_LAST,
+    CostKey,
     CountKey,
     GuaranteeKey,
     LedgerKey,
@@ -63,7 +69,10 @@ __all__ = ["Bound", "UnknownKeys", "evaluate", "measure", "unknown_keys"]
 
 
 class Bound(Protocol):
-    """A closed interval, in which None is no bound. `during_ns` is the part [start, end) of the run that is judged."""
+    """A closed interval, in which None is no bound. `during_ns` is the part [start, end) of the run that is judged.
+
+    With a `formula`, it is on its robustness; `links` has the links of each selector in it.
+    """
 
     @property
     def min(self) -> float | None: ...
@@ -74,13 +83,20 @@ class Bound(Protocol):
     @property
     def during_ns(self) -> tuple[int, int] | None: ...
 
+    @property
+    def formula(self) -> str: ...
+
+    @property
+    def links(self) -> Mapping[str, Sequence[tuple[str, str, str]]]: ...
+
 
 def evaluate(expect: Mapping[str, Bound], data: RunData) -> list[Verdict]:
     """Return one verdict per key, in the order of `expect`.
 
     A key that names nothing in this run does not hold, and its verdict has the reason.
     """
-    return [_verdict(key, bound, data) for key, bound in expect.items()]
+    return [_of_formula(key, bound, data) if bound.formula else _verdict(key, bound, data)
+            for key, bound in expect.items()]
 
 
 def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
@@ -101,24 +117,44 @@ def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
             counts = [data.counters[node][counter] for node in matching(pattern, data.counters)
                       if counter in data.counters[node]]
             return float(sum(counts)) if counts else math.nan
+        case CostKey(name, node) if name in (known := parts_of(data)) and (not node or node in known[name]):
+            try:
+                return float(accrued(name, node, data).last[-1])
+            except NotAccrued:
+                return math.nan
         case RealTimeKey(figure):
             told = (data.run.get("real_time") or {}).get(LATENESS[figure], math.nan)
             return float(told) / NS_PER_S if figure.endswith("_s") else float(told)
         case GuaranteeKey(name, figure) if figure in _known_guarantees(data).get(name, ()):
             return _of_guarantee(data.guarantees.get(name), figure.removesuffix("_s"))
-    raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))))
+    raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data),
+                                             parts_of(data))))
 
 
 def _verdict(key: str, bound: Bound, data: RunData) -> Verdict:
-    unknown = unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data))
+    unknown = unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data), parts_of(data))
     why = unknown[0].removeprefix(f"expect.{key}: ") if unknown else uncounted(key, data.counters)
     if isinstance(parse(key), RealTimeKey) and not data.run.get("real_time"):
         why = "lateness is that of a run in real time: run it with --real-time"
     value = math.nan if why else measure(key, data, bound)
     if math.isnan(value):
         return Verdict(key, None, bound.min, bound.max, holds=False, why=why)
-    holds = (bound.min is None or value >= bound.min) and (bound.max is None or value <= bound.max)
-    return Verdict(key, value, bound.min, bound.max, holds)
+    unit = data.scenario["costs"][asked.name]["unit"] if isinstance(asked := parse(key), CostKey) else ""
+    return Verdict(key, value, bound.min, bound.max, _within(value, bound), unit=unit)
+
+
+def _of_formula(key: str, bound: Bound, data: RunData) -> Verdict:
+    try:
+        found = robustness(data, bound.formula, bound.links)
+    except (NotMeasured, FormulaError) as error:
+        return Verdict(key, None, bound.min, bound.max, False, str(error), bound.formula)
+    holds = found.satisfied if bound.min is None and bound.max is None else _within(found.value, bound)
+    return Verdict(key, found.value, bound.min, bound.max, holds, "", bound.formula, found.unit,
+                   round(found.time_s * NS_PER_S), found.predicate, ", ".join(found.subjects))
+
+
+def _within(value: float, bound: Bound) -> bool:
+    return (bound.min is None or value >= bound.min) and (bound.max is None or value <= bound.max)
 
 
 def _of_ledger(metric: str, copies: FrameCopies, data: RunData) -> float:
@@ -150,7 +186,7 @@ def _largest(values: NDArray[np.float64]) -> float:
 
 def _of_signals(wanted: SignalKey, data: RunData, bound: Bound | None) -> float:
     tables = [data.signals[node] for node in matching(wanted.nodes, data.signals)]
-    columns = [_during(table, bound).column(wanted.signal) for table in tables if wanted.signal in table.names]
+    columns = [_during(table, bound).sampled(wanted.signal)[1] for table in tables if wanted.signal in table.names]
     if not columns or not all(column.size for column in columns):
         return math.nan
     if wanted.statistic == SPREAD_LAST:

@@ -25,7 +25,7 @@ from experiments.judge.run_files import GUARANTEES, LEDGER, RUN, SCENARIO, SUMMA
 from netem.records.events import Event
 from netem.records.journal import journal_of
 from netem.records.ledger_file import read_metadata
-from netem.records.signal_table import SignalTable
+from netem.records.signal_table import SignalTable, with_deaths
 from netem.records.signals import FILE as SIGNALS
 from netem.records.signals import Recording, read_recording
 
@@ -77,7 +77,8 @@ def load_run(run_dir: Path) -> RunData:
     recording = _recording(run_dir / SIGNALS, missing)
     if not scenario and recording.scenario:
         scenario = msgspec.json.decode(recording.scenario, type=Json)
-    signals = derive(scenario.get("derived") or {}, recording.signals, Path(scenario.get("path", "")).parent, missing)
+    tables = with_deaths(recording.signals, run.get("dead_ns") or {})
+    signals = derive(scenario.get("derived") or {}, tables, Path(scenario.get("path", "")).parent, missing)
     return RunData(_length_ns(scenario, run, ledger, recording), ledger, signals, run.get("counters") or {},
                    recording.events, scenario, summary, run, metadata, missing,
                    _guarantees(run_dir, missing) if scenario.get("guarantees") else {})

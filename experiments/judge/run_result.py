@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from experiments.judge.monitors.outcome import Standing
+from experiments.judge.monitors.outcome import Standing, seconds
 from experiments.scenario.fate_keys import in_words
 
 
@@ -46,6 +46,11 @@ class Verdict(msgspec.Struct, frozen=True):
     max: float | None
     holds: bool
     why: str = ""               # reason why it has no value, "" if that is unknown
+    formula: str = ""           # of which `value` is the robustness; "" for a figure
+    unit: str = ""              # of that robustness
+    at_ns: int | None = None    # the instant that decides it
+    predicate: str = ""         # the comparison that decides it
+    subject: str = ""           # the link or signal that counts there, if the comparison is about several
 
     def by_how_much(self) -> str:
         """The reason why it does not hold, "" if it does."""
@@ -53,11 +58,20 @@ class Verdict(msgspec.Struct, frozen=True):
             return ""
         if self.value is None:
             return self.why or "the run has no such figure"
+        if self.formula and self.min is None and self.max is None:
+            return f"violated by {abs(self.value):.6g}{f' {self.unit}' if self.unit else ''}, {self.decided()}"
         if self.min is not None and self.value < self.min:
             return f"{self.min - self.value:.6g} below the least allowed, {self.min:.6g}"
         if self.max is not None and self.value > self.max:
             return f"{self.value - self.max:.6g} above the most allowed, {self.max:.6g}"
         return "the run has nothing to measure it by"
+
+    def decided(self) -> str:
+        """The comparison that decides a formula, with its instant; "" for a figure, and for a formula without value."""
+        if self.at_ns is None:
+            return ""
+        where = f", on {self.subject}" if self.subject else ""
+        return f"decided at {seconds(self.at_ns)} by {self.predicate}{where}"
 
 
 class Summary(msgspec.Struct, frozen=True):

@@ -1,6 +1,6 @@
 """Judges the guarantees of a scenario after its run has ended or was aborted, from samples and events kept until then.
 
-    samples, events -> kept here, samples if a guarantee is about signals or sights
+    samples, events -> kept here, samples if a guarantee is about signals, sights or a formula
     ledger closed -> monitors -> outcomes, one event for each violation -> signals closed
 
 In a run without guarantees it keeps no samples and no events.
@@ -25,9 +25,10 @@ from experiments.scenario.problems import ScenarioError, near
 from experiments.scenario.subjects import Named
 from netem.records import Feed
 from netem.records.events import Event, in_order
-from netem.records.signal_table import SignalTable
+from netem.records.signal_table import SignalTable, with_deaths
 
 Declared = Mapping[str, Sequence[tuple[str, str]]]
+Deaths = Mapping[str, Sequence[tuple[int, int]]]
 
 
 class GuaranteeWatch:
@@ -37,7 +38,7 @@ class GuaranteeWatch:
         self._events: list[Event] = []
         self._declared: Declared = {}
         needs = {MONITORS[guarantee.kind].ON for guarantee in scenario.guarantees.values()}
-        self._samples = KeptSamples() if needs & {Named.SIGNALS, Named.SIGHTS} else None
+        self._samples = KeptSamples() if needs & {Named.SIGNALS, Named.SIGHTS, Named.FORMULA} else None
         if self._samples is not None:
             feed.samples.append(self._samples.append)
         if scenario.guarantees:
@@ -83,18 +84,22 @@ class GuaranteeWatch:
                        f"program records no signal {output!r}; it has to sample where it is under the names of the "
                        f"plant's outputs")
 
-    def judge(self, copies: FrameCopies, reached_ns: int) -> list[Outcome]:
-        """Judge the guarantees over [0, reached_ns) by the frame copies of the run; record an event per violation."""
+    def judge(self, copies: FrameCopies, reached_ns: int, dead_ns: Deaths) -> list[Outcome]:
+        """Judge the guarantees over [0, reached_ns) by the frame copies of the run; record an event per violation.
+
+        `dead_ns` are the intervals [start, end) in which faults had killed nodes, by node.
+        """
         sights = {name: medium.settings for name, medium in self._scenario.media.items() if medium.settings.poses()}
-        records = Records(reached_ns, copies, self._signals(), in_order(self._events), sights)
+        records = Records(reached_ns, copies, self._signals(dead_ns), in_order(self._events), sights)
         outcomes = judge(self._scenario.guarantees, records)
         for event in events(outcomes):
             self._feed.event(event)
         self.standings = [outcome.standing for outcome in outcomes]
         return outcomes
 
-    def _signals(self) -> dict[str, SignalTable]:
+    def _signals(self, dead_ns: Deaths) -> dict[str, SignalTable]:
         if self._samples is None:
             return {}
         derived = {name: msgspec.to_builtins(spec) for name, spec in self._scenario.derived.items()}
-        return derive(derived, self._samples.tables(self._declared), self._scenario.folder, [])
+        tables = with_deaths(self._samples.tables(self._declared), dead_ns)
+        return derive(derived, tables, self._scenario.folder, [])

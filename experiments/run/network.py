@@ -10,13 +10,14 @@ from functools import partial
 from typing import Any
 
 from experiments.scenario.impairment_kind import impairment_class
-from experiments.scenario.model import Scenario, positions
+from experiments.scenario.model import ImpairmentSpec, Scenario, positions
 from netem.core.agenda import Agenda
 from netem.core.link_name import LinkName
 from netem.core.random_streams import stream
 from netem.impairments import Impairment
 from netem.impairments.construct import construct_impairment
 from netem.impairments.recordings import Recordings
+from netem.impairments.shared import Shared
 from netem.impairments.window import Window
 from netem.media.links import Deliver, Links
 from netem.media.medium import Medium
@@ -61,15 +62,22 @@ class Network:
 
 
 def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
-    """Return the impairments of each directed link, in the order of the scenario, each with its own random stream."""
+    """Return the impairments of each directed link, in the order of the scenario.
+
+    Each has its own random stream on each link, or one for all links if they share it.
+    """
     pipelines: dict[LinkName, list[tuple[str, Impairment]]] = {}
     recordings = Recordings()
     for spec in scenario.impairments:
         kind = impairment_class(spec.kind, scenario.folder)
+        shared: Any = Shared(_impairment(scenario, spec, kind, "shared", recordings)) if spec.shared else None
         for link in spec.links:
-            place = f"{spec.called}/{link[0]}: {link[1]} -> {link[2]}"
-            impairment: Any = construct_impairment(kind, spec.fields, stream(scenario.seed, place), recordings)
-            if spec.windows_ns:
-                impairment = Window(impairment, spec.windows_ns)
+            impairment = shared or _impairment(scenario, spec, kind, f"{link[0]}: {link[1]} -> {link[2]}", recordings)
             pipelines.setdefault(link, []).append((f"{spec.called} {spec.kind}", impairment))
     return pipelines
+
+
+def _impairment(scenario: Scenario, spec: ImpairmentSpec, kind: Any, place: str, recordings: Recordings) -> Any:
+    rng = stream(scenario.seed, f"{spec.called}/{place}")
+    impairment = construct_impairment(kind, spec.fields, rng, recordings)
+    return Window(impairment, spec.windows_ns) if spec.windows_ns else impairment

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 
@@ -27,12 +27,13 @@ from fmus.description import PlantDescription
 from fmus.input_faults import Change
 from fmus.plant import Plant
 from netem.core.random_streams import stream
-from netem.media.sensing.sight import Body, pack_body
 from netem.node.named import Named
 from netem.node.node import Node
 from netem.node.outside_guard import guarded
 from netem.wire.instants import NEVER_NS
 from netem.wire.messages import Life
+
+NOISE_SEED: Final = "noise_seed"        # parameter of a plant with a random path; drawn unless the scenario sets it
 
 
 class PlantSpecification(msgspec.Struct, frozen=True):
@@ -47,7 +48,7 @@ class Shown(msgspec.Struct, frozen=True):
 
     medium: str
     period_ns: int
-    outputs: tuple[str, ...]            # x, y, heading or x, y, z, heading
+    outputs: tuple[str, ...]
 
 
 class NodeSpecification(msgspec.Struct, frozen=True):
@@ -176,17 +177,6 @@ def _boot(node: Node, life: Life, clock: LocalClock, begin: Callable[[], None]) 
                          "opens its ports in the same way in each of its lives")
 
 
-def _show(node: Node, plant: Plant, shown: Shown) -> None:
-    group = plant.output_group(list(shown.outputs))
-
-    def pose(true_ns: int) -> bytes:
-        plant.advance_to(true_ns)
-        values = group.read()
-        return pack_body(Body(*values) if len(values) == 4 else Body(values[0], values[1], 0.0, values[2]))
-
-    node.show(shown.medium, shown.period_ns, pose)
-
-
 def _begin_blocking(specification: NodeSpecification, node: Any, board: Board, at_end: ExitStack | None) -> None:
     assert at_end is not None, "blocking code needs a process of its own"
     from firmware_sim.blocking.own_process import own_process
@@ -208,11 +198,14 @@ def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:
 def _plant(specification: NodeSpecification, node: Node, record: CallRecord | None) -> Plant | None:
     if specification.plant is None:
         return None
-    plant = Plant(specification.plant.description, specification.name, specification.plant.start,
-                  specification.plant.step_ns, present=node.present_ns, on_end=node.end_run, record=record,
-                  mortal=specification.mortal)
+    start, description = specification.plant.start, specification.plant.description
+    if NOISE_SEED in description.variables and NOISE_SEED not in start:
+        rng = stream(specification.seed, f"agents.{specification.name}.plant")
+        start = {**start, NOISE_SEED: int(rng.random() * 2**31)}
+    plant = Plant(description, specification.name, start, specification.plant.step_ns, present=node.present_ns,
+                  on_end=node.end_run, record=record, mortal=specification.mortal)
     for shown in specification.shown:
-        _show(node, plant, shown)
+        node.show(shown.medium, shown.period_ns, plant.output_group(list(shown.outputs)).read)
     return plant
 
 

@@ -31,6 +31,7 @@ from netem.records import Feed, Place
 from netem.records.events import Event, in_order
 from netem.records.ledger import Ledger, LedgerResult
 from netem.records.ledger_in_memory import LedgerInMemory
+from netem.records.signal_table import with_deaths
 
 PACKAGES = ("marconet", "eclipse-zenoh", "fmpy", "numpy", "simpy", "msgspec")
 
@@ -183,8 +184,8 @@ class FigureRecords:
 
     def data(self) -> RunData:
         missing: list[str] = []
-        signals = derive(self._resolved["derived"], self._samples.tables(self._declared), self._scenario.folder,
-                         missing)
+        tables = with_deaths(self._samples.tables(self._declared), self._standing["dead_ns"])
+        signals = derive(self._resolved["derived"], tables, self._scenario.folder, missing)
         return RunData(self._standing["reached_ns"], self.copies(), signals, self._standing["counters"],
                        in_order(self._events), self._resolved, run=self._standing, missing=missing,
                        guarantees={outcome.standing.name: outcome for outcome in self._outcomes})

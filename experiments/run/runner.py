@@ -40,6 +40,7 @@ from experiments.run.wall_clock_sleep import sleep_refused
 from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
 from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.own_modules import class_for
+from experiments.scenario.standing_robots import standing_robots
 from firmware_sim.program_settings import build_settings
 from firmware_sim.scenario_view import OwnAgent
 from fmus.build import build_model, model_folder, own_models
@@ -257,7 +258,8 @@ class _Run:
         if self.started_processor_s:
             self.processor_s = time.process_time() - self.started_processor_s
         if self.scenario.guarantees:
-            self._step(lambda: self.records.write_guarantees(self.guarantees.judge(self.records.copies(), reached_ns)))
+            self._step(lambda: self.records.write_guarantees(
+                self.guarantees.judge(self.records.copies(), reached_ns, self.conductor.dead_ns)))
         for step in self.records.finishing():
             self._step(step)
         self._step(lambda: self.records.write_standing(self._standing(reached_ns)))
@@ -350,14 +352,15 @@ class _Run:
             os._exit(0)
 
     def _warnings(self) -> list[str]:
-        return [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
+        of_records = [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
+        return [*standing_robots(self.scenario), *of_records]
 
-    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, list[str]]:
-        """Return the names of the signals of each agent and medium."""
+    def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
+        """Return the units of the signals of each agent and medium."""
         found: dict[str, Sequence[tuple[str, str]]] = {
             name: medium.signals for name, medium in self.network.media.items()}
         found |= {name: hellos[name].signals for name in self.scenario.agents}
-        return {name: [signal for signal, _ in signals] for name, signals in found.items()}
+        return {name: dict(signals) for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str, level: Level) -> None:
         self.feed.event(Event(time_ns, "", kind, detail, level, wall_clock=True))
@@ -423,7 +426,7 @@ def _can_buses(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
 
 
 def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
-    return tuple(Shown(medium, *pose) for medium in agent.media
+    return tuple(Shown(medium, pose.period_ns, pose.outputs) for medium in agent.media
                  if (pose := scenario.media[medium].settings.poses().get(agent.name)) is not None)
 
 

@@ -44,12 +44,14 @@ class Batch:
     def check(self, sources: Sequence[str], seed: int | None, duration_s: float | None,
               overrides: Sequence[str]) -> int:
         def one(source: str) -> ScenarioOutcome:
+            from experiments.scenario.standing_robots import standing_robots
             from experiments.show.text_views import print_scenario
 
             with errors_as_text(self.verbose):
                 scenario = _load(source, seed, duration_s, overrides)
                 if len(sources) == 1:
                     print_scenario(self.console, scenario)
+                _print_warnings(scenario.name, standing_robots(scenario), len(sources) == 1)
                 resolved = scenario.resolved() if self.json_key else None
                 return ScenarioOutcome(scenario.name, source, ExitCode.DONE, [], resolved=resolved)
 
@@ -136,8 +138,7 @@ class Batch:
             written = result.folder / (result.summary.report or ".")
             print_path(self.console, "report" if written.is_file() else "records",
                        written if written.is_file() else result.folder)
-        for line in result.summary.warnings:
-            print(f"warning: {line}" if in_full else f"{scenario.name}: warning: {line}", file=sys.stderr)
+        _print_warnings(scenario.name, result.summary.warnings, in_full)
         problems = what_does_not_hold(result.summary)
         for line in problems:
             print(line if in_full else f"{scenario.name}: {line}", file=sys.stderr)
@@ -188,6 +189,11 @@ def run_folder(scenario: Scenario, out: Path | None) -> Path:
     if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not SCENARIO.is_in(folder))):
         raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
     return folder
+
+
+def _print_warnings(scenario: str, warnings: Sequence[str], in_full: bool) -> None:
+    for line in warnings:
+        print(f"warning: {line}" if in_full else f"{scenario}: warning: {line}", file=sys.stderr)
 
 
 def _folder_names(sources: Sequence[str]) -> dict[str, str]:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
 from typing import Any, Literal
 
+from experiments.scenario.formula.check import Known, check, links_of
 from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.metric_keys import GUARANTEE
-from experiments.scenario.model import AgentSpec, Bound, DerivedSpec, GuaranteeSpec, Link, MediumSpec
-from experiments.scenario.problems import Place, near
+from experiments.scenario.model import AgentSpec, Bound, CostSpec, DerivedSpec, GuaranteeSpec, Link, MediumSpec
+from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
-from experiments.scenario.subjects import Subject, subjects_of
+from experiments.scenario.subjects import Named, Subject, formula_subjects, subjects_of
 
 
 @dataclass(frozen=True)
@@ -27,12 +30,13 @@ class Guarantees:
     """Reads the guarantees; `built` are the media without mistakes, `length_ns` and `sample_period_ns` of the run."""
 
     def __init__(self, reading: Reading, agents: Mapping[str, AgentSpec], media: Mapping[str, MediumSpec],
-                 derived: Mapping[str, DerivedSpec], built: Mapping[str, Any], length_ns: int,
-                 sample_period_ns: int) -> None:
+                 gateways: Collection[str], derived: Mapping[str, DerivedSpec], built: Mapping[str, Any],
+                 length_ns: int, sample_period_ns: int) -> None:
         self.reading = reading
         self.problems = reading.problems
         self.agents = agents
         self.media = media
+        self.gateways = gateways
         self.derived = derived
         self.built = built
         self.length_ns = length_ns
@@ -40,9 +44,13 @@ class Guarantees:
 
     def read(self, tables: Mapping[str, Any]) -> dict[str, GuaranteeSpec]:
         """Return the guarantees of known kinds, also those with mistakes, as expectations may refer to them."""
-        links = self._links() if tables else []
+        links = self.links if tables else []
         found = {name: self._guarantee(name, table, links) for name, table in tables.items()}
         return {name: guarantee for name, guarantee in found.items() if guarantee is not None}
+
+    def links_of(self, on: str) -> list[Subject]:
+        """Return the links that a selector names, of those that exist at some time of the run; ValueError if none."""
+        return subjects_of(Named.LINKS, on, self._nodes_on(), self.links, ())
 
     def _guarantee(self, name: str, table: Any, links: Collection[Link]) -> GuaranteeSpec | None:
         place: Place = ("guarantees", name)
@@ -70,7 +78,9 @@ class Guarantees:
                              cls.UNIT)
 
     def _subjects(self, cls: Any, on: str, place: Place, links: Collection[Link]) -> tuple[Subject, ...]:
-        nodes_on = {name: medium.nodes for name, medium in self.media.items()}
+        nodes_on = self._nodes_on()
+        if cls.ON is Named.FORMULA:
+            return self._formula(on, place)
         if cls.ON.name == "SIGHTS":
             links = [link for link in links if self._shows(*link)]
         try:
@@ -86,13 +96,31 @@ class Guarantees:
             self.problems.add(place, "no signal is sampled while sample_period_s is 0; give it a value", on)
         return subjects
 
-    def _shows(self, medium: str, sender: str, receiver: str) -> bool:
-        """Return whether cameras of this medium can see the sender."""
-        settings = self.media[medium].settings
-        return settings is not None and sender in settings.poses()
+    def _formula(self, on: str, place: Place) -> tuple[Subject, ...]:
+        known = self.known()
+        found = check(on, known, at_end=False)
+        for error in found:
+            self.problems.say(f"{path_text(place)}: {error.pointed()}")
+        return () if found else tuple(formula_subjects(on, links_of(on, known)))
 
-    def _links(self) -> list[Link]:
-        """Return the links that exist at some time of the run; for a medium with mistakes, all pairs of its nodes."""
+    def known(self, costs: Mapping[str, CostSpec] = MappingProxyType({})) -> Known:
+        """Return the names that formulas may use."""
+        signals: dict[str, Mapping[str, str] | None] = dict.fromkeys([*self.agents, *self.media])
+        signals |= {name: {} for name in self.gateways} | {name: spec.signals for name, spec in self.derived.items()}
+        return Known(signals, self.links_of, self.length_ns,
+                     {name: (spec.unit, spec.nodes) for name, spec in costs.items()})
+
+    def _shows(self, medium: str, sender: str, receiver: str) -> bool:
+        """Return whether the receiver has a camera on this medium that can see the sender."""
+        settings = self.media[medium].settings
+        return settings is not None and settings.camera(receiver) is not None and sender in settings.poses()
+
+    def _nodes_on(self) -> dict[str, tuple[str, ...]]:
+        return {name: medium.nodes for name, medium in self.media.items()}
+
+    @cached_property
+    def links(self) -> list[Link]:
+        """The links that exist at some time of the run; for a medium with mistakes, all pairs of its nodes."""
         found: list[Link] = []
         for name, medium in self.media.items():
             pairs = [(one, other) for one in medium.nodes for other in medium.nodes if one != other]

@@ -15,7 +15,7 @@ from experiments.scenario.shape import shape_of
 from netem.impairments.contract import complaint_about
 from netem.impairments.table import IMPAIRMENTS
 
-KEYS_OF_EVERY_KIND: Final = ("on", "during_ns", "kind", "name")
+KEYS_OF_EVERY_KIND: Final = ("on", "during_ns", "kind", "name", "shared")
 
 
 def impairment_class(kind: str, folder: Path) -> Any:

@@ -19,6 +19,7 @@ from annotated_types import Ge, Gt, Le, Lt
 
 from experiments.scenario import derived
 from experiments.scenario.agents import AgentTable
+from experiments.scenario.cost_kinds import COSTS
 from experiments.scenario.expect import SHAPE as EXPECTED
 from experiments.scenario.faults import FaultHeader
 from experiments.scenario.gateways import GatewayHeader
@@ -52,8 +53,9 @@ ABOUT: Final = {
     "faults": "what breaks and when: nodes, clocks, links",
     "derived": "signals computed from recorded ones after the run",
     "guarantees": "requirements that have to hold at every instant",
+    "costs": "figures that grow with time, such as energy",
     "records": "recorders of this run, besides those of every run",
-    "expect": "bounds on figures, judged at the end of the run",
+    "expect": "bounds on figures, and formulas of temporal logic, judged at the end of the run",
 }
 
 
@@ -75,9 +77,10 @@ def scenario_schema() -> Schema:
         "derived": _named(_table(shape_of(derived.Table))),
         "guarantees": _named(_kinds({kind: shape_of(cls) for kind, cls in MONITORS.items()},
                                     shape_of(GuaranteeHeader))),
+        "costs": _named(_kinds({kind: shape_of(cls) for kind, cls in COSTS.items()})),
         "records": {"type": "object", "additionalProperties": False,
                     "properties": {kind: _table(shape_of(RECORDERS[kind].Settings)) for kind in on_request()}},
-        "expect": {"type": "object", "additionalProperties": _table(EXPECTED)},
+        "expect": {"type": "object", "additionalProperties": {"anyOf": [{"type": "string"}, _table(EXPECTED)]}},
     }
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",

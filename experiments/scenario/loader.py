@@ -16,6 +16,7 @@ from annotated_types import Ge, Gt
 
 from experiments.scenario import overrides as overriding
 from experiments.scenario.agents import Agents
+from experiments.scenario.costs import read_costs
 from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
@@ -30,6 +31,7 @@ from experiments.scenario.records import read_records
 from experiments.scenario.sections import SECTIONS, Reading
 from experiments.scenario.shape import shape_of
 from firmware_sim.scenario_view import OwnAgent
+from netem.wire.instants import NEVER_NS
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
         Header).made
     problems.written_at = lambda place: _written_at(document, place)
     agent_reader = Agents(reading, lambda path: overriding.look_up(document, path))
-    network, on_media = Network(reading), list(tables["media"])
+    network, on_media = Network(reading, header.seed if header is not None else 0), list(tables["media"])
     if not tables["agents"] and not problems.has(("agents",)):
         problems.add(("agents",), "a scenario has at least one agent; add [agents.NAME] with its program")
     agents = {name: agent_reader.agent(name, table, tables["agents_defaults"], on_media)
@@ -89,18 +91,20 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     faults = read_faults(tables["faults"], agent_reader, agents, media, *((0, 1) if header is None else (
         header.seed, header.length_ns)), reading)
     derived = read_derived(tables["derived"], agents, reading)
-    guarantees = Guarantees(reading, agents, media, derived, network.built, *(
-        (0, 1) if header is None else (header.length_ns, header.sample_period_ns))).read(tables["guarantees"])
+    guaranteeing = Guarantees(reading, agents, media, gateways, derived, network.built, *(
+        (NEVER_NS, 1) if header is None else (header.length_ns, header.sample_period_ns)))
+    guarantees = guaranteeing.read(tables["guarantees"])
     recorded = [*agents, *gateways, *derived, *media]
     records = read_records(tables["records"], reading)
-    expect = read_expect(tables["expect"], recorded, media, guarantees, reading)
+    costs = read_costs(tables["costs"], [*agents, *derived, *media], media, derived, reading)
+    expect = read_expect(tables["expect"], recorded, media, guarantees, guaranteeing.known(costs), reading)
     if header is not None:
         check_question_signal(header.question_signal, recorded, derived, problems)
     problems.stop_if_any()
     assert header is not None
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
-                        gateways, derived, implied(guarantees) | expect, guarantees, records, faults,
+                        gateways, derived, implied(guarantees) | expect, guarantees, records, faults, costs,
                         header.question_signal)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()

@@ -8,6 +8,7 @@ after the run. An expectation whose key names no figure does not hold.
     <node>.<signal>.<statistic>     r1.y.last_abs, r*.y.abs_max        `*`, `?` and `[..]` match several nodes
     count.<node>.<counter>          count.r*.slots_missed              summed over nodes
     guarantee.<name>.<figure>       guarantee.fresh.first_violation_s  of a guarantee that the scenario states
+    cost.<name>, cost.<name>.<node>     cost.energy.r1                        of a cost that the scenario states
     real_time.<figure>              real_time.lateness_p99_s           lateness of a run in real time
 """
 
@@ -28,6 +29,7 @@ SPREAD_LAST = "spread_last"
 STATISTICS = ("first", "last", "last_abs", "min", "max", "abs_max", "mean", "rms", SPREAD_LAST)
 COUNT = "count"
 GUARANTEE = "guarantee"
+COST = "cost"
 REAL_TIME = "real_time"
 LATENESS = MappingProxyType({"lateness_median_s": "median_ns", "lateness_p99_s": "p99_ns",
                              "lateness_worst_s": "worst_ns", "overruns": "overruns"})       # as in run.json
@@ -71,7 +73,13 @@ class RealTimeKey:
     figure: str
 
 
-Key = LedgerKey | SignalKey | CountKey | GuaranteeKey | RealTimeKey
+@dataclass(frozen=True)
+class CostKey:
+    name: str
+    node: str = ""              # "": all nodes together
+
+
+Key = CostKey | LedgerKey | SignalKey | CountKey | GuaranteeKey | RealTimeKey
 
 
 def guarantee_figures(unit: str) -> tuple[str, ...]:
@@ -89,6 +97,8 @@ def parse(key: str) -> Key | None:
         return CountKey(parts[1], ".".join(parts[2:])) if len(parts) > 2 else None
     if parts[0] == GUARANTEE:
         return GuaranteeKey(parts[1], parts[2]) if len(parts) == 3 else None
+    if parts[0] == COST and len(parts) in (2, 3) and parts[-1] not in STATISTICS:
+        return CostKey(*parts[1:])
     if parts[0] == REAL_TIME:
         return RealTimeKey(parts[1]) if len(parts) == 2 and parts[1] in LATENESS else None
     if parts[-1] in STATISTICS and len(parts) > 2:
@@ -107,13 +117,15 @@ def over_a_window(key: str) -> bool:
 
 
 def unknown_keys(expect: Iterable[str], nodes: Nodes, media: Collection[str],
-                 guarantees: Mapping[str, Collection[str]] = MappingProxyType({})) -> list[str]:
+                 guarantees: Mapping[str, Collection[str]] = MappingProxyType({}),
+                 costs: Mapping[str, Collection[str]] = MappingProxyType({})) -> list[str]:
     """Return a line for each key that names no figure, with key, rule and nearest valid key.
 
-    Signals are checked if `nodes` maps each node to the names of its signals; `guarantees` maps names to figures. For
-    counters see `uncounted`.
+    Signals are checked if `nodes` maps each node to the names of its signals; `guarantees` maps names to figures,
+    `costs` to the nodes that have a part. For counters see `uncounted`.
     """
-    lines = (_complaint(key, nodes, media, guarantees) for key in expect)
+    lines = (_of_cost(key, costs) if isinstance(parse(key), CostKey) else _complaint(key, nodes, media, guarantees)
+             for key in expect)
     return [line for line in lines if line]
 
 
@@ -171,6 +183,18 @@ def _complaint(key: str, nodes: Nodes, media: Collection[str],
             if signal not in known:
                 near = f"nearest: {pattern}.{nearest(signal, known)}.{statistic}" if known else "it records none"
                 return f"expect.{key}: no node that matches {pattern!r} has a signal {signal!r}; {near}"
+    return None
+
+
+def _of_cost(key: str, costs: Mapping[str, Collection[str]]) -> str | None:
+    match parse(key):
+        case CostKey() if not costs:
+            return f"expect.{key}: there is no cost in this scenario; add [costs.NAME] with its kind"
+        case CostKey(name) if name not in costs:
+            return f"expect.{key}: there is no cost {name!r}; nearest: {COST}.{nearest(name, costs)}"
+        case CostKey(name, node) if node and node not in costs[name]:
+            near = f"nearest: {COST}.{name}.{nearest(node, costs[name])}" if costs[name] else f"write {COST}.{name}"
+            return f"expect.{key}: costs.{name} has no part for {node!r}; {near}"
     return None
 
 

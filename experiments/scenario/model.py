@@ -16,11 +16,16 @@ Window = tuple[int, int]                # [start_ns, end_ns)
 
 
 class Bound(msgspec.Struct, frozen=True):
-    """An entry of `[expect]`: min <= figure <= max, None: no bound; over [start, end) of the run, if given."""
+    """An entry of `[expect]`: min <= figure <= max, None: no bound; over [start, end) of the run, if given.
+
+    With a `formula` the figure is its robustness, and without min and max the run has to satisfy it.
+    """
 
     min: float | None = None
     max: float | None = None
     during_ns: Window | None = None
+    formula: str = ""
+    links: dict[str, tuple[Link, ...]] = {}     # those of each selector in the formula
 
 
 class PlantSpec(msgspec.Struct, frozen=True):
@@ -73,6 +78,7 @@ class ImpairmentSpec(msgspec.Struct, frozen=True):
     kind: str                           # name in the table of impairments, or "package.module:Class"
     fields: dict[str, Any]
     name: str = ""                      # name given by the author, unique; "": none
+    shared: bool = False                # one impairment for all links, instead of one for each
 
     @property
     def called(self) -> str:
@@ -123,6 +129,16 @@ class GuaranteeSpec(msgspec.Struct, frozen=True):
     unit: str                                   # unit of worst value and margin: "s", or "" for plain numbers
 
 
+class CostSpec(msgspec.Struct, frozen=True):
+    """A figure that grows with time: what `COSTS[kind](**fields)` has come to at the end."""
+
+    kind: str
+    fields: dict[str, Any]
+    unit: str                                   # "J", or "" for a plain number
+    nodes: tuple[str, ...]                      # those with a part of their own
+    signals: tuple[str, ...]                    # "node.signal" that it is computed from
+
+
 class Scenario(msgspec.Struct, frozen=True):
     name: str
     path: str
@@ -141,6 +157,7 @@ class Scenario(msgspec.Struct, frozen=True):
     guarantees: dict[str, GuaranteeSpec] = {}
     records: dict[str, Any] = {}        # instances of RECORDERS[kind].Settings, by kind
     faults: tuple[FaultSpec, ...] = ()
+    costs: dict[str, CostSpec] = {}
     question_signal: str = ""           # "node.signal", each a pattern; "": the report shows outputs first
 
     @property

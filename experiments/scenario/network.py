@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from random import Random
 from typing import Any
 
@@ -17,6 +18,7 @@ from experiments.scenario.shape import shape_of
 from experiments.scenario.units import spellings
 from netem.core import link_selector
 from netem.core.agenda import Agenda
+from netem.core.random_streams import stream
 from netem.impairments.construct import construct_impairment
 from netem.impairments.recordings import Recordings
 from netem.impairments.table import IMPAIRMENTS
@@ -32,13 +34,15 @@ class ImpairmentHeader:
     on: str
     during_ns: tuple[Any, ...] = ()
     name: str = ""
+    shared: bool = False
 
 
 class Network:
     """Reads media and impairments; `built` has the media without mistakes, built once to be asked for links."""
 
-    def __init__(self, reading: Reading) -> None:
+    def __init__(self, reading: Reading, seed: int) -> None:
         self.reading = reading
+        self.seed = seed
         self.problems = reading.problems
         self.folder = reading.folder
         self.built: dict[str, Any] = {}
@@ -64,23 +68,27 @@ class Network:
             ledger = Ledger()
             try:
                 self.built[name] = cls(name, settings, positions(nodes, agents), Agenda(), ledger,
-                                       Links(ledger, lambda *_: False, {}), Random)
+                                       Links(ledger, lambda *_: False, {}), partial(stream, self.seed))
             except ValueError as error:
                 refuse(error, rest, place, self.problems)
-        self._check_poses(settings, agents, (*place, "bodies"))
+        self._check_poses(settings, agents, nodes, (*place, *settings.poses_key))
         return MediumSpec(name, table["kind"], settings, nodes, settings.floor_plan())
 
-    def _check_poses(self, settings: MediumSettings, agents: Mapping[str, AgentSpec], place: Place) -> None:
+    def _check_poses(self, settings: MediumSettings, agents: Mapping[str, AgentSpec], nodes: Sequence[str],
+                     place: Place) -> None:
         for name, pose in settings.poses().items():
             plant = agents[name].plant if name in agents else None
-            if name in agents and plant is None:
+            if name in nodes and plant is None:
                 self.problems.add((*place, name), "a body needs a plant, whose outputs say where it is")
             if plant is not None:
-                known = plant_names(plant.fmu, self.folder).outputs
+                names = plant_names(plant.fmu, self.folder)
                 for output in pose.outputs:
-                    if output not in known:
-                        self.problems.add((*place, name), f"no such output; {near(output, dict.fromkeys(known))}",
-                                          output)
+                    if output not in names.outputs:
+                        self.problems.add((*place, name), f"no such output; "
+                                          f"{near(output, dict.fromkeys(names.outputs))}", output)
+                    elif pose.unit and names.variables[output].unit not in (None, "", pose.unit):
+                        self.problems.add((*place, name), f"has the unit {names.variables[output].unit}, expected "
+                                          f"{pose.unit}", output)
 
     def check_names(self, names: Iterable[Any]) -> None:
         """Check the names of the impairments, None for one without a name."""
@@ -127,7 +135,7 @@ class Network:
                                   table["kind"])
         links = self._links(values.get("on"), place, media)
         return ImpairmentSpec(path_text(place), values.get("on", ""), links, windows, str(kind), fields,
-                              values.get("name", ""))
+                              values.get("name", ""), values.get("shared", False))
 
     def _links(self, on: str | None, place: Place, media: Mapping[str, MediumSpec]) -> tuple[Link, ...]:
         if on is None:

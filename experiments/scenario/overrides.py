@@ -119,4 +119,4 @@ def _put(document: dict[str, Any], place: Place, value: Any, top_level: Sequence
 
 def _author_names_keys(parent: Place) -> bool:
     """Return whether the author chooses the keys of this table, rather than the file format."""
-    return parent in (("agents",), ("media",), ("guarantees",), ("expect",))
+    return parent in (("agents",), ("media",), ("guarantees",), ("costs",), ("expect",))

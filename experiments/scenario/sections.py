@@ -15,7 +15,7 @@ SECTIONS: Final[Mapping[str, tuple[type, str]]] = {     # name -> type, and the 
     "team": _TABLE, "agents": _TABLE, "agents_defaults": _TABLE, "media": _TABLE, "gateways": _TABLE,
     "impairments": (list, "expected a list: write [[impairments]]"),
     "faults": (list, "expected a list: write [[faults]]"), "derived": _TABLE, "guarantees": _TABLE,
-    "records": _TABLE, "expect": _TABLE}
+    "records": _TABLE, "costs": _TABLE, "expect": _TABLE}
 NAME_RULE: Final = "a name has letters, digits, - and _, and starts with a letter"
 
 

@@ -25,7 +25,22 @@ class Named(Enum):
     SENDERS = "medium: node"                    # (medium, node)
     SIGNALS = "node.signal"                     # (node, signal)
     EVENTS = "node.kind of event"               # (node, kind)
+    FORMULA = "formula"                         # (formula,), then (selector, medium, sender, receiver) for each link
     SIGHTS = "medium: target -> observer"       # (sensing medium, body, observer)
+
+
+def formula_subjects(formula: str, links: Mapping[str, Sequence[LinkName]]) -> list[Subject]:
+    """Return a formula, with the links of each selector in it, as the subjects of a guarantee."""
+    return [(formula,), *((selector, *link) for selector, found in links.items() for link in found)]
+
+
+def links_in_formula(subjects: Sequence[Subject]) -> tuple[str, dict[str, list[LinkName]]]:
+    """Return the formula and the links that `formula_subjects` made subjects of."""
+    (formula,), *links = subjects
+    found: dict[str, list[LinkName]] = {}
+    for selector, medium, sender, receiver in links:
+        found.setdefault(selector, []).append((medium, sender, receiver))
+    return formula, found
 
 
 _SENDER = re.compile(r"\s*(?P<medium>[^:]+?)\s*:\s*(?P<node>\S+)\s*")

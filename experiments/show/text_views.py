@@ -10,7 +10,7 @@ from experiments.judge.run_result import by_fate, lateness_in_words
 from experiments.show.console import print_table
 
 if TYPE_CHECKING:
-    from experiments.judge.run_result import Summary
+    from experiments.judge.run_result import Summary, Verdict
     from experiments.scenario import Scenario
     from experiments.show.console import Console
     from experiments.show.tables import Measured
@@ -44,8 +44,9 @@ def print_scenario(console: Console, scenario: Scenario) -> None:
     _section(console, ["guarantee", "kind", "on", "watched", "expected"], [
         (name, item.kind, item.on, str(len(item.subjects)), "to hold" if item.expected == "holds" else "violated")
         for name, item in scenario.guarantees.items()])
-    _section(console, ["expected", "at least", "at most"],
-             [(key, _number(bound.min), _number(bound.max)) for key, bound in scenario.expect.items()])
+    _section(console, ["expected", "at least", "at most", ""],
+             [(key, _number(bound.min), _number(bound.max), " ".join(bound.formula.split()))
+              for key, bound in scenario.expect.items()])
 
 
 def print_summary(console: Console, summary: Summary) -> None:
@@ -64,8 +65,14 @@ def print_summary(console: Console, summary: Summary) -> None:
         (item.name, item.requires, item.on, _quantity(item.worst, item.unit), _quantity(item.margin, item.unit),
          item.in_words()) for item in summary.guarantees])
     _section(console, ["expected", "value", "at least", "at most", ""], [
-        (verdict.key, _number(verdict.value), _number(verdict.min), _number(verdict.max),
-         "holds" if verdict.holds else f"DOES NOT HOLD: {verdict.by_how_much()}") for verdict in summary.verdicts])
+        (verdict.key, _quantity(verdict.value, verdict.unit), _number(verdict.min), _number(verdict.max),
+         _judged(verdict)) for verdict in summary.verdicts])
+
+
+def _judged(verdict: Verdict) -> str:
+    if not verdict.holds:
+        return f"DOES NOT HOLD: {verdict.by_how_much()}"
+    return f"holds, {verdict.decided()}" if verdict.decided() else "holds"
 
 
 def print_plant(console: Console, plant: PlantDescription) -> None:

@@ -174,10 +174,11 @@ def _repeat(campaign: Campaign, most: int) -> tuple[dict[int, Path], list[str]]:
     warnings: list[str] = []
     with Workers(source, host, min(jobs_of(host), max(1, len(points)))) as workers:
         for point, figures in workers.evaluate(points):
-            folder = Path(point.folder)
+            row = rows[point.number]
+            folder = campaign.folder / "runs" / f"{row.setting}-{row.seed}"
             _complete(folder, figures.failure, host)
             repeated[point.number] = folder
-            before = rows[point.number].figures.ledger_hash
+            before = row.figures.ledger_hash
             if before and figures.ledger_hash and before != figures.ledger_hash:
                 warnings.append(f"run {point.number} (seed {point.seed}): repeated, it has another ledger hash: a "
                                 "program uses what is not of the scenario, such as the time, or its files have changed")

@@ -12,7 +12,8 @@ from typing import Final
 
 from netem.wire.instants import NEVER_NS
 
-# Order at one instant: transmissions end, then timers of the media run, then new offers are made.
+# Order at one instant: nodes show where they are, transmissions end, timers of the media run, then offers are made.
+SHOW: Final = -1
 END_OF_FRAME: Final = 0
 TIMER: Final = 1
 OFFER: Final = 2

@@ -9,9 +9,12 @@ from hashlib import blake2b
 
 
 class Frame:
-    """One offer of a node, from then on followed by its medium. `digest` is the 8-byte BLAKE2b hash of `data`."""
+    """One offer of a node, from then on followed by its medium. `digest` is the 8-byte BLAKE2b hash of `data`.
 
-    __slots__ = ("data", "digest", "end_ns", "medium", "number", "offered_ns", "on_air_ns", "sender")
+    A medium that may let the frame wait keeps its intended receivers at the offer in `offered_to`.
+    """
+
+    __slots__ = ("data", "digest", "end_ns", "medium", "number", "offered_ns", "offered_to", "on_air_ns", "sender")
 
     def __init__(self, medium: str, sender: str, number: int, offered_ns: int, data: bytes, on_air_ns: int = -1,
                  end_ns: int = -1) -> None:
@@ -21,5 +24,6 @@ class Frame:
         self.offered_ns = offered_ns
         self.data = data
         self.digest: bytes = blake2b(data, digest_size=8).digest()
+        self.offered_to: tuple[str, ...] = ()
         self.on_air_ns = on_air_ns      # instant at which its first bit is sent, -1 until then
         self.end_ns = end_ns            # first instant after its last bit, -1 until that is known

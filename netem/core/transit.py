@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import msgspec
 
+from netem.core.frame import Frame
+
 
 class Transit(msgspec.Struct, gc=False):
     """One copy of a frame on one directed link. An impairment yields a changed copy with `msgspec.structs.replace`.
@@ -19,3 +21,4 @@ class Transit(msgspec.Struct, gc=False):
     corrupt: bool = False
     copy: int = 0               # 0 the original, 1.. duplicates
     undetected: bool = False    # corrupt, and no checksum finds it
+    frame: Frame | None = None  # of which it is a copy, the same object on all links; None in tests of one link

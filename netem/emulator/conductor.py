@@ -3,7 +3,7 @@
     1  t0 = the earliest instant at which any node can make an offer
     2  H  = min over media of lookahead(t0): the earliest instant at which an offer at or after t0 can reach a node
     3  one grant (H, deliveries) to each node that can make an offer before H, in parallel; no other is contacted
-    4  one report from each: offers, new promise, samples
+    4  one report from each: offers, what it shows to media, new promise, samples
     5  offers go to the media in the order (time, node name, sequence); the media run up to H
 
 Source: Chandy and Misra 1979 (conservative simulation), with the promise as the lookahead of a node.
@@ -22,9 +22,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from heapq import heappop, heappush
+from math import isfinite
 from typing import Any
 
-from netem.core.agenda import OFFER, Agenda
+from netem.core.agenda import OFFER, SHOW, Agenda
 from netem.emulator.seat import Seat
 from netem.gateways.pace import Pace
 from netem.media.medium import Medium
@@ -295,7 +296,21 @@ class Conductor:
                         raise self._broken_promise(seat, sequence, report, limit_ns)
                     offer = self.media[seat.media[port]].offer
                     self.agenda.at(time_ns, OFFER, name, partial(offer, name, data, time_ns))
+            if report.shown:
+                self._show(seat, report, limit_ns)
             self._keep(seat, report, horizon_ns)
+
+    def _show(self, seat: Seat, report: Report, limit_ns: int) -> None:
+        """Schedule what a node shows to its media, before all else that happens at the same instants."""
+        for time_ns, port, values in report.shown:
+            medium = self.media[seat.media[port]] if 0 <= port < len(seat.media) else None
+            pose = medium.poses.get(seat.name) if medium is not None else None
+            if medium is None or pose is None or len(values) != len(pose.outputs) or not all(map(isfinite, values)) \
+                    or not seat.earliest_ns <= time_ns < limit_ns or time_ns % pose.period_ns:
+                raise NodeFailure(seat.name, f"shows nonsense in window {report.window}: {len(values)} numbers on port "
+                                  f"{port} at {time_ns} ns, expected what its medium asks for, finite, at a multiple "
+                                  f"of its period in [{seat.earliest_ns}, {limit_ns}) ns", last_report=seat.standing())
+            self.agenda.at(time_ns, SHOW, seat.name, partial(medium.show, seat.name, values, time_ns))
 
     def _hand_out_faults(self, grants: list[tuple[str, Grant]]) -> None:
         of_node = dict(grants)

@@ -13,7 +13,9 @@ from netem.impairments.corrupt import Corrupt
 from netem.impairments.delay import Delay
 from netem.impairments.duplicate import Duplicate
 from netem.impairments.four_state_loss import FourStateLoss
+from netem.impairments.gemodel import Gemodel
 from netem.impairments.gilbert_elliott import GilbertElliott
+from netem.impairments.gilbert_elliott_by_time import GilbertElliottByTime
 from netem.impairments.rate_limit import RateLimit
 from netem.impairments.reorder import Reorder
 from netem.impairments.scripted_loss import ScriptedLoss
@@ -25,7 +27,9 @@ IMPAIRMENTS: dict[str, type[Any]] = {
     "delay": Delay,
     "duplicate": Duplicate,
     "four_state_loss": FourStateLoss,
+    "gemodel": Gemodel,
     "gilbert_elliott": GilbertElliott,
+    "gilbert_elliott_by_time": GilbertElliottByTime,
     "rate_limit": RateLimit,
     "reorder": Reorder,
     "scripted_loss": ScriptedLoss,

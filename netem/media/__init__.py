@@ -33,6 +33,7 @@ class MediumSettings:
 
     strikable: ClassVar[frozenset[str]] = frozenset({"links"})      # parts that faults strike: Fault.strikes
     carries_can_frames: ClassVar[bool] = False      # True: a program opens its port with python-can
+    poses_key: ClassVar[Sequence[str]] = ("bodies",)    # where a scenario names what `poses` returns
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
         """Return tables of bounds and load, computed before the run, for the medium `medium` between `nodes`."""
@@ -51,8 +52,12 @@ class MediumSettings:
         return {}
 
     def poses(self) -> Mapping[str, ShownPose]:
-        """Return, by node, the outputs of its plant that the medium reads; errors in them name the key `bodies`."""
+        """Return, by node, the outputs of its plant that the medium reads; errors in them name `poses_key`."""
         return {}
+
+    def standing(self, nodes: Sequence[str]) -> Collection[str]:
+        """Return the nodes that the medium takes to stand at a constant position, from which it computes links."""
+        return ()
 
     def camera(self, observer: str) -> Camera | None:
         """Return the camera by which `observer` sees the nodes of `poses`; None if it has none."""

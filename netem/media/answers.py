@@ -14,7 +14,8 @@ class ShownPose(NamedTuple):
     """Outputs of a node's plant that a medium reads at 0, period, 2 period, ..."""
 
     period_ns: int
-    outputs: tuple[str, ...]        # x, y, heading or x, y, z, heading
+    outputs: tuple[str, ...]        # as the medium's settings explain them
+    unit: str | None = None         # that each output has, if the plant names its unit; None: any
 
 
 class Camera(NamedTuple):

@@ -13,7 +13,9 @@ Invariants:
 - `_on_air` holds exactly the frames with start <= now < end, at most one of each sender;
 - frames end before timers run before frames start, at one instant (the agenda's priorities).
 
-Not modelled: propagation time, several channels, a transmission that is cut short.
+With propagation times in the topology the intervals at each node are later by the time of the way (propagation.py).
+
+Not modelled: several channels, a transmission that is cut short.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from random import Random
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from mypy_extensions import mypyc_attr
 
@@ -31,13 +33,18 @@ from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.media.decoding.on_air import OnAir
 from netem.media.jammer import Jammer, cause_of
+from netem.media.level_errors import LevelErrors
 from netem.media.links import Links
 from netem.media.mac.table import MACS
 from netem.media.medium import Medium
+from netem.media.propagation import Propagation
 from netem.media.radio_settings import RadioSettings
 from netem.records.ledger import Ledger
 from netem.topology import Position, Site
 from netem.topology.reach import Reach
+from netem.wire.instants import NEVER_NS
+
+BIT_ERRORS: Final = "bit errors"        # the cause of a copy that was corrupted on the air
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
@@ -50,9 +57,11 @@ class BroadcastRadio(Medium):
         radio = settings.radio()
         at_m = {node: at for node, at in nodes.items() if at is not None} if isinstance(nodes, Mapping) else {}
         super().__init__(name, nodes)
+        self.poses = settings.poses()
         self.radio = radio
         self.agenda = agenda
-        self.topology = settings.topology.over(Site(self.nodes, at_m, radio.tx_power_dbm, radio.sensitivity_dbm))
+        self.topology = settings.topology.over(Site(self.nodes, at_m, radio.tx_power_dbm, radio.sensitivity_dbm,
+                                                    lambda place: rng_for(f"media.{name}.{place}")))
         self._reach_at = self.topology.reach_at
         self._ledger = ledger
         self._links = links
@@ -72,31 +81,43 @@ class BroadcastRadio(Medium):
         self._submit = self._mac.submit
         self._senses = self._mac.senses
         self._min_wait_ns = self._mac.min_wait_ns
+        self._errors: LevelErrors | None = None
+        if settings.bit_errors is not None and radio.bit_rate_bps is not None:
+            self._errors = LevelErrors(settings.bit_errors, radio.bit_rate_bps, radio.header_bits,
+                                       lambda link: rng_for(f"media.{name}.bit_errors.{link}"))
+        self._propagation = Propagation(self, agenda) if self.topology.propagates else None
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
         number = self._numbers.get(sender, 0)
         self._numbers[sender] = number + 1
         frame = Frame(self.name, sender, number, now_ns, data)
-        self._ledger.expect(len(self._reach_at(sender, now_ns).receivers), self.name)
+        receivers = self._reach_at(sender, now_ns).receivers
+        frame.offered_to = receivers
+        self._ledger.expect(len(receivers), self.name)
         if self._max_bytes is not None and len(data) > self._max_bytes:
             self.drop(frame, Fate.MALFORMED, f"longer than {self._max_bytes} bytes")
         else:
             self._submit(frame, now_ns)
+
+    def show(self, node: str, values: Sequence[float], now_ns: int) -> None:
+        self.topology.show(node, tuple(values), now_ns)
 
     def lookahead_ns(self, t0_ns: int) -> int:
         """As in `Medium`, for t0_ns no later than the agenda's next event."""
         first_ns = t0_ns + self._shortest_ns
         if self._min_wait_ns and not self._mac.waiting():
             first_ns += self._min_wait_ns
+        if self._propagation is not None:
+            return max(min(first_ns, self._propagation.next_ns(NEVER_NS) + self._latency_ns), t0_ns)
         if self._on_air:
             first_end_ns = min([flight.end_ns for flight in self._on_air.values()])
             return max(min(first_ns, first_end_ns + self._latency_ns), t0_ns)
         return first_ns
 
     def finish(self, end_ns: int) -> None:
-        for flight in self._on_air.values():
-            for receiver in flight.reach.receivers:
-                self._ledger.close(flight.frame, receiver, Fate.UNFINISHED, cause="on the air")
+        under_way = [(flight, receiver) for flight in self._on_air.values() for receiver in flight.reach.receivers]
+        for flight, receiver in under_way if self._propagation is None else self._propagation.undecided():
+            self._ledger.close(flight.frame, receiver, Fate.UNFINISHED, cause="on the air")
         for frame in self._mac.waiting():
             self.drop(frame, Fate.UNFINISHED, "waiting")
         self._on_air.clear()
@@ -116,7 +137,8 @@ class BroadcastRadio(Medium):
     def take_fault(self, how: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
                    end_ns: int) -> str:
         position = self.topology.position
-        if fields["holds"] is not None and all(position(node, start_ns) is None for node in self.nodes):
+        if fields["holds"] is not None and not self.topology.moves and all(
+                position(node, start_ns) is None for node in self.nodes):
             return "no node stands anywhere, so none is in the zone: give nodes at_m = [x, y]"
         named = frozenset(node for pattern in fields["nodes"] for node in link_pattern.matching(pattern, self.nodes))
         lasts_ns = end_ns - start_ns
@@ -131,12 +153,12 @@ class BroadcastRadio(Medium):
         begins_ns, ends_ns = jammer.burst(number)
         nodes = [node for node in self.nodes if jammer.hears(node, begins_ns)]
         for node in nodes:
-            self._carrier_begins(node, begins_ns)
+            self.carrier_begins(node, begins_ns)
         self.agenda.at(ends_ns, END_OF_FRAME, self.name, partial(self._end_burst, jammer, number, nodes))
 
     def _end_burst(self, jammer: Jammer, number: int, nodes: Sequence[str]) -> None:
         for node in nodes:
-            self._carrier_ends(node, self.agenda.now_ns)
+            self.carrier_ends(node, self.agenda.now_ns)
         next_ns = jammer.burst(number + 1)[0]
         if next_ns < jammer.end_ns:
             self.agenda.at(next_ns, OFFER, self.name, partial(self._begin_burst, jammer, number + 1))
@@ -154,7 +176,7 @@ class BroadcastRadio(Medium):
         assert sender not in self._on_air, f"{self.name}: {sender} starts a frame at {now_ns} ns during another"
         reach = self._reach_at(sender, now_ns)
         if now_ns != frame.offered_ns:
-            self._ledger.expect(len(reach.receivers) - len(self._offered_to(frame)), self.name)
+            self._ledger.expect(len(reach.receivers) - len(frame.offered_to), self.name)
         size = len(frame.data)
         airtime_ns = self._airtimes_ns.get(size)
         if airtime_ns is None:
@@ -163,11 +185,13 @@ class BroadcastRadio(Medium):
         frame.on_air_ns = now_ns
         frame.end_ns = end_ns
         flight = OnAir(sender, frame, reach, now_ns, end_ns)
+        if self._propagation is not None:
+            self._propagation.start(flight, overlaps=self._overlaps_matter, sensed=self._senses)
         if end_ns == now_ns:
             self._receive(flight)
             self._mac.sent(sender, now_ns)
             return
-        if self._on_air and self._overlaps_matter:
+        if self._on_air and self._overlaps_matter and self._propagation is None:
             for other in self._on_air.values():
                 other.rivals.append(flight)
                 flight.rivals.append(other)
@@ -177,17 +201,15 @@ class BroadcastRadio(Medium):
             self._raise_carrier(flight)
 
     def drop(self, frame: Frame, fate: Fate, cause: str = "") -> None:
-        for receiver in self._offered_to(frame):
+        for receiver in frame.offered_to:
             self._ledger.close(frame, receiver, fate, cause=cause)
-
-    def _offered_to(self, frame: Frame) -> tuple[str, ...]:
-        return self._reach_at(frame.sender, frame.offered_ns).receivers
 
     def _end(self, flight: OnAir) -> None:
         sender = flight.sender
         del self._on_air[sender]
         self._receive(flight)
-        flight.rivals.clear()           # two frames that overlap name each other: a cycle that outlives both
+        if self._propagation is None:
+            flight.rivals.clear()       # two frames that overlap name each other: a cycle that outlives both
         if self._senses:
             self._lower_carrier(flight)
         self._mac.sent(sender, flight.end_ns)
@@ -198,7 +220,9 @@ class BroadcastRadio(Medium):
         receive, checksum = self._links.receive, self._checksum
         for tap in self.taps:
             tap.frame(frame, flight.end_ns)
-        clear = not flight.rivals and not reach.too_weak and not self._jammers
+        if self._propagation is not None:
+            return
+        clear = not flight.rivals and not reach.too_weak and self._errors is None and not self._jammers
         for receiver in reach.receivers:
             fate = None if clear else self._fate(flight, reach, receiver)
             if fate is None and self._jammers and (
@@ -207,37 +231,53 @@ class BroadcastRadio(Medium):
             elif fate is None:
                 receive(frame, receiver, arrival_ns, checksum=checksum)
             else:
-                self._ledger.close(frame, receiver, fate)
+                self._ledger.close(frame, receiver, fate, cause=BIT_ERRORS if fate is Fate.CORRUPTED else "")
+
+    def receive(self, flight: OnAir, receiver: str, now_ns: int) -> None:
+        """Decide one copy at `now_ns`, when the last bit of `flight` has reached the receiver."""
+        fate = self._fate(flight, flight.reach, receiver)
+        if fate is None and self._jammers and (
+                cause := cause_of(self._jammers, receiver, now_ns - (flight.end_ns - flight.start_ns), now_ns)):
+            self._ledger.close(flight.frame, receiver, Fate.JAMMED, cause=cause)
+        elif fate is None:
+            self._links.receive(flight.frame, receiver, now_ns + self._latency_ns, checksum=self._checksum)
+        else:
+            self._ledger.close(flight.frame, receiver, fate, cause=BIT_ERRORS if fate is Fate.CORRUPTED else "")
+
+    def carrier_begins(self, node: str, now_ns: int) -> None:
+        count = self._carriers.get(node, 0)
+        self._carriers[node] = count + 1
+        if count == 0:
+            self._mac.heard(node, now_ns)
+
+    def carrier_ends(self, node: str, now_ns: int) -> None:
+        self._carriers[node] -= 1
+        if self._carriers[node] == 0:
+            self._mac.cleared(node, now_ns)
 
     def _fate(self, flight: OnAir, reach: Reach, receiver: str) -> Fate | None:
         """Return the fate of a copy that `receiver` does not decode, else None; DEAF precedes TOO_WEAK."""
         if receiver not in reach.too_weak:
-            return self._decoding.fate(flight, receiver)
+            fate = self._decoding.fate(flight, receiver)
+            if fate is None and self._errors is not None and self._errors.hit(
+                    flight.sender, receiver, reach.rx_dbm[receiver], len(flight.frame.data)):
+                return Fate.CORRUPTED
+            return fate
         if any(rival.sender == receiver for rival in flight.rivals):
             return Fate.DEAF
         return Fate.TOO_WEAK
 
     def _raise_carrier(self, flight: OnAir) -> None:
         for node in self._around(flight):
-            self._carrier_begins(node, flight.start_ns)
+            self.carrier_begins(node, flight.start_ns)
 
     def _lower_carrier(self, flight: OnAir) -> None:
         for node in self._around(flight):
-            self._carrier_ends(node, flight.end_ns)
+            self.carrier_ends(node, flight.end_ns)
 
-    def _carrier_begins(self, node: str, now_ns: int) -> None:
-        count = self._carriers.get(node, 0)
-        self._carriers[node] = count + 1
-        if count == 0:
-            self._mac.heard(node, now_ns)
-
-    def _carrier_ends(self, node: str, now_ns: int) -> None:
-        self._carriers[node] -= 1
-        if self._carriers[node] == 0:
-            self._mac.cleared(node, now_ns)
-
-    @staticmethod
-    def _around(flight: OnAir) -> list[str]:
-        """Return the nodes that sense the frame: the sender and the receivers in range."""
+    def _around(self, flight: OnAir) -> list[str]:
+        """Return the nodes that sense the frame when its sender does: the sender, and the receivers in range."""
+        if self._propagation is not None:
+            return [flight.sender]
         in_range = flight.reach.in_range
         return [flight.sender, *(node for node in flight.reach.receivers if node in in_range)]

@@ -56,12 +56,41 @@ class Links:
         """Deliver a message of the node's own interface to the medium: no frame on the medium, so not in the ledger."""
         self._deliver(receiver, medium, arrival_ns, data)
 
+    def impair_fragment(self, frame: Frame, receiver: str, arrival_ns: int,
+                        data: bytes) -> tuple[list[Transit], Fate, str]:
+        """Return the copies that leave the link of a part of a frame; if none does, the fate and cause of its loss.
+
+        The medium puts the parts together and passes the whole to `receive_whole`, or closes the copy.
+        """
+        link = (frame.medium, frame.sender, receiver)
+        number = self._entered.get(link, 0)
+        self._entered[link] = number + 1
+        copies = [Transit(number, arrival_ns, arrival_ns, data)]
+        for name, impairment in self._pipelines.get(link, ()):
+            copies = [out for copy in copies for out in impairment.carry(copy)]
+            if not copies:
+                return [], impairment.loses_as, name
+        return copies, Fate.DELIVERED, ""
+
+    def receive_whole(self, frame: Frame, receiver: str, copy: Transit, *, checksum: bool) -> None:
+        """Take the copy that a medium has put together from parts, which have passed the impairments already."""
+        self._leave(frame, receiver, copy, checksum)
+
+    def _leave(self, frame: Frame, receiver: str, copy: Transit, checksum: bool) -> None:
+        """Deliver a copy that has passed its link and close it; a corrupt one ends here if there is a `checksum`."""
+        if copy.corrupt and checksum and not copy.undetected:
+            self._ledger.close(frame, receiver, Fate.CORRUPTED, copy=copy.copy, cause="checksum")
+        else:
+            self._deliver(receiver, frame.medium, copy.arrival_ns, copy.data)
+            self._ledger.close(frame, receiver, Fate.DELIVERED_CORRUPT if copy.corrupt else Fate.DELIVERED,
+                               copy=copy.copy, delivered_ns=copy.arrival_ns)
+
     def _impair(self, pipeline: Sequence[tuple[str, Impairment]], frame: Frame, receiver: str, arrival_ns: int,
                 checksum: bool, copy_number: int) -> None:
         link = (frame.medium, frame.sender, receiver)
         number = self._entered.get(link, 0)
         self._entered[link] = number + 1
-        copies = [Transit(number, arrival_ns, arrival_ns, frame.data, copy=copy_number)]
+        copies = [Transit(number, arrival_ns, arrival_ns, frame.data, copy=copy_number, frame=frame)]
         born = copy_number + 1
         for name, impairment in pipeline:
             survivors: list[Transit] = []
@@ -76,9 +105,4 @@ class Links:
                 survivors.extend(out)
             copies = survivors
         for copy in copies:
-            if copy.corrupt and checksum and not copy.undetected:
-                self._ledger.close(frame, receiver, Fate.CORRUPTED, copy=copy.copy, cause="checksum")
-            else:
-                self._deliver(receiver, frame.medium, copy.arrival_ns, copy.data)
-                self._ledger.close(frame, receiver, Fate.DELIVERED_CORRUPT if copy.corrupt else Fate.DELIVERED,
-                                   copy=copy.copy, delivered_ns=copy.arrival_ns)
+            self._leave(frame, receiver, copy, checksum)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from mypy_extensions import mypyc_attr
 
 from netem.media import MediumSettings
+from netem.media.answers import ShownPose
 from netem.media.observation import MediumObserver
 from netem.records import FrameTap
 
@@ -27,11 +28,19 @@ class Medium:
         self.name = name
         self.nodes = tuple(nodes)
         self.taps: list[FrameTap] = []          # recorders of the frames that have been on the air
+        self.poses: Mapping[str, ShownPose] = {}        # by node, what it shows to the medium
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
         """Take the frame `data` that `sender` offers at `now_ns`.
 
         Calls are in order of time, never before the last event run.
+        """
+        raise NotImplementedError
+
+    def show(self, node: str, values: Sequence[float], now_ns: int) -> None:
+        """Take the outputs of the plant of `node` that `poses` names, finite numbers, at a multiple of their period.
+
+        Calls precede all other events of the instant, and come before any event of a later instant.
         """
         raise NotImplementedError
 

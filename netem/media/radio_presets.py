@@ -5,7 +5,7 @@
 rounded up to a whole nanosecond. `header_bits` are all bits at the bit rate that are not payload, checksum included.
 Sources of the figures, field by field: docs/models/broadcast_radio.md.
 
-Not modelled: clock tolerance of the radios, propagation (333 ns at 100 m), encryption.
+Not modelled: clock tolerance of the radios, encryption.
 """
 
 from __future__ import annotations

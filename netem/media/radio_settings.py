@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar, Literal
 
 from netem.core.nearest import did_you_mean
 from netem.media import MediumSettings
+from netem.media.answers import ShownPose
 from netem.media.decoding import Decoding
 from netem.media.decoding.table import DECODINGS
+from netem.media.level_errors import LevelErrorSettings
 from netem.media.mac.table import MACS
 from netem.media.radio_presets import PRESETS, RadioPreset
 from netem.topology.fixed_graph import FixedGraph
@@ -32,6 +35,8 @@ class CarrierSenseSettings:
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
     strikable: ClassVar = frozenset({"links", "channel"})
+    poses_key: ClassVar[Sequence[str]] = ("topology", "bodies")
+
     preset: str = "ideal"
     decode: Literal["radio_network", "local", "capture"] = "radio_network"
     mac: Literal["none", "aloha", "csma"] = "none"
@@ -51,6 +56,7 @@ class RadioSettings(MediumSettings):
     sensitivity_dbm: float | None = None
     capture_db: float | None = None
     csma: CarrierSenseSettings = field(default_factory=CarrierSenseSettings)
+    bit_errors: LevelErrorSettings | None = None        # None: a frame in range has no bit errors
 
     def __post_init__(self) -> None:
         if self.queue_frames < 0:
@@ -58,13 +64,24 @@ class RadioSettings(MediumSettings):
         if self.preset not in PRESETS:
             hint = did_you_mean(self.preset, PRESETS, f"the presets are {', '.join(PRESETS)}")
             raise ValueError(f"preset={self.preset!r}: no such radio: {hint}")
-        self.radio()
+        radio = self.radio()
+        if self.bit_errors is not None and radio.bit_rate_bps is None:
+            raise ValueError("bit_errors: bits without bit_rate_bps have no energy: set it, or take another preset")
+        if self.bit_errors is not None and not radio.checksum:
+            raise ValueError("bit_errors: expected checksum = true; without one use the impairment corrupt")
 
     def radio(self) -> RadioPreset:
         """Return the preset with the values of this scenario."""
         preset = PRESETS[self.preset]
         return replace(preset, **_given(self, RadioPreset, besides="csma"),
                        csma=replace(preset.csma, **_given(self.csma, type(preset.csma))))
+
+    def poses(self) -> Mapping[str, ShownPose]:
+        period_ns, bodies = self.topology.moving()
+        return {node: ShownPose(period_ns, outputs, "m") for node, outputs in bodies.items()}
+
+    def standing(self, nodes: Sequence[str]) -> Collection[str]:
+        return self.topology.standing(nodes)
 
     def decoding(self) -> Decoding:
         return DECODINGS[self.decode](self.radio())

@@ -17,6 +17,7 @@ from typing import NamedTuple
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.core.link_name import LinkName
+from netem.core.transit import Transit
 from netem.media.links import Deliver, Links
 from netem.records.ledger import Ledger
 
@@ -70,6 +71,14 @@ class ReplayedLinks(Links):
             else:
                 self._ledger.close(frame, receiver, fate, copy=number, cause=RECORDED)
             self.counted["as recorded"] += 1
+
+    def impair_fragment(self, frame: Frame, receiver: str, arrival_ns: int,
+                        data: bytes) -> tuple[list[Transit], Fate, str]:
+        """Let every part pass: the record is that of the whole frame."""
+        return [Transit(0, arrival_ns, arrival_ns, data)], Fate.DELIVERED, ""
+
+    def receive_whole(self, frame: Frame, receiver: str, copy: Transit, *, checksum: bool) -> None:
+        self.receive(frame, receiver, copy.arrival_ns, checksum=checksum)
 
     def unmet(self) -> int:
         """Return the number of recorded frames of links that no copy has met."""

@@ -25,7 +25,7 @@ from netem.wire.errors import WHOLE_NANOSECONDS
 from netem.wire.instants import NEVER_NS
 from netem.wire.level import Level
 from netem.wire.messages import Event as ToldEvent
-from netem.wire.messages import Grant, Hello, Life, NodeFault, Offer, Report, Sample
+from netem.wire.messages import Grant, Hello, Life, NodeFault, Offer, Report, Sample, Shown
 
 FrameBytes = bytes | bytearray | memoryview | Any       # Any: `Node.offer` refuses other types, compiled or not
 WAS_ANSWERS: Final = ("a port has no `answers` any more: write `board.port(name, on_receive, listen_only=True)` for "
@@ -101,7 +101,8 @@ class Node:
         self._reads: list[tuple[tuple[str, ...], Callable[[], Sequence[Any]]]] = []
         self._sample_period_ns = sample_period_ns
         self._next_sample_ns = _multiple_from(self.from_ns, sample_period_ns) if sample_period_ns else NEVER_NS
-        self._shows: list[tuple[int, int, Callable[[int], bytes]]] = []     # (port, period_ns, read)
+        self._shows: list[tuple[int, int, Callable[[], Sequence[float]]]] = []      # (port, period_ns, read)
+        self._shown: list[Shown] = []
         self._next_show_ns = NEVER_NS
         self._reading_ns = -1           # instant of the sample or show that is being read, -1 for none
         self.next_frame_ns: Callable[[], int] = _no_plan      # returns the earliest instant of a planned frame
@@ -189,10 +190,12 @@ class Node:
         self._signals.extend(names_and_units)
         self._reads.append((tuple(name for name, _ in names_and_units), read))
 
-    def show(self, port: str, period_ns: int, read: Callable[[int], bytes]) -> None:
-        """Offer `read(time_ns)` at 0, period, 2 period, ... of true time, without the program, as for a camera.
+    def show(self, port: str, period_ns: int, read: Callable[[], Sequence[float]]) -> None:
+        """Show the medium of `port` the numbers `read()` at 0, period, 2 period, ... of true time.
 
-        The program's promises do not apply to these offers. At one instant they precede the program's events.
+        The medium gets them at that instant, without the program, as a camera sees a robot. The node's promises end at
+        the next of these instants, so that no medium decides what happens later without them. At one instant they
+        precede the program's events. Raises ValueError for a period below 1.
         """
         if period_ns < 1:
             raise ValueError(f"period_ns={period_ns}: expected at least 1")
@@ -256,8 +259,8 @@ class Node:
         """Return the report of a node that ends the run: its work so far, and promises that do not delay the end."""
         if report is None:
             report = Report(grant.window, NEVER_NS, NEVER_NS, self._offers, self._samples, self._events,
-                            dict(self._counters) if grant.last else {}, "")
-            self._offers, self._samples, self._events = [], [], []
+                            dict(self._counters) if grant.last else {}, "", None, None, self._shown)
+            self._offers, self._samples, self._events, self._shown = [], [], [], []
         report.ends = self._ends_ns, self._ends_because
         return report
 
@@ -266,6 +269,7 @@ class Node:
         offers: list[Offer] = []
         samples: list[Sample] = []
         events: list[ToldEvent] = []
+        shown: list[Shown] = []
         deliveries, state = grant.deliveries, None
         for fault in grant.faults:
             earlier = [delivery for delivery in deliveries if delivery[0] < fault.time_ns]
@@ -274,12 +278,13 @@ class Node:
             offers += report.offers
             samples += report.samples
             events += report.events
+            shown += report.shown
             self.env.move_to(fault.time_ns)
             self._soft_ns = self._firm_ns = 0       # the program may change its plans
             state = self._act(fault) or state
         report = self._advance(Grant(grant.window, grant.horizon_ns, grant.instant, grant.last, deliveries))
         return Report(report.window, report.soft_ns, report.firm_ns, offers + report.offers, samples + report.samples,
-                      events + report.events, dict(self._counters), "", None, state)
+                      events + report.events, dict(self._counters), "", None, state, shown + report.shown)
 
     def _act(self, fault: NodeFault) -> bytes | None:
         if fault.kind not in self._fault_acts:
@@ -339,8 +344,8 @@ class Node:
         if soft_ns > self._next_show_ns:
             soft_ns = self._next_show_ns
         report = Report(grant.window, soft_ns, firm_ns, self._offers, self._samples, self._events,
-                        dict(self._counters) if grant.last else {}, "")
-        self._offers, self._samples, self._events = [], [], []
+                        dict(self._counters) if grant.last else {}, "", None, None, self._shown)
+        self._offers, self._samples, self._events, self._shown = [], [], [], []
         return report
 
     def _run_before(self, limit_ns: int) -> None:
@@ -393,7 +398,7 @@ class Node:
             self._reading_ns = now_ns
             for port, period_ns, read in self._shows:
                 if now_ns % period_ns == 0:
-                    self._offers.append((now_ns, port, read(now_ns)))
+                    self._shown.append((now_ns, port, list(read())))
             self._next_show_ns = min(now_ns - now_ns % period_ns + period_ns for _, period_ns, _ in self._shows)
         self._reading_ns = -1
 

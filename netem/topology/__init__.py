@@ -1,14 +1,16 @@
 """Topologies: the directed graph of the nodes that hear each other on a radio, as a function of time.
 
-A member of this kind is a settings class with one verb, `over`: given the nodes of a medium it returns a `Topology`,
-whose answers depend on the instant asked for only, not on the order of the calls.
+A member of this kind is a settings class with one verb, `over`: given the nodes of a medium it returns a `Topology`.
+The answers of one that does not move depend on the instant asked for only, not on the order of the calls. Those of one
+that moves depend on the positions shown to it so far, so it is asked about the present only.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from random import Random
+from typing import NamedTuple, Protocol
 
 from netem.topology.reach import Reach
 
@@ -24,32 +26,68 @@ Graph = dict[str, Reach]        # one entry for every node as a sender
 
 
 class Topology(Protocol):
+    @property
+    def moves(self) -> bool:
+        """Whether the graph follows positions that are shown during the run, so that nothing is known before it."""
+
+    @property
+    def propagates(self) -> bool:
+        """Whether a frame takes time to reach a node: whether every reach has `delays_ns`."""
+
+    def show(self, node: str, at_m: Position, t_ns: int) -> None:
+        """Take the position of a node of `Bodies` at `t_ns`, before any question about `t_ns` or later."""
+
     def reach_at(self, sender: str, t_ns: int) -> Reach:
         """The nodes that a frame reaches if `sender` starts to transmit it at `t_ns`."""
 
     def graph_at(self, t_ns: int) -> list[Edge]:
-        """Every (sender, receiver) with the receiver in range at `t_ns`, in the order of the nodes."""
+        """Every (sender, receiver) with the receiver in range at `t_ns`, in the order of the nodes.
+
+        For a topology that moves: every pair, as any two nodes may come into range.
+        """
 
     def position(self, node: str, t_ns: int) -> Position | None:
         """The position of a node at `t_ns` [m]; None for one that stands nowhere."""
 
     def changes_ns(self, until_ns: int) -> list[int]:
-        """The instants in (0, until_ns) at which the graph changes."""
+        """The instants in (0, until_ns) at which the graph changes, as far as they are known before the run."""
 
 
 @dataclass(frozen=True)
 class Site:
-    """The nodes of one radio medium, their positions in m, and the properties of their radios."""
+    """The nodes of one radio medium, their positions in m, and the properties of their radios.
+
+    `rng_for` returns the random stream of a place of this medium, the same one whenever it is asked.
+    """
 
     nodes: tuple[str, ...]
     at_m: Mapping[str, Position]
     tx_power_dbm: float
     sensitivity_dbm: float
+    rng_for: Callable[[str], Random] = Random
 
 
-class TopologyKind(Protocol):
+class Bodies(NamedTuple):
+    """The nodes whose plants say where they are, at 0, period, 2 period, ..."""
+
+    period_ns: int
+    outputs: Mapping[str, tuple[str, ...]]      # by node: outputs of its plant for x, y or x, y, z [m]
+
+
+class TopologyKind:
+    """What the settings of every topology answer; the defaults are those of one that has no positions."""
+
     def over(self, site: Site) -> Topology:
         """Return the topology of the nodes of `site`; raises `TopologyError` if links or positions do not fit them."""
+        raise NotImplementedError
+
+    def moving(self) -> Bodies:
+        """Return the nodes that the topology follows while their plants move them."""
+        return Bodies(1, {})
+
+    def standing(self, nodes: Sequence[str]) -> Collection[str]:
+        """Return those of `nodes` from whose constant positions the links follow."""
+        return ()
 
 
 def reach(site: Site, rx_dbm: Mapping[str, float], fringe_db: float) -> Reach:

@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Literal
 
-from netem.topology import Graph, Site, TopologyError, reach
+from netem.topology import Graph, Site, TopologyError, TopologyKind, reach
 from netem.topology.link_names import all_edges, edges
 from netem.topology.timetable import Timetable
 
 
 @dataclass(frozen=True)
-class FixedGraph:
+class FixedGraph(TopologyKind):
     kind: Literal["fixed"] = "fixed"
     links: tuple[str, ...] = ("* -> *",)
     level_dbm: float = -60.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -14,10 +14,12 @@ class Reach:
     - `in_range`: receivers that can decode the frame and sense its carrier; under `radio_network` they lose what it
       overlaps;
     - `too_weak`: receivers that are not in range;
-    - `rx_dbm`: received power at every node that gets any, intended receiver or not.
+    - `rx_dbm`: received power at every node that gets any, intended receiver or not;
+    - `delays_ns`: propagation time to every node of `rx_dbm`; empty if a frame arrives everywhere at once.
     """
 
     receivers: tuple[str, ...]
     in_range: frozenset[str]
     too_weak: frozenset[str]
     rx_dbm: Mapping[str, float]
+    delays_ns: Mapping[str, int] = field(default_factory=dict)

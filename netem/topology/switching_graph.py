@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Literal
 
 from netem.core.nearest import did_you_mean
-from netem.topology import Graph, Site, TopologyError
+from netem.topology import Graph, Site, TopologyError, TopologyKind
 from netem.topology.fixed_graph import graph_of
 from netem.topology.timetable import Timetable
 
@@ -22,7 +22,7 @@ class GraphChange:
 
 
 @dataclass(frozen=True)
-class SwitchingGraph:
+class SwitchingGraph(TopologyKind):
     kind: Literal["switching"]
     graphs: dict[str, tuple[str, ...]]              # name -> links
     schedule: tuple[GraphChange, ...]
@@ -40,7 +40,7 @@ class SwitchingGraph:
         if problems:
             raise TopologyError("\n".join(problems))
         return Timetable([change.at_ns for change in self.schedule],
-                         [graphs[change.graph] for change in self.schedule], self.repeat_ns, site.at_m)
+                         [graphs[change.graph] for change in self.schedule], self.repeat_ns, at_m=site.at_m)
 
     def _schedule_problems(self) -> list[str]:
         problems = []

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 from netem.topology import Edge, Graph, Position
 from netem.topology.reach import Reach
@@ -15,15 +16,21 @@ from netem.wire.instants import NEVER_NS
 
 
 class Timetable:
+    moves: ClassVar[bool] = False
+
     def __init__(self, starts_ns: Sequence[int], graphs: Sequence[Graph], repeat_ns: int | None = None,
-                 at_m: Mapping[str, Position] | None = None) -> None:
+                 propagates: bool = False, at_m: Mapping[str, Position] | None = None) -> None:
         assert len(starts_ns) == len(graphs)
         assert starts_ns[0] == 0
         self._starts_ns = tuple(starts_ns)
         self._graphs = tuple(graphs)
         self._repeat_ns = repeat_ns
         self._at_m = dict(at_m or {})
+        self.propagates = propagates
         self._from_ns, self._until_ns, self._graph = self._row(0)
+
+    def show(self, node: str, at_m: Position, t_ns: int) -> None:
+        raise NotImplementedError
 
     def reach_at(self, sender: str, t_ns: int) -> Reach:
         if not self._from_ns <= t_ns < self._until_ns:

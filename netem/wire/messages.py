@@ -18,6 +18,7 @@ UNREADABLE: Final = (msgspec.MsgspecError, UnicodeDecodeError)      # what decod
 Delivery = tuple[int, int, bytes]       # (arrival_ns, port index, data)
 Offer = tuple[int, int, bytes]          # (time_ns, port index, data)
 Sample = tuple[int, list[float]]        # (time_ns, one value for each declared signal)
+Shown = tuple[int, int, list[float]]    # (time_ns, port index, outputs of the node's plant that the medium reads)
 Event = tuple[int, str, str, Level]     # (time_ns, kind, detail, level)
 
 
@@ -53,6 +54,7 @@ class Report(msgspec.Struct, array_like=True, gc=False):
     error: str                          # traceback of the program, "" if all is well
     ends: tuple[int, str] | None = None     # (time_ns, reason) if the node ends the run
     state: bytes | None = None          # what outlives a node that is killed: the state of its plant and its clock
+    shown: list[Shown] = []
 
 
 class Hello(msgspec.Struct, array_like=True, gc=False):

@@ -76,7 +76,8 @@ def blocks(page: str, language: str) -> list[str]:
 def scenario_text() -> str:
     """The derived signals and guarantees of scenario.md name nodes of other runs: only names are replaced in them."""
     plant, = blocks("models/virtual_reference.md", "toml")
-    derived, guarantees = blocks("scenario.md", "toml")[1:]
+    derived, guarantees = (text for text in blocks("scenario.md", "toml")
+                           if text.startswith(("[derived", "[guarantees")))
     guarantees = guarantees[:guarantees.index("expected =")].replace("robot", "companion").replace(
         "radio: companion", "can: companion").replace("at_least_ms = 17", "at_least_ms = 10")
     return "\n".join([FRAME.replace("PLANT", plant), blocks("models/can_bus.md", "toml")[0],

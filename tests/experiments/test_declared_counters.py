@@ -22,7 +22,8 @@ def declared_in(folder: str) -> str:
 
 @pytest.mark.parametrize("folder", ["agents/synchronization", "agents/tracking", "agents/pursuit",
                                     "firmware_sim/autopilot", "firmware_sim/drive_controller", "firmware_sim/mavlink",
-                                    "netem/media/can", "netem/media/serial_line"])
+                                    "netem/media/can", "netem/media/serial_line",
+                                    "agents/teleoperation", "agents/servo"])
 def test_what_is_counted_is_declared(folder: str) -> None:
     declared = declared_in(folder)
     counted = {name for path in (ROOT / folder).rglob("*.py")

@@ -20,6 +20,8 @@ from firmware_sim.clock_settings import ClockSettings
 from fmus.build import build_model, model_folder
 from fmus.describe import read_model
 from fmus.describe_fmu import describe
+from fmus.plant import Plant
+from netem.core.random_streams import stream
 from netem.node.node import Node
 from netem.wire.messages import Grant
 
@@ -143,3 +145,29 @@ def test_ordinary_blocking_code_closes_the_loop(tmp_path: Path) -> None:
     at_s = [0.45, 0.95, 1.45, 1.95]
     found = [float(table.column("y[1]")[table.time_ns.tolist().index(round(t * 1e9))]) for t in at_s]
     assert found == pytest.approx([1 - 0.95**k for k in (9, 19, 29, 39)], rel=1e-12)
+
+
+@pytest.mark.parametrize("host", ["inline", "process"])
+def test_with_noise_the_physics_do_not_depend_on_the_recording_or_the_host(host: str, tmp_path: Path) -> None:
+    noise = 'agents.p.plant.parameters.G=[[0.5], [0.0]]'
+
+    def at_2_s(period_ms: int, *overrides: str) -> float:
+        out = tmp_path / f"{period_ms}{len(overrides)}"
+        run(load(CASES / "set_without_advance" / "held.toml", overrides=[f"sample_period_ms={period_ms}", *overrides]),
+            host=host, out=out, report=False)
+        table = load_run(out).signals["p"]
+        return float(table.values[list(table.time_ns).index(2_000 * MS)][0])
+
+    with_noise = [at_2_s(period_ms, noise) for period_ms in (1, 10, 50)]
+    seed = int(stream(1, "agents.p.plant").random() * 2**31)
+    with Plant(describe(build_model("linear_system")), "p", {"A": A, "B": B, "C": C, "G": [[0.5], [0.0]],
+                                                             "noise_seed": seed}) as plant:
+        for k in range(40):
+            plant.advance_to(k * 50 * MS)
+            plant.set("u[1]", sin(0.7 * k))
+        plant.advance_to(2_000 * MS)
+        alone = plant.get("y[1]")
+
+    assert max(abs(each - alone) for each in with_noise) < 1e-12        # 2 000 steps, each rounds once
+    assert abs(at_2_s(50) - with_noise[0]) > 1e-3
+    assert abs(at_2_s(50, noise, "seed=2") - with_noise[0]) > 1e-3

@@ -13,11 +13,12 @@ from experiments.scenario.loader import load
 from netem.media.table import MEDIA
 
 PROGRAM = '''
+from netem.media.packet_network.datagram import Datagram, pack
 from netem.media.sensing.sight import LOOK
 
 
 class Fuzz:
-    """Says random bytes at all of its ports, looks and whole CAN frames among them, and counts what it hears."""
+    """Sends random bytes at all of its ports, looks, CAN frames and datagrams among them, and counts what it hears."""
 
     def __init__(self, board):
         self.board = board
@@ -31,7 +32,8 @@ class Fuzz:
             for port in self.ports:
                 size = rng.choice([0, 1, 3, 8, 16, 60, 72, rng.randrange(2_000)])
                 can = rng.randrange(0x800).to_bytes(4, "little") + bytes([8, 0, 0, 0]) + rng.randbytes(8)
-                port.send(rng.choice([can, LOOK, rng.randbytes(size)]))
+                datagram = pack(Datagram("*", rng.randbytes(size)))
+                port.send(rng.choice([can, LOOK, datagram, rng.randbytes(size), rng.randbytes(size)]))
             next_ns += 1_000_000 + rng.randrange(1_000_000)
 '''
 SCENARIO = """
@@ -59,6 +61,10 @@ bit_rate_bps = 1_000_000
 kind = "serial_line"
 baud_bps = 921_600
 
+[media.lan]
+kind = "packet_network"
+rate_bps = 10_000_000
+
 [media.view]
 kind = "sensing"
 exposure_period_ms = 10
@@ -78,6 +84,6 @@ def test_random_bytes_on_every_port_are_counted_and_crash_nobody(tmp_path: Path,
     malformed = Counter(medium for medium, _, _ in data.ledger.only(fate="malformed").link.values())
     assert {spec.kind for spec in scenario.media.values()} == set(MEDIA)        # a new kind belongs in here too
     assert all(data.counters[node][f"heard on {medium}"] > 20 for node in scenario.agents for medium in scenario.media)
-    assert all(malformed[medium] > 20 for medium in ("radio", "bus", "uart"))
+    assert all(malformed[medium] > 20 for medium in ("radio", "bus", "uart", "lan"))
     assert all(data.counters[node]["unreadable frames"] > 100 for node in scenario.agents)     # what is no look
     assert data.length_ns == 400_000_000

@@ -20,7 +20,7 @@ from typing import ClassVar
 import numpy as np
 
 from experiments.judge.groups import Ints, new_group
-from experiments.judge.link_metrics import NS_PER_S, teeth
+from experiments.judge.link_metrics import NS_PER_S, sawtooth
 from experiments.judge.monitors.frames_in_words import frames_in_words
 from experiments.judge.monitors.link_frames import LinkFrames, link_frames
 from experiments.judge.monitors.outcome import Finding, Violation, seconds
@@ -44,7 +44,7 @@ class AgeOfInformation:
         return f"age of information below {seconds(self.below_ns)}"
 
     def watch(self, subjects: Sequence[Subject], records: Records) -> Finding:
-        link, from_ns, to_ns, newest_ns = _pieces(subjects, records)
+        link, from_ns, to_ns, newest_ns = sawtooth(subjects, records.ledger, records.length_ns)
         if not link.size:
             return Finding(judged=False)
         oldest_ns = int((to_ns - newest_ns).max())
@@ -70,19 +70,6 @@ class AgeOfInformation:
             violations.append(Violation(f"{medium}: {sender} -> {receiver}", receiver, at, until, oldest,
                                         f"no news since {news}: {told}"))
         return Finding(violations, worst, margin)
-
-
-def _pieces(subjects: Sequence[Subject], records: Records) -> tuple[Ints, Ints, Ints, Ints]:
-    """The sawtooth of every subject: link, from_ns, to_ns and newest_ns of each piece, sorted by link and time."""
-    place = {subject: k for k, subject in enumerate(subjects)}
-    of_name = np.array([place.get(name, -1) for name in records.ledger.link.names], dtype=np.int64)
-    found = [(of_name[some.link], some.from_ns, some.to_ns, some.newest_ns)
-             for some in teeth(records.ledger, records.length_ns, place)]
-    silent = np.setdiff1d(np.arange(len(subjects)), [link for some in found for link in np.unique(some[0])])
-    found.append((silent, np.zeros_like(silent), np.full_like(silent, records.length_ns), np.zeros_like(silent)))
-    link, from_ns, to_ns, newest_ns = (np.concatenate(columns) for columns in zip(*found, strict=True))
-    order = np.argsort(link, kind="stable")
-    return link[order], from_ns[order], to_ns[order], newest_ns[order]
 
 
 def _offered(frames: LinkFrames, link: Ints, after_ns: Ints, until_ns: Ints) -> tuple[Ints, Ints]:

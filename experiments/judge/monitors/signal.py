@@ -22,5 +22,5 @@ class Signal(ValueBounds):
 
     def watch(self, subjects: Sequence[Subject], records: Records) -> Finding:
         tables = [(node, name, records.signals[node]) for node, name in subjects if node in records.signals]
-        return self.judge((Reports(node, name, table.time_ns, table.column(name)) for node, name, table in tables
+        return self.judge((Reports(node, name, *table.sampled(name)) for node, name, table in tables
                            if name in table.names), records.length_ns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Iterable, Mapping
 from importlib.resources import files
@@ -98,7 +99,7 @@ def _run(campaign: Campaign, row: Row, repeated: Mapping[int, Path], why: str) -
     return {"number": row.number, "seed": row.seed, "why": why,
             "setting": ", ".join(f"{key}={value_text(value)}" for key, value in plan.settings[row.setting].items()),
             "link": None if folder is None or not (folder / REPORT).exists()
-            else (folder / REPORT).relative_to(campaign.folder).as_posix(),
+            else os.path.relpath(folder / REPORT, campaign.folder),
             "command": shlex.join(plan.repeat(row.setting, row.seed))}
 
 

@@ -8,10 +8,11 @@ page of an aborted run names the cause and the missing records.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import msgspec
@@ -53,6 +54,8 @@ class Limits(NamedTuple):
     min: float | None
     max: float | None
     during_ns: tuple[int, int] | None = None
+    formula: str = ""
+    links: Mapping[str, Sequence[tuple[str, str, str]]] = MappingProxyType({})
 
 
 def write_report(run_dir: Path, plotly: Where = "auto") -> Path:
@@ -149,7 +152,8 @@ def verdicts_of(data: RunData) -> list[Verdict]:
     recorded = data.summary.get("verdicts")
     if recorded:
         return msgspec.convert(recorded, list[Verdict])
-    expect = {key: Limits(bound.get("min"), bound.get("max"), bound.get("during_ns"))
+    expect = {key: Limits(bound.get("min"), bound.get("max"), bound.get("during_ns"),
+                          bound.get("formula", ""), bound.get("links", {}))
               for key, bound in (data.scenario.get("expect") or {}).items()}
     return evaluate(expect, data)
 

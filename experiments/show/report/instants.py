@@ -41,6 +41,8 @@ def instant_of(verdict: Verdict, window: Window | None, data: RunData) -> Instan
 
     `window` is the part of the run that the expectation judges; None: all of it.
     """
+    if verdict.at_ns is not None:
+        return Instant(verdict.at_ns, ", on ".join(filter(None, (verdict.predicate, verdict.subject))))
     match parse(verdict.key):
         case SignalKey() as wanted:
             return _of_signal(wanted, verdict, window or (0, 2**63 - 1), data)

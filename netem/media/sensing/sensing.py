@@ -1,7 +1,7 @@
 """Sensing: cameras expose at 0, period, 2 period, ..., and report their detections to observers.
 
-    body ---pose at exposure F---> medium <---look, at or before F--- observer
-                                     |---detection with noise, at F + latency---> observer
+    body ---shows its pose at exposure F---> medium <---look, at or before F--- observer
+                                               |---detection with noise, at F + latency---> observer
 
 Every observer that requested a look at or before an exposure receives its detections `latency_ns` after it. The body
 that `cameras` names carries the observer's camera, by default the observer itself if it is a body; otherwise the camera
@@ -35,11 +35,11 @@ from netem.media.links import Links
 from netem.media.medium import Medium
 from netem.media.sensing.sensor_faults import CHANGES, SensorFault, changed
 from netem.media.sensing.settings import SensingSettings
-from netem.media.sensing.sight import LOOK, Body, Detection, pack_detection, pack_nothing, unpack_body
+from netem.media.sensing.sight import LOOK, Body, Detection, pack_detection, pack_nothing
 from netem.records.ledger import Ledger
 
 ORIGIN = Body(0.0, 0.0, 0.0, 0.0)
-COUNTERS = ("unreadable frames", "poses between exposures", "exposures without the camera's pose")
+COUNTERS = ("unreadable frames", "exposures without the camera's pose")
 
 
 class Sensing(Medium):
@@ -48,6 +48,7 @@ class Sensing(Medium):
     def __init__(self, name: str, settings: SensingSettings, nodes: Iterable[str], agenda: Agenda, ledger: Ledger,
                  links: Links, rng_for: Callable[[str], Random]) -> None:
         super().__init__(name, nodes)
+        self.poses = settings.poses()
         settings.check_nodes(self.nodes)
         self._settings = settings
         self._view = settings.view
@@ -71,15 +72,13 @@ class Sensing(Medium):
         if data == LOOK:
             self._looking.setdefault(exposure_ns, set()).add(sender)
             self._wait_for(exposure_ns)
-            return
-        body = unpack_body(data)
-        if body is None:
-            self._count(sender, "unreadable frames")
-        elif now_ns != exposure_ns:
-            self._count(sender, "poses between exposures")
         else:
-            self._bodies.setdefault(exposure_ns, {})[sender] = body
-            self._wait_for(exposure_ns)
+            self._count(sender, "unreadable frames")
+
+    def show(self, node: str, values: Sequence[float], now_ns: int) -> None:
+        x_m, y_m, *height_m, heading_rad = values
+        self._bodies.setdefault(now_ns, {})[node] = Body(x_m, y_m, height_m[0] if height_m else 0.0, heading_rad)
+        self._wait_for(now_ns)
 
     def take_fault(self, how: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
                    end_ns: int) -> str:

@@ -1,6 +1,5 @@
 """The messages of a sensing medium, all little endian.
 
-    body -> medium        'B'  x, y, z [m], heading [rad]       each a double; at every exposure
     observer -> medium    'L'                                   look at the next exposure
     medium -> observer    'D'  exposure [ns], x, y, z [m], name of the body in UTF-8
     medium -> observer    'N'  exposure [ns]                    no body was in view
@@ -8,12 +7,11 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from struct import Struct
 from typing import Final, NamedTuple
 
 LOOK: Final = b"L"
-_BODY, _DETECTION, _NOTHING = Struct("<c4d"), Struct("<cq3d"), Struct("<cq")
+_DETECTION, _NOTHING = Struct("<cq3d"), Struct("<cq")
 
 
 class Body(NamedTuple):
@@ -35,18 +33,6 @@ class Detection(NamedTuple):
 
 class NothingSeen(NamedTuple):
     exposed_ns: int
-
-
-def pack_body(body: Body) -> bytes:
-    return _BODY.pack(b"B", *body)
-
-
-def unpack_body(data: bytes) -> Body | None:
-    """Read the message of a body; None if it is malformed or a number is not finite."""
-    if len(data) != _BODY.size or data[:1] != b"B":
-        return None
-    body = Body(*_BODY.unpack(data)[1:])
-    return body if all(map(isfinite, body)) else None
 
 
 def pack_detection(detection: Detection) -> bytes:

@@ -80,6 +80,7 @@ def test_where_the_topology_is_discovered_airtime_counts_too():
     ("kind='duplicate', duplicate_ratio=0.1, extra_delay_us=900", 900_000),
     ("kind='rate_limit', rate_bps=9600, queue_frames=3", 4 * 11_666_667),       # 14 bytes; full: 3 wait, 1 is sent
     ("kind='rate_limit', rate_bps=112000, overhead_bytes=0", 1001 * 1_000_000),
+    ("kind='rate_limit', rate_bps=9600, queue_ms=3", 3_000_000 + 11_666_667),
 ])
 def test_the_greatest_delay_of_each_kind_is_told(keys, most_ns):
     line, = refusal(TOLD, on("r3 -> r5", keys))
@@ -103,6 +104,14 @@ def test_delays_of_one_link_add_up_and_twins_share_a_queue():
     assert scenario(TOLD, slow, held)
     line, = refusal(TOLD, twice, slow, held)
     assert "impairments[0] and impairments[1] and impairments[2]: radio: r3 -> r5: a value may come 1200000 ns" in line
+
+
+def test_a_queue_that_all_share_holds_the_frames_of_all():
+    slow, held = "kind='rate_limit', rate_bps=660000", on("r3 -> r5", "kind='delay', delay_us=100")
+
+    assert scenario(TOLD, on("* -> *", slow), held)
+    line, = refusal(TOLD, on("* -> *", f"{slow}, shared=true"), held)
+    assert f"a value may come {5 * 169_697 + 100_000} ns" in line          # 112 bits of each of five robots
 
 
 @pytest.mark.parametrize("keys", [

@@ -77,3 +77,24 @@ def test_counters_of_programs_and_media_that_come_with_marconet_hold_at_0(tmp_pa
     found = run(scenario, host="inline", out=tmp_path, report=False)
 
     assert [(verdict.value, verdict.holds) for verdict in found.summary.verdicts] == [(0.0, True)] * len(counters)
+
+
+def test_a_formula_is_judged_by_its_robustness_with_the_instant_that_decides(tmp_path: Path) -> None:
+    (tmp_path / "beacon.py").write_text((CASES / "mean_age" / "beacon.py").read_text(encoding="utf-8"))
+    source = tmp_path / "age.toml"
+    text = (CASES / "mean_age" / "age.toml").read_text(encoding="utf-8")
+    source.write_text(text.replace("[expect]", """[expect]
+fresh = "always age(radio: r1 -> r2) < 5 s"
+old = { formula = "always age(radio: r1 -> r2) < 5 s", min = -15, max = -14 }"""))
+
+    result = run(load(source), host="inline", out=tmp_path / "run", report=True)
+
+    found = verdicts(result)
+    fresh = found["fresh"]
+    assert (fresh.value, fresh.unit, fresh.at_ns, fresh.predicate) == (
+        -15.0, "s", 20_000_000_000, "age(radio: r1 -> r2) < 5 s")               # nothing arrives in 20 s
+    assert fresh.by_how_much() == "violated by 15 s, decided at 20 s by age(radio: r1 -> r2) < 5 s"
+    assert not fresh.holds
+    assert found["old"].holds
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert 'data-t="20.000000000" data-words="age(radio: r1 -&gt; r2) &lt; 5 s"' in page

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,8 @@ class Between:
     min: float | None = None
     max: float | None = None
     during_ns: tuple[int, int] | None = None
+    formula: str = ""
+    links: Mapping[str, Sequence[tuple[str, str, str]]] = field(default_factory=dict)
 
 
 def table(node: str, **signals: Sequence[float]) -> SignalTable:

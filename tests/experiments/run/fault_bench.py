@@ -24,6 +24,7 @@ class Beacon:
     class Settings:
         offset_ns: int
         v: float | None = None
+        omega: float = 0.3
 
     def __init__(self, board, settings):
         print(f"begins at {board.now_ns}")
@@ -35,7 +36,7 @@ class Beacon:
         board.every(10_000_000, self.say, offset_ns=settings.offset_ns)
         if settings.v is not None:
             board.actuate("v_cmd", settings.v)
-            board.actuate("omega_cmd", 0.3)
+            board.actuate("omega_cmd", settings.omega)
 
     def hear(self, frame):
         self.board.count("heard")

@@ -193,3 +193,14 @@ def test_overlapping_random_kills_are_told_and_have_no_effect(both: Any) -> None
         if event.kind == "fault" and event.time_ns >= down_ns:
             down_ns = event.time_ns + 100 * MS
             assert not [row for row in ran.copies(sender="b") if event.time_ns <= row["offered_ns"] < down_ns]
+
+
+def test_figures_and_formulas_leave_out_what_a_dead_program_did_not_record(tmp_path: Path) -> None:
+    expected = ('[expect]\n"b.sent.max" = { min = 28, max = 30 }\n"b.sent.last" = { min = 1 }\n'
+                'grows = "always(b.sent <= 30)"\n'
+                '[guarantees.small]\nkind = "signal"\non = "b.sent"\nbelow = 40\n')
+    ran = Ran(tmp_path / "run", "inline", '[[faults]]\nkind = "kill"\non = "b"\nat_s = 0.3\nrestart_after_s = 0.4\n'
+              + expected)
+
+    assert {verdict["key"]: verdict["holds"] for verdict in ran.data.summary["verdicts"]} == {
+        "guarantee.small.violations": True, "b.sent.max": True, "b.sent.last": True, "grows": True}

@@ -81,6 +81,26 @@ def test_carrier_sense_waits_for_a_jammer_that_it_senses(both: Any, sensed: bool
         assert not ran.copies(fate="channel busy")
 
 
+def test_a_robot_that_drives_through_a_jammed_zone_is_deaf_there(both: Any) -> None:
+    driving = """
+seed = 7
+length_s = 4.0
+[agents]
+a = { program = "beacon:Beacon", parameters = { offset_ms = 0 }, at_m = [0.0, 5.0] }
+b = { program = "beacon:Beacon", parameters = { offset_ms = 3, v = 1.0, omega = 0.0 }, plant = { fmu = "unicycle" } }
+[media]
+radio = { kind = "broadcast_radio", topology = { kind = "positions", bodies = { b = ["x", "y"] } } }
+"""
+    ran = both('[[faults]]\nkind = "jam"\non = "radio"\nat_s = 0.0\n'
+               'zone = { kind = "circle", centre_m = [2.0, 0.0], radius_m = 1.0 }\n', driving)
+
+    jammed_s = [row["on_air_ns"] / 1e9 for row in ran.copies(receiver="b", fate="jammed")]
+    # 1 m/s from the origin: inside from 1 s to 3 s, known one pose of 10 ms later at most
+    assert (min(jammed_s), max(jammed_s)) == pytest.approx((1.0, 3.0), abs=0.011)
+    assert len(jammed_s) == pytest.approx(200, abs=2)
+    assert not ran.copies(receiver="a", fate="jammed")
+
+
 def test_a_jammer_that_nobody_can_hear_has_no_effect_and_says_so(both: Any) -> None:
     nowhere = RADIO.replace(", at_m = [0.0, 0.0]", "").replace(", at_m = [10.0, 0.0]", "").replace(
         ", at_m = [10.0, 10.0]", "")

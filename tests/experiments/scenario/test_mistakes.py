@@ -141,8 +141,8 @@ EACH = [
     ("mean_burst_frames = 3.0", "mean_burst = 3.0",
      ['impairments[0].mean_burst=3.0: unknown key; did you mean "mean_burst_frames"?']),
     ('kind = "gilbert_elliott"\n', "", ["impairments[0].kind: is missing; there are bernoulli_loss, corrupt, delay, "
-                                        "duplicate, four_state_loss, gilbert_elliott, rate_limit, reorder, "
-                                        "scripted_loss, trace"]),
+                                        "duplicate, four_state_loss, gemodel, gilbert_elliott, "
+                                        "gilbert_elliott_by_time, rate_limit, reorder, scripted_loss, trace"]),
     ("during_s = [0.5, 1.0]", "during_s = [1.0, 0.5]",
      ["impairments[0].during_s=[1.0, 0.5]: expected 0 <= start < end"]),
     ("during_s = [0.5, 1.0]", "during_s = [0.5, 0.5]",
@@ -171,7 +171,7 @@ EACH = [
      ["expect.frames_lost_on_link={ min = 3, max = 1 }: expected min <= max"]),
     ("frames_lost_on_link = { min = 1 }", "frames_lost_on_link = { least = 1 }",
      ["expect.frames_lost_on_link.least=1: unknown key; there are min, max, during_s, during_ms, "
-      "during_us, during_ns"]),
+      "during_us, during_ns, formula"]),
     ("frames_lost_on_link = { min = 1 }", "frames_lost_on_link = 1",
      ["expect.frames_lost_on_link=1: expected a table"]),
 ]

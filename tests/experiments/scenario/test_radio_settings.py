@@ -9,8 +9,9 @@ from experiments.scenario.shape import shape_of
 from experiments.scenario.table_reader import TableReader
 from netem.media.radio_settings import CarrierSenseSettings, RadioSettings
 from netem.media.table import MEDIA
-from netem.topology.path_loss import Circle, PathLoss
+from netem.topology.path_loss import PathLoss
 from netem.topology.switching_graph import GraphChange, SwitchingGraph
+from netem.topology.zones import Circle
 
 
 def read(table):

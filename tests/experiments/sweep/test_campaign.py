@@ -84,9 +84,11 @@ def test_with_processes_the_figures_are_those_of_an_inline_run(beacons: Path) ->
     assert found["inline"].values == found["process"].values
 
 
-def test_a_run_that_fails_is_a_row_with_its_reason_and_is_repeated_with_its_records(beacons: Path, tmp_path: Path
-                                                                                    ) -> None:
-    swept = sweep(wanted(beacons, tmp_path / "out", 'agents.b.parameters.ends="","raises","killed"', seeds=1,
+def test_a_run_that_fails_is_a_row_with_its_reason_and_is_repeated_with_its_records(
+        beacons: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    swept = sweep(wanted(beacons, Path("out"), 'agents.b.parameters.ends="","raises","killed"', seeds=1,
                          folders=3))
 
     rows = pq.read_table(tmp_path / "out" / "runs.parquet").to_pylist()
@@ -97,6 +99,7 @@ def test_a_run_that_fails_is_a_row_with_its_reason_and_is_repeated_with_its_reco
     for number in (1, 2):
         assert (swept.repeated[number] / "report.html").is_file()
         assert msgspec.json.decode((swept.repeated[number] / "summary.json").read_bytes())["failure"]
+    assert 'href="runs/1-7/report.html"' in swept.report.read_text()
     row, command = swept.commands(5)[0]
     assert row.number == 1
     assert command == (f"marconet run {beacons} --seed 7 --host inline --set "

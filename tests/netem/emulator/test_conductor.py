@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 from simpy.events import URGENT
 
 from netem.emulator.conductor import MAX_ROUNDS_AT_ONE_INSTANT, Conductor
+from netem.media.answers import ShownPose
 from netem.node.environment import Alarm
 from netem.node.node import Node
 from netem.wire.errors import InstantLoop, NodeFailure
 from netem.wire.instants import NEVER_NS
 from netem.wire.level import Level
-from netem.wire.messages import Event, Grant, Hello, Offer, Report, Sample
+from netem.wire.messages import Event, Grant, Hello, Offer, Report, Sample, Shown
 
 Conduct = Callable[..., Conductor]
 Log = list[tuple[int, str, bytes]]
@@ -186,14 +187,16 @@ class ForeignHost:
     """Stands for a host whose nodes are somebody else's code: answers every grant with the same words."""
 
     def __init__(self, *, offers: Sequence[Offer] = (), samples: Sequence[Sample] = (),
-                 events: Sequence[Event] = ()) -> None:
+                 events: Sequence[Event] = (), shown: Sequence[Shown] = ()) -> None:
         self._words = list(offers), list(samples), list(events)
+        self._shown = list(shown)
 
     def start(self) -> dict[str, Hello]:
         return {"foreign": Hello("foreign", 100, 100, ["wire"], [("x", "m")])}
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
-        return [(name, Report(grant.window, NEVER_NS, 0, *self._words, {}, "")) for name, grant in grants]
+        return [(name, Report(grant.window, NEVER_NS, 0, *self._words, {}, "", None, None, self._shown))
+                for name, grant in grants]
 
     def stop(self) -> None:
         pass
@@ -205,6 +208,19 @@ def test_an_offer_outside_the_promise_or_the_grant_is_refused_with_its_numbers(c
     told = rf"node foreign: broke its promise in window 1: .*port {port} at {offer_ns} ns.* 100 <= time < 105 ns"
     with pytest.raises(NodeFailure, match=told):
         conduct({}, latency_ns=5, end_ns=1_000, host=ForeignHost(offers=[(offer_ns, port, b"x")]))
+
+
+@pytest.mark.parametrize("shown", [
+    (95, 0, [1.0, 2.0]), (105, 0, [1.0, 2.0]), (101, 0, [1.0, 2.0]), (100, 1, [1.0, 2.0]), (100, -1, [1.0, 2.0]),
+    (100, 0, [1.0]), (100, 0, [1.0, 2.0, 3.0]), (100, 0, [1.0, float("nan")]),
+])
+def test_a_pose_that_no_medium_asked_for_is_refused_with_its_numbers(conduct: Conduct, shown: Shown) -> None:
+    told = rf"node foreign: shows nonsense in window 1: {len(shown[2])} numbers on port {shown[1]} at {shown[0]} ns, .*"
+    with pytest.raises(NodeFailure, match=told):
+        conduct({}, latency_ns=5, end_ns=1_000, host=ForeignHost(shown=[shown]),
+                poses={"foreign": ShownPose(5, ("x", "y"))})
+    with pytest.raises(NodeFailure, match=told):
+        conduct({}, latency_ns=5, end_ns=1_000, host=ForeignHost(shown=[shown]))
 
 
 @pytest.mark.parametrize(("host", "told"), [

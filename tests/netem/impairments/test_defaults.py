@@ -25,6 +25,7 @@ TRACE, SAMPLES = "delay_ns,lost,late_ns\n5,0,7\n9,1,8\n", "delay_ns,late_ns\n5,7
 TIMED = "time_ns,delay_ns\n3,1\n5,2\n9,3\n"
 SOME_DELAY = {"distribution": "normal", "delay_ns": 9000, "jitter_ns": 4000}
 A_RATE = {"rate_bps": 8_000_000}            # 10 bytes take 10 us; a frame comes every microsecond
+FADES = {"mean_good_ns": 600_000, "mean_bad_ns": 500_000}
 
 # (kind, field): other keys of the table, the value that acts as the default does, one that acts otherwise.
 ACTS: dict[tuple[str, str], tuple[dict[str, Any], Any, Any]] = {
@@ -45,9 +46,17 @@ ACTS: dict[tuple[str, str], tuple[dict[str, Any], Any, Any]] = {
     ("four_state_loss", "p32"): ({"p13": 0.3, "p31": 0.3, "p23": 0.5}, 0.0, 0.1),
     ("four_state_loss", "p23"): ({"p13": 0.3, "p31": 0.3, "p32": 0.4}, 1.0, 0.9),
     ("four_state_loss", "p14"): ({"p13": 0.3}, 0.0, 0.05),
+    ("gemodel", "r"): ({"p": 0.3}, 0.7, 0.6),
+    ("gemodel", "one_minus_h"): ({"p": 0.3, "r": 0.4}, 1.0, 0.9),
+    ("gemodel", "one_minus_k"): ({"p": 0.3, "r": 0.4}, 0.0, 0.1),
+    ("gilbert_elliott", "loss_while_bad"): ({"loss_ratio": 0.3, "mean_burst_frames": 3.0}, 1.0, 0.9),
+    ("gilbert_elliott", "loss_while_good"): ({"loss_ratio": 0.3, "mean_burst_frames": 3.0}, 0.0, 0.1),
+    ("gilbert_elliott_by_time", "loss_while_bad"): (FADES, 1.0, 0.9),
+    ("gilbert_elliott_by_time", "loss_while_good"): (FADES, 0.0, 0.1),
     ("rate_limit", "overhead_bytes"): (A_RATE, 0, 1),
     ("rate_limit", "queue_frames"): (A_RATE, 1000, 999),
     ("rate_limit", "queue_bytes"): (A_RATE, 10_000, 9_999),     # as 1000 frames of 10 bytes
+    ("rate_limit", "queue_ns"): (A_RATE, 10_000_000, 9_000),     # as 1000 frames of 10 us; 1 frame of 9 us
     ("reorder", "reorder_ratio"): ({"hold_ns": 5000, "gap_frames": 3}, 1.0, 0.99),
     ("reorder", "gap_frames"): ({"hold_ns": 5000, "reorder_ratio": 0.3}, 1, 2),
     ("reorder", "correlation"): ({"hold_ns": 5000, "reorder_ratio": 0.3}, 0.0, 0.5),

@@ -17,7 +17,7 @@ rates_bps = st.just(8_000_000) | st.integers(3_000_000, 30_000_000)
 arrivals = st.lists(st.tuples(st.integers(0, 30).map(lambda us: us * 1000), st.integers(0, 30)), max_size=40)
 
 
-def brute_force(link, rate_bps, overhead_bytes, queue_frames, queue_bytes):
+def brute_force(link, rate_bps, overhead_bytes, queue_frames, queue_bytes, queue_ns):
     """Lindley's recursion over all accepted frames, and at each arrival a fresh count of those still waiting."""
     accepted, ends = [], []
     for arrival_ns, size in link:
@@ -25,6 +25,7 @@ def brute_force(link, rate_bps, overhead_bytes, queue_frames, queue_bytes):
         start_ns = max([arrival_ns] + [end_ns for _, end_ns, _ in accepted])
         waiting = [bytes_ for begun_ns, _, bytes_ in accepted if begun_ns > arrival_ns]
         full = len(waiting) + 1 > queue_frames or (queue_bytes is not None and sum(waiting) + size > queue_bytes)
+        full = full or (queue_ns is not None and start_ns - arrival_ns > queue_ns)
         if start_ns > arrival_ns and full:
             ends.append(None)
             continue
@@ -35,18 +36,20 @@ def brute_force(link, rate_bps, overhead_bytes, queue_frames, queue_bytes):
 
 
 @settings(max_examples=400, deadline=None)
-@given(arrivals, rates_bps, st.integers(0, 8), st.integers(0, 5), st.none() | st.integers(0, 90))
-def test_departures_and_drops_match_a_brute_force_queue(gaps, rate_bps, overhead_bytes, queue_frames, queue_bytes):
+@given(arrivals, rates_bps, st.integers(0, 8), st.integers(0, 5), st.none() | st.integers(0, 90),
+       st.none() | st.integers(0, 60).map(lambda us: us * 1000))
+def test_departures_and_drops_match_a_brute_force_queue(gaps, rate_bps, overhead_bytes, queue_frames, queue_bytes,
+                                                        queue_ns):
     link, now_ns = [], 0
     for gap_ns, size in gaps:
         now_ns += gap_ns
         link.append((now_ns, size))
-    limit = RateLimit(rate_bps, overhead_bytes, queue_frames, queue_bytes)
+    limit = RateLimit(rate_bps, overhead_bytes, queue_frames, queue_bytes, queue_ns)
 
     out = [list(limit.carry(Transit(n, at_ns, at_ns, bytes(size)))) for n, (at_ns, size) in enumerate(link)]
 
     ends = [copies[0].arrival_ns if copies else None for copies in out]
-    assert ends == brute_force(link, rate_bps, overhead_bytes, queue_frames, queue_bytes)
+    assert ends == brute_force(link, rate_bps, overhead_bytes, queue_frames, queue_bytes, queue_ns)
 
 
 def test_a_saturated_link_passes_its_rate(frames):

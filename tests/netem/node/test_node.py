@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Generator
+from functools import partial
 from typing import Any
 
 import pytest
 
 from netem.emulator.conductor import Conductor
+from netem.media.answers import ShownPose
 from netem.node.node import Node
 from netem.wire.errors import WHOLE_NANOSECONDS, NodeFailure, with_remedy
 
@@ -107,28 +109,27 @@ def test_buffers_are_frames_and_numpy_numbers_are_samples(conduct: Conduct) -> N
 
 
 @pytest.mark.parametrize("silent_until_ns", [0, 1_150, 1 << 62])
-def test_what_is_shown_goes_out_at_its_instants_whatever_the_program_promises(conduct: Conduct,
-                                                                             silent_until_ns: int) -> None:
-    shown: list[int] = []
-    heard: list[tuple[int, bytes]] = []
-
+@pytest.mark.parametrize("latency_ns", [0, 10, 10_000])
+def test_what_is_shown_reaches_the_medium_before_all_else_at_its_instants_whatever_the_program_promises(
+        conduct: Conduct, silent_until_ns: int, latency_ns: int) -> None:
     def body() -> Node:
-        def show(period_ns: int) -> Callable[[int], bytes]:
-            return lambda time_ns: shown.append(time_ns) or f"{period_ns} at {time_ns}".encode()     # type: ignore[func-returns-value]
-
-        node = node_that(lambda node: node.promise_firm(silent_until_ns), wait=0)()
+        node = Node("z", ["wire"])
+        node.promise_firm(silent_until_ns)
         for period_ns in (300, 500):
-            node.show("wire", period_ns, show(period_ns))
+            node.show("wire", period_ns, partial(lambda period_ns: [float(period_ns), float(node.present_ns())],
+                                                 period_ns))
         return node
 
-    def observer() -> Node:
-        node = Node("b", ["wire"])
-        node.ports["wire"].on_receive = lambda data: heard.append((node.now_ns, data))
+    def talker() -> Node:               # its name precedes that of the body, so do its offers at one instant
+        node = Node("a", ["wire"])
+        for time_ns in range(100, 1_401, 100):
+            node.call_in(time_ns, lambda _: node.ports["wire"].send(b"x"))
         return node
 
-    conduct({"a": body, "b": observer}, latency_ns=10, end_ns=1_501)
+    done = conduct({"z": body, "a": talker}, latency_ns=latency_ns, end_ns=1_501,
+                   poses={"z": ShownPose(100, ("period", "time"))})
 
-    instants = sorted((k * period_ns, period_ns) for period_ns in (300, 500) for k in range(1_501 // period_ns + 1)
-                      if k * period_ns < 1_491)
-    assert heard == [(time_ns + 10, f"{period_ns} at {time_ns}".encode()) for time_ns, period_ns in instants]
-    assert shown == sorted([*range(0, 1_501, 300), *range(0, 1_501, 500)])
+    shown = [(time_ns, "z", [float(period_ns), float(time_ns)]) for time_ns, period_ns in sorted(
+        (k * period_ns, period_ns) for period_ns in (300, 500) for k in range(1_500 // period_ns + 1))]
+    sent = [(time_ns, "a", b"x") for time_ns in range(100, 1_401, 100)]
+    assert done.media["wire"].took == sorted([*shown, *sent], key=lambda took: (took[0], took[1] == "a"))  # type: ignore[attr-defined]

@@ -3,7 +3,8 @@ from math import log10
 import pytest
 
 from netem.topology import Site, TopologyError
-from netem.topology.path_loss import Circle, PathLoss, Rectangle
+from netem.topology.path_loss import PathLoss
+from netem.topology.zones import Circle, Rectangle
 
 LINE = {"a": (0.0, 0.0), "b": (10.0, 0.0), "c": (100.0, 0.0), "d": (1000.0, 0.0)}
 

@@ -1,0 +1,1 @@
+"""Judges a run by formulas of signal temporal logic, and gives their robustness: see `robustness`."""
