@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 
 from experiments.scenario import load
+from experiments.show.report import series
 from tests.experiments.run.fault_bench import MS, PROGRAM, SCENARIO, Ran
 
 
@@ -204,3 +206,17 @@ def test_figures_and_formulas_leave_out_what_a_dead_program_did_not_record(tmp_p
 
     assert {verdict["key"]: verdict["holds"] for verdict in ran.data.summary["verdicts"]} == {
         "guarantee.small.violations": True, "b.sent.max": True, "b.sent.last": True, "grows": True}
+
+
+def test_the_report_and_the_mcap_file_have_the_occurrences_in_time(tmp_path: Path) -> None:
+    ran = Ran(tmp_path / "run", "inline", '[[faults]]\nkind = "link_down"\nname = "cut"\non = "radio: a -> b"\n'
+              'during_s = [[0.3, 0.4], [0.6, 0.8]]\n[[faults]]\nkind = "clock_step"\non = "c"\nat_s = 0.5\nby_ms = 1\n')
+
+    assert series.faulty(ran.data) == [{"from_s": pytest.approx(start), "until_s": pytest.approx(end),
+                                        "text": "radio: cut link_down a -> b"}
+                                       for start, end in ((0.3, 0.4), (0.6, 0.8))]
+    marks, = [mark for mark in series.switching(ran.data)["marks"] if mark["label"] == "fault begins"]
+    assert [event["t_s"] for event in marks["events"]] == pytest.approx([0.3, 0.5, 0.6])
+    with (ran.out / "signals.mcap").open("rb") as file:
+        logged = [(message.log_time, message.data) for _, _, message in make_reader(file).iter_messages()]
+    assert {round(time_ns / MS) for time_ns, data in logged if b"cut link_down" in data} == {300, 400, 600, 800}
