@@ -1,4 +1,4 @@
-"""Faults of inputs at the plant itself: groups, fixed steps, a plant that goes on elsewhere, and what is not touched."""
+"""Faults of inputs at the plant itself: groups, fixed steps, a plant that goes on elsewhere, what is not touched."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ def test_an_input_is_changed_however_it_is_set_and_the_others_are_not(unicycle: 
         after = plant.input_group(["omega_cmd", "v_cmd"])
 
         found = [(plant.get("v_cmd"), plant.get("omega_cmd"))]
-        for write in (lambda: before.write([4.0, 3.0]), lambda: after.write([5.0, 6.0]), lambda: plant.set("v_cmd", 8.0)):
+        for write in (lambda: before.write([4.0, 3.0]), lambda: after.write([5.0, 6.0]),
+                      lambda: plant.set("v_cmd", 8.0)):
             write()
             found.append((plant.get("v_cmd"), plant.get("omega_cmd")))
         plant.change_input("v_cmd", HALF, begins=False)
