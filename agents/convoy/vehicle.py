@@ -86,7 +86,7 @@ class Vehicle:
         last = self._heard.get(settings.count - 1)
         if not settings.waits or last is None:
             return settings.cruise_mps
-        behind_m = self._board.sense("x") - last[1]
+        behind_m = float(self._board.sense("x")) - last[1]
         allowed_m = settings.most_gap_m * (settings.count - 1)
         return max(0.0, min(settings.cruise_mps, settings.cruise_mps + settings.gain_per_s * (allowed_m - behind_m)))
 
@@ -96,7 +96,7 @@ class Vehicle:
         if ahead is None or self._board.now_ns - ahead[0] > settings.hold_ns:
             return 0.0
         _, x, v = ahead
-        wanted = v + settings.gain_per_s * (x - self._board.sense("x") - settings.gap_m)
+        wanted = v + settings.gain_per_s * (x - float(self._board.sense("x")) - settings.gap_m)
         return max(0.0, min(settings.v_max_mps, wanted))
 
     def _gap(self) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, ClassVar, Literal
 
-from netem.faults import Fault, Target, World
+from netem.faults import Fault, Site, Target, World
 from netem.faults.schedule import Occurrence
 from netem.wire.instants import NEVER_NS
 
@@ -32,6 +32,15 @@ class Kill(Fault):
         if self.restart_after_ns is not None and self.restart_after_ns < 1:
             raise ValueError(f"restart_after_ns={self.restart_after_ns}: expected more than 0: a node restarts after "
                              "it was killed")
+
+    def refusal(self, target: Target, site: Site) -> str:
+        node, = target
+        for name, value in self.inputs_when_dead.items():
+            why = f"{node} has no plant" if node not in site.plants else site.plants[node].refusal_of_change(
+                name, inputs_only=True, scaled=False, value=value)
+            if why:
+                return f"inputs_when_dead={{{name} = {value}}}: {why}"
+        return ""
 
     def until_ns(self, occurrence: Occurrence) -> int:
         return NEVER_NS if self.restart_after_ns is None else occurrence.start_ns + self.restart_after_ns
