@@ -1,8 +1,8 @@
 """A vehicle of a convoy on a straight road: it says where it is, and keeps its distance to the one ahead.
 
     each period    place, speed --broadcast--> the others
-    leader         cruise speed, or slower if it waits and the last vehicle it hears is further behind than `most_gap_m`
     leader         cruise speed, or slower if it waits and the last vehicle that it hears is too far behind
+    follower       v = v_ahead + gain (gap - wanted gap), within [0, v_max]; the last command for `hold_ns` after the last
                    frame of the vehicle ahead, then it stops
 
 The constant-spacing law with the speed of the one ahead fed forward is that of Swaroop and Hedrick (1999), "Constant
