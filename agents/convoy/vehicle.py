@@ -2,8 +2,8 @@
 
     each period    place, speed --broadcast--> the others
     leader         cruise speed, or slower if it waits and the last vehicle that it hears is too far behind
-    follower       v = v_ahead + gain (gap - wanted gap), within [0, v_max]; the last command for `hold_ns` after the last
-                   frame of the vehicle ahead, then it stops
+    follower       v = v_ahead + gain (gap - wanted gap), within [0, v_max]; its last command for `hold_ns` after the
+                   last frame of the vehicle ahead, then it stops
 
 The constant-spacing law with the speed of the one ahead fed forward is that of Swaroop and Hedrick (1999), "Constant
 spacing strategies for platooning in automated highway systems", ASME J. Dyn. Sys. Meas. Control 121(3), without the
