@@ -28,6 +28,7 @@ from simpy.events import Event, Process, Timeout
 from firmware_sim.board_timers import Repetition, Timer, Timers
 from firmware_sim.local_clock import LocalClock
 from firmware_sim.old_names import OldName
+from firmware_sim.processor import Processor
 from fmus.plant import InputGroup, OutputGroup, Plant
 from netem.node.node import Node, Port
 from netem.wire.level import Level
@@ -49,14 +50,14 @@ class Board:
     silent_unless_heard_until: ClassVar = OldName("silent_unless_heard_until")
 
     def __init__(self, node: Node, clock: LocalClock, plant: Plant | None, team: Mapping[str, Any], rng: Random,
-                 parameters: Mapping[str, Any]) -> None:
+                 parameters: Mapping[str, Any], processor: Processor | None = None) -> None:
         """`team`: the scenario's table [team]."""
         self.name = node.name
         self.team = team
         self.rng = rng
         self._node, self._clock, self._plant, self._parameters = node, clock, plant, parameters
         self._timers = Timers(node, clock)
-        self._slowness = 1.0            # factor of execution times
+        self._processor = Processor() if processor is None else processor
         self._waits_over, self._waited_at_ns = 0, -1
 
     # --- frames
@@ -141,7 +142,7 @@ class Board:
 
     def execution_ns(self, nominal_ns: int) -> int:
         """Return how long [ns] a task takes that takes `nominal_ns` while no fault slows the processor down."""
-        return nominal_ns if self._slowness == 1.0 else round(nominal_ns * self._slowness)
+        return self._processor.execution_ns(nominal_ns)
 
     def promise_firm(self, local_ns: int) -> None:
         """Promise to send nothing before `local_ns`, whatever arrives; extends the promise of the timers."""
@@ -205,19 +206,15 @@ class Board:
         self._node.next_frame_ns = self._timers.next_frame_ns
 
     def take_faults(self) -> None:
-        """Let faults of the clock and of the processor act on this board, from now on."""
+        """Let faults of the clock act on this board's timers, from now on."""
         self._node.at_fault("clock_step", self._step_clock)
         self._node.at_fault("clock_drift", self._trim_clock)
-        self._node.at_fault("slow", self._slow_down)
 
     def _step_clock(self, fields: Mapping[str, Any]) -> None:
         self._timers.change_clock(partial(self._clock.adjust, fields["by_ns"]))
 
     def _trim_clock(self, fields: Mapping[str, Any]) -> None:
         self._timers.change_clock(partial(self._clock.drift, fields["by_ppm"]))
-
-    def _slow_down(self, fields: Mapping[str, Any]) -> None:
-        self._slowness = fields["factor"]
 
     def _required_plant(self) -> Plant:
         if self._plant is None:

@@ -8,7 +8,7 @@ an output names parameters: elements of the output beyond the last row in which 
 than 0 stay 0 and are not recorded. The position of a scalar is its value reference. All variables are 64-bit floating
 point numbers.
 
-Not covered: integers, strings, clocks, tunable parameters, display units.
+Not covered: integers, strings, clocks, display units.
 """
 
 from __future__ import annotations
@@ -49,10 +49,15 @@ class Scalar:
     about: str
     min: float | None = None
     max: float | None = None
+    tunable: bool = False
 
     @property
     def computed(self) -> bool:
         return self.start is None
+
+    @property
+    def variability(self) -> str:
+        return "continuous" if self.kind != "parameter" else "tunable" if self.tunable else "fixed"
 
 
 @dataclass(frozen=True)
@@ -68,11 +73,12 @@ class Row:
     min: float | None = None
     max: float | None = None
     filled_by: tuple[str, ...] = ()
+    tunable: bool = False
 
     def scalars(self) -> list[Scalar]:
         names = element_names(self.name, self.size)
         starts = self.starts or (None,) * len(names)
-        return [Scalar(name, self.kind, self.unit, start, self.about, self.min, self.max)
+        return [Scalar(name, self.kind, self.unit, start, self.about, self.min, self.max, self.tunable)
                 for name, start in zip(names, starts, strict=True)]
 
 
@@ -186,7 +192,7 @@ def _row(place: int, row: dict[str, Any], problems: list[str]) -> Row:
         problems.append(f"{where}.unit={_shown(unit)}: {' '.join(str(error).split())}")
     if not about or not _plain_text(about):
         problems.append(f"{where}.about={_shown(about)}: say in a few words on one line what it is, without */")
-    if unknown := set(row) - {"name", "kind", "unit", "about", "size", "start", "min", "max", "filled_by"}:
+    if unknown := set(row) - {"name", "kind", "unit", "about", "size", "start", "min", "max", "filled_by", "tunable"}:
         problems.append(f"{where}: unknown keys {', '.join(map(_shown, sorted(unknown)))}")
     size = row.get("size", [])
     if not isinstance(size, list) or len(size) > 2 or not all(type(extent) is int and 0 < extent <= MOST_SCALARS
@@ -204,7 +210,11 @@ def _row(place: int, row: dict[str, Any], problems: list[str]) -> Row:
         problems.append(f"{where}.filled_by={_shown(filled_by)}: expected names of parameters, at an output with a "
                         "size")
         filled_by = []
-    return Row(str(name), str(kind), str(unit), str(about), tuple(size), starts, low, high, tuple(filled_by))
+    tunable = row.get("tunable", False)
+    if not isinstance(tunable, bool) or (tunable and kind != "parameter"):
+        problems.append(f"{where}.tunable={_shown(tunable)}: expected true or false, true at a parameter only")
+        tunable = False
+    return Row(str(name), str(kind), str(unit), str(about), tuple(size), starts, low, high, tuple(filled_by), tunable)
 
 
 def _starts(where: str, start: Any, kind: Any, count: int, problems: list[str]) -> tuple[float, ...] | None:
@@ -235,7 +245,7 @@ def variables_of(model: Model) -> dict[str, Variable]:
     """Return the variables, by name, that the description of the model's FMU will declare, without building the FMU."""
     return {scalar.name: Variable(
         name=scalar.name, reference=reference, type="Float64", causality=scalar.kind,
-        variability="fixed" if scalar.kind == "parameter" else "continuous",
+        variability=scalar.variability,
         initial="calculated" if scalar.computed else "exact", unit=scalar.unit,
         start=None if scalar.start is None else repr(scalar.start), about=scalar.about, min=scalar.min, max=scalar.max)
         for reference, scalar in enumerate(model.scalars())}
@@ -252,7 +262,7 @@ def token_of(sources: dict[str, bytes]) -> str:
 def header(model: Model, token: str) -> str:
     """Return variables.h: the struct `Values`, and the tables about its members that fmi/instance.c reads."""
     scalars = model.scalars()
-    kinds = "".join("c" if s.computed else s.kind[0] for s in scalars)
+    kinds = "".join("c" if s.computed else "t" if s.tunable else s.kind[0] for s in scalars)
     fields = "".join(f"    double {row.name}{''.join(f'[{extent}]' for extent in row.size)};"
                      f" /* [{row.unit}] {row.about} */\n" for row in model.rows)
     return (f"/* Generated from variables.toml of {model.name} by fmus/describe.py. */\n"
@@ -283,10 +293,9 @@ ORIGIN = f'generationTool="{TOOL}" variableNamingConvention="structured"'
 
 
 def _attributes(scalar: Scalar) -> str:
-    variability = "fixed" if scalar.kind == "parameter" else "continuous"
     initial = {"input": "", "parameter": ' initial="exact"'}.get(
         scalar.kind, ' initial="calculated"' if scalar.computed else ' initial="exact"')
-    return f'causality="{scalar.kind}" variability="{variability}"{initial}'
+    return f'causality="{scalar.kind}" variability="{scalar.variability}"{initial}'
 
 
 def _value(scalar: Scalar) -> str:

@@ -31,6 +31,7 @@ from fmus.description import PlantDescription, Variable
 from fmus.errors import PlantEnded, PlantError
 from fmus.fixed_step import FixedStep
 from fmus.fmi_calls import FATAL, Fmu, Fmu2, Fmu3, status_name
+from fmus.input_faults import Change, InputFaults
 from fmus.parameters import Nested, expand_parameters
 from fmus.plant_state import Diary, PlantState
 from fmus.start_values import Misfit, elements_of, kind_in_words, start_values
@@ -51,6 +52,11 @@ class InputGroup:
         self._set = plant.noted(self.names, fmu.floats("Set", variables).set)
         self._plant = plant
         self._trusted = plant.description.ours
+        plant.input_groups.append(self)
+
+    def let_change(self, faults: InputFaults) -> None:
+        """Let faults change the values that are written from now on."""
+        self._set = faults.of_values(self.names, self._set)
 
     def write(self, values: Sequence[float]) -> None:
         """Set all inputs of the group, in the order in which they were named, from now on."""
@@ -154,6 +160,8 @@ class Plant:
         # values that are set at the next point, and the calls that set them
         self._waiting: dict[tuple[str, ...], tuple[list[Any], Callable[[], int]]] = {}
         self._diary: Diary | None = None
+        self._faults: InputFaults | None = None
+        self.input_groups: list[InputGroup] = []
         found = start_values(description.variables, start or {})
         self._check_start(description, start or {}, found.complaints)
         self.description = msgspec.structs.replace(description, variables=dict(found.variables))
@@ -222,6 +230,59 @@ class Plant:
         else:
             self._set(variable, elements)
 
+    def change_input(self, name: str, change: Change, begins: bool) -> None:
+        """Let a fault change the values set for an input, a scalar, from the present on, or end the fault.
+
+        A plant that has stopped stays as it is.
+        """
+        if self.stopped is not None:
+            return
+        self.come_to_present()
+        faults = self._input_faults()
+        asked = self._asked(name)
+        if begins:
+            faults.begin(name, change, asked)
+        else:
+            asked = faults.end(name, change)
+        if any(name in names for names in self._waiting):
+            return                      # set anew at the next communication point
+        variable = self.description.variable(name)
+        if self.between_points:
+            self.set_later((name,), [asked], partial(self._set_elements(variable), [asked]))
+        else:
+            self._set(variable, [asked])
+
+    def change(self, name: str, change: Change) -> None:
+        """Change an input or a tunable parameter at the present; with a factor or a bias, the value set last.
+
+        A plant that has stopped stays as it is.
+        """
+        if self.stopped is None:
+            self.come_to_present()
+            self.set(name, change.by if change.how == "value" else change.of(self._asked(name)))
+
+    def _asked(self, name: str) -> Any:
+        """Return the value of a scalar that was set last, whether or not a fault changes it."""
+        for names, (values, _) in reversed(self._waiting.items()):
+            if name in names:
+                return values[names.index(name)]
+        if self._faults is not None and name in self._faults.asked:
+            return self._faults.asked[name]
+        return self.get(name)
+
+    def _input_faults(self) -> InputFaults:
+        """Return the faults of the inputs; from the first call on, all values pass them on their way to the FMU."""
+        faults = self._faults
+        if faults is None:
+            faults = self._faults = InputFaults()
+            for group in self.input_groups:
+                group.let_change(faults)
+            self._set_waiting_anew([(names, values) for names, (values, _) in self._waiting.items()])
+        return faults
+
+    def _set_waiting_anew(self, waiting: Sequence[tuple[tuple[str, ...], list[Any]]]) -> None:
+        self._waiting = {names: (values, partial(self._set_call(names), values)) for names, values in waiting}
+
     def get(self, name: str) -> Any:
         """Return the present value: float, int, bool, str or bytes by type; of an array a flat tuple, rows first."""
         self.come_to_present()
@@ -259,8 +320,10 @@ class Plant:
         self._waiting[names] = values, call
 
     def noted(self, names: tuple[str, ...], set_values: Callable[[Any], int]) -> Callable[[Any], int]:
-        """Return `set_values`, which sets the variables `names`, so that the diary, if there is one, has its calls."""
-        return set_values if self._diary is None else self._diary.of_values(names, set_values)
+        """Return `set_values`, which sets the variables `names`, so that faults change and the diary has its values."""
+        if self._diary is not None:
+            set_values = self._diary.of_values(names, set_values)
+        return set_values if self._faults is None else self._faults.of_values(names, set_values)
 
     def state(self) -> bytes:
         """Return the state of a mortal plant, for `restore` in another process."""
@@ -271,7 +334,8 @@ class Plant:
         return msgspec.msgpack.encode(PlantState(
             self.now_ns, self._point, self.between_points,
             [(names, values) for names, (values, _) in self._waiting.items()], self.stopped, fmu,
-            [] if self._diary is None else self._diary.calls))
+            [] if self._diary is None else self._diary.calls,
+            {} if self._faults is None else self._faults.acting, {} if self._faults is None else self._faults.asked))
 
     def restore(self, state: bytes) -> None:
         """Continue, as a plant that was just made with the same arguments, where another one's `state` was saved."""
@@ -284,7 +348,11 @@ class Plant:
             else:
                 self.check(self._set_call(names)(values), f"setting {', '.join(names)}")
         self.now_ns, self._point, self.between_points = found.now_ns, found.point, found.between_points
-        self._waiting = {names: (values, partial(self._set_call(names), values)) for names, values in found.waiting}
+        if found.acting:
+            self._faults = InputFaults(found.acting, found.asked)
+            for group in self.input_groups:
+                group.let_change(self._faults)
+        self._set_waiting_anew(found.waiting)
         self.stopped = found.stopped
 
     def _set_call(self, names: tuple[str, ...]) -> Callable[[Any], int]:

@@ -11,6 +11,8 @@ from typing import Any
 
 import msgspec
 
+from fmus.input_faults import Change
+
 
 class PlantState(msgspec.Struct):
     now_ns: int
@@ -20,6 +22,8 @@ class PlantState(msgspec.Struct):
     stopped: str | None
     fmu: bytes                                      # serialized state; b"" if there is a diary
     diary: list[tuple[tuple[str, ...], list[Any]]]  # ((), [time, step size] [s]) for a step, else (names, values) set
+    acting: dict[str, list[Change]]                 # faults of inputs, by name, and
+    asked: dict[str, Any]                           # the values that were set last of those inputs
 
 
 class Diary:

@@ -305,6 +305,20 @@ def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
         print_path(_console(), "report", write_report(run_dir, "inside" if self_contained else "auto"))
 
 
+@app.command(epilog="Example: marconet fault runs/third kill on=r3 restart_after_s=1.5")
+@click.argument("run_dir", metavar="RUN", type=click.Path(path_type=Path))
+@click.argument("kind", metavar="KIND")
+@click.argument("keys", metavar="KEY=VALUE...", nargs=-1)
+@verbosely
+def fault(run_dir: Path, kind: str, keys: Sequence[str], verbose: bool) -> None:
+    """Inject a fault, with the keys of [[faults]], into a run in real time; it begins at once."""
+    with errors_as_text(verbose):
+        from experiments.run.injection import inject, parse_keys
+
+        name, at_ns = inject(run_dir, kind, parse_keys(keys))
+        click.echo(f"{name}: {kind} at {at_ns / 1e9:.9g} s")
+
+
 @app.command(epilog="Example: marconet export runs/third --as traces --out traces")
 @click.argument("run_dir", metavar="RUN_DIR", type=click.Path(path_type=Path))
 @click.option("--as", "form", type=click.Choice(["traces"]), required=True,

@@ -157,6 +157,17 @@ class Run:
                 f"{draw(self._data)}<table>{rows}</table>")
 
 
+def fault(run: str | Path, kind: str, **keys: Any) -> tuple[str, float]:
+    """Inject a fault, with the keys of `[[faults]]`, into the run in real time in the folder `run`; it begins at once.
+
+    Returns its name and its instant in s of the run. Raises ValueError with the reason if it cannot be injected.
+    """
+    from experiments.run.injection import inject
+
+    name, at_ns = inject(Path(run), kind, keys)
+    return name, at_ns / 1e9
+
+
 def run(scenario: Scenario | str | PurePath, *, host: Literal["inline", "process"] = "process",
         out: str | PurePath | None = None, report: bool = False, real_time: bool = False,
         overwrite: bool = False) -> Run:

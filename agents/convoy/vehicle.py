@@ -1,9 +1,9 @@
 """A vehicle of a convoy on a straight road: it says where it is, and keeps its distance to the one ahead.
 
     each period    place, speed --broadcast--> the others
-    leader         cruise speed, or slower if it waits and the last vehicle it hears is further behind than `most_gap_m`
-    follower       v = v_ahead + gain (gap - wanted gap), within [0, v_max]; the last command for `hold_ns` after the last
-                   frame of the vehicle ahead, then it stops
+    leader         cruise speed, or slower if it waits and the last vehicle that it hears is too far behind
+    follower       v = v_ahead + gain (gap - wanted gap), within [0, v_max]; its last command for `hold_ns` after the
+                   last frame of the vehicle ahead, then it stops
 
 The constant-spacing law with the speed of the one ahead fed forward is that of Swaroop and Hedrick (1999), "Constant
 spacing strategies for platooning in automated highway systems", ASME J. Dyn. Sys. Meas. Control 121(3), without the
@@ -86,7 +86,7 @@ class Vehicle:
         last = self._heard.get(settings.count - 1)
         if not settings.waits or last is None:
             return settings.cruise_mps
-        behind_m = self._board.sense("x") - last[1]
+        behind_m = float(self._board.sense("x")) - last[1]
         allowed_m = settings.most_gap_m * (settings.count - 1)
         return max(0.0, min(settings.cruise_mps, settings.cruise_mps + settings.gain_per_s * (allowed_m - behind_m)))
 
@@ -96,7 +96,7 @@ class Vehicle:
         if ahead is None or self._board.now_ns - ahead[0] > settings.hold_ns:
             return 0.0
         _, x, v = ahead
-        wanted = v + settings.gain_per_s * (x - self._board.sense("x") - settings.gap_m)
+        wanted = v + settings.gain_per_s * (x - float(self._board.sense("x")) - settings.gap_m)
         return max(0.0, min(settings.v_max_mps, wanted))
 
     def _gap(self) -> float:

@@ -59,6 +59,7 @@ class CompanionSettings:
 
 class AerialCompanion:
     Settings = CompanionSettings
+    has_execution_time = True
 
     def __init__(self, board: Board, own: CompanionSettings) -> None:
         self._settings = settings = own.pursuit
@@ -120,10 +121,9 @@ class AerialCompanion:
         board = self._board
         release_ns, instant = self._schedule.next_after(board.now_ns - 1), 0
         while True:
-            speaks_ns = release_ns + self._settings.execution_ns
-            yield from board.sleep_until(release_ns, silent_until_ns=speaks_ns)
+            yield from board.sleep_until(release_ns, silent_until_ns=release_ns + self._settings.execution_ns)
             look, frames = self._step(board.now_ns, instant)
-            yield from board.sleep_until(speaks_ns)
+            yield from board.sleep_until(release_ns + board.execution_ns(self._settings.execution_ns))
             if look:
                 board.count("looks")
                 self._view.send(LOOK)

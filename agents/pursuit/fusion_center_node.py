@@ -38,6 +38,7 @@ class FusionCenterSettings:
 
 class FusionCenterNode:
     Settings = FusionCenterSettings
+    has_execution_time = True
 
     def __init__(self, board: Board, settings: FusionCenterSettings) -> None:
         self._board, self._settings = board, settings
@@ -74,7 +75,7 @@ class FusionCenterNode:
             counted = False
         self._board.count("readings" if counted else "readings left out")
         if report.claims:
-            self._after(self._settings.execution_ns, lambda: self._claim(report))
+            self._after(self._board.execution_ns(self._settings.execution_ns), lambda: self._claim(report))
         if counted and report.target not in self._gathering:
             self._gathering.add(report.target)
             self._after(self._settings.gather_ns, lambda: self._pass_on(report.target))

@@ -32,6 +32,7 @@ COUNTERS = ("looks", "looks that saw nothing", "detections", "detections refused
 
 class PursuerRobot:
     Settings = PursuerSettings
+    has_execution_time = True
     check = staticmethod(pursuer_problems)
 
     def __init__(self, board: Board, settings: PursuerSettings) -> None:
@@ -50,9 +51,18 @@ class PursuerRobot:
         self._newest: Place = (nan, nan)
         board.record_all([("estimate_x", "m"), ("estimate_y", "m"), ("detection_x", "m"), ("detection_y", "m")],
                          self._sample)
-        board.every(settings.step_ns, self._instant, offset_ns=settings.execution_ns)
+        board.every(settings.step_ns, self._end_of_execution, offset_ns=settings.execution_ns)
 
     # --- at every instant k T_s
+
+    def _end_of_execution(self) -> None:
+        """Act, unless the processor is slower than usual and needs longer."""
+        nominal_ns = self._settings.execution_ns
+        longer_ns = self._board.execution_ns(nominal_ns) - nominal_ns
+        if longer_ns:
+            self._board.at(self._board.now_ns + longer_ns, self._instant)
+        else:
+            self._instant()
 
     def _instant(self) -> None:
         self._decide()
@@ -115,7 +125,7 @@ class PursuerRobot:
             self._reckoning.read(self._board.now_ns - self._settings.odometry_age_ns, *heard.angles_rad)
 
     def _after_execution(self, action: Callable[[], None]) -> None:
-        self._board.at(self._board.now_ns + self._settings.execution_ns, action)
+        self._board.at(self._board.now_ns + self._board.execution_ns(self._settings.execution_ns), action)
 
     def _sample(self) -> Sequence[float]:
         seen = self._pursuer is not None and self._pursuer.seen_ns is not None

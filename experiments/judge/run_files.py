@@ -68,6 +68,8 @@ SUMMARY: Final = JsonFile("summary.json", Json)
 
 LOCK: Final = "run.lock"
 LEDGER: Final = "ledger.parquet"
-RECORDS: Final = (SCENARIO.name, LEDGER, RUN.name, GUARANTEES.name, SUMMARY.name, "report.html",
+INJECTED: Final = "injected.toml"           # faults that came from outside during a run in real time
+FAULT_SOCKET: Final = "run.faults"          # by which they come
+RECORDS: Final = (SCENARIO.name, LEDGER, RUN.name, GUARANTEES.name, SUMMARY.name, "report.html", INJECTED, FAULT_SOCKET,
                   "outputs.svg")            # beside the files of the recorders (netem/records/table.py)
 JOURNALS: Final = ("ledger.rows", "signals.rows")

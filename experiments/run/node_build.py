@@ -19,10 +19,12 @@ from experiments.scenario.own_modules import class_for
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
+from firmware_sim.processor import Processor
 from firmware_sim.program_settings import construct_program
 from firmware_sim.recorded_outputs import record_outputs
 from fmus.call_record import CallRecord
 from fmus.description import PlantDescription
+from fmus.input_faults import Change
 from fmus.plant import Plant
 from netem.core.random_streams import stream
 from netem.node.named import Named
@@ -74,6 +76,7 @@ class State(msgspec.Struct):
 
     plant: bytes | None
     clock: tuple[str, str, str]         # of `LocalClock.kept`
+    slowed_by: list[float]              # factors of its execution times
 
 
 def build_node(specification: NodeSpecification, at_end: ExitStack | None = None,
@@ -91,15 +94,14 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
         kind = Node
     node = kind(specification.name, specification.media, specification.sample_period_ns, life)
     clock = LocalClock(specification.clock, node.present_ns)
+    processor = Processor()
     plant = _plant(specification, node, record)
-    node.at_fault("kill", partial(_leave, plant, clock))
-    begin = partial(_begin, specification, node, clock, plant, at_end, 0 if life is None else life.number)
+    _take_faults(node, plant, clock, processor)
+    begin = partial(_begin, specification, node, clock, processor, plant, at_end, 0 if life is None else life.number)
     if life is None:
         begin()
         return node
-    _resume(plant, clock, life)
-    node.at_fault("clock_step", lambda fields: clock.adjust(fields["by_ns"]))       # until a board takes them
-    node.at_fault("clock_drift", lambda fields: clock.drift(fields["by_ppm"]))
+    _resume(plant, clock, processor, life)
     if plant is not None and specification.plant is not None:
         record_outputs(node, plant, specification.plant.idle_outputs, among=life.signals)
     if life.boots_ns < NEVER_NS:
@@ -107,10 +109,23 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     return node
 
 
-def _begin(specification: NodeSpecification, node: Node, clock: LocalClock, plant: Plant | None,
+def _take_faults(node: Node, plant: Plant | None, clock: LocalClock, processor: Processor) -> None:
+    """Let faults act in the node that need no program; a board's own acts on its clock replace those here."""
+    node.at_fault("kill", partial(_leave, plant, clock, processor))
+    node.at_fault("clock_step", lambda fields: clock.adjust(fields["by_ns"]))
+    node.at_fault("clock_drift", lambda fields: clock.drift(fields["by_ppm"]))
+    node.at_fault("slow", processor.slow_down)
+    if plant is not None:
+        node.at_fault("plant_input", lambda fields: plant.change_input(
+            fields["variable"], Change(fields["how"], fields["by"]), fields["begins"]))
+        node.at_fault("plant_parameter", lambda fields: plant.change(
+            fields["variable"], Change(fields["how"], fields["by"])))
+
+
+def _begin(specification: NodeSpecification, node: Node, clock: LocalClock, processor: Processor, plant: Plant | None,
            at_end: ExitStack | None, life: int) -> None:
     """Construct and start the program; record what it declares and the outputs of its plant."""
-    board = _board(specification, node, clock, plant, life)
+    board = _board(specification, node, clock, processor, plant, life)
     board.take_faults()
     if specification.blocking:
         _begin_blocking(specification, node, board, at_end)
@@ -128,18 +143,19 @@ def _begin(specification: NodeSpecification, node: Node, clock: LocalClock, plan
         record_outputs(node, plant, specification.plant.idle_outputs)
 
 
-def _leave(plant: Plant | None, clock: LocalClock, fields: Mapping[str, Any]) -> bytes:
+def _leave(plant: Plant | None, clock: LocalClock, processor: Processor, fields: Mapping[str, Any]) -> bytes:
     """Return what outlives the node, which is about to be killed."""
-    state = State(None if plant is None else plant.state(), clock.kept())
+    state = State(None if plant is None else plant.state(), clock.kept(), processor.factors)
     if plant is not None:
         plant.close()               # for an FMU of which a process can have only one
     return msgspec.msgpack.encode(state)
 
 
-def _resume(plant: Plant | None, clock: LocalClock, life: Life) -> None:
-    """Let the plant and the clock go on from the node's last life."""
+def _resume(plant: Plant | None, clock: LocalClock, processor: Processor, life: Life) -> None:
+    """Let the plant, the clock and the processor go on from the node's last life."""
     state = msgspec.msgpack.decode(life.state, type=State)
     clock.resume(*state.clock)
+    processor.resume(state.slowed_by)
     if plant is not None and state.plant is not None:
         plant.restore(state.plant)
         if plant.stopped is None:
@@ -193,9 +209,11 @@ def _plant(specification: NodeSpecification, node: Node, record: CallRecord | No
     return plant
 
 
-def _board(specification: NodeSpecification, node: Node, clock: LocalClock, plant: Plant | None, life: int) -> Board:
+def _board(specification: NodeSpecification, node: Node, clock: LocalClock, processor: Processor,
+           plant: Plant | None, life: int) -> Board:
     name = specification.name
     team = Named(specification.team, name, "key of [team]", "the scenario has no [team]")
     parameters = Named(specification.parameters, name, "parameter", f"agents.{name}.parameters is empty")
     place = f"agents.{name}/life {life}" if life else f"agents.{name}"
-    return Board(node, clock, plant, team, stream(specification.seed, place), parameters)
+    return Board(node, clock, plant, team, stream(specification.seed, place), parameters,
+                 processor)

@@ -29,6 +29,7 @@ from experiments.judge.run_files import SCENARIO, Json
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
+from experiments.run.injection import Injection
 from experiments.run.network import Network
 from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.run.recorded_signals import refuse_unrecorded
@@ -202,7 +203,11 @@ class _Run:
             refuse_unrecorded(self.scenario, self._recorded(hellos))
             self.network.observe(self.feed, self._event_on_medium)
             self.conductor.admit(hellos, self.network.media)
-            self._plan_faults()
+            world = self._plan_faults()
+            if self.conductor.pace is not None:
+                injection = Injection(self.scenario, self.folder, self.conductor, self.conductor.pace, world,
+                                      self._may_kill)
+                self.at_end.callback(injection.close)
             self.started_s, self.started_processor_s = time.monotonic(), time.process_time()
             self.conductor.run()
             self.ended_s = time.monotonic()
@@ -221,11 +226,17 @@ class _Run:
             raise Interrupted(came[0])
         return RunResult(self.folder, summary)
 
-    def _plan_faults(self) -> None:
+    def _plan_faults(self) -> RunWorld:
         world = RunWorld(self.conductor, self.agenda, self.network.links, partial(stream, self.scenario.seed))
         for spec in self.scenario.faults:
             for occurrence in spec.occurrences:
                 world.occurs(spec.settings, spec.cause, spec.targets, Occurrence(*occurrence))
+        return world
+
+    def _may_kill(self, node: str) -> bool:
+        """Return whether the node can be killed, though no fault of the scenario does so."""
+        plant = self.specifications[node].plant
+        return self.specifications[node].mortal or plant is None or plant.description.saves_state
 
     def _conclude(self) -> Summary:
         """Close the records, end the nodes, judge and write the summary.

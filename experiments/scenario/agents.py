@@ -8,7 +8,7 @@ from typing import Any
 
 from experiments.scenario.model import AgentSpec, PlantSpec
 from experiments.scenario.overrides import parse_path
-from experiments.scenario.plant_parameters import plant_names
+from experiments.scenario.plant_parameters import PlantNames, plant_names
 from experiments.scenario.problems import Place, near
 from experiments.scenario.program import check_program
 from experiments.scenario.sections import Reading
@@ -37,7 +37,8 @@ class AgentTable:
 
 
 class Agents:
-    """Reads the agents; `programs` maps each program class to the settings of the agents that run it, by name.
+    """Reads the agents; `programs` maps each program class to the settings of the agents that run it, by name, and
+    `plants` each agent with a plant to the names in it.
 
     `look_up` returns the table at a path in the file, and a problem of the path or "".
     """
@@ -47,6 +48,7 @@ class Agents:
         self.look_up = look_up
         self.problems = reading.problems
         self.programs: dict[type, dict[str, Any]] = {}
+        self.plants: dict[str, PlantNames] = {}
 
     def agent(self, name: str, table: Any, defaults: dict[str, Any], media: Sequence[str]) -> AgentSpec:
         """Return the agent; with mistakes in it, without its wrong parts, as other sections may refer to it."""
@@ -77,6 +79,7 @@ class Agents:
         except ValueError as error:
             self.problems.add((*place, "fmu"), str(error), table.fmu)
             return None
+        self.plants[str(place[1])] = plant
         before = self.problems.found
         if table.preset is not None and table.preset not in plant.presets:
             self.problems.add((*place, "preset"), f"no such preset of {table.fmu}; {near(table.preset, plant.presets)}",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from experiments.scenario.agents import Agents
 from experiments.scenario.model import AgentSpec, FaultSpec, MediumSpec
+from experiments.scenario.plant_parameters import PlantNames
 from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.refusals import refuse
 from experiments.scenario.sections import Reading
@@ -30,17 +32,16 @@ class FaultHeader:
     rate_per_s: float | None = None
 
 
-def read_faults(tables: Sequence[Any], agents: Mapping[str, AgentSpec], media: Mapping[str, MediumSpec], seed: int,
-                length_ns: int, reading: Reading) -> tuple[FaultSpec, ...]:
+def read_faults(tables: Sequence[Any], reader: Agents, agents: Mapping[str, AgentSpec],
+                media: Mapping[str, MediumSpec], seed: int, length_ns: int, reading: Reading) -> tuple[FaultSpec, ...]:
     """Return the faults with their targets and their occurrences in a run of this seed and length."""
-    site = Site(tuple(agents), {name: medium.nodes for name, medium in media.items()},
-                {name: medium.settings.links_to_themselves() for name, medium in media.items()
-                 if medium.settings is not None})
+    site = site_of(agents, media, reader.plants,
+                   {name for cls, own in reader.programs.items() if has_execution_time(cls) for name in own})
     found = []
     names: dict[str, Place] = {}
     for index, table in enumerate(tables):
         place: Place = ("faults", index)
-        spec = _fault(table, place, site, seed, length_ns, reading)
+        spec = read_fault(table, place, site, media, seed, length_ns, reading)
         if spec is not None:
             if spec.name in names:
                 reading.problems.add((*place, "name"), f"the name of {path_text(names[spec.name])} too, so both would "
@@ -52,7 +53,22 @@ def read_faults(tables: Sequence[Any], agents: Mapping[str, AgentSpec], media: M
     return tuple(found)
 
 
-def _fault(table: Any, place: Place, site: Site, seed: int, length_ns: int, reading: Reading) -> FaultSpec | None:
+def site_of(agents: Collection[str], media: Mapping[str, MediumSpec], plants: Mapping[str, PlantNames],
+            timed: Collection[str]) -> Site:
+    """Return the names that faults can be about; `timed` has the agents whose programs have execution times."""
+    return Site(tuple(agents), {name: medium.nodes for name, medium in media.items()},
+                {name: medium.settings.links_to_themselves() for name, medium in media.items()
+                 if medium.settings is not None}, plants, timed)
+
+
+def has_execution_time(program: Any) -> bool:
+    """Return whether a program class says that its tasks take time, by `Board.execution_ns`."""
+    return getattr(program, "has_execution_time", False) is True
+
+
+def read_fault(table: Any, place: Place, site: Site, media: Mapping[str, MediumSpec], seed: int, length_ns: int,
+               reading: Reading) -> FaultSpec | None:
+    """Return the fault of one table; None, with the problems added, for one that is wrong."""
     problems = reading.problems
     if not isinstance(table, dict):
         problems.add(place, "expected a table", table)
@@ -75,6 +91,9 @@ def _fault(table: Any, place: Place, site: Site, seed: int, length_ns: int, read
     if fault is not None and "on" in header:
         try:
             targets = fault.resolve(header["on"], site)
+            if why := next(filter(None, (fault.refusal(target, site) or _misplaced(kind, fault, target, media)
+                                         for target in targets)), ""):
+                raise ValueError(why)
         except ValueError as error:
             refuse(error, table, place, problems) if "=" in str(error).partition(":")[0] else \
                 problems.add((*place, "on"), str(error), header["on"])
@@ -94,6 +113,15 @@ def _fault(table: Any, place: Place, site: Site, seed: int, length_ns: int, read
         return None
     return FaultSpec(path_text(place), header.get("name", ""), kind, header["on"], tuple(targets), fault,
                      tuple(occurrences), "rate_per_s" in header)
+
+
+def _misplaced(kind: str, fault: Fault, target: Sequence[str], media: Mapping[str, MediumSpec]) -> str:
+    """Return why a medium does not take faults of this kind, "" if it does or the fault is none of a medium."""
+    if fault.on == "nodes" or (settings := media[target[0]].settings) is None or fault.strikes in settings.strikable:
+        return ""
+    taken = [name for name, cls in FAULTS.items() if cls.on != "nodes" and cls.strikes in settings.strikable]
+    return (f"{target[0]} is a medium of kind {media[target[0]].kind}, which takes no fault of kind {kind}: it takes "
+            f"{', '.join(taken)}")
 
 
 def _refuse_overlaps(faults: Sequence[FaultSpec], reading: Reading) -> None:

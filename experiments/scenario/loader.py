@@ -88,7 +88,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     network.check_names(table.get("name") if isinstance(table, dict) else None for table in tables["impairments"])
     impairments = tuple(network.impairment(table, ("impairments", index), media)
                         for index, table in enumerate(tables["impairments"]))
-    faults = read_faults(tables["faults"], agents, media, *((0, 1) if header is None else (
+    faults = read_faults(tables["faults"], agent_reader, agents, media, *((0, 1) if header is None else (
         header.seed, header.length_ns)), reading)
     derived = read_derived(tables["derived"], agents, reading)
     guaranteeing = Guarantees(reading, agents, media, gateways, derived, network.built, *(

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from experiments.scenario.files_there import near_file, plants_in
 from experiments.scenario.problems import near
+from fmus.bounds import outside
 from fmus.build import build_model, model_folder, own_models
 from fmus.describe import read_model, variables_of
 from fmus.describe_fmu import describe
@@ -20,7 +21,7 @@ from fmus.description import Variable
 from fmus.errors import PlantError
 from fmus.parameters import expand_parameters
 from fmus.presets import read_presets
-from fmus.start_values import start_values
+from fmus.start_values import REALS, Misfit, elements_of, kind_in_words, start_values
 
 PARAMETERS: Final = ("parameter", "structuralParameter")
 
@@ -69,6 +70,34 @@ class PlantNames:
                   if key in known and isinstance(value, dict)}
         rest = {key: value for key, value in given.items() if key not in found}
         return found | start_values(self.variables, rest).complaints
+
+    def refusal_of_change(self, variable: str, *, inputs_only: bool, scaled: bool, value: Any) -> str:
+        """Return why a fault cannot change `variable` while the plant runs, "" if it can.
+
+        With `scaled` the fault scales or shifts the value that it has; else `value` is the new one, None for any.
+        """
+        fitting = [name for name, each in self.variables.items()
+                   if each.causality == "input" or (each.settable_while_stepping and not inputs_only)]
+        found = self.variables.get(variable)
+        what = "input" if inputs_only else "input or tunable parameter"
+        if found is None:
+            return f"no such {what} of {self.fmu}; {near(variable, fitting)}"
+        if variable not in fitting:
+            return (f"is {kind_in_words(found)}"
+                    + (" that cannot be changed while the plant runs" if found.causality in PARAMETERS else "")
+                    + f": expected an {what}; {near(variable, fitting)}")
+        if found.shape:
+            return "is an array: faults change scalars"
+        if scaled:
+            return "" if found.type in REALS else f"is of type {found.type}: give a value, not a factor or bias"
+        try:
+            element, = elements_of(found, value)
+        except Misfit as misfit:
+            return f"value {value!r}: {misfit}"
+        if found.causality in PARAMETERS and isinstance(element, int | float) and (
+                problem := outside(element, found.min, found.max)):
+            return f"value {value!r}: {problem}"
+        return ""
 
     def step_complaint(self, step_ns: int | None) -> str:
         """Return the problem of a step that is given or missing, "" if there is none."""

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -54,8 +54,8 @@ class Budget:
     kinds: tuple[str, ...] = ()
 
 
-def read_budget(texts: Sequence[str], nodes_on: Mapping[str, Sequence[str]],
-                to_themselves: Mapping[str, Sequence[str]]) -> Budget:
+def read_budget(texts: Sequence[str], nodes_on: Mapping[str, Collection[str]],
+                to_themselves: Mapping[str, Collection[str]]) -> Budget:
     """Return what the texts of `--budget` allow on the links of these media; BadBudget, with the rule."""
     losses: dict[LinkName, tuple[LossLimit, ...]] = {}
     faults: int | None = None

@@ -24,6 +24,7 @@ from typing import Any
 from experiments.judge.figures import Figures
 from experiments.run.runner import NeedsRealTime
 from experiments.scenario.blocking_programs import blocks
+from experiments.scenario.faults import site_of
 from experiments.scenario.problems import ScenarioError
 from experiments.search.base import Base, Tables, on_text, pure_losses, toml_of
 from experiments.search.budget import BadBudget, Budget, read_budget
@@ -37,7 +38,6 @@ from experiments.sweep.messages import Host, Point, Source
 from experiments.sweep.vary import Varied, at, refuse_twice
 from experiments.sweep.workers import Workers
 from netem.core.link_name import LinkName
-from netem.faults import Site
 from netem.impairments.entries import losing
 
 Progress = Callable[[], None]           # after each run
@@ -103,10 +103,8 @@ def falsify(wanted: Wanted, progress: Progress = lambda: None) -> Found:
         raise BadBudget("what may the search change? Give --budget, as 'radio: * -> *: at most 2 lost in a row', or "
                         "--vary 'KEY=lo:hi'")
     refuse_twice(wanted.varied)
-    nodes_on = {name: medium.nodes for name, medium in scenario.media.items()}
-    to_themselves = {name: tuple(medium.settings.links_to_themselves()) for name, medium in scenario.media.items()}
-    budget = read_budget(wanted.budgets, nodes_on, to_themselves)
-    site = Site(tuple(scenario.agents), nodes_on, to_themselves)
+    site = site_of(scenario.agents, scenario.media, {}, ())
+    budget = read_budget(wanted.budgets, site.nodes_on, site.to_themselves)
     file = base.place("worst", wanted.out)
     host: Host = "process" if blocks(scenario) else "inline"
     with Workers(base.source, host, wanted.jobs or jobs_of(host)) as workers:

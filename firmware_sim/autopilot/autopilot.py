@@ -49,6 +49,7 @@ NO_PLANT: Final = 'an autopilot needs a plant, as plant = { fmu = "quadrotor", p
 
 class Autopilot:
     Settings = AutopilotSettings
+    has_execution_time = True
 
     def __init__(self, board: Board, settings: AutopilotSettings) -> None:
         self._settings, self._board = settings, board
@@ -81,7 +82,7 @@ class Autopilot:
             w, x, y, z, ox, oy, oz, fx, fy, fz = self._sensors.read()
             motors = tick(now_ns, ned_quaternion(w, x, y, z), frd_of(ox, oy, oz), frd_of(fx, fy, fz))
             if motors != written:
-                yield board.until(now_ns + execution_ns, silent_until_ns=NEVER_NS)
+                yield board.until(now_ns + board.execution_ns(execution_ns), silent_until_ns=NEVER_NS)
                 self._motors.write(motors)
                 written = motors
             before_ns, release_ns = release_ns, schedule.next_after(board.now_ns)

@@ -48,6 +48,7 @@ NO_PLANT: Final = 'a drive controller needs a plant, as plant = { fmu = "unicycl
 
 class DriveController:
     Settings = DriveSettings
+    has_execution_time = True
 
     def __init__(self, board: Board, settings: DriveSettings) -> None:
         self._settings, self._board = settings, board
@@ -82,7 +83,8 @@ class DriveController:
             speaks_ns = publication_ns + settings.execution_ns
             yield from board.sleep_until(release_ns, silent_until_ns=speaks_ns)
             self._control()
-            yield from board.sleep_until(release_ns + settings.execution_ns, silent_until_ns=speaks_ns)
+            done_ns = release_ns + board.execution_ns(settings.execution_ns)
+            yield from board.sleep_until(done_ns, silent_until_ns=speaks_ns)
             self._inputs.write(self._commands)
             if publication_ns == release_ns:
                 self._publish()

@@ -30,6 +30,7 @@ class MavlinkAutopilotSettings:
 
 class MavlinkAutopilot:
     Settings = MavlinkAutopilotSettings
+    has_execution_time = True
 
     def __init__(self, board: Board, settings: MavlinkAutopilotSettings) -> None:
         self._board = board

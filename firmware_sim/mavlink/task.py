@@ -36,8 +36,7 @@ class MavlinkTask:
         board = self._board
         release_ns = self._schedule.next_after(board.now_ns - 1)
         while True:
-            done_ns = release_ns + board.execution_ns(self._execution_ns)
-            yield from board.sleep_until(release_ns, silent_until_ns=done_ns)
+            yield from board.sleep_until(release_ns, silent_until_ns=release_ns + self._execution_ns)
             frames = self.front.step(bytes(self._heard), board.now_ns)
             self._heard.clear()
             self._counters.note(self.front.counts)

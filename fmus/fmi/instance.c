@@ -9,7 +9,7 @@
 
 static const double START[VALUES_COUNT] = VALUES_START;
 static const char *const NAME[VALUES_COUNT] = VALUES_NAME;
-static const char KIND[] = VALUES_KIND; /* per value: i input, p parameter, o output with start value, c computed output */
+static const char KIND[] = VALUES_KIND; /* per value: i input, p parameter, t tunable parameter, o output with start value, c computed output */
 static const char *const MODE[] = {"instantiated", "in initialization mode", "in step mode", "terminated", "in error"};
 
 static const unsigned TIME_REFERENCE = VALUES_COUNT; /* the independent variable of FMI 3.0 */
@@ -143,7 +143,7 @@ Status instance_reset(Instance *self)
 
 static bool settable(const State *state, unsigned reference)
 {
-    if (KIND[reference] == 'i')
+    if (KIND[reference] == 'i' || KIND[reference] == 't')
         return state->mode <= STEPPING;
     return KIND[reference] != 'c' && state->mode <= INITIALIZING;
 }
@@ -158,7 +158,7 @@ Status instance_set(Instance *self, const unsigned references[], size_t n, const
             return instance_fail(self, "cannot set value reference %u: the references end at %d", i, VALUES_COUNT - 1);
         if (!settable(state, i))
             return instance_fail(self, "cannot set %s: it is %s and the instance is %s", NAME[i],
-                                 KIND[i] == 'p' ? "a parameter" : KIND[i] == 'i' ? "an input" : "an output",
+                                 KIND[i] == 'p' || KIND[i] == 't' ? "a parameter" : KIND[i] == 'i' ? "an input" : "an output",
                                  MODE[state->mode]);
         if (!isfinite(values[k]))
             return instance_fail(self, "%s = %g set at t = %.9g s: a value must be finite", NAME[i], values[k],

@@ -60,7 +60,16 @@ class RunWorld:
     def in_node(self, node: str, kind: str, fields: Mapping[str, Any]) -> None:
         self._conductor.fault(node, kind, fields)
 
-    def cut(self, link: LinkName, cause: str) -> Windows:
+    def on_medium(self, target: Target, how: str, cause: str, fields: Mapping[str, Any],
+                  occurrence: Occurrence) -> None:
+        name, *of = target
+        why = self._conductor.media[name].take_fault(
+            how, cause, of, fields, occurrence.start_ns, min(occurrence.end_ns, self._conductor.end_ns))
+        if why:
+            self._tell(Event(max(occurrence.start_ns, self._conductor.stop_ns), name, "fault without effect",
+                             f"{' -> '.join(of)}: {why}" if of else why, Level.INFO))
+
+    def cut(self, link: LinkName, cause: str, spares_under_way: bool) -> Windows:
         windows = self._windows.get((link, cause))
         if windows is None:
             windows = self._windows[link, cause] = Windows()
@@ -68,7 +77,8 @@ class RunWorld:
             place = self._entrances.get(link, 0)
             self._entrances[link] = place + 1
             pipeline.insert(place, (cause, Entrance(windows)))
-            pipeline.append((cause, Exit(windows)))
+            if not spares_under_way:
+                pipeline.append((cause, Exit(windows)))
         return windows
 
     def flip(self, link: LinkName, cause: str, ratio: float, flipped_bits: int) -> Windows:

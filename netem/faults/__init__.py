@@ -21,12 +21,24 @@ from netem.faults.schedule import Occurrence
 Target = tuple[str, ...]        # (node,), (medium,) or (medium, sender, receiver)
 
 
+class PlantFace(Protocol):
+    """What a fault asks of a robot's plant before the run."""
+
+    def refusal_of_change(self, variable: str, *, inputs_only: bool, scaled: bool, value: Any) -> str:
+        """Return why `variable` cannot be changed while the plant runs, "" if it can.
+
+        `scaled` asks for a change of the present value, else `value` is what it gets, None for any.
+        """
+
+
 class Site(NamedTuple):
     """The names that a fault can be about."""
 
     nodes: Collection[str]                              # robots, without gateways
     nodes_on: Mapping[str, Collection[str]]             # by medium
     to_themselves: Mapping[str, Collection[str]]        # by medium: nodes with a link to themselves
+    plants: Mapping[str, PlantFace] = {}                # by robot, of those that have one
+    timed: Collection[str] = ()                         # robots whose programs have execution times
 
 
 class World(Protocol):
@@ -44,8 +56,15 @@ class World(Protocol):
     def in_node(self, node: str, kind: str, fields: Mapping[str, Any]) -> None:
         """In an action: let a fault act within the node."""
 
-    def cut(self, link: LinkName, cause: str) -> Windows:
-        """Return the windows in which `cause` cuts the link, to add one that has not begun."""
+    def on_medium(self, target: Target, how: str, cause: str, fields: Mapping[str, Any],
+                  occurrence: Occurrence) -> None:
+        """Let a medium fail, in a way `how` of its own, before the occurrence or, in an action, at its start."""
+
+    def cut(self, link: LinkName, cause: str, spares_under_way: bool) -> Windows:
+        """Return the windows in which `cause` cuts the link, to add one that has not begun.
+
+        With `spares_under_way` it does not cut copies that have entered the link before.
+        """
 
     def flip(self, link: LinkName, cause: str, ratio: float, flipped_bits: int) -> Windows:
         """Return the windows in which `cause` flips bits on the link that no checksum finds."""
@@ -55,8 +74,10 @@ class Fault:
     """Base class of a member, with answers that have defaults."""
 
     on: ClassVar[str] = "nodes"             # what the key `on` selects: nodes, media or links
+    strikes: ClassVar[str] = "links"        # part of a medium, if any: links, channel, sensor or bus
     lasting: ClassVar[bool] = True          # whether an occurrence has an end, else it is an instant
     kills: ClassVar[bool] = False           # whether it may end a node's process
+    cuts: ClassVar[bool] = False            # whether it cuts links, and takes the key `spares_under_way`
     away: ClassVar[bool] = False            # whether its nodes do not receive during an occurrence
 
     def resolve(self, on: str, site: Site) -> list[Target]:
@@ -85,6 +106,23 @@ class Fault:
     def draw(cls, rng: Random, length_ns: int) -> dict[str, Any] | None:
         """Return fields of its own at random, for a search in a run of `length_ns`; None: a search leaves it out."""
         return None
+
+    def refusal(self, target: Target, site: Site) -> str:
+        """Return why the fault cannot act on `target`, as `key=value: rule` if a key is wrong; "" if it can."""
+        return ""
+
+    @staticmethod
+    def on_nodes(patterns: Sequence[str], medium: str, nodes: Collection[str], key: str) -> list[str]:
+        """Return the nodes of a medium that the patterns under `key` name; ValueError for one that names none."""
+        found: list[str] = []
+        for pattern in patterns:
+            names = link_pattern.matching(pattern, nodes)
+            if not names:
+                near = nearest(pattern, nodes)
+                raise ValueError(f"{key}: {pattern!r} names no node on medium {medium!r}: "
+                                 + (f"nearest: {near!r}" if near else f"expected one of {', '.join(nodes)}"))
+            found += [name for name in names if name not in found]
+        return found
 
     def until_ns(self, occurrence: Occurrence) -> int:
         """Return the end of the fault's effect [ns], NEVER_NS for that of the run."""

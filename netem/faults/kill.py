@@ -8,7 +8,7 @@ from functools import partial
 from random import Random
 from typing import Any, ClassVar, Literal
 
-from netem.faults import Fault, Target, World
+from netem.faults import Fault, Site, Target, World
 from netem.faults.schedule import Occurrence
 from netem.wire.instants import NEVER_NS
 
@@ -37,6 +37,15 @@ class Kill(Fault):
     @classmethod
     def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
         return {"restart_after_ns": 1 + int(rng.random() * length_ns / 4)}
+
+    def refusal(self, target: Target, site: Site) -> str:
+        node, = target
+        for name, value in self.inputs_when_dead.items():
+            why = f"{node} has no plant" if node not in site.plants else site.plants[node].refusal_of_change(
+                name, inputs_only=True, scaled=False, value=value)
+            if why:
+                return f"inputs_when_dead={{{name} = {value}}}: {why}"
+        return ""
 
     def until_ns(self, occurrence: Occurrence) -> int:
         return NEVER_NS if self.restart_after_ns is None else occurrence.start_ns + self.restart_after_ns

@@ -13,7 +13,11 @@ from netem.faults.schedule import Occurrence
 
 @dataclass(frozen=True)
 class LinkDown(Fault):
+    """`spares_under_way` lets copies pass that have entered the link before: so do faults that were injected."""
+
     on: ClassVar = "links"
+    cuts: ClassVar = True
+    spares_under_way: bool = False
 
     @classmethod
     def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
@@ -21,4 +25,4 @@ class LinkDown(Fault):
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for medium, sender, receiver in targets:
-            world.cut((medium, sender, receiver), cause).add(*occurrence)
+            world.cut((medium, sender, receiver), cause, self.spares_under_way).add(*occurrence)

@@ -17,8 +17,6 @@ from itertools import permutations
 from random import Random
 from typing import Any, ClassVar, Literal
 
-from netem.core import link_pattern
-from netem.core.nearest import nearest
 from netem.faults import Site, Target
 from netem.faults.link_down import LinkDown
 
@@ -56,9 +54,9 @@ class Partition(LinkDown):
 
     def _cut_on(self, medium: str, nodes: list[str]) -> list[tuple[str, str]]:
         if self.groups:
-            groups = [self._known(group, medium, nodes) for group in self.groups]
+            groups = [self.on_nodes(group, medium, nodes, "groups") for group in self.groups]
         else:
-            members = self._known(self.nodes, medium, nodes) if self.nodes else nodes
+            members = self.on_nodes(self.nodes, medium, nodes, "groups") if self.nodes else nodes
             if self.shape == "ring":
                 return self._linked(_ring(members), medium)
             half = (len(members) + 1) // 2
@@ -79,18 +77,6 @@ class Partition(LinkDown):
         if not links:
             raise ValueError(f"groups: leave all nodes of {medium!r} connected: name nodes in at least two groups")
         return links
-
-    @staticmethod
-    def _known(patterns: tuple[str, ...], medium: str, nodes: list[str]) -> list[str]:
-        found: list[str] = []
-        for pattern in patterns:
-            names = link_pattern.matching(pattern, nodes)
-            if not names:
-                near = nearest(pattern, nodes)
-                raise ValueError(f"groups: {pattern!r} names no node on medium {medium!r}: "
-                                 + (f"nearest: {near!r}" if near else f"expected one of {', '.join(nodes)}"))
-            found += [name for name in names if name not in found]
-        return found
 
 
 def _ring(members: list[str]) -> list[tuple[str, str]]:

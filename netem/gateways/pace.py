@@ -20,7 +20,7 @@ import selectors
 import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from netem.gateways import Gateway
 from netem.gateways.lateness import OVERRUN_NS, Lateness
@@ -54,10 +54,21 @@ class Pace:
         self._selector = selectors.DefaultSelector()
         for gateway in self._by_name.values():
             self._selector.register(gateway.fileno(), selectors.EVENT_READ, gateway)
+        self._attended = 0                                          # files besides those of gateways
         self._leaving: list[tuple[int, int, str, bytes]] = []       # a heap by time, then order
         self._taken = 0
         self._began_ns = time.monotonic_ns()
         self._behind = False
+
+    def attend(self, file: Any, call: Callable[[], None]) -> None:
+        """Call `call` during a wait whenever `file`, a socket, can be read; the wait then ends early."""
+        self._selector.register(file, selectors.EVENT_READ, call)
+        self._attended += 1
+
+    def leave(self, file: Any) -> None:
+        """Attend to `file` no more."""
+        self._selector.unregister(file)
+        self._attended -= 1
 
     def start(self) -> None:
         """Make the present virtual time 0."""
@@ -78,13 +89,15 @@ class Pace:
             until_ns = min(next_ns, self._leaving[0][0]) if self._leaving else next_ns
             overdue = now_ns >= next_ns
             ready = self._selector.select(max(0, until_ns - now_ns) * 1e-9)
+            attended = self._attended > 0 and self._call_attended(ready)
             heard = [FromOutside(key.data.name, key.data.medium, data)
-                     for key, _ in sorted(ready, key=lambda found: str(found[0].data.name))
+                     for key, _ in sorted(self._of_gateways(ready) if self._attended else ready,
+                                          key=lambda found: str(found[0].data.name))
                      for data in key.data.receive(MOST_WHEN_OVERDUE if overdue else MOST_AT_ONCE)]
-            reached = self.now_ns() >= next_ns
+            reached = not attended and self.now_ns() >= next_ns
             if reached:
                 self._note(next_ns, self._send_due() - next_ns)
-            if reached or heard:
+            if reached or heard or attended:
                 return Waited(reached, heard)
 
     def counters(self) -> dict[str, Mapping[str, int]]:
@@ -95,6 +108,16 @@ class Pace:
         self._selector.close()
         for gateway in self._by_name.values():
             gateway.close()
+
+    def _of_gateways(self, ready: list[tuple[selectors.SelectorKey, int]]) -> list[tuple[selectors.SelectorKey, int]]:
+        return [found for found in ready if found[0].data in self._by_name.values()]
+
+    def _call_attended(self, ready: list[tuple[selectors.SelectorKey, int]]) -> bool:
+        """Make the calls for files that can be read; return whether there were any."""
+        calls = [found[0].data for found in ready if found[0].data not in self._by_name.values()]
+        for call in calls:
+            call()
+        return bool(calls)
 
     def _send_due(self) -> int:
         """Send the frames that are due; return the present virtual time [ns]."""

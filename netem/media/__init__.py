@@ -31,6 +31,7 @@ class Shown(NamedTuple):
 class MediumSettings:
     """Questions that the settings of every kind of medium answer before the run, with defaults."""
 
+    strikable: ClassVar[frozenset[str]] = frozenset({"links"})      # parts that faults strike: Fault.strikes
     carries_can_frames: ClassVar[bool] = False      # True: a program opens its port with python-can
     poses_key: ClassVar[Sequence[str]] = ("bodies",)    # where a scenario names what `poses` returns
 

@@ -23,14 +23,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from random import Random
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from mypy_extensions import mypyc_attr
 
-from netem.core.agenda import END_OF_FRAME, Agenda
+from netem.core import link_pattern
+from netem.core.agenda import END_OF_FRAME, OFFER, Agenda
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.media.decoding.on_air import OnAir
+from netem.media.jammer import Jammer, cause_of
 from netem.media.level_errors import LevelErrors
 from netem.media.links import Links
 from netem.media.mac.table import MACS
@@ -71,6 +73,7 @@ class BroadcastRadio(Medium):
         self._numbers: dict[str, int] = {}
         self._on_air: dict[str, OnAir] = {}         # by sender
         self._carriers: dict[str, int] = {}
+        self._jammers: list[Jammer] = []
         self._decoding = settings.decoding()
         self._overlaps_matter = self._decoding.overlaps_matter
         self._mac = MACS[settings.mac].build(self, settings.queue_frames, radio.csma,
@@ -131,6 +134,35 @@ class BroadcastRadio(Medium):
     def changes_ns(self, until_ns: int) -> Sequence[int]:
         return self.topology.changes_ns(until_ns)
 
+    def take_fault(self, how: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
+                   end_ns: int) -> str:
+        position = self.topology.position
+        if fields["holds"] is not None and not self.topology.moves and all(
+                position(node, start_ns) is None for node in self.nodes):
+            return "no node stands anywhere, so none is in the zone: give nodes at_m = [x, y]"
+        named = frozenset(node for pattern in fields["nodes"] for node in link_pattern.matching(pattern, self.nodes))
+        lasts_ns = end_ns - start_ns
+        jammer = Jammer(cause, start_ns, end_ns, fields["period_ns"] or lasts_ns, fields["burst_ns"] or lasts_ns,
+                        named, fields["holds"], position)
+        self._jammers.append(jammer)
+        if fields["sensed"] and self._senses:
+            self.agenda.at(start_ns, OFFER, self.name, partial(self._begin_burst, jammer, 0))
+        return ""
+
+    def _begin_burst(self, jammer: Jammer, number: int) -> None:
+        begins_ns, ends_ns = jammer.burst(number)
+        nodes = [node for node in self.nodes if jammer.hears(node, begins_ns)]
+        for node in nodes:
+            self.carrier_begins(node, begins_ns)
+        self.agenda.at(ends_ns, END_OF_FRAME, self.name, partial(self._end_burst, jammer, number, nodes))
+
+    def _end_burst(self, jammer: Jammer, number: int, nodes: Sequence[str]) -> None:
+        for node in nodes:
+            self.carrier_ends(node, self.agenda.now_ns)
+        next_ns = jammer.burst(number + 1)[0]
+        if next_ns < jammer.end_ns:
+            self.agenda.at(next_ns, OFFER, self.name, partial(self._begin_burst, jammer, number + 1))
+
     # --- calls of the MAC
 
     def transmitting(self, node: str) -> bool:
@@ -190,10 +222,13 @@ class BroadcastRadio(Medium):
             tap.frame(frame, flight.end_ns)
         if self._propagation is not None:
             return
-        clear = not flight.rivals and not reach.too_weak and self._errors is None
+        clear = not flight.rivals and not reach.too_weak and self._errors is None and not self._jammers
         for receiver in reach.receivers:
             fate = None if clear else self._fate(flight, reach, receiver)
-            if fate is None:
+            if fate is None and self._jammers and (
+                    cause := cause_of(self._jammers, receiver, flight.start_ns, flight.end_ns)):
+                self._ledger.close(frame, receiver, Fate.JAMMED, cause=cause)
+            elif fate is None:
                 receive(frame, receiver, arrival_ns, checksum=checksum)
             else:
                 self._ledger.close(frame, receiver, fate, cause=BIT_ERRORS if fate is Fate.CORRUPTED else "")
@@ -201,7 +236,10 @@ class BroadcastRadio(Medium):
     def receive(self, flight: OnAir, receiver: str, now_ns: int) -> None:
         """Decide one copy at `now_ns`, when the last bit of `flight` has reached the receiver."""
         fate = self._fate(flight, flight.reach, receiver)
-        if fate is None:
+        if fate is None and self._jammers and (
+                cause := cause_of(self._jammers, receiver, now_ns - (flight.end_ns - flight.start_ns), now_ns)):
+            self._ledger.close(flight.frame, receiver, Fate.JAMMED, cause=cause)
+        elif fate is None:
             self._links.receive(flight.frame, receiver, now_ns + self._latency_ns, checksum=self._checksum)
         else:
             self._ledger.close(flight.frame, receiver, fate, cause=BIT_ERRORS if fate is Fate.CORRUPTED else "")

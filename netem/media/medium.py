@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from mypy_extensions import mypyc_attr
 
@@ -54,6 +54,19 @@ class Medium:
     def finish(self, end_ns: int) -> None:
         """Close every copy that is queued or on the air at the end of the run as `Fate.UNFINISHED`."""
         raise NotImplementedError
+
+    def take_fault(self, how: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
+                   end_ns: int) -> str:
+        """Fail on [start_ns, end_ns), in a way that faults of what the settings call `strikable` name.
+
+        `of` has the nodes that it is about: none, one, or sender and receiver of a link. Returns why the fault has no
+        effect, "" if it has one. Called at `start_ns` or before.
+        """
+        raise NotImplementedError(f"{self.name} has no way {how!r} to fail")
+
+    def next_fault_ns(self, now_ns: int) -> int:
+        """Return the earliest instant, at least `now_ns`, at which a fault that nobody knew of can begin."""
+        return now_ns
 
     def links(self, until_ns: int) -> Sequence[tuple[str, str]]:
         """Return (sender, receiver) of each directed link that exists at some time in [0, until_ns).

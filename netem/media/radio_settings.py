@@ -34,6 +34,7 @@ class CarrierSenseSettings:
 
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
+    strikable: ClassVar = frozenset({"links", "channel"})
     poses_key: ClassVar[Sequence[str]] = ("topology", "bodies")
 
     preset: str = "ideal"

@@ -46,6 +46,9 @@ class Topology(Protocol):
         For a topology that moves: every pair, as any two nodes may come into range.
         """
 
+    def position(self, node: str, t_ns: int) -> Position | None:
+        """The position of a node at `t_ns` [m]; None for one that stands nowhere."""
+
     def changes_ns(self, until_ns: int) -> list[int]:
         """The instants in (0, until_ns) at which the graph changes, as far as they are known before the run."""
 

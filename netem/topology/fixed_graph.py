@@ -29,7 +29,7 @@ class FixedGraph(TopologyKind):
         graph, problems = graph_of(self.links, self.level_dbm, self.levels_dbm, site)
         if problems:
             raise TopologyError("\n".join(problems))
-        return Timetable([0], [graph])
+        return Timetable([0], [graph], at_m=site.at_m)
 
 
 def graph_of(links: Sequence[str], level_dbm: float, levels_dbm: Mapping[str, float],

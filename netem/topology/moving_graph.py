@@ -42,6 +42,9 @@ class MovingGraph:
             self._at_m[node] = at_m
             self._reached.clear()
 
+    def position(self, node: str, t_ns: int) -> Position | None:
+        return self._at_m.get(node)
+
     def reach_at(self, sender: str, t_ns: int) -> Reach:
         assert t_ns >= self._shown_ns, f"the graph at {t_ns} ns is asked for after a node moved at {self._shown_ns} ns"
         found = self._reached.get(sender)

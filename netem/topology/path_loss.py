@@ -79,7 +79,8 @@ class PathLoss(TopologyKind):
         if self.bodies:
             return MovingGraph(site.nodes, {node: at_m[node] for node in site.nodes if node not in self.bodies},
                                reach_of, propagates)
-        return Timetable([0], [{sender: reach_of(sender, at_m) for sender in site.nodes}], propagates=propagates)
+        return Timetable([0], [{sender: reach_of(sender, at_m) for sender in site.nodes}], propagates=propagates,
+                         at_m=at_m)
 
     def loss_db(self, one_m: Position, other_m: Position) -> float:
         """Loss between two positions without shadowing, with that of the zones that weaken the link."""

@@ -40,7 +40,7 @@ class SwitchingGraph(TopologyKind):
         if problems:
             raise TopologyError("\n".join(problems))
         return Timetable([change.at_ns for change in self.schedule],
-                         [graphs[change.graph] for change in self.schedule], self.repeat_ns)
+                         [graphs[change.graph] for change in self.schedule], self.repeat_ns, at_m=site.at_m)
 
     def _schedule_problems(self) -> list[str]:
         problems = []

@@ -7,7 +7,7 @@ a change does not affect a frame that is on the air.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from netem.topology import Edge, Graph, Position
@@ -19,12 +19,13 @@ class Timetable:
     moves: ClassVar[bool] = False
 
     def __init__(self, starts_ns: Sequence[int], graphs: Sequence[Graph], repeat_ns: int | None = None,
-                 propagates: bool = False) -> None:
+                 propagates: bool = False, at_m: Mapping[str, Position] | None = None) -> None:
         assert len(starts_ns) == len(graphs)
         assert starts_ns[0] == 0
         self._starts_ns = tuple(starts_ns)
         self._graphs = tuple(graphs)
         self._repeat_ns = repeat_ns
+        self._at_m = dict(at_m or {})
         self.propagates = propagates
         self._from_ns, self._until_ns, self._graph = self._row(0)
 
@@ -40,6 +41,9 @@ class Timetable:
         graph = self._row(t_ns)[2]
         return [(sender, receiver) for sender, reach in graph.items() for receiver in reach.receivers
                 if receiver in reach.in_range]
+
+    def position(self, node: str, t_ns: int) -> Position | None:
+        return self._at_m.get(node)
 
     def changes_ns(self, until_ns: int) -> list[int]:
         changes: list[int] = []

@@ -104,6 +104,7 @@ def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> s
 def _drawn(data: RunData, broke: Moments) -> Json:
     """Return the data that the page's script draws."""
     return {"signals": question_first(data), "switching": series.switching(data), "violated": series.violated(data),
+            "faulty": series.faulty(data),
             "spoken": series.spoken(data, broke.instants_ns), "fates": series.fates(data), "ages": series.ages(data),
             "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, broke.instants_ns),
             "length_s": data.length_ns * 1e-9, "palette": for_page(),

@@ -26,8 +26,9 @@ from experiments.judge.sample_statistics import mean
 from experiments.show.report.thinning import keep
 from netem.records.signal_table import SignalTable
 
+FAULT, FAULT_OVER = "fault", "fault over"
 MARKED = {"adopted topology": "topology adopted by a node", "switched inputs": "inputs switched by a node",
-          VIOLATED: "guarantee violated"}
+          VIOLATED: "guarantee violated", FAULT: "fault begins"}
 OUTPUT = re.compile(r"y\d*")
 MOST_TRANSMISSIONS = 30_000
 AROUND_NS = 250_000_000         # interval before and after each instant to which the page has a link
@@ -92,6 +93,19 @@ def violated(data: RunData) -> list[Json]:
     found = [violation for outcome in data.guarantees.values() for violation in outcome.violations]
     longest = sorted(found, key=lambda violation: violation.from_ns - violation.until_ns)[:MOST_STRETCHES]
     return [{"from_s": violation.from_ns * 1e-9, "until_s": violation.until_ns * 1e-9} for violation in longest]
+
+
+def faulty(data: RunData) -> list[Json]:
+    """Return the intervals [s] of faults that end within the run, the first `MOST_STRETCHES`, with their names."""
+    begun: dict[tuple[str, str], list[int]] = {}
+    found: list[Json] = []
+    for event in data.events:
+        if event.kind == FAULT:
+            begun.setdefault((event.node, event.detail), []).append(event.time_ns)
+        elif event.kind == FAULT_OVER and begun.get((event.node, event.detail)):
+            found.append({"from_s": begun[event.node, event.detail].pop(0) * 1e-9, "until_s": event.time_ns * 1e-9,
+                          "text": f"{event.node}: {event.detail}"})
+    return sorted(found, key=lambda interval: interval["from_s"])[:MOST_STRETCHES]
 
 
 def spoken(data: RunData, around_ns: Sequence[int] = ()) -> Json:

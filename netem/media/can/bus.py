@@ -20,15 +20,16 @@ overload frames, listen-only nodes, automatic answers to remote frames, a node t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from random import Random
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from netem.core.agenda import OFFER, Agenda
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.media.can.admission import Admission
 from netem.media.can.bit_errors import BitErrors
+from netem.media.can.bus_faults import BusFaults
 from netem.media.can.bus_state import BusState
 from netem.media.can.controller import Controller
 from netem.media.can.declared import DeclarationWatch
@@ -71,6 +72,7 @@ class CanBus(Medium):
         self._timeline, self._events, self._waiting = self._state.timeline, self._state.events, self._state.waiting
         self._errors = ErrorHandling(self._state, BitErrors(settings.bit_errors, rng_for(f"media.{name}.bit_errors")),
                                      agenda, self._arm)
+        self._faults = BusFaults(self._state, self._errors, agenda, self.offer)
         self._admit = Admission(settings).admit
         self._declared = DeclarationWatch(settings.messages) if settings.messages else None
         self._shortest_ns = settings.shortest_ns()
@@ -115,6 +117,13 @@ class CanBus(Medium):
                 self._state.drop(controller, frame, Fate.UNFINISHED, "waiting")
         self._waiting.clear()
         self._state.load.idle_until(end_ns)
+
+    def take_fault(self, how: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
+                   end_ns: int) -> str:
+        return self._faults.take(how, of, fields, start_ns, end_ns)
+
+    def next_fault_ns(self, now_ns: int) -> int:
+        return max(now_ns, self._timeline.free_ns)      # the fate of the frame on the bus is decided
 
     # --- observation
 
@@ -169,6 +178,9 @@ class CanBus(Medium):
         if now_ns != self._armed_ns:
             return                          # an earlier arbitration replaced this one
         self._armed_ns = NEVER_NS
+        if now_ns < self._timeline.free_ns:     # a fault keeps the bus busy
+            self._arm(self._timeline.free_ns)
+            return
         best, senders = -1, list[Controller]()
         for controller in self._waiting.values():
             if controller.ready_ns <= now_ns:

@@ -25,10 +25,11 @@ from netem.media.can.bus_off_recovery import BusOffRecovery
 from netem.media.can.bus_state import BusState
 from netem.media.can.controller import Controller
 from netem.media.can.encoded_frame import EncodedFrame, encode_frame
-from netem.media.can.error_frame import ERROR_DELIMITER_BITS
+from netem.media.can.error_frame import ERROR_DELIMITER_BITS, FLAG_BITS
 from netem.media.can.error_message import state_message
 from netem.media.can.fault_confinement import State
 from netem.media.can.frame import ERROR_STATE
+from netem.media.can.stuck_dominant import StuckDominant, Window
 from netem.wire.instants import NEVER_NS
 
 RECESSIVE_END_BITS: Final = 8               # ACK delimiter and EOF, or error delimiter
@@ -41,6 +42,8 @@ class ErrorHandling:
         self.error_frames = 0
         self.collisions = 0
         self.quiet = self._safe = len(state.controllers) > 1 and not errors.possible
+        self._stuck: StuckDominant | None = None        # windows in which the bus is dominant, if a fault says so
+        self._struck: tuple[int, list[Controller]] = -1, []     # flag after the last frame destroyed, its senders
         self.next_recovery_ns = NEVER_NS    # next recovery of a controller that reports it to its node
         self._state, self._errors, self._agenda, self._arm = state, errors, agenda, arm
         self._settings, self._links, self._ledger = state.settings, state.links, state.ledger
@@ -55,6 +58,9 @@ class ErrorHandling:
         first = lengths[0]
         hit_bit = self._errors.first_hit(self._state.transmissions, now_ns, first.nominal_bits + first.data_bits)
         self._state.transmissions += 1
+        if self._stuck is not None:
+            hit_bit = min((hit for hit in (hit_bit, self._stuck.first_hit(first, now_ns)) if hit is not None),
+                          default=None)
         rivals = [] if hit_bit is None else self._rivals(senders, first, hit_bit, now_ns)
         found = outcome(lengths, [sender.faults.passive for sender in senders], hit_bit, acknowledged=bool(others),
                         rivals_passive=all(rival.faults.passive for rival in rivals))
@@ -156,6 +162,7 @@ class ErrorHandling:
         timeline.busy_until(end_ticks)
         self._load.busy(now_ns, timeline.free_ns)
         error_ns = timeline.instant(flag_ticks)
+        self._struck = error_ns, [] if error.sender_receives else [*left]
         for sender in left:
             frame = sender.queue.waiting[0][2]
             frame.on_air_ns, frame.end_ns = now_ns, timeline.instant(end_ticks)
@@ -208,6 +215,72 @@ class ErrorHandling:
             if controller.name in self._settings.error_messages_to:
                 told_ns = time_ns if before is State.BUS_OFF else self._timeline.free_ns
                 self._links.tell(controller.name, self._state.name, told_ns, state_message(controller.faults, before))
+
+    # --- faults
+
+    def force_bus_off(self, controller: Controller, now_ns: int) -> str:
+        """Take a controller off the bus; return why that is impossible, or "". A frame on the bus is completed."""
+        if controller.bus_off:
+            return "its controller is bus-off already"
+        run_ns = max(now_ns, self._timeline.free_ns)
+        self._count(controller, controller.faults.forced_off, run_ns)
+        self._went_bus_off(controller, run_ns)
+        self._await_recovery(controller)
+        self._settle()
+        return ""
+
+    def expect_stuck(self, window: Window) -> None:
+        """Know before it begins that the bus will be dominant, so that a frame that it meets is destroyed."""
+        if self._stuck is None:
+            self._stuck = StuckDominant(self._timeline.clock)
+        self._stuck.windows.append(window)
+        self.quiet = self._safe = False
+
+    def stuck(self, window: Window) -> None:
+        """At its start: hold the bus dominant over the window, and count what nodes count meanwhile."""
+        start_ns, end_ns = window
+        timeline, clock = self._timeline, self._timeline.clock
+        flag_ns, senders = self._struck
+        if flag_ns < start_ns:                              # no frame was destroyed: the bus was idle
+            flag_ns, senders = start_ns + clock.ns(FLAG_BITS * clock.nominal), []
+            if end_ns < flag_ns:
+                return
+            self.error_frames += 1
+            for controller in self._controllers.values():
+                if not controller.bus_off:
+                    self._count(controller, controller.faults.receive_error, flag_ns)
+        busy_ns = timeline.free_ns
+        dominant_ns = max(end_ns, flag_ns + clock.ns(FLAG_BITS * clock.nominal))
+        base = timeline.start(start_ns)
+        timeline.busy_until(base + (dominant_ns - start_ns) * clock.ticks_per_ns
+                            + ERROR_DELIMITER_BITS * clock.nominal)
+        self._load.busy(max(start_ns, busy_ns), timeline.free_ns)
+        self._count_dominant(flag_ns, dominant_ns, senders)
+        for controller in self._controllers.values():
+            if controller in senders and controller.bus_off and controller.recovery is None:
+                self._went_bus_off(controller, dominant_ns)
+            elif controller.faults.passive and controller in senders:
+                controller.ready_ns = timeline.resume_ns
+            if controller.recovery is not None:
+                controller.recovery.interrupted(min(start_ns, dominant_ns), dominant_ns)
+                self._await_recovery(controller)
+        self._settle()
+
+    def _count_dominant(self, flag_ns: int, end_ns: int, senders: Sequence[Controller]) -> None:
+        """Count every sequence of 8 dominant bits after an error flag, until no counter changes any more."""
+        clock = self._timeline.clock
+        sequence_ns = flag_ns + clock.ns((FLAG_BITS + 8) * clock.nominal)
+        number = 1
+        while sequence_ns <= end_ns:
+            counting = [controller for controller in self._controllers.values() if not controller.bus_off
+                        and (controller in senders or not controller.faults.passive)]
+            if not counting:
+                return
+            for controller in counting:
+                self._count(controller, controller.faults.transmit_error if controller in senders
+                            else controller.faults.dominant_after_flag, sequence_ns)
+            number += 1
+            sequence_ns = flag_ns + clock.ns((FLAG_BITS + 8 * number) * clock.nominal)
 
     def _went_bus_off(self, controller: Controller, run_ns: int) -> None:
         self._waiting.pop(controller.name, None)

@@ -63,6 +63,16 @@ class FaultConfinement:
         self.receive_errors += 1
         self._renew()
 
+    def dominant_after_flag(self) -> None:
+        """Count 8 dominant bits after an error flag, as a node that did not send."""
+        self.receive_errors += 8
+        self._renew()
+
+    def forced_off(self) -> None:
+        """Go bus-off, as a controller whose transmit error counter has passed its limit."""
+        self.transmit_errors = BUS_OFF_ABOVE + 1
+        self.state = State.BUS_OFF
+
     def recovered(self) -> None:
         """Return to error-active, after 128 runs of 11 recessive bits."""
         self.transmit_errors = self.receive_errors = 0

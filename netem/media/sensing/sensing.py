@@ -25,12 +25,15 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from random import Random
+from typing import Any
 
 from netem.core.agenda import TIMER, Agenda
+from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.impairments.correlated_uniforms import SMALLEST, normal_quantile
 from netem.media.links import Links
 from netem.media.medium import Medium
+from netem.media.sensing.sensor_faults import CHANGES, SensorFault, changed
 from netem.media.sensing.settings import SensingSettings
 from netem.media.sensing.sight import LOOK, Body, Detection, pack_detection, pack_nothing
 from netem.records.ledger import Ledger
@@ -55,6 +58,7 @@ class Sensing(Medium):
         self._looking: dict[int, set[str]] = {}                 # by exposure, the observers that requested a look
         self._waiting: list[int] = []                           # exposures to be evaluated, in order
         self._numbers: Counter[str] = Counter()
+        self._faults: dict[tuple[str, str], list[SensorFault]] = {}     # by (body, observer)
         self._counters = {node: Counter(dict.fromkeys(COUNTERS, 0)) for node in self.nodes}
 
     def links(self, until_ns: int) -> Sequence[tuple[str, str]]:
@@ -75,6 +79,14 @@ class Sensing(Medium):
         x_m, y_m, *height_m, heading_rad = values
         self._bodies.setdefault(now_ns, {})[node] = Body(x_m, y_m, height_m[0] if height_m else 0.0, heading_rad)
         self._wait_for(now_ns)
+
+    def take_fault(self, how: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
+                   end_ns: int) -> str:
+        body, observer = of
+        rng = self._rng_for(f"{cause}/{self.name}: {body} -> {observer}/{start_ns}")
+        self._faults.setdefault((body, observer), []).append(
+            SensorFault(cause, start_ns, end_ns, CHANGES[how], fields, rng))
+        return ""
 
     def lookahead_ns(self, t0_ns: int) -> int:
         """See `Medium`: the detections of the exposure to be evaluated, or else of the next one."""
@@ -119,28 +131,35 @@ class Sensing(Medium):
         for name in sorted(bodies):
             if not fixed and name in (observer, carrier):
                 continue
-            frame = Frame(self.name, name, numbers[name], exposure_ns,
-                          self._detection(observer, name, exposure_ns, bodies[name]), exposure_ns, exposure_ns)
+            detection, cause = self._detection(observer, name, exposure_ns, bodies[name]), ""
+            frame = Frame(self.name, name, numbers[name], exposure_ns, pack_detection(detection), exposure_ns,
+                          exposure_ns)
             self._ledger.expect(1, self.name)
             fate = self._view.fate(camera, bodies[name])
+            if fate is None and (name, observer) in self._faults:
+                found, cause = changed(detection, self._faults[name, observer])
+                if found is None:
+                    fate = Fate.BLACKED_OUT
+                else:
+                    frame.data = pack_detection(found)
             if fate is None:
                 in_view = True
                 self._links.receive(frame, observer, arrival_ns, checksum=True)
                 for tap in self.taps:
                     tap.frame(frame, exposure_ns)
             else:
-                self._ledger.close(frame, observer, fate)
+                self._ledger.close(frame, observer, fate, cause=cause)
         if not in_view:
             self._tell_nothing(observer, exposure_ns)
 
-    def _detection(self, observer: str, name: str, exposure_ns: int, body: Body) -> bytes:
+    def _detection(self, observer: str, name: str, exposure_ns: int, body: Body) -> Detection:
         pair = (name, observer)
         if pair not in self._rngs:
             self._rngs[pair] = self._rng_for(f"media.{self.name}.noise.{name} -> {observer}")
         rng, sigma_m = self._rngs[pair], self._settings.noise_m
         x_m, y_m, z_m = (
             value + sigma_m * normal_quantile(rng.random() or SMALLEST) if sigma_m else value for value in body[:3])
-        return pack_detection(Detection(exposure_ns, x_m, y_m, z_m, name))
+        return Detection(exposure_ns, x_m, y_m, z_m, name)
 
     def _tell_nothing(self, observer: str, exposure_ns: int) -> None:
         self._links.tell(observer, self.name, exposure_ns + self._settings.latency_ns, pack_nothing(exposure_ns))

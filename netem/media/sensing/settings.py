@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite
+from typing import ClassVar
 
 from netem.media import MediumSettings
 from netem.media.answers import Camera, FloorPlan, ShownPose
@@ -13,6 +14,7 @@ from netem.media.sensing.field_of_view import FieldOfView, Obstacle
 
 @dataclass(frozen=True)
 class SensingSettings(MediumSettings):
+    strikable: ClassVar = frozenset({"links", "sensor"})
     exposure_period_ns: int                                 # exposures at 0, period, 2 period, ...
     latency_ns: int                                         # from an exposure to the arrival of its detections
     noise_m: float = 0.0                                    # standard deviation of x, y and z each

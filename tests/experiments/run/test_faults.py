@@ -7,92 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 
-from experiments.judge.run_data import load_run
-from experiments.run.runner import run
 from experiments.scenario import load
-from netem.records.events import hash_of_events
-from netem.records.ledger_file import read_ledger, read_metadata
-
-MS = 1_000_000
-HOSTS = ["inline", "process"]
-PROGRAM = '''
-import os
-from dataclasses import dataclass
-
-class Beacon:
-    @dataclass
-    class Settings:
-        offset_ns: int
-        v: float | None = None
-
-    def __init__(self, board, settings):
-        print(f"begins at {board.now_ns}")
-        self.port = board.port("radio", self.hear, listen_only=True)
-        self.board, self.sent, self.heard_ns = board, 0, []
-        board.record("sent", "1", lambda: self.sent)
-        board.record("draw", "1", lambda draw=board.rng.random(): draw)
-        board.record("local", "s", lambda: board.now_ns * 1e-9)
-        board.every(10_000_000, self.say, offset_ns=settings.offset_ns)
-        if settings.v is not None:
-            board.actuate("v_cmd", settings.v)
-            board.actuate("omega_cmd", 0.3)
-
-    def hear(self, frame):
-        self.board.count("heard")
-        self.board.event("heard", frame.hex())
-
-    def say(self):
-        self.sent += 1
-        self.port.send(self.sent.to_bytes(8, "little"))
-'''
-SCENARIO = '''
-# Question: what do faults cost?
-seed = 7
-length_s = 1.0
-sample_period_ms = 10
-[agents_defaults]
-program = "beacon:Beacon"
-[agents]
-a = { parameters = { offset_ms = 0 } }
-b = { parameters = { offset_ms = 3, v = 0.5 }, plant = { fmu = "unicycle" } }
-c = { parameters = { offset_ms = 6 } }
-[media]
-radio = { kind = "broadcast_radio", preset = "crazyflie_p2p", receive_latency_us = 300 }
-'''
-
-
-class Ran:
-    """A run of `SCENARIO` with these lines after it."""
-
-    def __init__(self, folder: Path, host: Any, faults: str) -> None:
-        folder.mkdir()
-        (folder / "beacon.py").write_text(PROGRAM)
-        (folder / "faults.toml").write_text(SCENARIO + faults)
-        self.out = folder / "run"
-        run(load(folder / "faults.toml"), host=host, out=self.out, report=False)        # checks conservation
-        self.data = load_run(self.out)
-        self.rows: list[dict[str, Any]] = read_ledger(self.out / "ledger.parquet").to_pylist()
-        self.hash = read_metadata(self.out / "ledger.parquet")["hash"], hash_of_events(self.data.events)
-
-    def samples(self, node: str, *names: str) -> np.ndarray[Any, Any]:
-        table = self.data.signals[node]
-        return np.column_stack([table.time_ns / MS, *(table.values[:, table.names.index(name)] for name in names)])
-
-    def heard_ms(self, node: str) -> list[float]:
-        return [event.time_ns / MS for event in self.data.events if (event.node, event.kind) == (node, "heard")]
-
-    def copies(self, **of: str) -> list[dict[str, Any]]:
-        return [row for row in self.rows if all(row[key] == value for key, value in of.items())]
-
-
-@pytest.fixture
-def both(tmp_path: Path) -> Any:
-    def ran(faults: str) -> Ran:
-        inline, process = (Ran(tmp_path / host, host, faults) for host in HOSTS)
-        assert inline.hash == process.hash
-        return inline
-    return ran
+from experiments.show.report import series
+from tests.experiments.run.fault_bench import MS, PROGRAM, SCENARIO, Ran
 
 
 def test_a_killed_node_is_silent_and_hears_nothing_until_its_program_starts_anew(both: Any, tmp_path: Path) -> None:
@@ -287,3 +206,17 @@ def test_figures_and_formulas_leave_out_what_a_dead_program_did_not_record(tmp_p
 
     assert {verdict["key"]: verdict["holds"] for verdict in ran.data.summary["verdicts"]} == {
         "guarantee.small.violations": True, "b.sent.max": True, "b.sent.last": True, "grows": True}
+
+
+def test_the_report_and_the_mcap_file_have_the_occurrences_in_time(tmp_path: Path) -> None:
+    ran = Ran(tmp_path / "run", "inline", '[[faults]]\nkind = "link_down"\nname = "cut"\non = "radio: a -> b"\n'
+              'during_s = [[0.3, 0.4], [0.6, 0.8]]\n[[faults]]\nkind = "clock_step"\non = "c"\nat_s = 0.5\nby_ms = 1\n')
+
+    assert series.faulty(ran.data) == [{"from_s": pytest.approx(start), "until_s": pytest.approx(end),
+                                        "text": "radio: cut link_down a -> b"}
+                                       for start, end in ((0.3, 0.4), (0.6, 0.8))]
+    marks, = [mark for mark in series.switching(ran.data)["marks"] if mark["label"] == "fault begins"]
+    assert [event["t_s"] for event in marks["events"]] == pytest.approx([0.3, 0.5, 0.6])
+    with (ran.out / "signals.mcap").open("rb") as file:
+        logged = [(message.log_time, message.data) for _, _, message in make_reader(file).iter_messages()]
+    assert {round(time_ns / MS) for time_ns, data in logged if b"cut link_down" in data} == {300, 400, 600, 800}

@@ -19,8 +19,18 @@ program = "agents.examples:Beacon"
 [agents.r1]
 [agents.r2]
 [agents.r3]
+[agents.rover]
+plant = { fmu = "unicycle" }
 [media.radio]
 kind = "broadcast_radio"
+[media.can]
+kind = "can"
+bit_rate_bps = 500000
+[media.view]
+kind = "sensing"
+exposure_period_ms = 10
+latency_ms = 2
+bodies = { rover = ["x", "y", "theta"] }
 '''
 PROGRAM = '''
 class Beacon:
@@ -78,6 +88,33 @@ def test_when_a_fault_occurs(read, keys, occurrences):
     ('kind = "partition"\non = "radio"\nat_s = 1\nshape = "star"', "expected 'halves', 'ring', 'bridge' or 'isolate'"),
     ('kind = "pause"\non = "r1"\nduring_s = [3, 2]', "0 <= start < end"),
     ('kind = "pause"\non = "r1"\nduring_s = "x"', "faults[0].during_s=\"x\": expected a number of seconds"),
+    ('kind = "kill"\non = "rover"\nat_s = 1\ninputs_when_dead = { v_cmnd = 0.0 }',
+     'no such input of unicycle; did you mean "v_cmd"'),
+    ('kind = "plant_input"\non = "r1"\nat_s = 1\nvariable = "v_cmd"\nvalue = 0.0', "r1 has no plant"),
+    ('kind = "plant_input"\non = "rover"\nat_s = 1\nvariable = "v_cmnd"\nvalue = 0.0',
+     'faults[0].variable="v_cmnd": no such input of unicycle; did you mean "v_cmd"'),
+    ('kind = "plant_input"\non = "rover"\nat_s = 1\nvariable = "track_m"\nvalue = 0.0', "is a parameter"),
+    ('kind = "plant_input"\non = "rover"\nat_s = 1\nvariable = "v_cmd"\nvalue = "fast"', "expected a number"),
+    ('kind = "plant_input"\non = "rover"\nat_s = 1\nvariable = "v_cmd"\nvalue = 1.0\nbias = 1.0',
+     "exactly one of value, factor and bias, got value and bias"),
+    ('kind = "plant_parameter"\non = "rover"\nat_s = 1\nvariable = "track_m"\nfactor = 0.5',
+     'faults[0].variable="track_m": is a parameter that cannot be changed while the plant runs'),
+    ('kind = "plant_parameter"\non = "rover"\nat_s = 1\nvariable = "slip_left"\nvalue = 1.5', "expected -1 to 1"),
+    ('kind = "slow"\non = "r1"\nat_s = 1\nfactor = 2.0', "r1 runs a program without execution times"),
+    ('kind = "slow"\non = "r1"\nat_s = 1\nfactor = 0.5', "faults[0].factor=0.5: expected a finite number >= 1"),
+    ('kind = "jam"\non = "can"\nat_s = 1\nnodes = ["r1"]',
+     'faults[0].on="can": can is a medium of kind can, which takes no fault of kind jam: it takes link_down, '),
+    ('kind = "jam"\non = "radio"\nat_s = 1', "expected either a zone or nodes"),
+    ('kind = "jam"\non = "radio"\nat_s = 1\nnodes = ["r9"]', "'r9' names no node on medium 'radio'"),
+    ('kind = "jam"\non = "radio"\nat_s = 1\nnodes = ["r1"]\nduty_cycle = 0.5', "below 1 it needs a period"),
+    ('kind = "jam"\non = "radio"\nat_s = 1\nzone = { kind = "circle", low_m = [0, 0], high_m = [1, 1] }',
+     "low_m and high_m of a rectangle, or centre_m and radius_m of a circle"),
+    ('kind = "blackout"\non = "radio: r1 -> r2"\nat_s = 1', "takes no fault of kind blackout"),
+    ('kind = "bias"\non = "view: rover -> r1"\nat_s = 1\nby_m = [1.0]', "expected [x, y] or [x, y, z]"),
+    ('kind = "noise"\non = "view: rover -> r1"\nat_s = 1\nsigma_m = 0.0', "expected more than 0"),
+    ('kind = "bus_off"\non = "can"\nat_s = 1', "faults[0].nodes: is missing"),
+    ('kind = "babble"\non = "can"\nat_s = 1\nnodes = ["r1"]\ncan_id = 2048', "expected an identifier of 11 bits"),
+    ('kind = "stuck_dominant"\non = "radio"\nat_s = 1', "takes no fault of kind stuck_dominant"),
     ('name = "x"\nkind = "pause"\non = "r1"\nduring_s = [1, 2]\n[[faults]]\nname = "x"\nkind = "pause"\non = "r2"\n'
      'during_s = [1, 2]', "give each a name of its own")])
 def test_a_mistake_is_told_with_its_place(read, fault, line):

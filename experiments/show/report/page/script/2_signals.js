@@ -1,4 +1,5 @@
 // Signals and times between transmissions over time, with what marks an instant.
+const MOST_NAMED_FAULTS = 12;
 let signalRange = null;     // [from, until] in s, null: the whole run
 
 function drawSignal() {
@@ -23,6 +24,7 @@ function drawSignal() {
     traces.push(...marks());
     DATA.violated.forEach((v) => shapes.push({type: "rect", x0: v.from_s, x1: v.until_s, y0: 0, y1: 1, yref: "paper",
                                               layer: "below", line: {width: 0}, fillcolor: violatedColour(), opacity: 0.14}));
+    shapes.push(...faults(1));
   }
   byId("signal-note").textContent = entry.shown < entry.samples
     ? `${entry.shown} of ${entry.samples} samples drawn: the extremes of each stretch` : "";
@@ -58,6 +60,16 @@ function marks() {
     text: events.map((e) => wrapped(e.text, 60)), hovertemplate: "%{text} at %{x:.9g} s<extra></extra>"}));
 }
 
+// The intervals of faults, shaded; a few have their names at the upper edge. `unit` is the number of x units in 1 s.
+function faults(unit) {
+  const named = DATA.faulty.length <= MOST_NAMED_FAULTS;
+  return DATA.faulty.map((f, k) => ({
+    type: "rect", x0: f.from_s * unit, x1: f.until_s * unit, y0: 0, y1: 1, yref: "paper", layer: "below", line: {width: 0},
+    fillcolor: css("--soft"), opacity: 0.16,
+    ...(named ? {label: {text: "<br>".repeat(1 + k % 4) + f.text, textposition: "top left", yanchor: "top", padding: 3,
+                         font: {size: 10, color: css("--ink")}}} : {})}));
+}
+
 function drawIntervals() {
   const gap = DATA.gaps[byId("interval").value];
   const traces = [{type: "scatter", mode: "markers", name: `${gap.sender} on ${gap.medium}`, x: gap.t_s, y: gap.gaps_ms,
@@ -67,6 +79,6 @@ function drawIntervals() {
     ? `${gap.t_s.length} of ${gap.transmissions - 1} intervals drawn: the extremes of each stretch` : "";
   Plotly.react("plot-intervals", traces, layout("time of the transmission [s]", "since the one before [ms]", {
     hovermode: "closest", showlegend: true, height: 340, xaxis: {range: [0, DATA.length_s || 1]}, yaxis: {rangemode: "tozero"},
-    shapes: cursorLine(1), yaxis2: {overlaying: "y", range: [0, 1], visible: false, fixedrange: true},
+    shapes: cursorLine(1).concat(faults(1)), yaxis2: {overlaying: "y", range: [0, 1], visible: false, fixedrange: true},
   }), config());
 }

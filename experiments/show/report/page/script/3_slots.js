@@ -34,7 +34,7 @@ function drawSlots() {
   const labels = s.sender.names.flatMap((sender, j) => several
     ? s.medium.names.filter((_, m) => spoken.has(j * s.medium.names.length + m)).map((medium) => `${sender} · ${medium}`)
     : [sender]);
-  const shapes = cursorLine(1e3).concat(Object.values(DATA.switching.media).flat().map((t) => t * 1e3)
+  const shapes = cursorLine(1e3).concat(faults(1e3)).concat(Object.values(DATA.switching.media).flat().map((t) => t * 1e3)
     .filter((t) => t >= from && t < from + width)
     .map((t) => ({type: "line", x0: t, x1: t, y0: 0, y1: 1, yref: "paper", line: {color: switchColour(), width: 1.5, dash: "dot"}})));
   byId("slot-note").textContent = `${shown} frames in this window`

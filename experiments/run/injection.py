@@ -1,0 +1,233 @@
+"""Faults that are injected into a run in real time from outside, and the schedule that repeats them in virtual time.
+
+    marconet fault RUN KIND key=value ...  --run.faults, a Unix socket that only its owner may open--> pace of the run
+                                           <--where and when, or why not--
+
+A fault begins at the instant of its arrival, or at the earliest that no window of the run has passed. It is written to
+`injected.toml` in the run folder, as a table [[faults]] with its instant; appended to the scenario it repeats the run.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from experiments.judge.run_files import FAULT_SOCKET, INJECTED, SCENARIO
+from experiments.run.run_folder import owner
+from experiments.scenario.faults import has_execution_time, read_fault, site_of
+from experiments.scenario.model import FaultSpec, Scenario
+from experiments.scenario.own_modules import class_for
+from experiments.scenario.plant_parameters import plant_names
+from experiments.scenario.problems import Problems
+from experiments.scenario.sections import Reading
+from experiments.scenario.toml_text import toml_text
+from netem.emulator.conductor import Conductor
+from netem.emulator.world import RunWorld
+from netem.faults.schedule import Occurrence
+from netem.gateways.pace import Pace
+
+LONGEST: Final = 65536                      # bytes of a request or an answer
+ANSWER_WITHIN_S: Final = 10.0
+TIMES: Final = ("at", "during", "every", "times", "rate_per")
+
+
+class NotInjected(ValueError):
+    """A fault cannot be injected; the text says why and what to do."""
+
+    exit_code = 2
+
+
+class Request(msgspec.Struct):
+    kind: str
+    keys: dict[str, Any]
+
+
+class Answer(msgspec.Struct):
+    error: str = ""
+    name: str = ""
+    at_ns: int = -1
+
+
+class Injection:
+    """Takes requests while the pace of the run waits. `may_kill(node)` says whether a kill may be injected there."""
+
+    def __init__(self, scenario: Scenario, folder: Path, conductor: Conductor, pace: Pace, world: RunWorld,
+                 may_kill: Callable[[str], bool]) -> None:
+        self._scenario, self._conductor, self._pace, self._world = scenario, conductor, pace, world
+        self._folder, self._may_kill = folder, may_kill
+        plants = {name: plant_names(agent.plant.fmu, scenario.folder) for name, agent in scenario.agents.items()
+                  if agent.plant is not None}
+        self._site = site_of(scenario.agents, scenario.media, plants,
+                             {name for name, agent in scenario.agents.items()
+                              if has_execution_time(class_for(agent.program, scenario.folder))})
+        self._names = {spec.name for spec in scenario.faults if spec.name}
+        self._asking: set[socket.socket] = set()
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        with _address(folder) as address:
+            mask = os.umask(0o177)
+            try:
+                self._socket.bind(address)
+            finally:
+                os.umask(mask)
+        self._socket.listen()
+        self._socket.setblocking(False)
+        pace.attend(self._socket, self._accept)
+
+    def close(self) -> None:
+        for asking in [*self._asking]:
+            self._end(asking)
+        self._pace.leave(self._socket)
+        self._socket.close()
+        with suppress(OSError):
+            (self._folder / FAULT_SOCKET).unlink()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            asking, _ = self._socket.accept()
+            asking.setblocking(False)
+            self._asking.add(asking)
+            heard = bytearray()
+            self._pace.attend(asking, partial(self._hear, asking, heard))
+
+    def _hear(self, asking: socket.socket, heard: bytearray) -> None:
+        try:
+            data = asking.recv(LONGEST)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        heard += data
+        if b"\n" in heard:
+            with suppress(OSError):
+                asking.send(msgspec.json.encode(self._answer(bytes(heard).partition(b"\n")[0])) + b"\n")
+        elif data and len(heard) < LONGEST:
+            return                          # the rest of the request is on its way
+        self._end(asking)
+
+    def _end(self, asking: socket.socket) -> None:
+        self._asking.discard(asking)
+        self._pace.leave(asking)
+        asking.close()
+
+    def _answer(self, line: bytes) -> Answer:
+        try:
+            request = msgspec.json.decode(line, type=Request)
+        except (msgspec.MsgspecError, UnicodeDecodeError):
+            return Answer(error="expected a request with kind and keys as JSON")
+        try:
+            return self._inject(request)
+        except ValueError as error:
+            return Answer(error=str(error))
+
+    def _inject(self, request: Request) -> Answer:
+        keys, conductor = dict(request.keys), self._conductor
+        if given := next((key for key in keys if key.rpartition("_")[0] in TIMES or key == "times"), ""):
+            raise NotInjected(f"{given}: an injected fault begins at once; lasts_s says how long it lasts")
+        keys.setdefault("name", self._next_name())
+        if keys["name"] in self._names:
+            raise NotInjected(f"name={keys['name']!r}: another fault of this run has this name; give it one of its own")
+        medium = conductor.media.get(str(keys.get("on", "")).partition(":")[0])
+        at_ns = max(self._pace.now_ns(), conductor.passed_ns, conductor.agenda.now_ns)
+        if medium is not None:
+            at_ns = medium.next_fault_ns(at_ns)
+        table = {"kind": request.kind, **keys, "at_ns": at_ns}
+        spec = self._read(table)
+        if spec.settings.cuts:
+            table["spares_under_way"] = True
+            spec = self._read(table)
+        for node, *_ in spec.targets if spec.settings.kills else ():
+            if not self._may_kill(node):
+                raise NotInjected(f"{node}: the FMU of its plant cannot save its state, so a kill has to be known "
+                                  "before the run: write it into the scenario")
+        occurrence, = spec.occurrences
+        self._names.add(spec.name)
+        self._world.occurs(spec.settings, spec.cause, spec.targets, Occurrence(*occurrence))
+        with (self._folder / INJECTED).open("a", encoding="utf-8") as file:
+            file.write("[[faults]]\n" + "".join(f"{key} = {toml_text(value)}\n" for key, value in table.items()) + "\n")
+        return Answer(name=spec.name, at_ns=at_ns)
+
+    def _read(self, table: Mapping[str, Any]) -> FaultSpec:
+        problems = Problems("fault")
+        spec = read_fault(dict(table), (), self._site, self._scenario.media, self._scenario.seed,
+                          self._scenario.length_ns, Reading(self._scenario.folder, problems))
+        problems.stop_if_any()
+        assert spec is not None
+        return spec
+
+    def _next_name(self) -> str:
+        number = len(self._names)
+        while f"injected-{number}" in self._names:
+            number += 1
+        return f"injected-{number}"
+
+
+def inject(run: Path, kind: str, keys: Mapping[str, Any]) -> tuple[str, int]:
+    """Inject a fault into the run in the folder `run`; return its name and instant [ns]. NotInjected says why not."""
+    if not SCENARIO.is_in(run):
+        raise NotInjected(f"{run}: there is no run in this folder")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking:
+        asking.settimeout(ANSWER_WITHIN_S)
+        try:
+            with _address(run) as address:
+                asking.connect(address)
+        except PermissionError:
+            raise NotInjected(f"{run}: the run belongs to another user, who alone may inject faults") from None
+        except OSError:
+            why = "the run is not in real time: start it with --real-time to inject faults" if owner(run) \
+                else "the run has ended"
+            raise NotInjected(f"{run}: {why}") from None
+        try:
+            asking.sendall(msgspec.json.encode(Request(kind, dict(keys)), enc_hook=str) + b"\n")
+            answer = msgspec.json.decode(_line(asking), type=Answer)
+        except TimeoutError:
+            raise NotInjected(f"{run}: no answer within {ANSWER_WITHIN_S:g} s: is the run stopped?") from None
+        except (OSError, msgspec.MsgspecError):
+            raise NotInjected(f"{run}: the run ended before it answered") from None
+    if answer.error:
+        raise NotInjected(answer.error)
+    return answer.name, answer.at_ns
+
+
+def parse_keys(words: Iterable[str]) -> dict[str, Any]:
+    """Return the keys of a fault from words `key=value`; a value that is no TOML is text."""
+    keys: dict[str, Any] = {}
+    for word in words:
+        key, equals, text = word.partition("=")
+        if not equals or not key.isidentifier():
+            raise NotInjected(f"{word}: expected key=value, as in on=r3 or lasts_s=1.5")
+        if key in keys:
+            raise NotInjected(f"{word}: the key is given twice")
+        try:
+            keys[key] = tomllib.loads(f"value = {text}")["value"]
+        except (tomllib.TOMLDecodeError, RecursionError):
+            keys[key] = text
+    return keys
+
+
+def _line(asking: socket.socket) -> bytes:
+    heard = bytearray()
+    while b"\n" not in heard and (data := asking.recv(LONGEST)):
+        heard += data
+    return bytes(heard)
+
+
+@contextmanager
+def _address(folder: Path) -> Iterator[str]:
+    """Return an address of the socket in `folder` that is short enough for the operating system."""
+    plain = str(folder / FAULT_SOCKET)
+    if len(os.fsencode(plain)) < 100:
+        yield plain
+        return
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        yield f"/proc/self/fd/{handle}/{FAULT_SOCKET}"
+    finally:
+        os.close(handle)

@@ -1,0 +1,31 @@
+"""A robot's processor: how long its tasks take, which faults lengthen by factors that multiply."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import prod
+from typing import Any
+
+
+class Processor:
+    """`factors` has the factor of each fault that acts; they outlive the program."""
+
+    def __init__(self) -> None:
+        self.factors: list[float] = []
+        self._slowness = 1.0
+
+    def execution_ns(self, nominal_ns: int) -> int:
+        """Return how long a task takes that takes `nominal_ns` without faults."""
+        return nominal_ns if self._slowness == 1.0 else round(nominal_ns * self._slowness)
+
+    def resume(self, factors: list[float]) -> None:
+        self.factors = list(factors)
+        self._slowness = prod(self.factors)
+
+    def slow_down(self, fields: Mapping[str, Any]) -> None:
+        """Begin or end (`begins` false) a fault with this `factor`."""
+        if fields["begins"]:
+            self.factors.append(fields["factor"])
+        else:
+            self.factors.remove(fields["factor"])
+        self._slowness = prod(self.factors)

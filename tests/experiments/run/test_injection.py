@@ -1,0 +1,102 @@
+"""Faults that are injected into a run in real time, by real processes, and the schedule that repeats them."""
+
+from __future__ import annotations
+
+import stat
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import marconet
+from experiments.run.runner import run
+from experiments.scenario import load
+from netem.records.ledger_file import read_ledger, read_metadata
+from tests.experiments.run.fault_bench import PROGRAM, SCENARIO
+
+LONG = SCENARIO.replace("length_s = 1.0", "length_s = 6.0")
+MARCONET = [sys.executable, "-m", "marconet.command_line"]
+
+
+def wait_for(path: Path) -> None:
+    until_s = time.monotonic() + 60
+    while not path.exists():
+        assert time.monotonic() < until_s, f"{path} does not come"
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Path:
+    (tmp_path / "beacon.py").write_text(PROGRAM)
+    (tmp_path / "faults.toml").write_text(LONG)
+    return tmp_path / "faults.toml"
+
+
+@pytest.fixture
+def running(scenario: Path) -> Iterator[tuple[Path, subprocess.Popen[str]]]:
+    """A run in real time that has begun, and its process."""
+    out = scenario.parent / "run"
+    code = ("import sys; from pathlib import Path; from experiments.run.runner import run; from experiments.scenario "
+            "import load; run(load(Path(sys.argv[1])), host='process', out=Path(sys.argv[2]), real_time=True, "
+            "report=False)")
+    process = subprocess.Popen([sys.executable, "-c", code, str(scenario), str(out)], text=True,
+                               stderr=subprocess.PIPE)
+    try:
+        wait_for(out / "run.faults")
+        yield out, process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_what_was_injected_repeats_the_run_in_virtual_time(running: tuple[Path, subprocess.Popen[str]],
+                                                           scenario: Path) -> None:
+    out, process = running
+    assert stat.S_IMODE((out / "run.faults").stat().st_mode) & 0o077 == 0
+    name, at_s = marconet.fault(out, "kill", on="b", restart_after_s=0.5)
+    said = subprocess.run([*MARCONET, "fault", str(out), "link_down", "on=radio: a -> c", "lasts_s=0.3"],
+                          capture_output=True, text=True, timeout=60, check=False)
+    marconet.fault(out, "plant_parameter", on="b", variable="gain_left", factor=0.5)
+    with pytest.raises(ValueError, match="no such kind; did you mean \"kill\""):
+        marconet.fault(out, "kil", on="b")
+    with pytest.raises(ValueError, match="names no node of the scenario"):
+        marconet.fault(out, "kill", on="z")
+    with pytest.raises(ValueError, match="begins at once"):
+        marconet.fault(out, "kill", on="b", at_s=1.0)
+
+    assert said.returncode == 0, said.stderr
+    assert said.stdout.startswith("injected-1: link_down at ")
+    _, problems = process.communicate(timeout=60)
+    assert process.returncode == 0, problems
+    assert not (out / "run.faults").exists()
+    with pytest.raises(ValueError, match="the run has ended"):
+        marconet.fault(out, "kill", on="b")
+
+    live = read_metadata(out / "ledger.parquet")["hash"]
+    fates = {row["fate"] for row in read_ledger(out / "ledger.parquet").to_pylist()}
+    assert {"receiver gone", "cut"} <= fates
+    again = scenario.with_name("again.toml")
+    again.write_text(LONG + (out / "injected.toml").read_text())
+    for host in ("inline", "process"):
+        run(load(again), host=host, out=scenario.parent / host, report=False)       # type: ignore[arg-type]
+        assert read_metadata(scenario.parent / host / "ledger.parquet")["hash"] == live
+    assert name == "injected-0"
+    assert at_s < 6
+
+
+@pytest.mark.parametrize(("words", "line"), [
+    (["nowhere", "kill", "on=b"], "nowhere: there is no run in this folder"),
+    (["ended", "kill", "on=b"], "ended: the run has ended"),
+    (["ended", "kill", "b"], "b: expected key=value, as in on=r3 or lasts_s=1.5")])
+def test_a_mistake_is_one_clear_line(scenario: Path, words: list[str], line: str) -> None:
+    scenario.write_text(SCENARIO.replace("length_s = 1.0", "length_s = 0.1"))
+    run(load(scenario), host="inline", out=scenario.parent / "ended", report=False)
+
+    said = subprocess.run([*MARCONET, "fault", *words], cwd=scenario.parent, capture_output=True, text=True, timeout=60,
+                          check=False)
+
+    assert said.returncode == 2
+    assert said.stderr.splitlines() == [f"error: {line}"] or said.stderr.strip().endswith(line)
