@@ -74,10 +74,11 @@ class Injection:
         with _address(folder) as address:
             mask = os.umask(0o177)
             try:
-                self._socket.bind(address)
+                self._socket.bind(f"{address}_")
             finally:
                 os.umask(mask)
-        self._socket.listen()
+            self._socket.listen()
+            os.rename(f"{address}_", address)       # whoever finds it can connect
         self._socket.setblocking(False)
         pace.attend(self._socket, self._accept)
 

@@ -33,7 +33,8 @@ loss_ratio = 0.1
 frames_lost_on_link = { min = 50 }
 """
 COMMANDS = [[], ["list"], ["check"], ["run"], ["report"], ["schema"], ["table"], ["compile"], ["fmu"], ["fmu", "list"],
-            ["fmu", "info"], ["fmu", "build"], ["sweep"], ["compare"], ["export"], ["fault"]]
+            ["fmu", "info"], ["fmu", "build"], ["sweep"], ["compare"], ["export"], ["fault"], ["break"],
+            ["shrink"]]
 
 
 class StubRunner:

@@ -143,7 +143,7 @@ def test_a_run_with_other_settings_than_its_file_asks_for_them(forty_faults: Pat
 def test_the_explicit_form_that_holds_is_told_in_one_line(forty_faults: Path, tmp_path: Path) -> None:
     folder = recorded(forty_faults, tmp_path / "run")
     program = forty_faults.with_name("watch.py")
-    program.write_text(program.read_text().replace('("a", 12)', '("a", 13)'))
+    program.write_text(program.read_text().replace('("a", 12)', '("a", 1300)'))
 
     told = subprocess.run([sys.executable, "-m", "marconet.command_line", "shrink", str(folder), "--quiet"],
                           capture_output=True, text=True, check=False)
