@@ -57,6 +57,7 @@ class Board:
         self.rng = rng
         self._node, self._clock, self._plant, self._parameters = node, clock, plant, parameters
         self._timers = Timers(node, clock)
+        self._same_oscillator: tuple[LocalClock, ...] = (clock,)
         self._processor = Processor() if processor is None else processor
         self._waits_over, self._waited_at_ns = 0, -1
 
@@ -205,8 +206,14 @@ class Board:
         """Make the node take its promise from the timers of this board."""
         self._node.next_frame_ns = self._timers.next_frame_ns
 
-    def take_faults(self) -> None:
-        """Let faults of the clock act on this board's timers, from now on."""
+    def take_faults(self, also: Sequence[LocalClock] = ()) -> None:
+        """Let faults of the clock act on this board's timers from now on, and a change of its drift on those in `also`.
+
+        Those are other counters of the same oscillator, which faults of an earlier life may have changed already.
+        """
+        self._same_oscillator = (self._clock, *also)
+        for clock in also:
+            clock.drift(self._clock.fault_ppm)
         self._node.at_fault("clock_step", self._step_clock)
         self._node.at_fault("clock_drift", self._trim_clock)
 
@@ -214,7 +221,11 @@ class Board:
         self._timers.change_clock(partial(self._clock.adjust, fields["by_ns"]))
 
     def _trim_clock(self, fields: Mapping[str, Any]) -> None:
-        self._timers.change_clock(partial(self._clock.drift, fields["by_ppm"]))
+        self._timers.change_clock(partial(self._drift, fields["by_ppm"]))
+
+    def _drift(self, ppm: float) -> None:
+        for clock in self._same_oscillator:
+            clock.drift(ppm)
 
     def _required_plant(self) -> Plant:
         if self._plant is None:

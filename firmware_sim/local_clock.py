@@ -92,6 +92,11 @@ class LocalClock:
         self.trim(ppm)
         self._fault_rate += rate_parts(ppm)
 
+    @property
+    def fault_ppm(self) -> float:
+        """What faults have added to the drift of the oscillator so far [ppm]."""
+        return float(self._fault_rate) / PARTS_PER_PPM
+
     def kept(self) -> tuple[str, str, str]:
         """Return the state of the clock in decimal, for `resume` by the clock of a later life of this robot."""
         return str(self._phase), str(self._rate), str(self._fault_rate)

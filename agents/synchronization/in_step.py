@@ -42,8 +42,8 @@ class InStep:
             return
         self._rounds += 1
         if self._rounds == self.rounds_allowed() + 1:
-            yield ("clock does not settle", f"it is out of step for more than {self.rounds_allowed()} rounds: frames "
-                                            "collide, or nobody is heard", Level.WARNING)
+            yield ("clock does not settle", f"it is out of step for more than {self.rounds_allowed()} rounds: the "
+                                            "robot's frames collide, or it hears no other robot", Level.WARNING)
 
     def rounds_allowed(self) -> int:
         """Twice the rounds in which an error of the largest size shrinks to far_ns; 0 if that is not known."""

@@ -125,7 +125,7 @@ def frame_layout(team: Team, medium: MediumView) -> Layout:
 def occurring_graphs(team: Team, scenario: ScenarioView, medium: MediumView) -> dict[str, Floats]:
     """Return the Laplacians that the robots will work with, by a name for the sentences of `check`.
 
-    None for robots that discover a topology that moves: nobody knows its graphs before the run.
+    The result is empty if the robots discover a topology that moves, as its graphs are not known before the run.
     """
     if team.topology == "told":
         return {f"team.requests[{index}]": team.laplacian_of(request.links)

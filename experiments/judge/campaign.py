@@ -34,7 +34,10 @@ class NoCampaign(ValueError):
 
 
 class Plan(msgspec.Struct, frozen=True):
-    """What a campaign runs. `bounds` are the lines of `[expect]` of its first setting; `digest` is that of the file."""
+    """The scenario, settings and seeds that a campaign runs.
+
+    `bounds` are the entries of `[expect]` of its first setting; `digest` is that of the scenario's file.
+    """
 
     scenario: str
     question: str

@@ -1,4 +1,4 @@
-"""What a run of a campaign leaves: its figures and its hash."""
+"""The figures and the ledger hash of one run of a campaign, which leaves no folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What became of the copies of a run, link by link: for a run that repeats it, and for trace files."""
+"""Reads the fate and the delay of every frame copy from the ledger of a run, link by link.
+
+Another run repeats them (`marconet run --fates-of`), and trace files are made of them (`marconet export`).
+"""
 
 from __future__ import annotations
 

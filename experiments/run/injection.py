@@ -78,7 +78,7 @@ class Injection:
             finally:
                 os.umask(mask)
             self._socket.listen()
-            os.rename(f"{address}_", address)       # whoever finds it can connect
+            os.rename(f"{address}_", address)       # now that it listens, others may find it
         self._socket.setblocking(False)
         pace.attend(self._socket, self._accept)
 

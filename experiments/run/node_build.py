@@ -72,7 +72,7 @@ class NodeSpecification(msgspec.Struct, frozen=True):
 
 
 class State(msgspec.Struct):
-    """What outlives a node that is killed."""
+    """The state of a killed node's plant, clock and processor, with which its next life goes on."""
 
     plant: bytes | None
     clock: tuple[str, str, str]         # of `LocalClock.kept`
@@ -126,10 +126,10 @@ def _begin(specification: NodeSpecification, node: Node, clock: LocalClock, proc
            at_end: ExitStack | None, life: int) -> None:
     """Construct and start the program; record what it declares and the outputs of its plant."""
     board = _board(specification, node, clock, processor, plant, life)
-    board.take_faults()
     if specification.blocking:
-        _begin_blocking(specification, node, board, at_end)
+        board.take_faults([_begin_blocking(specification, node, board, at_end)])
     else:
+        board.take_faults()
         board.keep_promises()
         program = construct_program(class_for(specification.program, Path(specification.folder)), board,
                                     specification.parameters)
@@ -177,13 +177,16 @@ def _boot(node: Node, life: Life, clock: LocalClock, begin: Callable[[], None]) 
                          "opens its ports in the same way in each of its lives")
 
 
-def _begin_blocking(specification: NodeSpecification, node: Any, board: Board, at_end: ExitStack | None) -> None:
+def _begin_blocking(specification: NodeSpecification, node: Any, board: Board, at_end: ExitStack | None) -> LocalClock:
+    """Begin the function in its own thread; return the clock by which it measures durations."""
     assert at_end is not None, "blocking code needs a process of its own"
     from firmware_sim.blocking.own_process import own_process
 
-    at_end.enter_context(own_process(node, board, specification.clock, specification.program,
-                                     Path(specification.folder), partial(_load_blocking, specification, at_end),
-                                     specification.parameters, specification.can_buses, specification.own_frames))
+    program = at_end.enter_context(own_process(
+        node, board, specification.clock, specification.program, Path(specification.folder),
+        partial(_load_blocking, specification, at_end), specification.parameters, specification.can_buses,
+        specification.own_frames))
+    return program.oscillator
 
 
 def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:

@@ -35,7 +35,7 @@ class NoFates(ValueError):
 
 @dataclass(frozen=True)
 class Replay:
-    """What an earlier run recorded, by link, how it is matched, and the faults of its nodes."""
+    """The recorded frames of an earlier run by link, how frames of this run find theirs, and the faults of nodes."""
 
     folder: Path
     recorded: dict[LinkName, list[RecordedFrame]]

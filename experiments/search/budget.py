@@ -1,4 +1,4 @@
-"""What a search may do: `--budget`, weakly-hard limits on the losses of each link, and a number of faults.
+"""Reads `--budget`: how many frames of a link a search may lose, as weakly-hard limits, and how many faults may occur.
 
     radio: * -> *: at most 2 lost in a row      of 3 frames in succession on a link at most 2 are lost
     radio: a -> b: at most 3 lost of 10         of 10 frames in succession at most 3 are lost
@@ -39,7 +39,7 @@ class BadBudget(ValueError):
 
 @dataclass(frozen=True)
 class LossLimit:
-    """Of `of` frames in succession on a link at most `most` are lost."""
+    """A link loses at most `most` of any `of` frames in succession."""
 
     most: int
     of: int

@@ -95,12 +95,17 @@ def _print_break(console: Console, found: Found, wanted: Wanted, command: str) -
     else:
         console.print(f"{wanted.objective.text}: {found.value:.6g} at worst, {found.without:.6g} without losses and "
                       f"faults; found in run {found.number + 1} of {found.runs}", soft_wrap=True)
-    for line in found.lines[:MOST_LINES]:
-        console.print(f"  {line}", soft_wrap=True)
-    if len(found.lines) > MOST_LINES:
-        console.print(f"  and {len(found.lines) - MOST_LINES} more, which are in the scenario", soft_wrap=True)
+    _print_lines(console, found.lines)
     print_path(console, "scenario", found.file)
     console.print(command, soft_wrap=True)
+
+
+def _print_lines(console: Console, lines: Sequence[str]) -> None:
+    """Print the first lines about losses and faults, and how many more there are."""
+    for line in lines[:MOST_LINES]:
+        console.print(f"  {line}", soft_wrap=True)
+    if len(lines) > MOST_LINES:
+        console.print(f"  and {len(lines) - MOST_LINES} more, which are in the scenario", soft_wrap=True)
 
 
 def _print_shrink(console: Console, shrunk: Shrunk) -> None:
@@ -111,10 +116,7 @@ def _print_shrink(console: Console, shrunk: Shrunk) -> None:
         "without any fault or loss"
     console.print(f"{what} still fails {kept}, in {shrunk.length_ns / 1e9:.9g} of {shrunk.full_length_ns / 1e9:.9g} s; "
                   f"{shrunk.runs} runs", soft_wrap=True)
-    for line in shrunk.lines[:MOST_LINES]:
-        console.print(f"  {line}", soft_wrap=True)
-    if len(shrunk.lines) > MOST_LINES:
-        console.print(f"  and {len(shrunk.lines) - MOST_LINES} more, which are in the scenario", soft_wrap=True)
+    _print_lines(console, shrunk.lines)
     print_path(console, "scenario", shrunk.file)
     console.print(_command(shrunk.file), soft_wrap=True)
     if not shrunk.minimal:

@@ -1,4 +1,4 @@
-"""What happened to a run, as entries of a scenario: each occurrence of a fault, each lost frame, each impairment.
+"""Writes the faults and losses of a run out as entries of a scenario: each occurrence, each lost frame, one by one.
 
     faults at random, repeated, of several nodes      one entry for each occurrence, and for each node
     impairments that only lose frames                 the frames that they lost in this run, by link and number

@@ -1,7 +1,8 @@
 """Faults in a run: the world that they change, and their occurrences as events of the run.
 
     fault.strike --at--> conductor: a stop, at which nodes are killed, stand still or get a fault of their own
-                 --cut, change--> links: impairments of the fault, first and last on the way of a copy
+                 --cut, flip--> links: impairments of the fault, first and last on the way of a copy
+                 --on_medium--> a medium, which fails in a way of its own
 """
 
 from __future__ import annotations

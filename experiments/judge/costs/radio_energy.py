@@ -6,7 +6,8 @@
 
     E(t) = transmit_w * T_transmit(t) + receive_w * T_receive(t) + idle_w * T_idle(t)       [J]
 
-Source of the model: L. Feeney, M. Nilsson 2001 (a receiver draws power while any frame reaches it, whoever it is for).
+Source of the model: L. Feeney, M. Nilsson 2001. A receiver draws power for every frame that reaches it, also for one
+that is addressed to another node.
 Not modelled: energy to change between states; frames without an intended receiver, of which the ledger has no row; the
 tail of a frame that is under way when the run ends.
 """
