@@ -14,7 +14,7 @@ from typing import Any
 from simpy.events import Event, Timeout
 
 from firmware_sim.local_clock import LocalClock
-from netem.node.environment import NodeEnvironment, call_in
+from netem.node.environment import NodeEnvironment, call_in, timeout_in
 from netem.node.node import Node
 from netem.wire.instants import NEVER_NS
 
@@ -52,7 +52,8 @@ class Timers:
         """
         env, clock = self._env, self._clock
         true_ns = clock.true_at(local_ns)
-        timeout = Timeout(env, max(0, true_ns - env.now_ns))
+        now_ns: int = env.now_ns
+        timeout = timeout_in(env, true_ns - now_ns if true_ns > now_ns else 0)
         if silent_until_ns is None:
             silent_ns = true_ns
         elif silent_until_ns >= NEVER_NS:

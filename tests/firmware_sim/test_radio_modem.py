@@ -12,7 +12,8 @@ from experiments.scenario import ScenarioError, load
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
-from firmware_sim.radio_modem import ModemSettings, RadioModem
+from firmware_sim.radio_modem import RadioModem
+from firmware_sim.radio_modem_settings import ModemSettings
 from netem.media.radio_presets import PRESETS
 from netem.node.node import Node
 from netem.wire.messages import Grant

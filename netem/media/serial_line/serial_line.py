@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from random import Random
-from typing import Final
+from typing import ClassVar, Final
 
 from netem.core.agenda import Agenda
 from netem.core.fate import Fate
@@ -37,7 +37,7 @@ COUNTERS: Final = ("bytes sent", "bytes refused")
 
 
 class SerialLine(Medium):
-    Settings = SerialLineSettings
+    Settings: ClassVar = SerialLineSettings
 
     def __init__(self, name: str, settings: SerialLineSettings, nodes: Iterable[str], agenda: Agenda, ledger: Ledger,
                  links: Links, rng_for: Callable[[str], Random]) -> None:
