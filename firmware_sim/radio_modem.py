@@ -8,9 +8,12 @@ that wait for the channel wait in that medium's queue (`mac = "csma"`, `queue_fr
 line in that medium's `buffer_bytes`. The modem does not interpret the bytes: it may cut a MAVLink frame in two, and the
 radio may lose one half.
 
-The modem measures silence from the end of a chunk of the serial line. Chunks have at most `idle_bytes` bytes
-(`chunk_bytes` of the medium), so bytes without a gap never count as silence, and silence begins exactly at the end of
-the last byte. A full packet is sent late by less than a chunk.
+Either the serial line measures silence, as a UART with DMA does, or the modem. The line does with its `idle_bytes`, and
+with `chunk_bytes` as large as a packet: what it delivers is a packet, and the modem has `idle_bytes` 0. The modem
+measures it from the end of a chunk of a line without `idle_bytes`. Such chunks have at most the modem's `idle_bytes`
+bytes, so bytes without a gap never count as silence, and silence begins exactly at the end of the last byte; but a
+chunk that begins within that time and ends after it is late for the packet. A full packet is sent late by less than a
+chunk.
 
 Source: Digi, XBee/XBee-PRO RF Modules - 802.15.4, product manual 90000982 (2009): parameter RO, 3 character times by
 default, and at most 100 bytes in a packet.
@@ -77,8 +80,12 @@ class RadioModem:
                     yield (f"agents.{name}.parameters.{key}={port}: expected a {expected}; there are "
                            f"{', '.join(there) or 'none'}")
             if settings.serial in serial:
-                clock, chunk = serial[settings.serial]
-                if settings.idle_bytes and not 1 <= chunk <= settings.idle_bytes:
+                clock, chunk, idle = serial[settings.serial]
+                if idle and (settings.idle_bytes or chunk != settings.packet_bytes):
+                    yield (f"media.{settings.serial}: delivers packets, after idle_bytes={idle} of silence: expected "
+                           f"chunk_bytes = {settings.packet_bytes} there, as packet_bytes here, and idle_bytes = 0 in "
+                           f"agents.{name}.parameters; found {chunk} and {settings.idle_bytes}")
+                elif settings.idle_bytes and not 1 <= chunk <= settings.idle_bytes:
                     yield (f"media.{settings.serial}.chunk_bytes={chunk}: expected 1 to {settings.idle_bytes}, or "
                            f"{name} takes a chunk that is under way for {settings.idle_bytes} byte times of silence")
                 if (settings.baud_bps, settings.bits_per_byte) != (clock.baud_bps, clock.bits_per_byte):
