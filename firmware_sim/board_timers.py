@@ -76,10 +76,11 @@ class Timers:
 
     def withdraw_silence(self, true_ns: int) -> None:
         """Note that a timer armed with `note_silence(true_ns)` rang or was cancelled."""
-        for index, (noted_ns, _) in enumerate(self._earlier):
-            if noted_ns == true_ns:
-                del self._earlier[index]
-                return
+        if self._earlier:
+            for index, (noted_ns, _) in enumerate(self._earlier):
+                if noted_ns == true_ns:
+                    del self._earlier[index]
+                    return
         self._silences.remove(true_ns)
 
     def change_clock(self, change: Callable[[], object]) -> None:
