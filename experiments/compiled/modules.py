@@ -56,6 +56,7 @@ MODULES: Final = (
     "netem.node.turn",
     "netem.records.kept_samples",
     "netem.records.ledger",
+    "netem.records.sample_buffer",
     "netem.records.sampler",
     "netem.topology.reach",
     "netem.topology.timetable",
