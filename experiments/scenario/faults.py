@@ -56,9 +56,10 @@ def read_faults(tables: Sequence[Any], reader: Agents, agents: Mapping[str, Agen
 def site_of(agents: Collection[str], media: Mapping[str, MediumSpec], plants: Mapping[str, PlantNames],
             timed: Collection[str]) -> Site:
     """Return the names that faults can be about; `timed` has the agents whose programs have execution times."""
+    known = {name: medium.settings for name, medium in media.items() if medium.settings is not None}
     return Site(tuple(agents), {name: medium.nodes for name, medium in media.items()},
-                {name: medium.settings.links_to_themselves() for name, medium in media.items()
-                 if medium.settings is not None}, plants, timed)
+                {name: settings.links_to_themselves() for name, settings in known.items()}, plants, timed,
+                {name: settings.strikable for name, settings in known.items()})
 
 
 def has_execution_time(program: Any) -> bool:

@@ -39,6 +39,7 @@ class Site(NamedTuple):
     to_themselves: Mapping[str, Collection[str]]        # by medium: nodes with a link to themselves
     plants: Mapping[str, PlantFace] = {}                # by robot, of those that have one
     timed: Collection[str] = ()                         # robots whose programs have execution times
+    strikable: Mapping[str, Collection[str]] = {}       # by medium: parts that faults can strike
 
 
 class World(Protocol):
@@ -74,7 +75,7 @@ class Fault:
     """Base class of a member, with answers that have defaults."""
 
     on: ClassVar[str] = "nodes"             # what the key `on` selects: nodes, media or links
-    strikes: ClassVar[str] = "links"        # part of a medium, if any: links, channel, sensor or bus
+    strikes: ClassVar[str] = "links"        # part of a medium, if any: links, channel, ...
     lasting: ClassVar[bool] = True          # whether an occurrence has an end, else it is an instant
     kills: ClassVar[bool] = False           # whether it may end a node's process
     cuts: ClassVar[bool] = False            # whether it cuts links, and takes the key `spares_under_way`

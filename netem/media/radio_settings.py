@@ -34,7 +34,7 @@ class CarrierSenseSettings:
 
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
-    strikable: ClassVar = frozenset({"links", "channel"})
+    strikable: ClassVar = frozenset({"links", "channel", "carriers"})
     poses_key: ClassVar[Sequence[str]] = ("topology", "bodies")
 
     preset: str = "ideal"

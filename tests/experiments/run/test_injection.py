@@ -59,6 +59,7 @@ def test_what_was_injected_repeats_the_run_in_virtual_time(running: tuple[Path, 
     name, at_s = marconet.fault(out, "kill", on="b", restart_after_s=0.5)
     said = subprocess.run([*MARCONET, "fault", str(out), "link_down", "on=radio: a -> c", "lasts_s=0.3"],
                           capture_output=True, text=True, timeout=60, check=False)
+    marconet.fault(out, "link_down", on="radio: c -> b", lasts_s=0.3, carriers="stop")
     marconet.fault(out, "plant_parameter", on="b", variable="gain_left", factor=0.5)
     with pytest.raises(ValueError, match="no such kind; did you mean \"kill\""):
         marconet.fault(out, "kil", on="b")

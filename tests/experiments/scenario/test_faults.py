@@ -86,6 +86,12 @@ def test_when_a_fault_occurs(read, keys, occurrences):
     ('kind = "partition"\non = "radio"\nat_s = 1\ngroups = [["r1"], ["r9"]]', "'r9' names no node on medium 'radio'"),
     ('kind = "partition"\non = "radio"\nat_s = 1\ngroups = [["r1"], ["r1"]]', "'r1' is in two groups"),
     ('kind = "partition"\non = "radio"\nat_s = 1\nshape = "star"', "expected 'halves', 'ring', 'bridge' or 'isolate'"),
+    ('kind = "partition"\non = "can"\nat_s = 1\nshape = "halves"\ncarriers = "stop"',
+     "faults[0].carriers=\"stop\": 'can' is a medium without carriers, which others could sense or lose frames by: "
+     "leave the key out"),
+    ('kind = "link_down"\non = "view: rover -> r1"\nat_s = 1\ncarriers = "cross"',
+     "faults[0].carriers=\"cross\": 'view' is a medium without carriers"),
+    ('kind = "partition"\non = "radio"\nat_s = 1\nshape = "halves"\ncarriers = "sotp"', "expected 'cross' or 'stop'"),
     ('kind = "pause"\non = "r1"\nduring_s = [3, 2]', "0 <= start < end"),
     ('kind = "pause"\non = "r1"\nduring_s = "x"', "faults[0].during_s=\"x\": expected a number of seconds"),
     ('kind = "kill"\non = "rover"\nat_s = 1\ninputs_when_dead = { v_cmnd = 0.0 }',
