@@ -125,6 +125,10 @@ class Fault:
             found += [name for name in names if name not in found]
         return found
 
+    def acts_again(self) -> bool:
+        """Return whether it acts in a run that meets recorded fates, as these do not hold all that it does."""
+        return self.on == "nodes" or self.strikes != "links"
+
     def until_ns(self, occurrence: Occurrence) -> int:
         """Return the end of the fault's effect [ns], NEVER_NS for that of the run."""
         return occurrence.end_ns

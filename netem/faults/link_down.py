@@ -39,6 +39,9 @@ class LinkDown(Fault):
         return (f'carriers="{self.carriers}": {target[0]!r} is a medium without carriers, which others could sense or '
                 "lose frames by: leave the key out")
 
+    def acts_again(self) -> bool:
+        return self.carriers == "stop"
+
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for medium, sender, receiver in targets:
             world.cut((medium, sender, receiver), cause, self.spares_under_way).add(*occurrence)
