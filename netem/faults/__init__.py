@@ -40,6 +40,7 @@ class Site(NamedTuple):
     plants: Mapping[str, PlantFace] = {}                # by robot, of those that have one
     timed: Collection[str] = ()                         # robots whose programs have execution times
     strikable: Mapping[str, Collection[str]] = {}       # by medium: parts that faults can strike
+    located: Mapping[str, Collection[str]] = {}         # by medium: nodes whose position it knows
 
 
 class World(Protocol):

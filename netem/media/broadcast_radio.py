@@ -145,14 +145,10 @@ class BroadcastRadio(Medium):
                 self._reach_at = self._stopped.reach_at
             self._stopped.add(of[0], of[1], cause, start_ns, end_ns)
             return ""
-        position = self.topology.position
-        if fields["holds"] is not None and not self.topology.moves and all(
-                position(node, start_ns) is None for node in self.nodes):
-            return "no node stands anywhere, so none is in the zone: give nodes at_m = [x, y]"
         named = frozenset(node for pattern in fields["nodes"] for node in link_pattern.matching(pattern, self.nodes))
         lasts_ns = end_ns - start_ns
         jammer = Jammer(cause, start_ns, end_ns, fields["period_ns"] or lasts_ns, fields["burst_ns"] or lasts_ns,
-                        named, fields["holds"], position)
+                        named, fields["holds"], self.topology.position)
         self._jammers.append(jammer)
         if fields["sensed"] and self._senses:
             self.agenda.at(start_ns, OFFER, self.name, partial(self._begin_burst, jammer, 0))

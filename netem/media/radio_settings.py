@@ -83,6 +83,9 @@ class RadioSettings(MediumSettings):
     def standing(self, nodes: Sequence[str]) -> Collection[str]:
         return self.topology.standing(nodes)
 
+    def located(self, at_m: Mapping[str, Sequence[float] | None]) -> Collection[str]:
+        return self.topology.located(at_m)
+
     def decoding(self) -> Decoding:
         return DECODINGS[self.decode](self.radio())
 

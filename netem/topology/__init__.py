@@ -89,6 +89,10 @@ class TopologyKind:
         """Return those of `nodes` from whose constant positions the links follow."""
         return ()
 
+    def located(self, at_m: Mapping[str, Position | None]) -> Collection[str]:
+        """Return the nodes whose position the topology knows; `at_m` has those of the scenario, None: no position."""
+        return [node for node, position in at_m.items() if position is not None]
+
 
 def reach(site: Site, rx_dbm: Mapping[str, float], fringe_db: float) -> Reach:
     """Sort the nodes by the power `rx_dbm` that they receive from one sender.

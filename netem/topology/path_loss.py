@@ -14,7 +14,7 @@ Not modelled: fading, antennas.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from math import dist, isfinite, log10
@@ -67,6 +67,9 @@ class PathLoss(TopologyKind):
 
     def standing(self, nodes: Sequence[str]) -> Collection[str]:
         return [node for node in nodes if node not in self.bodies]
+
+    def located(self, at_m: Mapping[str, Position | None]) -> Collection[str]:
+        return at_m.keys()          # `over` refuses nodes without one
 
     def over(self, site: Site) -> Topology:
         at_m: dict[str, Position] = {**site.at_m, **(self.at_m or {})}
