@@ -16,12 +16,12 @@ import msgspec
 import pyarrow as pa
 
 from experiments.judge.recorded_fates import recorded_fates
+from experiments.judge.recorded_faults import recorded_faults
 from experiments.judge.run_files import LEDGER, SCENARIO
 from experiments.scenario.faults import site_of
 from experiments.scenario.model import FaultSpec, Scenario
 from netem.core.link_name import LinkName
 from netem.faults import Fault, Site
-from netem.faults.table import FAULTS
 from netem.media.links import Deliver
 from netem.media.replayed_links import RecordedFrame, ReplayedLinks
 from netem.records.ledger import Ledger
@@ -68,14 +68,9 @@ def replay_of(folder: Path, scenario: Scenario, match: Match = "number") -> Repl
 def _faults(old: dict[str, Any], scenario: Scenario) -> list[FaultSpec]:
     """Return the faults of the earlier run that act again, on those of their targets that this scenario has."""
     site = site_of(scenario.agents, scenario.media, {}, ())
-    found = []
-    for table in old.get("faults") or ():
-        fault: Fault = msgspec.convert(table["settings"], FAULTS[table["kind"]])
-        if fault.acts_again():
-            targets = tuple(tuple(target) for target in table["targets"]
-                            if _is_there(fault, tuple(target), site))
-            found.append(FaultSpec(table["place"], table["name"], table["kind"], table["on"], targets, fault,
-                                   tuple((start_ns, end_ns) for start_ns, end_ns in table["occurrences"]), True))
+    found = [msgspec.structs.replace(spec, at_random=True, targets=tuple(
+                 target for target in spec.targets if _is_there(spec.settings, target, site)))
+             for spec in recorded_faults(old) if spec.settings.acts_again()]
     return [spec for spec in found if spec.targets]
 
 
