@@ -28,7 +28,7 @@ from typing import Any, ClassVar, Final
 from mypy_extensions import mypyc_attr
 
 from netem.core import link_pattern
-from netem.core.agenda import END_OF_FRAME, OFFER, Agenda
+from netem.core.agenda import END_OF_FRAME, OFFER, SHOWN, Agenda
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.media.decoding.on_air import OnAir
@@ -37,13 +37,17 @@ from netem.media.level_errors import LevelErrors
 from netem.media.links import Links
 from netem.media.mac.table import MACS
 from netem.media.medium import Medium
+from netem.media.observation import MediumObserver
 from netem.media.propagation import Propagation
 from netem.media.radio_settings import RadioSettings
 from netem.media.stopped_carriers import StoppedCarriers
+from netem.records.events import Event
 from netem.records.ledger import Ledger
 from netem.topology import Position, Site
+from netem.topology.link_names import in_words
 from netem.topology.reach import Reach
 from netem.wire.instants import NEVER_NS
+from netem.wire.level import Level
 
 BIT_ERRORS: Final = "bit errors"        # the cause of a copy that was corrupted on the air
 CARRIER_STOPPED: Final = "carrier stopped"      # a way to fail; any other is a jammer
@@ -77,6 +81,8 @@ class BroadcastRadio(Medium):
         self._carriers: dict[str, int] = {}
         self._jammers: list[Jammer] = []
         self._stopped: StoppedCarriers | None = None
+        self._observer = MediumObserver()
+        self._compared_ns = -1              # when the links of a topology that moves were last compared
         self._decoding = settings.decoding()
         self._overlaps_matter = self._decoding.overlaps_matter
         self._mac = MACS[settings.mac].build(self, settings.queue_frames, radio.csma,
@@ -103,7 +109,20 @@ class BroadcastRadio(Medium):
             self._submit(frame, now_ns)
 
     def show(self, node: str, values: Sequence[float], now_ns: int) -> None:
-        self.topology.show(node, tuple(values), now_ns)
+        if self.topology.show(node, tuple(values), now_ns) and now_ns != self._compared_ns:
+            self._compared_ns = now_ns
+            self.agenda.at(now_ns, SHOWN, self.name, self._compare)
+
+    def observe(self, observer: MediumObserver) -> None:
+        self._observer = observer
+
+    def _compare(self) -> None:
+        """Record the links that appear and disappear at this instant, as nodes have moved."""
+        now_ns = self.agenda.now_ns
+        changed = zip(("in range", "out of range"), self.topology.compare(now_ns), strict=True)
+        detail = "; ".join(f"{how}: {in_words(links)}" for how, links in changed if links)
+        if detail:
+            self._observer.event(Event(now_ns, self.name, "links change", detail, Level.INFO))
 
     def lookahead_ns(self, t0_ns: int) -> int:
         """As in `Medium`, for t0_ns no later than the agenda's next event."""
