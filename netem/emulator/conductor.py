@@ -108,16 +108,16 @@ class Conductor:
         seat.faults.append(NodeFault(self.stop_ns, kind, dict(fields)))
         seat.earliest_ns = self.stop_ns
 
-    def pause(self, name: str, until_ns: int, depth: int) -> bool:
+    def pause(self, name: str, until_ns: int, depth: int, cause: str = "") -> bool:
         """At a stop: let the node stand still; of each medium, `depth` copies that arrive wait for `until_ns`.
 
-        A copy that finds the buffer full is `Fate.RECEIVER_PAUSED`. Returns False, and does nothing, if the node is
+        A copy that finds the buffer full is `Fate.RECEIVER_PAUSED`, by `cause`. Returns False, and does nothing, if the node is
         dead or stands still already.
         """
         seat = self.seats[name]
         if seat.away_until_ns > self.stop_ns:
             return False
-        pause = Pause(self.stop_ns, until_ns, depth)
+        pause = Pause(self.stop_ns, until_ns, depth, cause)
         self.recorders.away(name, pause)
         seat.leave(self.stop_ns, until_ns, pause)
         self.fault(name, "pause", {"until_ns": until_ns})
@@ -125,8 +125,8 @@ class Conductor:
             self.stop_at(until_ns, partial(self._go_on, seat, pause))
         return True
 
-    def kill(self, name: str, boots_ns: int, fields: Mapping[str, Any]) -> bool:
-        """At a stop: end the node; what arrives before `boots_ns` is `Fate.RECEIVER_GONE`.
+    def kill(self, name: str, boots_ns: int, fields: Mapping[str, Any], cause: str = "") -> bool:
+        """At a stop: end the node; what arrives before `boots_ns` is `Fate.RECEIVER_GONE`, by `cause`.
 
         The node's last report brings its samples, events and counters, and what outlives it. Its next life begins at
         once, without a program: its plant goes on, and is recorded and shown. The program starts anew at `boots_ns`,
@@ -152,7 +152,7 @@ class Conductor:
         if seat.pause is not None:
             seat.pause.until_ns = now_ns
             seat.held.clear()
-        self.recorders.away(name, Absence(now_ns, boots_ns))
+        self.recorders.away(name, Absence(now_ns, boots_ns, cause))
         self.dead_ns.setdefault(name, []).append((now_ns, boots_ns))
         seat.leave(now_ns, boots_ns, None)
         seat.life += 1

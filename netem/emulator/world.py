@@ -50,12 +50,12 @@ class RunWorld:
         if time_ns < self._conductor.end_ns:
             self._conductor.stop_at(time_ns, action)
 
-    def kill(self, node: str, boots_ns: int, fields: Mapping[str, Any]) -> None:
-        if not self._conductor.kill(node, boots_ns, fields):
+    def kill(self, node: str, boots_ns: int, fields: Mapping[str, Any], cause: str) -> None:
+        if not self._conductor.kill(node, boots_ns, fields, cause):
             self._without_effect(node, "it is dead already")
 
-    def pause(self, node: str, until_ns: int, depth: int) -> None:
-        if not self._conductor.pause(node, until_ns, depth):
+    def pause(self, node: str, until_ns: int, depth: int, cause: str) -> None:
+        if not self._conductor.pause(node, until_ns, depth, cause):
             self._without_effect(node, "it is dead or stands still already")
 
     def in_node(self, node: str, kind: str, fields: Mapping[str, Any]) -> None:

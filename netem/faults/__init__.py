@@ -49,10 +49,10 @@ class World(Protocol):
     def at(self, time_ns: int, action: Callable[[], None]) -> None:
         """Call `action` before everything else at `time_ns`; nothing happens there if the run ends before."""
 
-    def kill(self, node: str, boots_ns: int, fields: Mapping[str, Any]) -> None:
+    def kill(self, node: str, boots_ns: int, fields: Mapping[str, Any], cause: str) -> None:
         """In an action: end the node, which boots at `boots_ns`, at NEVER_NS not at all."""
 
-    def pause(self, node: str, until_ns: int, depth: int) -> None:
+    def pause(self, node: str, until_ns: int, depth: int, cause: str) -> None:
         """In an action: let the node stand still; `depth` frames of each medium wait in its receive buffer."""
 
     def in_node(self, node: str, kind: str, fields: Mapping[str, Any]) -> None:

@@ -53,4 +53,4 @@ class Kill(Fault):
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         fields = {"clock": self.clock, "inputs_when_dead": dict(self.inputs_when_dead)}
         for node, in targets:
-            world.at(occurrence.start_ns, partial(world.kill, node, self.until_ns(occurrence), fields))
+            world.at(occurrence.start_ns, partial(world.kill, node, self.until_ns(occurrence), fields, cause))

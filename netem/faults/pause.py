@@ -32,4 +32,5 @@ class Pause(Fault):
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for node, in targets:
-            world.at(occurrence.start_ns, partial(world.pause, node, occurrence.end_ns, self.buffer_frames))
+            world.at(occurrence.start_ns,
+                     partial(world.pause, node, occurrence.end_ns, self.buffer_frames, cause))

@@ -12,10 +12,10 @@ from netem.core.fate import Fate
 
 
 class Absence:
-    """A dead node, from `from_ns` on and before `until_ns` [ns]: nothing gets through."""
+    """A dead node, from `from_ns` on and before `until_ns` [ns], by `cause`: nothing gets through."""
 
-    def __init__(self, from_ns: int, until_ns: int) -> None:
-        self.from_ns, self.until_ns = from_ns, until_ns
+    def __init__(self, from_ns: int, until_ns: int, cause: str = "") -> None:
+        self.from_ns, self.until_ns, self.cause = from_ns, until_ns, cause
 
     def fate(self, medium: str, arrival_ns: int) -> Fate | None:
         """Return the fate of the next copy that arrives on `medium` at this instant, None if it got through.
@@ -28,8 +28,8 @@ class Absence:
 class Pause(Absence):
     """A node that stands still: of each medium, the first `depth` copies to arrive wait in its receive buffer."""
 
-    def __init__(self, from_ns: int, until_ns: int, depth: int) -> None:
-        super().__init__(from_ns, until_ns)
+    def __init__(self, from_ns: int, until_ns: int, depth: int, cause: str = "") -> None:
+        super().__init__(from_ns, until_ns, cause)
         self.depth = depth
         self._arrivals: dict[str, list[int]] = {}       # by medium, in order
         self._asked: Counter[tuple[str, int]] = Counter()

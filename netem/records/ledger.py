@@ -223,7 +223,7 @@ class Ledger:
         for absence in self._absences.get(row[RECEIVER], ()):
             if absence.from_ns <= arrival_ns < absence.until_ns:
                 if (fate := absence.fate(row[0], arrival_ns)) is not None:
-                    self._correct(index, fate, "")
+                    self._correct(index, fate, absence.cause)
                 return
 
     def _correct(self, index: int, fate: Fate, cause: str) -> None:

@@ -22,7 +22,8 @@ def test_a_killed_node_is_silent_and_hears_nothing_until_its_program_starts_anew
     assert sent_ms == [*range(3, 300, 10), *range(713, 1000, 10)]       # from its boot at 705 ms on
     for row in ran.copies(receiver="b"):
         arrival_ns = row["end_ns"] + 300_000
-        assert row["fate"] == ("receiver gone" if 300 * MS <= arrival_ns < 705 * MS else "delivered")
+        gone = 300 * MS <= arrival_ns < 705 * MS
+        assert (row["fate"], row["cause"]) == (("receiver gone", "faults[0] kill") if gone else ("delivered", ""))
     sent = ran.samples("b", "sent", "draw", "local")
     dead = (sent[:, 0] >= 300) & (sent[:, 0] < 705)
     assert np.isnan(sent[dead][:, 1:]).all()
@@ -86,6 +87,7 @@ def test_what_arrives_at_a_paused_node_waits_up_to_the_depth_of_its_buffer(both:
     arrived = sorted(ran.copies(receiver="b"), key=lambda row: row["end_ns"])
     waiting = [row for row in arrived if 300 * MS <= row["end_ns"] + 300_000 < 500 * MS]
     assert [row["fate"] for row in waiting] == ["delivered"] * 7 + ["receiver paused"] * 33
+    assert {row["cause"] for row in waiting[7:]} == {"faults[0] pause"}
     heard_ms = ran.heard_ms("b")
     assert heard_ms.count(500) == 7
     assert not any(300 <= ms < 500 for ms in heard_ms)
