@@ -78,7 +78,7 @@ def sweep(scenario: Scenario | str | PurePath, vary: Mapping[str, str | Iterable
         if not path.is_file():
             raise BadCampaign(f"{scenario.name}: was built in Python: a campaign needs the file of a scenario, "
                               "which its processes load")
-        changes = {**scenario.changes, **changes}
+        changes = {**{key: value for key, value in scenario.checked.changes.items() if key != "seed"}, **changes}
         first_seed = scenario.seed if first_seed is None else first_seed
     else:
         path = find(Path(scenario) if isinstance(scenario, PurePath) else scenario)

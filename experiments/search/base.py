@@ -47,19 +47,17 @@ class Base:
     source: Source
 
     @classmethod
-    def of(cls, path: Path, seed: int | None = None, duration_s: float | None = None,
-           overrides: Sequence[str] = ()) -> Base:
-        """Read the file; ScenarioError lists what is wrong."""
+    def of(cls, path: Path, overrides: Sequence[str] = (), values: Mapping[str, Any] | None = None) -> Base:
+        """Read the file and change it, as `load_tables` does; ScenarioError lists what is wrong."""
         tables, question = read(path)
-        given = {key: value for key, value in (("seed", seed), ("length_s", duration_s)) if value is not None}
-        scenario = load_tables(deepcopy(tables), question, path, overrides=overrides, values=given)
-        _apply(path, tables, overrides, given)
-        return cls(path, question, tables, scenario, Source.of(path, None, tuple(overrides), given))
+        scenario = load_tables(deepcopy(tables), question, path, overrides=overrides, values=values)
+        _apply(path, tables, scenario.changes)
+        return cls(path, question, tables, scenario, Source.of(path, values=scenario.changes))
 
     def changed(self, values: Mapping[str, Any]) -> Tables:
         """Return a copy of the tables with values set by path; ScenarioError for a path that is not there."""
         tables = deepcopy(self.tables)
-        _apply(self.path, tables, (), values)
+        _apply(self.path, tables, values)
         return tables
 
     def loads_in(self, folder: Path) -> str:
@@ -84,9 +82,9 @@ class Base:
         return next(folder / name for name in names if not (folder / name).exists())
 
 
-def _apply(path: Path, tables: Tables, overrides: Sequence[str], values: Mapping[str, Any]) -> None:
+def _apply(path: Path, tables: Tables, values: Mapping[str, Any]) -> None:
     problems = Problems(path.name)
-    overriding.apply(tables, overrides, values, [*shape_of(Header).keys(), *SECTIONS], problems)
+    overriding.apply(tables, (), values, [*shape_of(Header).keys(), *SECTIONS], problems)
     problems.stop_if_any()
 
 

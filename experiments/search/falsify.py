@@ -38,7 +38,7 @@ from experiments.sweep.messages import Host, Point, Source
 from experiments.sweep.vary import Varied, at, refuse_twice
 from experiments.sweep.workers import Workers
 from netem.core.link_name import LinkName
-from netem.impairments.entries import losing
+from netem.impairments.changes import losing
 
 Progress = Callable[[], None]           # after each run
 StrategyOf = Callable[[Space, int, int], Strategy]

@@ -78,6 +78,7 @@ class Fault:
     lasting: ClassVar[bool] = True          # whether an occurrence has an end, else it is an instant
     kills: ClassVar[bool] = False           # whether it may end a node's process
     cuts: ClassVar[bool] = False            # whether it cuts links, and takes the key `spares_under_way`
+    flips: ClassVar[bool] = False           # whether it changes copies on links, drawn while it acts
     away: ClassVar[bool] = False            # whether its nodes do not receive during an occurrence
 
     def resolve(self, on: str, site: Site) -> list[Target]:

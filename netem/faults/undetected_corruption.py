@@ -18,6 +18,7 @@ from netem.faults.schedule import Occurrence
 @dataclass(frozen=True)
 class UndetectedCorruption(Fault):
     on: ClassVar = "links"
+    flips: ClassVar = True
     ratio: float = 1.0
     flipped_bits: int = 1
 
