@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from random import Random
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from netem.faults import Fault, Target, World
 from netem.faults.schedule import Occurrence
@@ -16,12 +15,9 @@ class LinkDown(Fault):
     """`spares_under_way` lets copies pass that have entered the link before: so do faults that were injected."""
 
     on: ClassVar = "links"
+    needs: ClassVar = "a medium with two nodes or more"
     cuts: ClassVar = True
     spares_under_way: bool = False
-
-    @classmethod
-    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
-        return {}
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for medium, sender, receiver in targets:
