@@ -18,6 +18,7 @@ from experiments.scenario.document import read
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.loader import Header, load_tables
 from experiments.scenario.model import ImpairmentSpec, Scenario
+from experiments.scenario.own_modules import imported_from
 from experiments.scenario.problems import Problems, ScenarioError
 from experiments.scenario.sections import SECTIONS
 from experiments.scenario.shape import shape_of
@@ -72,7 +73,9 @@ class Base:
         """Return a file that is not there yet, in `folder` or where the scenario finds its programs."""
         if folder is None:
             package = Path(str(files("scenarios"))).resolve()
-            beside = self.path.resolve().parent != package and bool(self.loads_in(Path("runs")))
+            # A program beside the scenario may load from elsewhere in this process alone, as from its current folder.
+            beside = self.path.resolve().parent != package and (
+                imported_from(self.path.parent) or bool(self.loads_in(Path("runs"))))
             folder = self.path.parent if beside else Path("runs")
         elif problem := self.loads_in(folder):
             raise NoPlace(f"{folder}: {self.path.name} does not load from there: {problem}: name its own folder, "

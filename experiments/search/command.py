@@ -25,17 +25,13 @@ def run_break(console: Console, source: str, budgets: Sequence[str], minimize: s
     with errors_as_text(verbose):
         from experiments.scenario import find
         from experiments.search.base import Base
-        from experiments.search.budget import BadBudget
         from experiments.search.falsify import Wanted, falsify
         from experiments.search.objective import Objective
         from experiments.show.live_view import counting_view
         from experiments.sweep.vary import parse
 
-        if (minimize is None) == (maximize is None):
-            raise BadBudget("what is the search to make worse? Give --minimize or --maximize with a formula, as in "
-                            "--minimize 'always r1.gap > 0.5 m', or a figure's key")
         base = Base.of(find(source), overrides, {} if duration_s is None else {"length_s": duration_s})
-        objective = Objective.of(minimize or maximize or "", base, largest=maximize is not None)
+        objective = Objective.of_either(minimize, maximize, base)
         wanted = Wanted(base, budgets, objective, runs, [parse(text) for text in vary], seed, jobs, out)
         try:
             with counting_view(console, f"break {base.scenario.name}", max(1, runs)) as progress:

@@ -254,8 +254,13 @@ def _write(found: Found, file: Path, making: Making, wanted: Wanted) -> None:
 def _repeat(found: Found, file: Path, wanted: Wanted) -> None:
     """Run the file that was written, and warn if that is another run than the one that was found."""
     scenario = wanted.base.scenario
-    with Workers(Source.of(file), "process" if blocks(scenario) else "inline", 1) as workers:
-        (_, repeated), = workers.evaluate([Point(0, {}, scenario.seed)])
+    try:
+        with Workers(Source.of(file), "process" if blocks(scenario) else "inline", 1) as workers:
+            (_, repeated), = workers.evaluate([Point(0, {}, scenario.seed)])
+    except ScenarioError as error:
+        found.warnings.append(f"{file}: does not load from there in another process: {error.problems[0]}: move it to "
+                              f"{wanted.base.path.parent}")
+        return
     if repeated.ledger_hash != found.figures.ledger_hash:
         found.warnings.append(f"{file}: its run has another ledger hash than the run that was found: a program uses "
                               "what is not of the scenario, such as the time, or its files have changed")
