@@ -1,21 +1,24 @@
 """What a run was made with, by its folder: the scenario's file, the values that replaced some of it, and its fates.
 
     scenario.json --path, changes, fates_of--> MadeWith --load--> the scenario of the run
-                                                        --command--> `marconet run ...` that makes it again
+    injected.toml --faults from outside-->              --words--> `marconet run ...` that makes it again
 """
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, Literal, NamedTuple
 
 import msgspec
 
-from experiments.judge.run_files import SCENARIO
+from experiments.judge.run_files import INJECTED, SCENARIO
+from experiments.scenario import overrides as overriding
+from experiments.scenario.document import read
 from experiments.scenario.loader import load
 from experiments.scenario.model import Scenario
-from experiments.scenario.problems import ScenarioError
+from experiments.scenario.problems import Problems, ScenarioError
 from experiments.scenario.toml_text import set_options
 
 Match = Literal["number", "instant"]
@@ -23,7 +26,10 @@ FATES_OF: Final = "fates_of"            # key of `scenario.json`: the earlier ru
 
 
 class MadeWith(NamedTuple):
-    """`changes` are values by their paths in the file; `fates_of` is the folder of an earlier run, "" for none."""
+    """`changes` are values by their paths in the file; `fates_of` is the folder of an earlier run, "" for none.
+
+    Faults that came from outside are among the `changes`, behind those of the file.
+    """
 
     path: Path
     changes: dict[str, Any]
@@ -60,4 +66,9 @@ def made_with(folder: Path) -> MadeWith:
     if not path.is_file():
         raise ScenarioError([f"{folder}: the scenario of this run, {path}, is no file: it was moved, or built in "
                              "Python; put it there"])
+    if (folder / INJECTED).is_file():
+        tables, _ = read(path)
+        overriding.apply(tables, (), changes, list(tables), Problems(path.name))
+        injected = tomllib.loads((folder / INJECTED).read_text(encoding="utf-8"))["faults"]
+        changes["faults"] = [*tables.get("faults", ()), *injected]
     return MadeWith(path, changes, fates_of, match)

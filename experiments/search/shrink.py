@@ -122,7 +122,8 @@ def _base_of(folder: Path, expectation: str) -> tuple[Base, str]:
         raise CannotShrink(f"{folder}: met the fates of {made.fates_of} instead of impairments: make traces of that "
                            "run by `marconet export`, run the scenario with them, and shrink that")
     base = Base.of(made.path, values=made.changes)
-    if difference := _difference(old, base.scenario.resolved()):
+    told = {"changes": None}                # in which injected faults are among those of the file, or not
+    if difference := _difference(old | told, base.scenario.resolved() | told):
         raise CannotShrink(f"{folder}: its {difference} is not what {made.path.name} says now: run the file again, as "
                            "it has changed since")
     return base, "" if summary.failure and not expectation else expectation or failing[0]

@@ -43,6 +43,7 @@ class Site(NamedTuple):
     plants: Mapping[str, PlantFace] = {}                # by robot, of those that have one
     timed: Collection[str] = ()                         # robots whose programs have execution times
     strikable: Mapping[str, Collection[str]] = {}       # by medium: the parts that faults strike, links if not told
+    located: Mapping[str, Collection[str]] = {}         # by medium: nodes whose position it knows
     links: Collection[LinkName] | None = None           # those that carry frames; None: every pair of nodes
 
 
@@ -79,7 +80,7 @@ class Fault:
     """Base class of a member, with answers that have defaults."""
 
     on: ClassVar[str] = "nodes"             # what the key `on` selects: nodes, media or links
-    strikes: ClassVar[str] = "links"        # part of a medium, if any: links, channel, sensor or bus
+    strikes: ClassVar[str] = "links"        # part of a medium, if any: links, channel, ...
     needs: ClassVar[str] = "a node"         # what a scenario has that can take it, for people
     lasting: ClassVar[bool] = True          # whether an occurrence has an end, else it is an instant
     kills: ClassVar[bool] = False           # whether it may end a node's process
@@ -136,6 +137,10 @@ class Fault:
                                  + (f"nearest: {near!r}" if near else f"expected one of {', '.join(nodes)}"))
             found += [name for name in names if name not in found]
         return found
+
+    def acts_again(self) -> bool:
+        """Return whether it acts in a run that meets recorded fates, as these do not hold all that it does."""
+        return self.on == "nodes" or self.strikes != "links"
 
     def until_ns(self, occurrence: Occurrence) -> int:
         """Return the end of the fault's effect [ns], NEVER_NS for that of the run."""

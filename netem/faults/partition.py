@@ -47,7 +47,8 @@ class Partition(LinkDown):
 
     @classmethod
     def candidates(cls, site: Site) -> list[Candidate]:
-        return [Candidate(on, {"shape": Fixed("halves"), "one_way": OneOf((True, False))}) for on in cls.targets(site)]
+        return [Candidate(on, {"shape": Fixed("halves"), "one_way": OneOf((True, False)), **cls.carriers_on(on, site)})
+                for on in cls.targets(site)]
 
     def resolve(self, on: str, site: Site) -> list[Target]:
         media = [medium for medium, in super().resolve(on, site)]
