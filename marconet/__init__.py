@@ -15,16 +15,20 @@ if TYPE_CHECKING:
     from experiments.scenario.problems import ScenarioError
     from marconet.running import Run, fault, run
     from marconet.scenario import Scenario, load
+    from marconet.searching import Smallest, Worst, break_scenario, shrink
     from marconet.sweeping import Sweep, sweep
     from netem.wire.errors import NodeFailure
 
-__all__ = ["NodeFailure", "Run", "Scenario", "ScenarioError", "Sweep", "fault", "load", "run", "sweep"]
+__all__ = ["NodeFailure", "Run", "Scenario", "ScenarioError", "Smallest", "Sweep", "Worst", "break_scenario", "fault",
+           "load", "run", "shrink", "sweep"]
 
 # Imported at their first use, as the command line needs none of them.
 _WHERE: Final = {
     "NodeFailure": "netem.wire.errors", "Run": "marconet.running", "Scenario": "marconet.scenario",
-    "ScenarioError": "experiments.scenario.problems", "Sweep": "marconet.sweeping", "fault": "marconet.running",
-    "load": "marconet.scenario", "run": "marconet.running", "sweep": "marconet.sweeping"}
+    "ScenarioError": "experiments.scenario.problems", "Smallest": "marconet.searching", "Sweep": "marconet.sweeping",
+    "Worst": "marconet.searching", "break_scenario": "marconet.searching", "fault": "marconet.running",
+    "load": "marconet.scenario", "run": "marconet.running", "shrink": "marconet.searching",
+    "sweep": "marconet.sweeping"}
 
 
 def __getattr__(name: str) -> Any:

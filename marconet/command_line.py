@@ -239,22 +239,21 @@ def break_(source: str, budgets: Sequence[str], minimize: str | None, maximize: 
 @click.option("--runs", type=int, default=500, show_default=True, metavar="N", help="Most runs that this may take.")
 @click.option("--expect", "expectation", default="", metavar="KEY",
               help="The expectation that has to fail. Default: the first that does, or the failure of the run.")
-@click.option("--set", "overrides", multiple=True, metavar="PATH.TO.KEY=VALUE", help="As the run was made with.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
               help="The scenario. Default: as of break.")
 @as_json
 @click.option("--quiet", is_flag=True, help="Print errors only.")
 @verbosely
-def shrink(run_dir: Path, runs: int, expectation: str, overrides: Sequence[str], out: Path | None, as_json: bool,
-           quiet: bool, verbose: bool) -> None:
-    """Find the few faults and losses that make a run fail, and write them as a scenario.
+def shrink(run_dir: Path, runs: int, expectation: str, out: Path | None, as_json: bool, quiet: bool,
+           verbose: bool) -> None:
+    """Find the few faults, losses, delays and flipped bits that make a run fail, and write them as a scenario.
 
     None of them can be left out, and the run is as short as it can be.
     """
     from experiments.search.command import run_shrink
 
     raise SystemExit(run_shrink(_console(not (quiet or as_json)), run_dir, verbose=verbose, as_json=as_json, runs=runs,
-                                expectation=expectation, overrides=overrides, out=out))
+                                expectation=expectation, out=out))
 
 
 @app.command(epilog="Example: marconet compare runs/first runs/second")

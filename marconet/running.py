@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from experiments.judge.run_data import RunData, load_run
 from experiments.judge.run_files import LEDGER
 from experiments.judge.run_result import Summary, Verdict
-from experiments.scenario.toml_text import set_options
+from experiments.run.repeat import MadeWith
 from marconet.scenario import Scenario, load
 
 if TYPE_CHECKING:
@@ -23,10 +23,9 @@ GET_POLARS = "data frames need polars: pip install 'marconet[frames]'"
 class Run:
     """A run that has ended. `folder` holds its records (docs/records.md)."""
 
-    def __init__(self, folder: Path, summary: Summary, changes: Mapping[str, Any] | None = None) -> None:
+    def __init__(self, folder: Path, summary: Summary) -> None:
         self.folder = folder
         self._summary = summary
-        self._changes = dict(changes or {})     # path in the scenario's file -> value
 
     @property
     def holds(self) -> bool:
@@ -120,9 +119,9 @@ class Run:
     def repeat(self) -> str:
         """The command that repeats the run, if its scenario is a file."""
         real_time = [] if self._summary.real_time is None else ["--real-time"]
-        return shlex.join(["marconet", "run", str(self._data.scenario.get("path", self._summary.scenario)), "--seed",
-                           str(self._summary.seed), "--host", self._summary.host, *real_time,
-                           *set_options(self._changes)])
+        scenario = self._data.scenario
+        made = MadeWith(Path(scenario["path"]), scenario["changes"] | {"seed": self._summary.seed})
+        return shlex.join([*made.words(), "--host", self._summary.host, *real_time])
 
     @cached_property
     def _data(self) -> RunData:
@@ -184,7 +183,7 @@ def run(scenario: Scenario | str | PurePath, *, host: Literal["inline", "process
     checked = scenario if isinstance(scenario, Scenario) else load(scenario)
     result = run_scenario(checked.checked, host=host, out=None if out is None else Path(out), report=report,
                           real_time=real_time, overwrite=overwrite)
-    return Run(result.folder, result.summary, checked.changes)
+    return Run(result.folder, result.summary)
 
 
 def _polars() -> Any:

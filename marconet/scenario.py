@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path, PurePath
 from typing import Any
 
+from experiments.run.repeat import holds_run, made_with
 from experiments.scenario import model
 from experiments.scenario.library import find
 from experiments.scenario.loader import load as load_file
@@ -24,13 +25,12 @@ class Scenario:
 
     def __init__(self, name: str, *, folder: str | PurePath = ".", question: str = "", **tables: Any) -> None:
         self.checked: model.Scenario = load_tables(plain_values(tables), question, Path(folder) / f"{name}.toml")
-        self.changes: dict[str, Any] = {}
 
     @classmethod
-    def of(cls, checked: model.Scenario, changes: dict[str, Any]) -> Scenario:
-        """The Scenario for a result of the loader; `changes` maps paths in its file to the values set instead."""
+    def of(cls, checked: model.Scenario) -> Scenario:
+        """The Scenario for a result of the loader."""
         scenario = cls.__new__(cls)
-        scenario.checked, scenario.changes = checked, changes
+        scenario.checked = checked
         return scenario
 
     @property
@@ -64,15 +64,17 @@ def load(path: str | PurePath, *, set: Mapping[str, Any] | None = None,     # as
          seed: int | None = None, length_s: float | None = None) -> Scenario:
     """Load the scenario in the file `path`, or of that name in ./scenarios or in marconet's own library.
 
-    `set` replaces values by their paths, as in `{"impairments[0].loss_ratio": 0.3, "media.radio.preset": "xbee_s2c"}`;
-    `seed` and `length_s` [s] replace the values of these two keys.
+    The folder of a run gives the scenario as it was run, with all that was set. `set` replaces values by their paths,
+    as in `{"impairments[0].loss_ratio": 0.3, "media.radio.preset": "xbee_s2c"}`; `seed` and `length_s` [s] replace the
+    values of these two keys.
 
     Raises ScenarioError, which lists every problem found, in the words of `marconet check`.
     """
-    source = find(Path(path) if isinstance(path, PurePath) else path)
     changes = plain_values(dict(set or {}))
-    checked = load_file(source, seed=seed, duration_s=length_s, values=changes)
-    return Scenario.of(checked, changes if length_s is None else changes | {"length_s": length_s})
+    if holds_run(Path(path)):
+        return Scenario.of(made_with(Path(path)).load(seed, length_s, values=changes))
+    source = find(Path(path) if isinstance(path, PurePath) else path)
+    return Scenario.of(load_file(source, seed=seed, duration_s=length_s, values=changes))
 
 
 def plain_values(value: Any) -> Any:

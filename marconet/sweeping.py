@@ -67,21 +67,14 @@ def sweep(scenario: Scenario | str | PurePath, vary: Mapping[str, str | Iterable
 
     Raises ScenarioError or ValueError before any run, NodeFailure never: a run that fails is a row with its reason.
     """
-    from experiments.scenario import find
     from experiments.sweep import campaign
     from experiments.sweep.messages import Source
     from experiments.sweep.vary import BadCampaign, of_values, parse
 
-    changes = plain_values(dict(set or {}))
-    if isinstance(scenario, Scenario):
-        path = Path(scenario.checked.path)
-        if not path.is_file():
-            raise BadCampaign(f"{scenario.name}: was built in Python: a campaign needs the file of a scenario, "
-                              "which its processes load")
-        changes = {**scenario.changes, **changes}
-        first_seed = scenario.seed if first_seed is None else first_seed
-    else:
-        path = find(Path(scenario) if isinstance(scenario, PurePath) else scenario)
+    path, changes = file_of(scenario, "a campaign")
+    seed = changes.pop("seed", None)
+    first_seed = seed if first_seed is None else first_seed
+    changes |= plain_values(dict(set or {}))
     if (sample == "latin") != (runs is not None):
         raise BadCampaign(f"sample={sample!r}, runs={runs}: a Latin hypercube needs runs, and a grid has none")
     varied = [parse(f"{key}={values}") if isinstance(values, str) else of_values(key, plain_values(list(values)))
@@ -89,3 +82,21 @@ def sweep(scenario: Scenario | str | PurePath, vary: Mapping[str, str | Iterable
     return Sweep(campaign.sweep(campaign.Wanted(
         Source.of(path, length_s, (), changes), varied, seeds, first_seed, runs, host, jobs, cluster, resume,
         None if out is None else Path(out), folders)))
+
+
+def file_of(scenario: Scenario | str | PurePath, what: str) -> tuple[Path, dict[str, Any]]:
+    """Return the file of a scenario, and the values that replace those in it; `what` needs it, for the error."""
+    from experiments.run.repeat import holds_run, made_with
+    from experiments.scenario import find
+    from experiments.sweep.vary import BadCampaign
+
+    if not isinstance(scenario, Scenario):
+        if holds_run(Path(scenario)):
+            made = made_with(Path(scenario))
+            return made.path, dict(made.changes)
+        return find(Path(scenario) if isinstance(scenario, PurePath) else scenario), {}
+    path = Path(scenario.checked.path)
+    if not path.is_file():
+        raise BadCampaign(f"{scenario.name}: was built in Python: {what} needs the file of a scenario, "
+                          "which its processes load")
+    return path, dict(scenario.checked.changes)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, Final, Literal
 
 import msgspec
@@ -132,7 +132,23 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
 
 
 def read_team(table: Mapping[str, Any]) -> Team:
-    """Return the team table as a `Team`; raises TeamError with all problems."""
+    """Return the team table as a `Team`; raises TeamError with all problems.
+
+    All robots of a process, and all runs, have the `Team` of equal tables in common.
+    """
+    try:
+        encoded = msgspec.msgpack.encode(dict(table))
+    except (TypeError, OverflowError):          # a value that no file has
+        return _read(table)
+    return _remembered(encoded)
+
+
+@lru_cache(maxsize=16)
+def _remembered(encoded: bytes) -> Team:
+    return _read(msgspec.msgpack.decode(encoded))
+
+
+def _read(table: Mapping[str, Any]) -> Team:
     try:
         team = msgspec.convert(table, Team)
     except msgspec.ValidationError as error:

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import msgspec
@@ -51,7 +52,7 @@ class RunData:
         missing = [*self.missing, f"{LEDGER}: unreadable: {why}"]
         return replace(self, ledger=FrameCopies.of_rows([]), missing=missing)
 
-    @property
+    @cached_property
     def nodes(self) -> list[str]:
         """Names of all nodes that occur in the scenario, the signals, the counters or the ledger, sorted."""
         declared = self.scenario.get("agents")
@@ -60,7 +61,7 @@ class RunData:
         named |= {node for link in self.ledger.link.names for node in link[1:]}
         return sorted(named - {""})
 
-    @property
+    @cached_property
     def media(self) -> list[str]:
         declared = self.scenario.get("media")
         named = set(declared) if isinstance(declared, dict) else set()

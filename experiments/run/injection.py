@@ -157,7 +157,7 @@ class Injection:
         self._world.occurs(spec.settings, spec.cause, spec.targets, Occurrence(*occurrence))
         with (self._folder / INJECTED).open("a", encoding="utf-8") as file:
             file.write("[[faults]]\n" + "".join(f"{key} = {toml_text(value)}\n" for key, value in table.items()) + "\n")
-        SCENARIO.write(self._folder, self._scenario.resolved())
+        SCENARIO.write(self._folder, SCENARIO.read(self._folder) | self._scenario.resolved())
         return Answer(name=spec.name, at_ns=at_ns)
 
     def _read(self, table: Mapping[str, Any]) -> FaultSpec:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from random import Random
 from typing import Any
 
 from experiments.scenario.impairment_kind import impairment_class
@@ -16,8 +17,10 @@ from netem.core.link_name import LinkName
 from netem.core.random_streams import stream
 from netem.impairments import Impairment
 from netem.impairments.construct import construct_impairment
+from netem.impairments.contract import written_out
 from netem.impairments.recordings import Recordings
 from netem.impairments.shared import Shared
+from netem.impairments.traced import Trace
 from netem.impairments.window import Window
 from netem.media.links import Deliver, Links
 from netem.media.medium import Medium
@@ -29,11 +32,11 @@ from netem.records.ledger import Ledger
 
 
 class Network:
-    """`links` are the links of the scenario with its impairments, unless others are given."""
+    """`links` are the links of the scenario with its impairments, which `trace` watches, unless others are given."""
 
     def __init__(self, scenario: Scenario, agenda: Agenda, ledger: Ledger, deliver: Deliver,
-                 links: Links | None = None) -> None:
-        self.links = links = links or Links(ledger, deliver, _pipelines(scenario))
+                 links: Links | None = None, trace: Trace | None = None) -> None:
+        self.links = links = links or Links(ledger, deliver, _pipelines(scenario, trace))
         self.media: dict[str, Medium] = {
             name: MEDIA[spec.kind](name, spec.settings, positions(spec.nodes, scenario.agents), agenda, ledger, links,
                                    partial(stream, scenario.seed)) for name, spec in scenario.media.items()}
@@ -61,7 +64,7 @@ class Network:
             medium.finish(end_ns)
 
 
-def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]]]:
+def _pipelines(scenario: Scenario, trace: Trace | None) -> dict[LinkName, list[tuple[str, Impairment]]]:
     """Return the impairments of each directed link, in the order of the scenario.
 
     Each has its own random stream on each link, or one for all links if they share it.
@@ -73,8 +76,16 @@ def _pipelines(scenario: Scenario) -> dict[LinkName, list[tuple[str, Impairment]
         shared: Any = Shared(_impairment(scenario, spec, kind, "shared", recordings)) if spec.shared else None
         for link in spec.links:
             impairment = shared or _impairment(scenario, spec, kind, f"{link[0]}: {link[1]} -> {link[2]}", recordings)
-            pipelines.setdefault(link, []).append((f"{spec.called} {spec.kind}", impairment))
+            if trace is not None and is_written_out(scenario, spec):
+                impairment = trace.watch(spec.cause, link, impairment)
+            pipelines.setdefault(link, []).append((spec.cause, impairment))
     return pipelines
+
+
+def is_written_out(scenario: Scenario, spec: ImpairmentSpec) -> bool:
+    """Return whether a search writes out what the impairment does, copy by copy."""
+    kind = impairment_class(spec.kind, scenario.folder)
+    return written_out(construct_impairment(kind, spec.fields, Random(0), Recordings()))
 
 
 def _impairment(scenario: Scenario, spec: ImpairmentSpec, kind: Any, place: str, recordings: Recordings) -> Any:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 import pyarrow as pa
@@ -18,6 +18,7 @@ import pyarrow as pa
 from experiments.judge.recorded_fates import recorded_fates
 from experiments.judge.recorded_faults import recorded_faults
 from experiments.judge.run_files import LEDGER, SCENARIO
+from experiments.run.repeat import Match
 from experiments.scenario.faults import site_of
 from experiments.scenario.model import FaultSpec, Scenario
 from netem.core.link_name import LinkName
@@ -25,8 +26,6 @@ from netem.faults import Fault, Site
 from netem.media.links import Deliver
 from netem.media.replayed_links import RecordedFrame, ReplayedLinks
 from netem.records.ledger import Ledger
-
-Match = Literal["number", "instant"]
 
 
 class NoFates(ValueError):

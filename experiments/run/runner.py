@@ -33,6 +33,7 @@ from experiments.run.injection import Injection
 from experiments.run.network import Network
 from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.run.recorded_signals import refuse_unrecorded
+from experiments.run.repeat import FATES_OF
 from experiments.run.replay import Replay, told
 from experiments.run.run_folder import RunFolder
 from experiments.run.run_records import FolderRecords, RunRecords
@@ -54,6 +55,7 @@ from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
 from netem.gateways.pace import Pace
 from netem.gateways.table import GATEWAYS
+from netem.impairments.traced import Trace
 from netem.node.outside_guard import OutsideGuard
 from netem.records.events import Event
 from netem.records.ledger import LedgerResult
@@ -79,14 +81,15 @@ COUNTERS_WITHIN_S = 10.0    # time-out for the counters of the nodes after a fai
 def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
         progress: Callable[[Progress], None] | None = None, report: bool = True,
         shuffle_start: int | None = None, real_time: bool = False, overwrite: bool = False,
-        under_way: UnderWay | None = None, replay: Replay | None = None) -> RunResult:
+        under_way: UnderWay | None = None, replay: Replay | None = None, trace: Trace | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs) and, with `report`, write `report.html`.
 
     `progress` is called during the run. `real_time` runs at the pace of the wall clock, as gateways require.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
     `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
     what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
-    scenario's impairments, and its faults act instead of the scenario's.
+    scenario's impairments, and its faults act instead of the scenario's. A `trace` notes what impairments do to each
+    copy.
     Raises NeedsProcess, NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop or ConservationError
     after it, with the records written.
     """
@@ -101,9 +104,10 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     path = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     folder = RunFolder.claim(path, overwrite=overwrite)
     try:
-        SCENARIO.write(path, scenario.resolved())
+        fates = {} if replay is None else {FATES_OF: (str(replay.folder.absolute()), replay.match)}
+        SCENARIO.write(path, scenario.resolved() | fates)
         prepared = _Run(scenario, host, FolderRecords(scenario, folder, report), progress, shuffle_start=shuffle_start,
-                        command_s=command_s, real_time=real_time, under_way=under_way, replay=replay)
+                        command_s=command_s, real_time=real_time, under_way=under_way, replay=replay, trace=trace)
     except BaseException:
         folder.abandon()
         raise
@@ -160,9 +164,11 @@ class _Run:
     def __init__(self, scenario: Scenario, host: HostName, records: RunRecords,
                  progress: Callable[[Progress], None] | None = None, *, command_s: float,
                  specifications: Mapping[str, NodeSpecification] | None = None, shuffle_start: int | None = None,
-                 real_time: bool = False, under_way: UnderWay | None = None, replay: Replay | None = None) -> None:
+                 real_time: bool = False, under_way: UnderWay | None = None, replay: Replay | None = None,
+                 trace: Trace | None = None) -> None:
         self.scenario = scenario
         self.replay = replay
+        self.trace = trace
         self.host_name = host
         self.records = records
         self.folder = records.folder
@@ -177,7 +183,7 @@ class _Run:
                           under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
         self.replayed = None if replay is None else replay.links(self.ledger, self.conductor.deliver)
-        self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed)
+        self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed, trace)
         records.begin(self.network.media)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         if real_time:
@@ -227,7 +233,8 @@ class _Run:
         return RunResult(self.folder, summary)
 
     def _plan_faults(self) -> RunWorld:
-        world = RunWorld(self.conductor, self.agenda, self.network.links, partial(stream, self.scenario.seed))
+        world = RunWorld(self.conductor, self.agenda, self.network.links, partial(stream, self.scenario.seed),
+                         self.trace)
         for spec in self.scenario.faults:
             for occurrence in spec.occurrences:
                 world.occurs(spec.settings, spec.cause, spec.targets, Occurrence(*occurrence))

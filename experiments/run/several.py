@@ -65,7 +65,7 @@ class Batch:
         def one(source: str) -> ScenarioOutcome:
             with errors_as_text(self.verbose):
                 scenario = _load(source, seed, duration_s, overrides)
-                replay = None if fates_of is None else _replay(fates_of, scenario, match)
+                replay = _replay(source, scenario, fates_of, match)
                 folder = run_folder(scenario, out / names[source] if out and len(sources) > 1 else out)
             with errors_as_text(self.verbose, kept=folder):
                 return self._run(source, scenario, folder, len(sources) == 1, {**options, "replay": replay})
@@ -163,7 +163,15 @@ class Batch:
             write_junit(self.junit, verb, self.outcomes)
 
 
-def _replay(folder: Path, scenario: Scenario, match: Literal["number", "instant"]) -> Replay:
+def _replay(source: str, scenario: Scenario, folder: Path | None, match: Literal["number", "instant"]) -> Replay | None:
+    """Return the fates that are asked for, or that the run which is repeated met itself; None without any."""
+    from experiments.run.repeat import holds_run, made_with
+
+    if folder is None and holds_run(Path(source)):
+        _, _, earlier, match = made_with(Path(source))
+        folder = Path(earlier) if earlier else None
+    if folder is None:
+        return None
     from experiments.run.replay import replay_of  # late: it reads a ledger
 
     return replay_of(folder, scenario, match)
@@ -208,13 +216,16 @@ def _folder_names(sources: Sequence[str]) -> dict[str, str]:
 
 
 def _stem(source: str) -> str:
-    """Return the name of a scenario that was not loaded, or not in this process."""
-    return Path(source).stem if source.endswith(".toml") else source
+    """Return the name of a scenario that was not loaded, or not in this process; of a run's folder, its own name."""
+    return Path(source).stem if source.endswith(".toml") else Path(source).name
 
 
 def _load(source: str, seed: int | None, duration_s: float | None, overrides: Sequence[str]) -> Scenario:
+    from experiments.run.repeat import holds_run, made_with
     from experiments.scenario import find, load
 
+    if holds_run(Path(source)):
+        return made_with(Path(source)).load(seed, duration_s, overrides)
     return load(find(source), seed=seed, duration_s=duration_s, overrides=overrides)
 
 

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.scenario.agents import Agents
-from experiments.scenario.model import AgentSpec, FaultSpec, MediumSpec, positions
-from experiments.scenario.plant_parameters import PlantNames
+from experiments.scenario.model import AgentSpec, FaultSpec, MediumSpec, Scenario, positions
+from experiments.scenario.own_modules import class_for
+from experiments.scenario.plant_parameters import PlantNames, plant_names
 from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.refusals import refuse
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
+from netem.core.link_name import LinkName
 from netem.core.random_streams import stream
 from netem.faults import Fault, Site
 from netem.faults.schedule import Occurrence, Schedule, windows_of
@@ -61,6 +63,15 @@ def site_of(agents: Mapping[str, AgentSpec], media: Mapping[str, MediumSpec], pl
                 {name: settings.links_to_themselves() for name, settings in known.items()}, plants, timed,
                 {name: settings.strikable for name, settings in known.items()},
                 {name: settings.located(positions(media[name].nodes, agents)) for name, settings in known.items()})
+
+
+def site_for_search(scenario: Scenario, links: Collection[LinkName]) -> Site:
+    """Return what a search can draw faults for in a scenario; `links` are those that carry frames."""
+    plants = {name: plant_names(agent.plant.fmu, scenario.folder) for name, agent in scenario.agents.items()
+              if agent.plant is not None}
+    timed = {name for name, agent in scenario.agents.items()
+             if has_execution_time(class_for(agent.program, scenario.folder))}
+    return site_of(scenario.agents, scenario.media, plants, timed)._replace(links=links)
 
 
 def has_execution_time(program: Any) -> bool:

@@ -63,7 +63,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     given = {"seed": seed, "length_s": duration_s}
     changes = {**(values or {}), **{key: value for key, value in given.items() if value is not None}}
     if overrides or changes:
-        overriding.apply(document, overrides, changes, [*shape_of(Header).keys(), *SECTIONS], problems)
+        changes = overriding.apply(document, overrides, changes, [*shape_of(Header).keys(), *SECTIONS], problems)
     check_values(document, problems)
     problems.stop_if_any()
 
@@ -105,7 +105,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
                         gateways, derived, implied(guarantees) | expect, guarantees, records, faults, costs,
-                        header.question_signal)
+                        header.question_signal, changes)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
     return scenario

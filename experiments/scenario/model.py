@@ -82,8 +82,13 @@ class ImpairmentSpec(msgspec.Struct, frozen=True):
 
     @property
     def called(self) -> str:
-        """The name of its random streams, and of its losses in the ledger: `name`, else its place."""
+        """The name of its random streams: `name`, else its place."""
         return self.name or self.place
+
+    @property
+    def cause(self) -> str:
+        """Its name in the ledger."""
+        return f"{self.called} {self.kind}"
 
 
 class DerivedSpec(msgspec.Struct, frozen=True):
@@ -159,6 +164,7 @@ class Scenario(msgspec.Struct, frozen=True):
     faults: tuple[FaultSpec, ...] = ()
     costs: dict[str, CostSpec] = {}
     question_signal: str = ""           # "node.signal", each a pattern; "": the report shows outputs first
+    changes: dict[str, Any] = {}        # values that replaced those of the file at `path`, by their paths in it
 
     @property
     def folder(self) -> Path:

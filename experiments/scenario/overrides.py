@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from copy import deepcopy
 from typing import Any, Final
 
 from experiments.scenario.problems import Place, Problems, near, path_text
@@ -19,17 +20,27 @@ _INDEX: Final = re.compile(r"\[(\d{1,9})\]")
 
 
 def apply(document: dict[str, Any], overrides: Iterable[str], values: Mapping[str, Any], top_level: Sequence[str],
-          problems: Problems) -> None:
-    """Change `document` by `overrides` as on the command line, then by `values`, Python values by path."""
+          problems: Problems) -> dict[str, Any]:
+    """Change `document` by `overrides` as on the command line, then by `values`, Python values by path.
+
+    Return the values of both by path, in an order in which they make the same change.
+    """
+    changes: dict[str, Any] = {}
     for override in overrides:
-        if complaint := _apply(document, override, top_level):
+        place, value, complaint = _read(override)
+        if complaint := complaint or _put(document, place, value, top_level):
             problems.say(f"--set {override}: {complaint}")
+        else:
+            _keep(changes, place, value)
     for path, value in values.items():
         place, rest = parse_path(path)
         complaint = _put(document, place, value, top_level) if place and not rest else \
             "expected path.to.key, as in impairments[0].loss_ratio"
         if complaint:
             problems.say(f"set {path!r}: {complaint}")
+        else:
+            _keep(changes, place, value)
+    return changes
 
 
 def parse_path(text: str) -> tuple[Place, str]:
@@ -74,16 +85,35 @@ def holds(table: Any, path: Place) -> bool:
     return True
 
 
-def _apply(document: dict[str, Any], override: str, top_level: Sequence[str]) -> str:
-    """Change `document`; return a problem of the override or ""."""
+def _read(override: str) -> tuple[Place, Any, str]:
+    """Return the place and the value of an override, and a problem of it or ""."""
     place, rest = parse_path(override)
     if not place or not rest.startswith("="):
-        return "expected path.to.key=value, as in impairments[0].loss_ratio=0.3"
+        return (), None, "expected path.to.key=value, as in impairments[0].loss_ratio=0.3"
     try:
-        value = tomllib.loads(f"value = {rest[1:].strip()}")["value"]
+        return place, tomllib.loads(f"value = {rest[1:].strip()}")["value"], ""
     except (tomllib.TOMLDecodeError, RecursionError):
-        return f"{rest[1:].strip()!r} is not a TOML value; text needs quotes: '{path_text(place)}=\"...\"'"
-    return _put(document, place, value, top_level)
+        return (), None, (f"{rest[1:].strip()!r} is not a TOML value; text needs quotes: "
+                          f"'{path_text(place)}=\"...\"'")
+
+
+def _keep(changes: dict[str, Any], place: Place, value: Any) -> None:
+    """Add a change behind all others, in place of an earlier one of the same value."""
+    path = _path(place)
+    changes.pop(path, None)
+    changes[path] = deepcopy(value)             # `document` has the value itself, and a later change may reach into it
+
+
+def _path(place: Place) -> str:
+    """Return the text that `parse_path` reads as this place."""
+    text = ""
+    for part in place:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            quote = "" if _PART.fullmatch(part) else "'" if '"' in part else '"'
+            text += f"{'.' if text else ''}{quote}{part}{quote}"
+    return text
 
 
 def _put(document: dict[str, Any], place: Place, value: Any, top_level: Sequence[str]) -> str:

@@ -50,6 +50,12 @@ def class_for(path: str, folder: Path) -> Any:
     return getattr(module_for(module_name, folder), class_name)
 
 
+def imported_from(folder: Path) -> bool:
+    """Return whether this process has imported a module beside a scenario in `folder`."""
+    tag = _modules_in(folder.absolute()).tag
+    return any(name.partition(".")[0].endswith(tag) for name in sys.modules)
+
+
 def _modules_in(folder: Path) -> _ModulesBeside:
     for finder in sys.meta_path:
         if isinstance(finder, _ModulesBeside) and finder.folder == folder:
@@ -64,7 +70,7 @@ class _ModulesBeside(MetaPathFinder):
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._tag = "@" + blake2b(str(folder).encode(), digest_size=6).hexdigest()
+        self.tag = "@" + blake2b(str(folder).encode(), digest_size=6).hexdigest()
         self._kinds: dict[str, str] = {}
         self.builtins = {**vars(builtins), "__import__": self._import}
 
@@ -78,9 +84,9 @@ class _ModulesBeside(MetaPathFinder):
     def find_spec(self, fullname: str, path: Sequence[str] | None = None,
                   target: ModuleType | None = None) -> ModuleSpec | None:
         top, _, below = fullname.partition(".")
-        if not top.endswith(self._tag):
+        if not top.endswith(self.tag):
             return None
-        place = self.folder.joinpath(top.removesuffix(self._tag), *below.split(".") if below else ())
+        place = self.folder.joinpath(top.removesuffix(self.tag), *below.split(".") if below else ())
         for file, locations in ((place / "__init__.py", [str(place)]), (place.with_name(f"{place.name}.py"), None)):
             if file.is_file():
                 return spec_from_file_location(fullname, file, loader=_Loader(fullname, str(file), self.builtins),
@@ -112,7 +118,7 @@ class _ModulesBeside(MetaPathFinder):
                             "rename the folder, and the imports of it", name=top)
         if kind == "none" or (kind == "file" and dot):
             return name
-        private = top + self._tag
+        private = top + self.tag
         if importer == private and not dot and self._installed(top):
             return name
         return private + dot + below
@@ -137,8 +143,8 @@ class _ModulesBeside(MetaPathFinder):
         return spec is not None and spec.origin is not None and self.folder not in Path(spec.origin).parents
 
     def _remove_tag(self, error: ModuleNotFoundError) -> None:
-        error.msg = error.msg.replace(self._tag, "")
-        error.name = error.name and error.name.replace(self._tag, "")
+        error.msg = error.msg.replace(self.tag, "")
+        error.name = error.name and error.name.replace(self.tag, "")
 
 
 class _Loader(SourceFileLoader):

@@ -99,6 +99,11 @@ class PlantNames:
             return f"value {value!r}: {problem}"
         return ""
 
+    def scalable(self) -> dict[str, bool]:
+        """Return the scalars that a fault can scale while the plant runs, each with whether it is an input."""
+        return {name: variable.causality == "input" for name, variable in self.variables.items()
+                if not self.refusal_of_change(name, inputs_only=False, scaled=True, value=None)}
+
     def step_complaint(self, step_ns: int | None) -> str:
         """Return the problem of a step that is given or missing, "" if there is none."""
         if step_ns is None:

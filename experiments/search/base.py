@@ -18,6 +18,7 @@ from experiments.scenario.document import read
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.loader import Header, load_tables
 from experiments.scenario.model import ImpairmentSpec, Scenario
+from experiments.scenario.own_modules import imported_from
 from experiments.scenario.problems import Problems, ScenarioError
 from experiments.scenario.sections import SECTIONS
 from experiments.scenario.shape import shape_of
@@ -47,21 +48,17 @@ class Base:
     source: Source
 
     @classmethod
-    def of(cls, path: Path, seed: int | None = None, duration_s: float | None = None,
-           overrides: Sequence[str] = (), injected: Sequence[Any] = ()) -> Base:
-        """Read the file; ScenarioError lists what is wrong. `injected` has tables [[faults]] to be added."""
+    def of(cls, path: Path, overrides: Sequence[str] = (), values: Mapping[str, Any] | None = None) -> Base:
+        """Read the file and change it, as `load_tables` does; ScenarioError lists what is wrong."""
         tables, question = read(path)
-        if injected:
-            tables["faults"] = [*tables.get("faults", ()), *injected]
-        given = {key: value for key, value in (("seed", seed), ("length_s", duration_s)) if value is not None}
-        scenario = load_tables(deepcopy(tables), question, path, overrides=overrides, values=given)
-        _apply(path, tables, overrides, given)
-        return cls(path, question, tables, scenario, Source.of(path, None, tuple(overrides), given))
+        scenario = load_tables(deepcopy(tables), question, path, overrides=overrides, values=values)
+        _apply(path, tables, scenario.changes)
+        return cls(path, question, tables, scenario, Source.of(path, values=scenario.changes))
 
     def changed(self, values: Mapping[str, Any]) -> Tables:
         """Return a copy of the tables with values set by path; ScenarioError for a path that is not there."""
         tables = deepcopy(self.tables)
-        _apply(self.path, tables, (), values)
+        _apply(self.path, tables, values)
         return tables
 
     def loads_in(self, folder: Path) -> str:
@@ -76,7 +73,9 @@ class Base:
         """Return a file that is not there yet, in `folder` or where the scenario finds its programs."""
         if folder is None:
             package = Path(str(files("scenarios"))).resolve()
-            beside = self.path.resolve().parent != package and bool(self.loads_in(Path("runs")))
+            # A program beside the scenario may load from elsewhere in this process alone, as from its current folder.
+            beside = self.path.resolve().parent != package and (
+                imported_from(self.path.parent) or bool(self.loads_in(Path("runs"))))
             folder = self.path.parent if beside else Path("runs")
         elif problem := self.loads_in(folder):
             raise NoPlace(f"{folder}: {self.path.name} does not load from there: {problem}: name its own folder, "
@@ -86,9 +85,9 @@ class Base:
         return next(folder / name for name in names if not (folder / name).exists())
 
 
-def _apply(path: Path, tables: Tables, overrides: Sequence[str], values: Mapping[str, Any]) -> None:
+def _apply(path: Path, tables: Tables, values: Mapping[str, Any]) -> None:
     problems = Problems(path.name)
-    overriding.apply(tables, overrides, values, [*shape_of(Header).keys(), *SECTIONS], problems)
+    overriding.apply(tables, (), values, [*shape_of(Header).keys(), *SECTIONS], problems)
     problems.stop_if_any()
 
 

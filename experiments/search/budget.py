@@ -2,7 +2,7 @@
 
     radio: * -> *: at most 2 lost in a row      of 3 frames in succession on a link at most 2 are lost
     radio: a -> b: at most 3 lost of 10         of 10 frames in succession at most 3 are lost
-    faults: at most 3                           of any kind that can be drawn (Fault.draw)
+    faults: at most 3                           of any kind that something in the scenario can take (Fault.candidates)
     faults: at most 3 of kill, pause
 
 A limit "at most m of k" is what Bernat, Burns and Llamosi (2001, "Weakly hard real-time systems", definitions 3 and 4)

@@ -25,17 +25,13 @@ def run_break(console: Console, source: str, budgets: Sequence[str], minimize: s
     with errors_as_text(verbose):
         from experiments.scenario import find
         from experiments.search.base import Base
-        from experiments.search.budget import BadBudget
         from experiments.search.falsify import Wanted, falsify
         from experiments.search.objective import Objective
         from experiments.show.live_view import counting_view
         from experiments.sweep.vary import parse
 
-        if (minimize is None) == (maximize is None):
-            raise BadBudget("what is the search to make worse? Give --minimize or --maximize with a formula, as in "
-                            "--minimize 'always r1.gap > 0.5 m', or a figure's key")
-        base = Base.of(find(source), None, duration_s, overrides)
-        objective = Objective.of(minimize or maximize or "", base, largest=maximize is not None)
+        base = Base.of(find(source), overrides, {} if duration_s is None else {"length_s": duration_s})
+        objective = Objective.of_either(minimize, maximize, base)
         wanted = Wanted(base, budgets, objective, runs, [parse(text) for text in vary], seed, jobs, out)
         try:
             with counting_view(console, f"break {base.scenario.name}", max(1, runs)) as progress:
@@ -57,14 +53,14 @@ def run_break(console: Console, source: str, budgets: Sequence[str], minimize: s
 
 
 def run_shrink(console: Console, run_dir: Path, *, verbose: bool, as_json: bool, runs: int, expectation: str,
-               overrides: Sequence[str], out: Path | None) -> int:
+               out: Path | None) -> int:
     """Make the cause of a failure smaller and return the exit code of the command."""
     with errors_as_text(verbose):
         from experiments.search.shrink import shrink
         from experiments.show.live_view import counting_view
 
         with counting_view(console, f"shrink {run_dir}", max(1, runs)) as progress:
-            shrunk = shrink(run_dir, tuple(overrides), runs, out, expectation, progress)
+            shrunk = shrink(run_dir, runs, out, expectation, progress)
         if as_json:
             from experiments.show.json_output import print_json
 
@@ -112,8 +108,8 @@ def _print_shrink(console: Console, shrunk: Shrunk) -> None:
     from experiments.show.text_views import print_path
 
     what = f"expectation {shrunk.expectation}" if shrunk.expectation else "the run"
-    kept = f"with {len(shrunk.kept)} of {len(shrunk.items)} faults and losses" if shrunk.kept else \
-        "without any fault or loss"
+    kept = f"with {len(shrunk.kept)} of {len(shrunk.items)} faults, losses and other changes of frames" \
+        if shrunk.kept else "without any fault, loss or other change of a frame"
     console.print(f"{what} still fails {kept}, in {shrunk.length_ns / 1e9:.9g} of {shrunk.full_length_ns / 1e9:.9g} s; "
                   f"{shrunk.runs} runs", soft_wrap=True)
     _print_lines(console, shrunk.lines)

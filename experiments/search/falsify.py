@@ -24,7 +24,7 @@ from typing import Any
 from experiments.judge.figures import Figures
 from experiments.run.runner import NeedsRealTime
 from experiments.scenario.blocking_programs import blocks
-from experiments.scenario.faults import site_of
+from experiments.scenario.faults import site_for_search, site_of
 from experiments.scenario.problems import ScenarioError
 from experiments.search.base import Base, Tables, on_text, pure_losses, toml_of
 from experiments.search.budget import BadBudget, Budget, read_budget
@@ -38,7 +38,7 @@ from experiments.sweep.messages import Host, Point, Source
 from experiments.sweep.vary import Varied, at, refuse_twice
 from experiments.sweep.workers import Workers
 from netem.core.link_name import LinkName
-from netem.impairments.entries import losing
+from netem.impairments.changes import losing
 
 Progress = Callable[[], None]           # after each run
 StrategyOf = Callable[[Space, int, int], Strategy]
@@ -114,8 +114,8 @@ def falsify(wanted: Wanted, progress: Progress = lambda: None) -> Found:
             raise ScenarioError(problems)
         figures, frames = _first_run(workers, making, middle)
         making.frames = _usable(frames, budget, scenario.name)
-        space = Space(budget, making.frames, FaultSpace(budget, site, scenario.length_ns, scenario.faults),
-                      len(wanted.varied))
+        faults = FaultSpace(budget, site_for_search(scenario, frames), scenario.length_ns, scenario.faults)
+        space = Space(budget, making.frames, faults, len(wanted.varied))
         return _search(wanted, workers, making, space, middle, figures, file, progress)
 
 
@@ -176,7 +176,7 @@ class Making:
     def in_words(self, candidate: Candidate) -> list[str]:
         lines = [f"{on_text(link)}: {len(pattern)} of {self.frames[link]} frames are lost"
                  for link, pattern in candidate.losses]
-        lines += [f"{fault.kind} of {fault.on} at {fault.at_ns / 1e9:.9g} s" for fault in candidate.faults]
+        lines += [fault.in_words() for fault in candidate.faults]
         return [*lines, *(f"{key} = {value}" for key, value in self.settings(candidate).items())]
 
 
@@ -254,8 +254,13 @@ def _write(found: Found, file: Path, making: Making, wanted: Wanted) -> None:
 def _repeat(found: Found, file: Path, wanted: Wanted) -> None:
     """Run the file that was written, and warn if that is another run than the one that was found."""
     scenario = wanted.base.scenario
-    with Workers(Source.of(file), "process" if blocks(scenario) else "inline", 1) as workers:
-        (_, repeated), = workers.evaluate([Point(0, {}, scenario.seed)])
+    try:
+        with Workers(Source.of(file), "process" if blocks(scenario) else "inline", 1) as workers:
+            (_, repeated), = workers.evaluate([Point(0, {}, scenario.seed)])
+    except ScenarioError as error:
+        found.warnings.append(f"{file}: does not load from there in another process: {error.problems[0]}: move it to "
+                              f"{wanted.base.path.parent}")
+        return
     if repeated.ledger_hash != found.figures.ledger_hash:
         found.warnings.append(f"{file}: its run has another ledger hash than the run that was found: a program uses "
                               "what is not of the scenario, such as the time, or its files have changed")

@@ -32,7 +32,7 @@ class LinkFrame(NamedTuple):
 
 def link_frames(folder: Path, scenario: Scenario) -> dict[LinkName, list[LinkFrame]]:
     """Return the frames of each link by the ledger in `folder`; raises OSError or ArrowException without one."""
-    on_links = {f"{spec.called} {spec.kind}" for spec in scenario.impairments} | {"checksum"}
+    on_links = {spec.cause for spec in scenario.impairments} | {"checksum"}
     on_links |= {spec.cause for spec in scenario.faults}
     table = read_ledger(folder / LEDGER).select(list(COLUMNS))
     found: dict[LinkName, list[LinkFrame]] = {}

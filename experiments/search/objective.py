@@ -13,6 +13,7 @@ from typing import Any, Final
 from experiments.judge.figures import Figures
 from experiments.scenario import metric_keys
 from experiments.search.base import Base
+from experiments.search.budget import BadBudget
 
 NAME: Final = "searched"
 UNBOUNDED: Final = 1e300
@@ -38,6 +39,14 @@ class Objective:
         name = next(name for name in (NAME, *(f"{NAME}_{number}" for number in range(2, 1000)))
                     if name not in expected)
         return cls(name, text, largest)
+
+    @classmethod
+    def of_either(cls, minimize: str | None, maximize: str | None, base: Base) -> Objective:
+        """Read the one of both that is given; BadBudget for both or none."""
+        if (minimize is None) == (maximize is None):
+            raise BadBudget("what is the search to make worse? Give --minimize or --maximize with a formula, as in "
+                            "--minimize 'always r1.gap > 0.5 m', or a figure's key")
+        return cls.of(minimize or maximize or "", base, largest=maximize is not None)
 
     def cost(self, figures: Figures) -> float:
         if figures.failure:

@@ -1,27 +1,32 @@
-"""`marconet shrink`: finds the few faults and losses of a run, and its shortest length, that still make it fail.
+"""`marconet shrink`: finds the few faults and changed frames of a run, and its least length, that still make it fail.
 
-    run --explicit faults and losses--> does it still fail? --ddmin--> items --bisection--> length --> a scenario
+    run --repeated, traced--> faults, losses, delays, flipped bits, each an entry --> does it still fail?
+        --ddmin--> the few entries --bisection--> length --> a scenario
 
-A subset fails if the same expectation is broken, or, of a run that failed, if it fails by the same error. A length is
-taken only if the run without any fault and loss holds at that length: otherwise a figure such as a number of frames
-would be too small for the reason alone that the run is short.
+Delta debugging goes over the entries of the scenario first, then over what the remaining ones did, as Misherghi and Su
+(2006, "HDD: hierarchical delta debugging") do with the levels of a tree. A subset fails if the same expectation is
+broken, or, of a run that failed, if it fails by the same error. A length is taken only if the run without any of them
+holds at that length: otherwise a figure such as a number of frames would be too small for the reason alone that the run
+is short.
 """
 
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import msgspec
-import pyarrow as pa
 
 from experiments.judge.figures import Figures
-from experiments.judge.run_files import INJECTED, SCENARIO, SUMMARY
+from experiments.judge.run_files import SCENARIO, SUMMARY
 from experiments.judge.run_result import Summary
+from experiments.run.network import is_written_out
+from experiments.run.repeat import made_with
 from experiments.scenario.blocking_programs import blocks
 from experiments.scenario.metric_keys import GUARANTEE
 from experiments.scenario.problems import ScenarioError, path_text
@@ -29,8 +34,9 @@ from experiments.scenario.units import siblings
 from experiments.search.base import Base, NoPlace, Tables, toml_of
 from experiments.search.ddmin import ddmin
 from experiments.search.explicit import Explicit, Item
-from experiments.sweep.messages import Host, Point
+from experiments.sweep.messages import TRACED, Host, Point
 from experiments.sweep.workers import Workers
+from netem.impairments.traced import Watched
 
 LENGTH_STEP: Final = 0.05               # of the run: as exactly is the shortest length found
 NUMBER: Final = re.compile(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -63,27 +69,41 @@ class Shrunk:
     lines: list[str] = field(default_factory=list)
 
 
-def shrink(folder: Path, overrides: tuple[str, ...] = (), most_runs: int = 500, out: Path | None = None,
-           expectation: str = "", progress: Progress = lambda: None) -> Shrunk:
+def shrink(folder: Path, most_runs: int = 500, out: Path | None = None, expectation: str = "",
+           progress: Progress = lambda: None) -> Shrunk:
     """Return the smallest cause of the failure of the run in `folder`; its scenario is written to `out`.
 
     Raises CannotShrink, NoPlace or ScenarioError, before or after the first run, and writes nothing then.
     """
     if most_runs < 1:
         raise CannotShrink(f"--runs {most_runs}: expected at least 1")
-    base, broken = _base_of(folder, overrides, expectation)
+    base, broken = _base_of(folder, expectation)
     file = _place(base, out)
-    try:
-        explicit = Explicit(folder, base.scenario, base.tables)
-    except (OSError, pa.ArrowException) as error:
-        raise CannotShrink(f"{folder}: cannot read its ledger: {error}: name a run that came to its end") from None
-    host: Host = "process" if blocks(base.scenario) else "inline"
+    scenario = base.scenario
+    host: Host = "process" if blocks(scenario) else "inline"
     with Workers(base.source, host, 1) as workers:
-        search = _Search(base, broken, explicit, workers, most_runs, progress)
+        changes = any(is_written_out(scenario, spec) for spec in scenario.impairments) or any(
+            spec.settings.flips for spec in scenario.faults)
+        watched = _trace(workers, scenario.seed) if changes else []
+        progress()
+        search = _Search(base, broken, Explicit(scenario, base.tables, watched), workers, most_runs, progress)
+        search.runs += changes
         return search.run(file)
 
 
-def _base_of(folder: Path, overrides: tuple[str, ...], expectation: str) -> tuple[Base, str]:
+def _trace(workers: Workers, seed: int) -> list[Watched]:
+    """Repeat the run, and return what its impairments did to each copy."""
+    with TemporaryDirectory(prefix="marconet-") as made:
+        folder = Path(made) / "run"
+        (_, figures), = workers.evaluate([Point(0, {}, seed, str(folder), traced=True)])
+        try:
+            return msgspec.msgpack.decode((folder / TRACED).read_bytes(), type=list[Watched])
+        except OSError:
+            raise CannotShrink(f"the run ends its process when it is repeated: {figures.failure}: nothing can tell "
+                               "what its impairments did") from None
+
+
+def _base_of(folder: Path, expectation: str) -> tuple[Base, str]:
     """Return the scenario of a run, and the expectation that it broke, "" if it failed."""
     try:
         old: dict[str, Any] = SCENARIO.read(folder)
@@ -97,20 +117,16 @@ def _base_of(folder: Path, overrides: tuple[str, ...], expectation: str) -> tupl
                            f"{', '.join(failing) or 'none'} {'do' if len(failing) > 1 else 'does'} not hold")
     if not failing and not summary.failure:
         raise CannotShrink(f"{folder}: every expectation holds, so there is no failure to make smaller")
-    path = Path(old["path"])
-    length_s = old["length_ns"] / 1e9
-    base = Base.of(path, old["seed"], length_s, overrides, _injected(folder))
-    if difference := _difference(old, base.scenario.resolved()):
-        raise CannotShrink(f"{folder}: its {difference} is not what {path.name} says now: give the --set of that run, "
-                           "or run the file again if it has changed since")
+    made = made_with(folder)
+    if made.fates_of:
+        raise CannotShrink(f"{folder}: met the fates of {made.fates_of} instead of impairments: make traces of that "
+                           "run by `marconet export`, run the scenario with them, and shrink that")
+    base = Base.of(made.path, values=made.changes)
+    told = {"changes": None}                # in which injected faults are among those of the file, or not
+    if difference := _difference(old | told, base.scenario.resolved() | told):
+        raise CannotShrink(f"{folder}: its {difference} is not what {made.path.name} says now: run the file again, as "
+                           "it has changed since")
     return base, "" if summary.failure and not expectation else expectation or failing[0]
-
-
-def _injected(folder: Path) -> list[Any]:
-    """Return the faults that came from outside while the run was going on, as tables [[faults]]."""
-    file = folder / INJECTED
-    found: list[Any] = tomllib.loads(file.read_text(encoding="utf-8"))["faults"] if file.exists() else []
-    return found
 
 
 def _difference(old: Any, new: Any, place: tuple[str | int, ...] = ()) -> str:
@@ -147,12 +163,11 @@ class _Search:
         self._workers = workers
         self._most_runs = most_runs
         self._progress = progress
-        self._known: dict[tuple[frozenset[Item], int, bool], bool] = {}
+        self._known: dict[tuple[frozenset[Item], int], bool] = {}
         self._failure = ""                      # how the explicit form fails, without its numbers
         self._unvalued = False                  # whether the explicit form has no such figure, which breaks it too
         self._kept = explicit.items
         self._length_ns = base.scenario.length_ns
-        self._same_draws = True
 
     def run(self, file: Path) -> Shrunk:
         items, full_ns = self.explicit.items, self.base.scenario.length_ns
@@ -165,7 +180,7 @@ class _Search:
                 f"{self.base.path.name}: with every drawn fault and loss written out ({len(items)} entries), {what} "
                 + (f"holds: {self.broken} = {figures.values.get(self.broken)}" if self.broken and not figures.failure
                    else f"fails otherwise: {figures.failure}" if figures.failure else "does not fail")
-                + ": the failure came from what is not explicit, as delays, corrupt frames, or an earlier run's fates")
+                + ": the failure came from what is not explicit, as the noise that a fault of a sensor draws")
         minimal = True
         try:
             self._shrink()
@@ -185,8 +200,6 @@ class _Search:
         self._shorten()
         if self._kept and self._length_ns < full_ns:
             self._reduce(self._length_ns)
-        if self._fails(self._kept, self._length_ns, same_draws=False):
-            self._same_draws = False
 
     def _reduce(self, length_ns: int) -> None:
         """Leave out what can be left out at this length."""
@@ -196,6 +209,12 @@ class _Search:
                 self._kept = items
             return found
 
+        sources: dict[str, list[Item]] = {}
+        for item in self._kept:
+            sources.setdefault(item.source, []).append(item)
+        if 1 < len(sources) < len(self._kept):
+            ddmin([tuple(items) for items in sources.values()], lambda found: fails(
+                tuple(sorted(chain.from_iterable(found), key=lambda item: item.at_ns))))
         ddmin(self._kept, fails)
 
     def _shorten(self) -> None:
@@ -211,24 +230,22 @@ class _Search:
             else:
                 low_ns = middle_ns
 
-    def _fails(self, items: tuple[Item, ...], length_ns: int, *, same_draws: bool = True) -> bool:
-        key = (frozenset(items), length_ns, same_draws)
-        if not same_draws and self._values(items, length_ns, False) == self._values(items, length_ns, True):
-            return True
+    def _fails(self, items: tuple[Item, ...], length_ns: int) -> bool:
+        key = (frozenset(items), length_ns)
         if key not in self._known:
             try:
-                self.base.source.load(self._values(items, length_ns, same_draws))
+                self.base.source.load(self._values(items, length_ns))
             except ScenarioError:               # as of a formula that looks beyond this end
                 self._known[key] = False
             else:
                 if self.runs >= self._most_runs:
                     raise _NoRunsLeft
-                self._known[key] = self._is_same(self._figures(items, length_ns, same_draws))
+                self._known[key] = self._is_same(self._figures(items, length_ns))
         return self._known[key]
 
-    def _figures(self, items: tuple[Item, ...], length_ns: int, same_draws: bool = True) -> Figures:
+    def _figures(self, items: tuple[Item, ...], length_ns: int) -> Figures:
         self.runs += 1
-        point = Point(0, self._values(items, length_ns, same_draws), self.base.scenario.seed)
+        point = Point(0, self._values(items, length_ns), self.base.scenario.seed)
         (_, figures), = self._workers.evaluate([point])
         self._progress()
         return figures
@@ -238,9 +255,8 @@ class _Search:
             return not self.broken and _plain(figures.failure) == self._failure
         return self.broken in figures.broken and (figures.values[self.broken] is None) == self._unvalued
 
-    def _values(self, items: tuple[Item, ...], length_ns: int, same_draws: bool) -> dict[str, Any]:
-        entries = self.explicit.entries(items, same_draws=same_draws)
-        return {**entries, "length_s": length_ns / 1e9, **self._judged()}
+    def _values(self, items: tuple[Item, ...], length_ns: int) -> dict[str, Any]:
+        return {**self.explicit.entries(items), "length_s": length_ns / 1e9, **self._judged()}
 
     def _judged(self) -> Tables:
         """Return `expect` with the one expectation alone, and the guarantees if it is about one."""
@@ -249,11 +265,11 @@ class _Search:
         return kept if self.broken.startswith(f"{GUARANTEE}.") else kept | {"guarantees": {}}
 
     def _text(self, what: str) -> str:
-        values = self._values(self._kept, self._length_ns, self._same_draws)
+        values = self._values(self._kept, self._length_ns)
         tables = {key: value for key, value in self.base.tables.items() if key not in siblings("length_s")} | values
         tables = {key: tables.pop(key) for key in ("seed", "length_s") if key in tables} | tables
         told = (f"The smallest cause that `marconet shrink` found, in {self.runs} runs, by which {what} fails:\n"
-                f"{len(self._kept)} of {len(self.explicit.items)} faults and losses.\n")
+                f"{len(self._kept)} of {len(self.explicit.items)} faults, losses and other changes of frames.\n")
         return toml_of(tables, told, self.base.question)
 
 

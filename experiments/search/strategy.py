@@ -162,8 +162,8 @@ class Evolution(RandomSearch):
     def _mutant(self, parent: Candidate) -> Candidate:
         rng, space = self.rng, self.space
         losses, faults = dict(parent.losses), parent.faults
-        both = bool(space.frames) and bool(space.faults.choices)
-        if space.faults.choices and (not both or rng.random() < 0.6):
+        both = bool(space.frames) and not space.faults.empty
+        if not space.faults.empty and (not both or rng.random() < 0.6):
             faults = space.faults.mutated(faults, rng)
         if space.frames and (not both or rng.random() < 0.6):
             links = list(space.frames)

@@ -13,6 +13,7 @@ busier than the workers.
 from __future__ import annotations
 
 import ipaddress
+import ssl
 import threading
 import time
 from collections import deque
@@ -26,7 +27,8 @@ from typing import Any, Final
 from uuid import uuid4
 
 import msgspec
-from distributed import Client, WorkerPlugin, get_worker
+from distributed import Client, Security, WorkerPlugin, get_worker
+from distributed.comm.core import FatalCommClosedError
 from distributed.scheduler import KilledWorker
 
 from experiments.judge.figures import Figures
@@ -42,6 +44,8 @@ MOST_IN_BATCH: Final = 64
 BATCHES_PER_THREAD: Final = 3   # that the scheduler has at a time
 
 SCHEMES: Final = ("tcp", "tls")
+CERTIFICATES: Final = ("set distributed.comm.tls.ca-file, and key and cert of scheduler, worker and client, by one "
+                       "authority (https://distributed.dask.org/en/stable/tls.html)")
 
 
 class NoCluster(ValueError):
@@ -116,10 +120,15 @@ class Cluster:
 
     def __init__(self, source: Source, host: Host, address: str) -> None:
         self._address = checked_address(address)
+        if self._address.startswith("tls://"):
+            _check_certificates(address)
         self._source = source
         self._plugin = f"marconet-{uuid4().hex}"
         try:
             self._client = Client(self._address, timeout=CONNECT_S, set_as_default=False)
+        except (ssl.SSLError, FatalCommClosedError) as error:
+            raise NoCluster(f"--cluster {address}: one side does not accept the other's certificate "
+                            f"({type(error).__name__}): {CERTIFICATES}") from None
         except (OSError, TimeoutError, ValueError) as error:
             raise NoCluster(f"--cluster {address}: no scheduler answers there within {CONNECT_S:g} s "
                             f"({type(error).__name__}): start one with `dask scheduler`, and workers with `dask worker "
@@ -267,6 +276,18 @@ def checked_address(address: str) -> str:
                         "tls:// with certificates in Dask's configuration (distributed.comm.tls), or a tunnel to "
                         "127.0.0.1")
     return f"{scheme}://{place}"
+
+
+def _check_certificates(address: str) -> None:
+    """Raise NoCluster if Dask's configuration has no certificate for this process, or none that can be read."""
+    try:
+        known = Security().get_connection_args("client").get("ssl_context") is not None
+    except (OSError, ValueError) as error:
+        raise NoCluster(f"--cluster {address}: cannot read the certificates that Dask's configuration names: {error}: "
+                        f"{CERTIFICATES}") from None
+    if not known:
+        raise NoCluster(f"--cluster {address}: Dask's configuration names no certificate of this process: "
+                        f"{CERTIFICATES}")
 
 
 def _is_loopback(name: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hashlib import blake2b
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import msgspec
 
@@ -13,6 +13,7 @@ from experiments.scenario.loader import load
 from experiments.scenario.model import Scenario
 
 Host = Literal["inline", "process"]
+TRACED: Final = "traced.msgpack"        # a list of `netem.impairments.traced.Watched`
 
 
 class Source(msgspec.Struct, frozen=True):
@@ -43,12 +44,16 @@ def digest_of(path: Path) -> str:
 
 
 class Point(msgspec.Struct, frozen=True):
-    """One run: `values` replace entries of the scenario, by path. With a `folder` it leaves its records there."""
+    """One run: `values` replace entries of the scenario, by path. With a `folder` it leaves its records there.
+
+    With `traced` that folder gets the file TRACED besides, and no report: what impairments did to each copy.
+    """
 
     number: int
     values: dict[str, Any]
     seed: int
     folder: str = ""
+    traced: bool = False
 
 
 class Begin(msgspec.Struct, tag=True, frozen=True):

@@ -18,12 +18,15 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
+import msgspec
+
 from experiments.judge.figures import Figures
 from experiments.run.figures import Repeated, set_aside
 from experiments.run.runner import NeedsRealTime, run
 from experiments.scenario.blocking_programs import NeedsProcess
 from experiments.scenario.problems import ScenarioError
 from experiments.sweep.messages import (
+    TRACED,
     Batch,
     Begin,
     Check,
@@ -37,6 +40,7 @@ from experiments.sweep.messages import (
     encode,
 )
 from fmus.errors import PlantError
+from netem.impairments.traced import Trace
 from netem.transport.left_behind import end_with_parent
 from netem.wire.errors import NodeFailure
 
@@ -101,12 +105,17 @@ class _Worker:
         return self._prepared[1].run(point.seed)
 
     def _record(self, point: Point) -> Figures:
-        """Repeat a run with its folder, and its report."""
+        """Repeat a run with its folder, and its report or its trace."""
         scenario = self._source.load(point.values, point.seed)
+        trace = Trace() if point.traced else None
         try:
-            summary = run(scenario, host=self._host, out=Path(point.folder), overwrite=True).summary
+            summary = run(scenario, host=self._host, out=Path(point.folder), overwrite=True, report=trace is None,
+                          trace=trace).summary
         except NodeFailure as error:
             return Figures(point.seed, "", False, {}, failure=str(error))
+        finally:
+            if trace is not None:
+                (Path(point.folder) / TRACED).write_bytes(msgspec.msgpack.encode(trace.watched))
         return Figures(point.seed, summary.ledger_hash, summary.holds, {it.key: it.value for it in summary.verdicts},
                        [it.key for it in summary.verdicts if not it.holds])
 

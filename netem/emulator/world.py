@@ -18,7 +18,9 @@ from netem.core.windows import Windows
 from netem.emulator.conductor import Conductor
 from netem.faults import Fault, Target
 from netem.faults.schedule import Occurrence
+from netem.impairments import Impairment
 from netem.impairments.cut import Entrance, Exit
+from netem.impairments.traced import Trace
 from netem.impairments.undetected_flips import UndetectedFlips
 from netem.impairments.within import Within
 from netem.media.links import Links
@@ -30,10 +32,12 @@ FAULT = -1          # priority in the agenda: before all else at an instant
 
 
 class RunWorld:
-    """Carries out what faults tell. `rng_for` returns the random stream of a place."""
+    """Carries out what faults tell. `rng_for` returns the random stream of a place; `trace` watches what is drawn."""
 
-    def __init__(self, conductor: Conductor, agenda: Agenda, links: Links, rng_for: Callable[[str], Random]) -> None:
+    def __init__(self, conductor: Conductor, agenda: Agenda, links: Links, rng_for: Callable[[str], Random],
+                 trace: Trace | None = None) -> None:
         self._conductor, self._agenda, self._links, self._rng_for = conductor, agenda, links, rng_for
+        self._trace = trace
         self._windows: dict[tuple[LinkName, str], Windows] = {}
         self._entrances: dict[LinkName, int] = {}
 
@@ -90,8 +94,10 @@ class RunWorld:
             rng = self._rng_for(f"{cause}/{medium}: {sender} -> {receiver}")
             place = self._entrances.get(link, 0)
             self._entrances[link] = place + 1
-            flips = UndetectedFlips(ratio, flipped_bits, rng)
-            self._links.pipeline(link).insert(place, (cause, Within(flips, windows)))
+            flips: Impairment = Within(UndetectedFlips(ratio, flipped_bits, rng), windows)
+            if self._trace is not None:
+                flips = self._trace.watch(cause, link, flips)
+            self._links.pipeline(link).insert(place, (cause, flips))
         return windows
 
     def _event(self, time_ns: int, subject: str, kind: str, detail: str, level: Level) -> None:

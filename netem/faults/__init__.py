@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from itertools import permutations
-from random import Random
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 from netem.core import link_pattern, link_selector
 from netem.core.link_name import LinkName
 from netem.core.nearest import nearest
 from netem.core.windows import Windows
+from netem.faults.candidates import Candidate
 from netem.faults.schedule import Occurrence
 
 Target = tuple[str, ...]        # (node,), (medium,) or (medium, sender, receiver)
@@ -30,6 +30,9 @@ class PlantFace(Protocol):
         `scaled` asks for a change of the present value, else `value` is what it gets, None for any.
         """
 
+    def scalable(self) -> Mapping[str, bool]:
+        """Return the variables that a fault can scale while the plant runs, each with whether it is an input."""
+
 
 class Site(NamedTuple):
     """The names that a fault can be about."""
@@ -39,8 +42,9 @@ class Site(NamedTuple):
     to_themselves: Mapping[str, Collection[str]]        # by medium: nodes with a link to themselves
     plants: Mapping[str, PlantFace] = {}                # by robot, of those that have one
     timed: Collection[str] = ()                         # robots whose programs have execution times
-    strikable: Mapping[str, Collection[str]] = {}       # by medium: parts that faults can strike
+    strikable: Mapping[str, Collection[str]] = {}       # by medium: the parts that faults strike, links if not told
     located: Mapping[str, Collection[str]] = {}         # by medium: nodes whose position it knows
+    links: Collection[LinkName] | None = None           # those that carry frames; None: every pair of nodes
 
 
 class World(Protocol):
@@ -77,9 +81,11 @@ class Fault:
 
     on: ClassVar[str] = "nodes"             # what the key `on` selects: nodes, media or links
     strikes: ClassVar[str] = "links"        # part of a medium, if any: links, channel, ...
+    needs: ClassVar[str] = "a node"         # what a scenario has that can take it, for people
     lasting: ClassVar[bool] = True          # whether an occurrence has an end, else it is an instant
     kills: ClassVar[bool] = False           # whether it may end a node's process
     cuts: ClassVar[bool] = False            # whether it cuts links, and takes the key `spares_under_way`
+    flips: ClassVar[bool] = False           # whether it changes copies on links, drawn while it acts
     away: ClassVar[bool] = False            # whether its nodes do not receive during an occurrence
 
     def resolve(self, on: str, site: Site) -> list[Target]:
@@ -96,18 +102,24 @@ class Fault:
 
     @classmethod
     def targets(cls, site: Site) -> list[str]:
-        """Return a text for `on` for each single node, medium or link."""
+        """Return a text for `on` for each single node, medium or link that can take the fault."""
         if cls.on == "nodes":
             return list(site.nodes)
+        media = {medium: nodes for medium, nodes in site.nodes_on.items()
+                 if len(nodes) > 1 and cls.strikes in site.strikable.get(medium, ("links",))}
         if cls.on == "media":
-            return [medium for medium, nodes in site.nodes_on.items() if len(nodes) > 1]
-        return [f"{medium}: {sender} -> {receiver}" for medium, nodes in site.nodes_on.items()
-                for sender, receiver in permutations(nodes, 2)]
+            return list(media)
+        links = [(medium, *pair) for medium, nodes in media.items() for pair in permutations(nodes, 2)] \
+            if site.links is None else [link for link in site.links if link[0] in media]
+        return [f"{medium}: {sender} -> {receiver}" for medium, sender, receiver in links]
 
     @classmethod
-    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any] | None:
-        """Return fields of its own at random, for a search in a run of `length_ns`; None: a search leaves it out."""
-        return None
+    def candidates(cls, site: Site) -> list[Candidate]:
+        """Return what a search may draw of this kind, nothing if nothing there can take it.
+
+        The default is every target, with the fields at their defaults.
+        """
+        return [Candidate(on) for on in cls.targets(site)]
 
     def refusal(self, target: Target, site: Site) -> str:
         """Return why the fault cannot act on `target`, as `key=value: rule` if a key is wrong; "" if it can."""

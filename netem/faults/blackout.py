@@ -16,6 +16,7 @@ class SensorFault(Fault):
 
     on: ClassVar = "links"
     strikes: ClassVar = "sensor"
+    needs: ClassVar = "a sensing medium, and a body that is seen"
     how: ClassVar[str]
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:

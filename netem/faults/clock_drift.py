@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from random import Random
-from typing import Any, Final
+from typing import Final
 
-from netem.faults import Fault, Target, World
+from netem.faults import Fault, Site, Target, World
+from netem.faults.candidates import Between, Candidate
 from netem.faults.schedule import Occurrence
 from netem.wire.instants import NEVER_NS
 
@@ -26,9 +26,8 @@ class ClockDrift(Fault):
             raise ValueError(f"by_ppm={self.by_ppm}: expected -1e6 < by_ppm < 1e6 and not 0")
 
     @classmethod
-    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
-        by_ppm = MOST_DRAWN_PPM * (1 - rng.random())
-        return {"by_ppm": by_ppm if rng.random() < 0.5 else -by_ppm}
+    def candidates(cls, site: Site) -> list[Candidate]:
+        return [Candidate(on, {"by_ppm": Between(0.0, MOST_DRAWN_PPM, signed=True)}) for on in cls.targets(site)]
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for node, in targets:

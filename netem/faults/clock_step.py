@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from random import Random
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from netem.faults import Fault, Target, World
+from netem.faults import Fault, Site, Target, World
+from netem.faults.candidates import Candidate, ShareOfLength
 from netem.faults.schedule import Occurrence
 
 
@@ -24,9 +24,8 @@ class ClockStep(Fault):
             raise ValueError("by_ns=0: a step changes the clock")
 
     @classmethod
-    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
-        far_ns = 1 + int(rng.random() * length_ns / 20)
-        return {"by_ns": far_ns if rng.random() < 0.5 else -far_ns}
+    def candidates(cls, site: Site) -> list[Candidate]:
+        return [Candidate(on, {"by_ns": ShareOfLength(1 / 20, signed=True)}) for on in cls.targets(site)]
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for node, in targets:

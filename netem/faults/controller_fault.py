@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any, ClassVar
 
 from netem.faults import Fault, Site, Target, World
+from netem.faults.candidates import Candidate, Fixed
 from netem.faults.schedule import Occurrence
 
 STANDARD_MASK, EXTENDED_MASK = 0x7FF, 0x1FFFFFFF
@@ -19,8 +20,13 @@ class ControllerFault(Fault):
 
     on: ClassVar = "media"
     strikes: ClassVar = "bus"
+    needs: ClassVar = "a CAN bus with two nodes or more"
     how: ClassVar[str]
     nodes: tuple[str, ...]
+
+    @classmethod
+    def candidates(cls, site: Site) -> list[Candidate]:
+        return [Candidate(bus, {"nodes": Fixed((node,))}) for bus in cls.targets(site) for node in site.nodes_on[bus]]
 
     def resolve(self, on: str, site: Site) -> list[Target]:
         if not self.nodes:

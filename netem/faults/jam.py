@@ -14,6 +14,7 @@ from math import dist
 from typing import ClassVar, Literal
 
 from netem.faults import Fault, Site, Target, World
+from netem.faults.candidates import Candidate, Fixed, OneOf
 from netem.faults.schedule import Occurrence
 
 
@@ -51,6 +52,7 @@ class JammedZone:
 class Jam(Fault):
     on: ClassVar = "media"
     strikes: ClassVar = "channel"
+    needs: ClassVar = "a broadcast radio with two nodes or more"
     zone: JammedZone | None = None
     nodes: tuple[str, ...] = ()
     duty_cycle: float = 1.0
@@ -66,6 +68,13 @@ class Jam(Fault):
             raise ValueError(f"duty_cycle={self.duty_cycle}: below 1 it needs a period, and 1 has none")
         if self.period_ns is not None and not 0 < round(self.duty_cycle * self.period_ns) < self.period_ns:
             raise ValueError(f"period_ns={self.period_ns}: expected a burst and a pause of at least 1 ns each")
+
+    @classmethod
+    def candidates(cls, site: Site) -> list[Candidate]:
+        """Heard by one node, or by all of the medium."""
+        sensed = OneOf((True, False))
+        return [Candidate(medium, {"nodes": Fixed(heard), "sensed": sensed}) for medium in cls.targets(site)
+                for heard in [*((node,) for node in site.nodes_on[medium]), ("*",)]]
 
     def resolve(self, on: str, site: Site) -> list[Target]:
         media = super().resolve(on, site)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from random import Random
 from typing import Any, ClassVar, Literal
 
 from netem.faults import Fault, Site, Target, World
+from netem.faults.candidates import Candidate, ShareOfLength
 from netem.faults.schedule import Occurrence
 from netem.wire.instants import NEVER_NS
 
@@ -35,8 +35,8 @@ class Kill(Fault):
                              "it was killed")
 
     @classmethod
-    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
-        return {"restart_after_ns": 1 + int(rng.random() * length_ns / 4)}
+    def candidates(cls, site: Site) -> list[Candidate]:
+        return [Candidate(on, {"restart_after_ns": ShareOfLength(1 / 4)}) for on in cls.targets(site)]
 
     def refusal(self, target: Target, site: Site) -> str:
         node, = target

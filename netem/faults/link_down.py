@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from random import Random
-from typing import Any, ClassVar, Final, Literal
+from typing import ClassVar, Final, Literal
 
 from netem.faults import Fault, Site, Target, World
+from netem.faults.candidates import Candidate, OneOf, Range
 from netem.faults.schedule import Occurrence
 
 CARRIERS: Final = "carriers"            # the part of a medium whose carriers can be stopped
@@ -25,13 +25,20 @@ class LinkDown(Fault):
     """
 
     on: ClassVar = "links"
+    needs: ClassVar = "a medium with two nodes or more"
     cuts: ClassVar = True
     spares_under_way: bool = False
     carriers: Literal["cross", "stop"] | None = None
 
     @classmethod
-    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
-        return {}
+    def candidates(cls, site: Site) -> list[Candidate]:
+        return [Candidate(on, cls.carriers_on(on, site)) for on in cls.targets(site)]
+
+    @staticmethod
+    def carriers_on(on: str, site: Site) -> dict[str, Range]:
+        """Return the range of `carriers` for a medium, or for a link of it, that has any."""
+        medium = on.partition(":")[0]
+        return {"carriers": OneOf(("cross", "stop"))} if CARRIERS in site.strikable.get(medium, ()) else {}
 
     def refusal(self, target: Target, site: Site) -> str:
         if self.carriers is None or CARRIERS in site.strikable.get(target[0], ()):

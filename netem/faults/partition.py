@@ -14,10 +14,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import permutations
-from random import Random
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from netem.faults import Site, Target
+from netem.faults.candidates import Candidate, Fixed, OneOf
 from netem.faults.link_down import LinkDown
 
 
@@ -26,6 +26,7 @@ class Partition(LinkDown):
     """With `one_way`, frames from a group to a later one are lost, and those the other way pass."""
 
     on: ClassVar = "media"
+    needs: ClassVar = "a medium with two nodes or more"
     groups: tuple[tuple[str, ...], ...] = ()
     shape: Literal["halves", "ring", "bridge", "isolate"] | None = None
     nodes: tuple[str, ...] = ()
@@ -45,8 +46,9 @@ class Partition(LinkDown):
             raise ValueError(f"groups: {twice[0]!r} is in two groups")
 
     @classmethod
-    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
-        return {"shape": "halves", "one_way": rng.random() < 0.5}
+    def candidates(cls, site: Site) -> list[Candidate]:
+        return [Candidate(on, {"shape": Fixed("halves"), "one_way": OneOf((True, False)), **cls.carriers_on(on, site)})
+                for on in cls.targets(site)]
 
     def resolve(self, on: str, site: Site) -> list[Target]:
         media = [medium for medium, in super().resolve(on, site)]

@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from random import Random
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from netem.faults import Fault, Target, World
 from netem.faults.schedule import Occurrence
@@ -25,10 +24,6 @@ class Pause(Fault):
     def __post_init__(self) -> None:
         if self.buffer_frames < 0:
             raise ValueError(f"buffer_frames={self.buffer_frames}: expected 0 or more")
-
-    @classmethod
-    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
-        return {}
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for node, in targets:

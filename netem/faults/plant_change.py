@@ -7,6 +7,7 @@ from math import isfinite
 from typing import Any, ClassVar
 
 from netem.faults import Fault, Site, Target
+from netem.faults.candidates import Between, Candidate, Fixed
 
 
 @dataclass(frozen=True)
@@ -14,6 +15,7 @@ class PlantChange(Fault):
     """Exactly one of `value`, `factor` and `bias` is given."""
 
     inputs_only: ClassVar[bool] = False
+    drawn: ClassVar[Between]                # factors that a search draws
     variable: str
     value: Any = None
     factor: float | None = None
@@ -28,6 +30,11 @@ class PlantChange(Fault):
             number = getattr(self, key)
             if number is not None and not isfinite(number):
                 raise ValueError(f"{key}={number}: expected a finite number")
+
+    @classmethod
+    def candidates(cls, site: Site) -> list[Candidate]:
+        return [Candidate(node, {"variable": Fixed(variable), "factor": cls.drawn}) for node, plant in
+                site.plants.items() for variable, is_input in plant.scalable().items() if is_input == cls.inputs_only]
 
     def refusal(self, target: Target, site: Site) -> str:
         node, = target

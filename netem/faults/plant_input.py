@@ -8,6 +8,7 @@ from functools import partial
 from typing import ClassVar
 
 from netem.faults import Target, World
+from netem.faults.candidates import Between
 from netem.faults.plant_change import PlantChange
 from netem.faults.schedule import Occurrence
 from netem.wire.instants import NEVER_NS
@@ -18,6 +19,8 @@ class PlantInput(PlantChange):
     """At the end the value that was set last acts again."""
 
     inputs_only: ClassVar = True
+    needs: ClassVar = "a plant with an input of a real type"
+    drawn: ClassVar = Between(0.0, 1.0)             # an actuator that is weak
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for node, in targets:

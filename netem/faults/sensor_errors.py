@@ -10,15 +10,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
+from netem.faults import Site
 from netem.faults.blackout import SensorFault
+from netem.faults.candidates import Between, Candidate, Vector
+
+MOST_DRAWN_M: Final = 1.0
 
 
 @dataclass(frozen=True)
 class Bias(SensorFault):
     how: ClassVar = "shifted"
     by_m: tuple[float, ...]
+
+    @classmethod
+    def candidates(cls, site: Site) -> list[Candidate]:
+        return [Candidate(on, {"by_m": Vector(3, MOST_DRAWN_M)}) for on in cls.targets(site)]
 
     def __post_init__(self) -> None:
         if len(self.by_m) not in (2, 3) or not all(map(isfinite, self.by_m)) or not any(self.by_m):
@@ -37,6 +45,10 @@ class Stuck(SensorFault):
 class Noise(SensorFault):
     how: ClassVar = "noisier"
     sigma_m: float
+
+    @classmethod
+    def candidates(cls, site: Site) -> list[Candidate]:
+        return [Candidate(on, {"sigma_m": Between(0.0, MOST_DRAWN_M)}) for on in cls.targets(site)]
 
     def __post_init__(self) -> None:
         if not (isfinite(self.sigma_m) and self.sigma_m > 0):

@@ -16,6 +16,7 @@ class StuckDominant(Fault):
 
     on: ClassVar = "media"
     strikes: ClassVar = "bus"
+    needs: ClassVar = "a CAN bus with two nodes or more"
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for target in targets:

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from random import Random
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from netem.faults import Fault, Target, World
 from netem.faults.schedule import Occurrence
@@ -18,6 +17,8 @@ from netem.faults.schedule import Occurrence
 @dataclass(frozen=True)
 class UndetectedCorruption(Fault):
     on: ClassVar = "links"
+    needs: ClassVar = "a medium with two nodes or more"
+    flips: ClassVar = True
     ratio: float = 1.0
     flipped_bits: int = 1
 
@@ -26,10 +27,6 @@ class UndetectedCorruption(Fault):
             raise ValueError(f"ratio={self.ratio}: expected 0 < ratio <= 1")
         if self.flipped_bits < 1:
             raise ValueError(f"flipped_bits={self.flipped_bits}: expected at least 1")
-
-    @classmethod
-    def draw(cls, rng: Random, length_ns: int) -> dict[str, Any]:
-        return {}
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for medium, sender, receiver in targets:

@@ -25,6 +25,13 @@ class Impairment:
     most_copies: ClassVar[int] = 1          # most copies that leave for one that enters
     only_loses: ClassVar[bool] = False      # whether a copy that it does not lose leaves as it entered
 
+    def written_out(self) -> bool:
+        """Return whether a search writes out what it does copy by copy: it draws, or is a script. Else it stays whole.
+
+        What does not draw does the same wherever it stands in the list of impairments.
+        """
+        return self.only_loses or hasattr(self, "rng")
+
     def carry(self, transit: Transit) -> Iterable[Transit]:
         """Yield the copies that leave the link for one that enters: none, late, changed or several."""
         raise NotImplementedError

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from netem.core.fate import Fate
 from netem.impairments import Impairment
 
@@ -15,6 +17,12 @@ def complaint_about(cls: type) -> str:
         return (f"{cls.__name__} does not say how a copy ends that it drops; "
                 "write `loses_as: ClassVar = Fate.LOST` in it")
     return ""
+
+
+def written_out(impairment: Any) -> bool:
+    """Return whether a search writes out what the impairment does, copy by copy, as `Impairment.written_out` says."""
+    own = getattr(impairment, "written_out", None)
+    return bool(own()) if own is not None else hasattr(impairment, "rng")
 
 
 def only_loses(cls: type) -> bool:

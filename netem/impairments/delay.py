@@ -92,6 +92,10 @@ class Delay(Impairment):
             arrival_ns = self._latest_ns = max(arrival_ns, self._latest_ns)
         yield replace(transit, arrival_ns=arrival_ns)
 
+    def written_out(self) -> bool:
+        """A constant delay stays whole."""
+        return self._quantile is not None
+
     def carry_outside(self, transit: Transit) -> Transit:
         """With `keep_order`, delay a copy from outside the time window until it overtakes none from inside."""
         return not_before(transit, self._latest_ns)

@@ -18,6 +18,9 @@ from netem.impairments.gilbert_elliott import GilbertElliott
 from netem.impairments.gilbert_elliott_by_time import GilbertElliottByTime
 from netem.impairments.rate_limit import RateLimit
 from netem.impairments.reorder import Reorder
+from netem.impairments.scripted_corruption import ScriptedCorruption
+from netem.impairments.scripted_delay import ScriptedDelay
+from netem.impairments.scripted_duplicate import ScriptedDuplicate
 from netem.impairments.scripted_loss import ScriptedLoss
 from netem.impairments.trace import Trace
 
@@ -32,6 +35,9 @@ IMPAIRMENTS: dict[str, type[Any]] = {
     "gilbert_elliott_by_time": GilbertElliottByTime,
     "rate_limit": RateLimit,
     "reorder": Reorder,
+    "scripted_corruption": ScriptedCorruption,
+    "scripted_delay": ScriptedDelay,
+    "scripted_duplicate": ScriptedDuplicate,
     "scripted_loss": ScriptedLoss,
     "trace": Trace,
 }

@@ -69,6 +69,9 @@ class Trace(Impairment):
         if delay_ns != LOST:
             yield replace(transit, arrival_ns=transit.arrival_ns + delay_ns)
 
+    def written_out(self) -> bool:
+        return True
+
     def least_delay_ns(self, size_bytes: int) -> int:
         """The shortest delay of the recording."""
         return self._least_ns

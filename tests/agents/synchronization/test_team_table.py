@@ -46,6 +46,17 @@ def test_a_mistake_is_told_with_key_value_rule_and_remedy(path: tuple[Any, ...],
     assert error.value.problems[0] == told
 
 
+def test_equal_tables_have_one_team_that_a_changed_table_does_not_get() -> None:
+    table = deepcopy(TABLE)
+    first = read_team(table)
+    table["models"]["r1"]["K"] = [[3.0]]
+
+    assert read_team(deepcopy(TABLE)) is first
+    assert read_team(table).models["r1"].K == [[3.0]]
+    assert first.models["r1"].K == [[2.0]]
+    assert not first.agents[0].K.flags.writeable
+
+
 def test_all_mistakes_are_told_at_once() -> None:
     table = changed(("gard_s",), 1e-6) | {"kappa": "x"}
     del table["models"]

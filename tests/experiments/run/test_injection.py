@@ -127,6 +127,8 @@ def test_shrink_leaves_of_the_injected_faults_the_one_that_matters(scenario: Pat
     assert (kept["kind"], kept["on"]) == ("link_down", "radio: a -> b")
     assert kept["during_s"] == pytest.approx([at_s, at_s + 0.2], abs=1e-9)
     assert small.expectation == "frames_cut"
+    repeated = run(marconet.load(out).checked, host="inline", out=scenario.parent / "again", report=False)
+    assert repeated.summary.ledger_hash == read_metadata(out / "ledger.parquet")["hash"]
 
 
 @pytest.mark.parametrize(("words", "line"), [

@@ -142,7 +142,8 @@ EACH = [
      ['impairments[0].mean_burst=3.0: unknown key; did you mean "mean_burst_frames"?']),
     ('kind = "gilbert_elliott"\n', "", ["impairments[0].kind: is missing; there are bernoulli_loss, corrupt, delay, "
                                         "duplicate, four_state_loss, gemodel, gilbert_elliott, "
-                                        "gilbert_elliott_by_time, rate_limit, reorder, scripted_loss, trace"]),
+                                        "gilbert_elliott_by_time, rate_limit, reorder, scripted_corruption, "
+                                        "scripted_delay, scripted_duplicate, scripted_loss, trace"]),
     ("during_s = [0.5, 1.0]", "during_s = [1.0, 0.5]",
      ["impairments[0].during_s=[1.0, 0.5]: expected 0 <= start < end"]),
     ("during_s = [0.5, 1.0]", "during_s = [0.5, 0.5]",

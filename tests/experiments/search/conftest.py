@@ -40,7 +40,7 @@ class Watch:
 
     def hear(self, frame):
         self.board.count("heard")
-        self.heard.add(frame.decode())
+        self.heard.add(frame.decode(errors="replace"))
 
     def close(self):
         self.missed |= {(name, self.round) for name in "ab" if name not in self.heard}

@@ -77,7 +77,7 @@ def growth(slot_s: float, lost: dict[str, list[int]], rounds: int) -> float:
 
 
 def test_above_the_exact_limit_a_pattern_is_found_within_200_runs_that_diverges(tmp_path: Path) -> None:
-    base = Base.of(PAIR, duration_s=7.2)                # 80 rounds of 90 ms, so that what diverges outgrows transients
+    base = Base.of(PAIR, values={"length_s": 7.2})      # 80 rounds of 90 ms, so that what diverges outgrows transients
 
     found = search(base, "always[7 s, 7.2 s] max(abs(r2.y), abs(r3.y)) < 0.5", 60, tmp_path, ONE_IN_A_ROW)
 
@@ -217,10 +217,24 @@ def test_ctrl_c_leaves_the_worst_so_far_and_no_worker(watched: Path) -> None:
     assert not any(map(alive, workers))
 
 
+def test_a_jammer_is_found_that_costs_most(watched: Path) -> None:
+    """The kind is drawn with who hears it: only jammers that the watch hears keep beacons from it."""
+    found = search(Base.of(watched), "count.c.heard", 40, watched.parent, "faults: at most 1 of jam")
+
+    (fault,) = load(file_of(found)).faults
+    assert (fault.kind, fault.targets) == ("jam", (("radio",),))
+    assert fault.settings.nodes in (("c",), ("*",))
+    # A jammer lasts up to a quarter of the run of 45 rounds; each round has two beacons.
+    assert 90 - 2 * 12 <= found.value <= 90 - 2 * 8
+    assert found.lines[0].startswith("jam of radio (nodes = [")
+
+
 @pytest.mark.parametrize(("budgets", "objective", "problem"), [
     (["radio: c -> a: at most 1 lost in a row"], "count.c.split", "no frame is received on radio: c -> a, so nothing"),
     ([], "count.c.split", "what may the search change? Give --budget"),
     ([ONE_IN_A_ROW], "count.c.spilt", "has no such figure, so there is nothing to search"),
+    (["faults: at most 3 of kill, babble"], "count.c.split",
+     "--budget faults of babble: nothing in the scenario takes one: it needs a CAN bus with two nodes or more; leave "),
 ])
 def test_a_search_that_can_find_nothing_is_refused(watched: Path, budgets: list[str], objective: str, problem: str
                                                    ) -> None:

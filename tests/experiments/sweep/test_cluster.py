@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -23,6 +25,9 @@ from experiments.sweep.workers import Workers
 from tests.processes import alive
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'marconet[cluster]'")
+pytest.importorskip("trustme")
+
+import trustme
 
 from experiments.sweep import cluster as clusters
 from experiments.sweep.cluster import Cluster, ClusterLost, NoCluster, checked_address
@@ -33,9 +38,10 @@ pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::Depr
 DASK = [sys.executable, "-m", "dask"]
 
 
-def started(log: Path, *words: str) -> subprocess.Popen[bytes]:
+def started(log: Path, *words: str, config: Path | None = None) -> subprocess.Popen[bytes]:
+    environment = os.environ | ({} if config is None else {"DASK_CONFIG": str(config)})
     with log.open("wb") as file:
-        return subprocess.Popen([*DASK, *words], stdout=file, stderr=file, start_new_session=True)
+        return subprocess.Popen([*DASK, *words], stdout=file, stderr=file, start_new_session=True, env=environment)
 
 
 def told(log: Path, pattern: str, process: subprocess.Popen[bytes]) -> str:
@@ -54,17 +60,46 @@ def of_all_threads(pid: int) -> list[int]:
 
 @pytest.fixture
 def cluster(tmp_path: Path) -> Iterator[Any]:
+    with running(tmp_path, "tcp") as found:
+        yield found
+
+
+@pytest.fixture
+def tls_cluster(tmp_path: Path) -> Iterator[Any]:
+    """As `cluster`, over TLS; `config` is Dask's configuration of all, with the certificates of one authority."""
+    config = certified(tmp_path / "certificates")
+    with running(tmp_path, "tls", config) as found:
+        found.config = config
+        yield found
+
+
+def certified(folder: Path) -> Path:
+    """Make an authority and a certificate by it; return a configuration as in distributed's page on TLS."""
+    folder.mkdir()
+    authority = trustme.CA()
+    certificate = authority.issue_cert("127.0.0.1", "localhost")
+    authority.cert_pem.write_to_path(folder / "ca.pem")
+    certificate.private_key_and_cert_chain_pem.write_to_path(folder / "own.pem")
+    own = {"cert": str(folder / "own.pem"), "key": str(folder / "own.pem")}
+    (folder / "dask.yaml").write_text(json.dumps({"distributed": {"comm": {
+        "require-encryption": True, "tls": {"ca-file": str(folder / "ca.pem"), "scheduler": own, "worker": own,
+                                            "client": own}}}}))            # JSON is YAML
+    return folder / "dask.yaml"
+
+
+@contextmanager
+def running(folder: Path, scheme: str, config: Path | None = None) -> Iterator[Any]:
     """A scheduler, `address`, and two `workers` of one thread each, without nannies, so that a dead one stays dead."""
     processes = []
     try:
-        scheduler = started(tmp_path / "scheduler.log", "scheduler", "--host", "127.0.0.1", "--port", "0",
-                            "--no-dashboard")
+        scheduler = started(folder / "scheduler.log", "scheduler", "--host", "127.0.0.1", "--protocol", scheme,
+                            "--port", "0", "--no-dashboard", config=config)
         processes.append(scheduler)
-        address = told(tmp_path / "scheduler.log", r"Scheduler at: +(tcp://\S+)", scheduler)
+        address = told(folder / "scheduler.log", rf"Scheduler at: +({scheme}://\S+)", scheduler)
         for number in (1, 2):
-            log = tmp_path / f"worker{number}.log"
+            log = folder / f"worker{number}.log"
             processes.append(started(log, "worker", address, "--no-nanny", "--nthreads", "1", "--no-dashboard",
-                                     "--local-directory", str(tmp_path), "--name", f"w{number}"))
+                                     "--local-directory", str(folder), "--name", f"w{number}", config=config))
             told(log, r"(Registered to)", processes[-1])
         yield SimpleNamespace(address=address, scheduler=scheduler, workers=processes[1:])
     finally:
@@ -117,6 +152,53 @@ def test_a_cluster_that_loses_all_workers_is_told_and_keeps_what_has_ended(
                      cluster=cluster.address, out=tmp_path / "out", folders=0), progress)
 
     assert 3 <= len(load_campaign(tmp_path / "out").rows) < 200
+
+
+def swept(beacons: Path, address: str, out: Path, config: Path | None) -> subprocess.CompletedProcess[str]:
+    """`marconet sweep --cluster ADDRESS`, with what it knows of certificates from Dask's configuration."""
+    environment = {key: value for key, value in os.environ.items() if key != "DASK_CONFIG"}
+    return subprocess.run(
+        [sys.executable, "-m", "marconet.command_line", "sweep", str(beacons), "--vary", "impairments[0].loss_ratio="
+         "0.1,0.3", "--seeds", "6", "--cluster", address, "--out", str(out), "--folders", "0", "--quiet"],
+        capture_output=True, text=True, check=False, timeout=300,
+        env=environment | ({} if config is None else {"DASK_CONFIG": str(config)}))
+
+
+def test_a_campaign_over_tls_gives_what_this_machine_gives_alone(tls_cluster: Any, beacons: Path, tmp_path: Path
+                                                                 ) -> None:
+    done = swept(beacons, tls_cluster.address, tmp_path / "out", tls_cluster.config)
+
+    assert (done.returncode, done.stderr) == (0, "")
+    found = {(row.setting, row.seed): row.figures.ledger_hash for row in load_campaign(tmp_path / "out").rows}
+    with Workers(Source.of(beacons), "inline", 1) as here:
+        alone = {(point.number, point.seed): figures.ledger_hash for point, figures in here.evaluate(
+            Point(setting, {"impairments[0].loss_ratio": loss}, seed) for setting, loss in ((0, 0.1), (1, 0.3))
+            for seed in range(7, 13))}
+    assert found == alone
+    # Both workers took part, over TLS: the scheduler knows them by such addresses.
+    logs = (tmp_path / "scheduler.log").read_text()
+    assert len(set(re.findall(r"Register worker addr: (tls://\S+)", logs))) == 2
+    assert "tcp://" not in logs
+
+
+@pytest.mark.parametrize(("which", "told"), [
+    ("none", "Dask's configuration names no certificate of this process: set distributed.comm.tls.ca-file"),
+    ("another", "one side does not accept the other's certificate"),
+    ("missing", "cannot read the certificates that Dask's configuration names")])
+def test_without_a_certificate_of_the_clusters_authority_there_is_no_campaign(
+        tls_cluster: Any, beacons: Path, tmp_path: Path, which: str, told: str) -> None:
+    config = None if which == "none" else certified(tmp_path / "others")
+    if which == "missing":
+        (tmp_path / "others" / "own.pem").unlink()
+    began_s = time.monotonic()
+
+    done = swept(beacons, tls_cluster.address, tmp_path / "out", config)
+
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith(f"--cluster {tls_cluster.address}: {told}")
+    assert not (tmp_path / "out").exists()
+    assert time.monotonic() - began_s < 60
 
 
 def test_a_worker_with_another_scenario_is_refused(cluster: Any, beacons: Path) -> None:

@@ -60,7 +60,12 @@ ACTS: dict[tuple[str, str], tuple[dict[str, Any], Any, Any]] = {
     ("reorder", "reorder_ratio"): ({"hold_ns": 5000, "gap_frames": 3}, 1.0, 0.99),
     ("reorder", "gap_frames"): ({"hold_ns": 5000, "reorder_ratio": 0.3}, 1, 2),
     ("reorder", "correlation"): ({"hold_ns": 5000, "reorder_ratio": 0.3}, 0.0, 0.5),
+    ("scripted_corruption", "undetected"): ({"corrupt_frames": [3], "bits": [[1]]}, False, True),
+    ("scripted_corruption", "copy"): ({"corrupt_frames": [3], "bits": [[1]]}, 0, 1),
+    ("scripted_delay", "copy"): ({"delay_frames": [3], "delays_ns": [5]}, 0, 1),
+    ("scripted_duplicate", "copy"): ({"duplicate_frames": [3], "extra_delays_ns": [5]}, 0, 1),
     ("scripted_loss", "every"): ({"lose_frames": [3]}, 10**6, 1000),
+    ("scripted_loss", "copy"): ({"lose_frames": [3]}, 0, 1),
     ("trace", "by"): ({"file": TIMED}, "frame", "time"),
     ("trace", "at_end"): ({"file": TRACE}, "wrap", "hold"),
     ("trace", "columns"): ({"file": TRACE}, {}, {"delay_ns": "late_ns"}),
@@ -81,13 +86,13 @@ def default_of(field: dataclasses.Field[Any]) -> Any:
 
 @pytest.fixture
 def carried(tmp_path):
-    """What comes out for 1200 frames of 10 bytes, one every microsecond, as (number, arrival, data)."""
-    def through(kind: str, settings: dict[str, Any]) -> list[tuple[int, int, bytes]]:
+    """What comes out for 1200 frames of 10 bytes, one every microsecond, as (number, arrival, data, undetected)."""
+    def through(kind: str, settings: dict[str, Any]) -> list[tuple[int, int, bytes, bool]]:
         if "\n" in settings.get("file", ""):
             (tmp_path / "recorded.csv").write_text(settings["file"])
             settings = settings | {"file": str(tmp_path / "recorded.csv")}
         impairment = construct_impairment(IMPAIRMENTS[kind], settings, stream(7, kind), Recordings())
-        return [(copy.number, copy.arrival_ns, copy.data) for n in range(1200)
+        return [(copy.number, copy.arrival_ns, copy.data, copy.undetected) for n in range(1200)
                 for copy in impairment.carry(Transit(n, 1000 * n, 1000 * n, b"0123456789"))]
 
     return through

@@ -70,6 +70,9 @@ EXAMPLES = {
                                           "loss_while_bad": 0.9}),
     "four states": ("four_state_loss", {"p13": 0.2, "p31": 0.3, "p32": 0.3, "p23": 0.5, "p14": 0.1}),
     "script": ("scripted_loss", {"lose_frames": [0, 2], "every": 3}),
+    "script of delays": ("scripted_delay", {"delay_frames": [1, 3], "delays_ns": [5000, 1]}),
+    "script of bit errors": ("scripted_corruption", {"corrupt_frames": [0, 4], "bits": [[0, 9], [3]]}),
+    "script of duplicates": ("scripted_duplicate", {"duplicate_frames": [2], "extra_delays_ns": [0]}),
     "recording": ("trace", {"file": "trace.csv", "at_end": "wrap"}),
     "constant delay": ("delay", {"delay_ns": 5}),
     "uniform delay": ("delay", {"delay_ns": 1000, "distribution": "uniform", "jitter_ns": 5000}),
@@ -241,7 +244,7 @@ def may_overtake(example: str, earlier: Transit, later: Transit) -> bool:
         return is_inside(later) and later.arrival_ns == later.sent_ns           # it was chosen
     if kind == "duplicate":
         return earlier.arrival_ns > earlier.sent_ns         # only the twin is overtaken
-    return kind == "trace"                                  # each row is a delay of its own
+    return kind in ("trace", "scripted_delay")              # each row, each named frame has a delay of its own
 
 
 @examples
