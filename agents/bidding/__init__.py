@@ -1,4 +1,4 @@
-"""Bidding over a radio: a team of sensors deploys one of them for each event, without a center (dissertation, 2.3).
+"""Bidding over a radio: a team of sensors deploys one of them for each task, without a center (dissertation, 2.3).
 
     detected --BID, with the time left--> everybody bids within the window --close--> all choose the greatest bid
     the winner: deploy, AWARD until heard, then a MODE at least every heartbeat      others: watch that it goes on

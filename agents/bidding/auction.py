@@ -1,8 +1,8 @@
-"""What one sensor knows of one event: its window, the bids in it, and who is deployed.
+"""What one sensor knows of one task: its window, the bids in it, and who is deployed.
 
 *Invariants*
 - `closes_ns` is not None exactly while the window is open; then the sensor is not deployed;
-- a finished event has no open window and nobody who is deployed.
+- a finished task has no open window and nobody who is deployed.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from agents.bidding.bid_frames import NO_BID, Event
+from agents.bidding.bid_frames import NO_BID, Task
 from firmware_sim.board_timers import Timer
 
 
@@ -23,7 +23,7 @@ class Holder(NamedTuple):
 
 @dataclass
 class Auction:
-    event: Event
+    task: Task
     epoch: int | None = None                    # of the last window; None before the first
     opener: int = 0                             # the sensor by which this one learned of the window
     closes_ns: int | None = None                # local time
@@ -37,7 +37,7 @@ class Auction:
 
     @property
     def idle(self) -> bool:
-        """True if nobody is known to be deployed and no window is open, though the event is not over."""
+        """True if nobody is known to be deployed and no window is open, though the task is not over."""
         return not self.finished and self.closes_ns is None and self.own is None and not self.holders
 
     def winner(self) -> int | None:

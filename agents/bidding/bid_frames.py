@@ -6,8 +6,8 @@
     award       'A', target, stage, epoch, winner, reward                              1+1+1+1+1+4 = 9
     mode        'M', mode, standing, target, stage, epoch, reward, x, y [m]    1+1+1+1+1+1+4+4+4 = 18
 
-An event is a target and a stage, such as its number of detections so far; an epoch counts the windows that were opened
-for an event, modulo 256. A bid of -inf opens a window and takes no part. A sender repeats a message in consecutive
+A task is a target and a stage, such as its number of detections so far; an epoch counts the windows that were opened
+for a task, modulo 256. A bid of -inf opens a window and takes no part. A sender repeats a message in consecutive
 frames, all of which it sends in its own slots: so N^D losses in a row cannot lose all copies of one message, as they
 could if each message had frames of its own between those of others.
 Parsing never raises: it returns None for a frame that is cut, too long, or holds a number that cannot be.
@@ -31,22 +31,22 @@ _REWARD: Final = struct.Struct("<f")
 _MOST_US: Final = (1 << 32) - 1
 
 
-class Event(NamedTuple):
+class Task(NamedTuple):
     target: int
     stage: int
 
 
-NO_EVENT: Final = Event(255, 255)
+NO_TASK: Final = Task(255, 255)
 
 
 class Standing(IntEnum):
-    """What a mode message says of its sender and the event."""
+    """What a mode message says of its sender and the task."""
 
-    DEPLOYED = 0        # it is deployed for the event
-    HEARD = 1           # it has heard the award of the event
-    LET_GO = 2          # it was deployed and is no longer, the event goes on
-    FINISHED = 3        # the event is over: captured, or out of reach
-    FREE = 4            # nothing of an event, only its mode and where it is: `NO_EVENT`
+    DEPLOYED = 0        # it is deployed for the task
+    HEARD = 1           # it has heard the award of the task
+    LET_GO = 2          # it was deployed and is no longer, the task goes on
+    FINISHED = 3        # the task is over: captured, or out of reach
+    FREE = 4            # nothing of a task, only its mode and where it is: `NO_TASK`
 
 
 class Detection(NamedTuple):
@@ -58,14 +58,14 @@ class Detection(NamedTuple):
 
 
 class Bid(NamedTuple):
-    event: Event
+    task: Task
     epoch: int
     left_us: int
     reward: float
 
 
 class Award(NamedTuple):
-    event: Event
+    task: Task
     epoch: int
     winner: int
     reward: float
@@ -74,7 +74,7 @@ class Award(NamedTuple):
 class ModeMessage(NamedTuple):
     mode: int           # of the sender's program, a number that the program chooses
     standing: Standing
-    event: Event
+    task: Task
     epoch: int
     reward: float       # of the bid by which it was deployed; 0 if it is not
     x_m: float
@@ -82,12 +82,12 @@ class ModeMessage(NamedTuple):
 
 
 Message = Detection | Bid | Award | ModeMessage
-PER_EVENT_BYTES: Final = _DETECTION.size + _BID.size + _MODE.size      # most of one event that are due at a time
+PER_TASK_BYTES: Final = _DETECTION.size + _BID.size + _MODE.size      # most of one task that are due at a time
 
 
-def frame_bytes(events: int) -> int:
-    """Return the size of a frame with the sender's mode and all that is due while so many events are talked about."""
-    return _HEAD.size + _MODE.size + events * PER_EVENT_BYTES
+def frame_bytes(tasks: int) -> int:
+    """Return the size of a frame with the sender's mode and all that is due while so many tasks are talked about."""
+    return _HEAD.size + _MODE.size + tasks * PER_TASK_BYTES
 
 
 def as_sent(reward: float) -> float:
@@ -114,12 +114,12 @@ def pack(message: Message) -> bytes:
     match message:
         case Detection(target, number, seen_ns, x_m, y_m):
             return _DETECTION.pack(b"D", target, number, seen_ns, x_m, y_m)
-        case Bid(event, epoch, left_us, reward):
-            return _BID.pack(b"B", *event, epoch, min(max(left_us, 0), _MOST_US), reward)
-        case Award(event, epoch, winner, reward):
-            return _AWARD.pack(b"A", *event, epoch, winner, reward)
-        case ModeMessage(mode, standing, event, epoch, reward, x_m, y_m):
-            return _MODE.pack(b"M", mode, standing, *event, epoch, reward, x_m, y_m)
+        case Bid(task, epoch, left_us, reward):
+            return _BID.pack(b"B", *task, epoch, min(max(left_us, 0), _MOST_US), reward)
+        case Award(task, epoch, winner, reward):
+            return _AWARD.pack(b"A", *task, epoch, winner, reward)
+        case ModeMessage(mode, standing, task, epoch, reward, x_m, y_m):
+            return _MODE.pack(b"M", mode, standing, *task, epoch, reward, x_m, y_m)
 
 
 def unpack(data: bytes, sensors: int) -> tuple[int, list[Message]] | None:
@@ -149,13 +149,13 @@ def _message(fields: tuple[object, ...], sensors: int) -> Message | None:
             return Detection(target, number, seen_ns, x_m, y_m)
         case (b"B", int(target), int(stage), int(epoch), int(left_us), float(reward)) if (
                 isfinite(reward) or reward == NO_BID):
-            return Bid(Event(target, stage), epoch, left_us, reward)
+            return Bid(Task(target, stage), epoch, left_us, reward)
         case (b"A", int(target), int(stage), int(epoch), int(winner), float(reward)) if (
                 winner < sensors and isfinite(reward)):
-            return Award(Event(target, stage), epoch, winner, reward)
+            return Award(Task(target, stage), epoch, winner, reward)
         case (b"M", int(mode), int(standing), int(target), int(stage), int(epoch), float(reward), float(x_m),
               float(y_m)) if standing < len(Standing) and isfinite(reward) and isfinite(x_m) and isfinite(y_m):
-            return ModeMessage(mode, Standing(standing), Event(target, stage), epoch, reward, x_m, y_m)
+            return ModeMessage(mode, Standing(standing), Task(target, stage), epoch, reward, x_m, y_m)
     return None
 
 

@@ -37,11 +37,11 @@ class BiddingSettings:
     heartbeat_rounds: int = 4           # H / R
     max_successive_losses: int = 0      # N^D, on each link
     delay_ns: int = 0                   # d, the most that impairments delay a copy
-    most_events: int = 3                # events that are talked about at a time, for the size of a frame
+    most_tasks: int = 3                # tasks that are talked about at a time, for the size of a frame
 
     def __post_init__(self) -> None:
         for name, least in (("slot_ns", 1), ("window_ns", 1), ("heartbeat_rounds", 1), ("max_successive_losses", 0),
-                            ("delay_ns", 0), ("most_events", 1)):
+                            ("delay_ns", 0), ("most_tasks", 1)):
             if getattr(self, name) < least:
                 raise ValueError(f"{name}={getattr(self, name)}: expected at least {least}")
 
@@ -91,7 +91,7 @@ class BidTiming:
 
     @property
     def most_bytes(self) -> int:
-        return frame_bytes(self.settings.most_events)
+        return frame_bytes(self.settings.most_tasks)
 
     def next_slot_ns(self, number: int, after_ns: int) -> int:
         """Return the start of the first slot of sensor `number` after `after_ns`, in local time."""

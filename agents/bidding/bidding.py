@@ -1,13 +1,13 @@
 """The part of a sensor's program that bids: it owns the radio port, the windows and the repetitions.
 
     bidding = Bidding(board, settings, reward=..., deploy=..., let_go=...)
-    bidding.open(Event(target, stage))          this sensor wants somebody deployed: opens a window
-    bidding.finish(event)                       the event is over, for everybody
+    bidding.open(Task(target, stage))          this sensor wants somebody deployed: opens a window
+    bidding.finish(task)                       the task is over, for everybody
     bidding.share(Detection(...))               tell the others of a detection
     bidding.tell_mode()                         tell them that this sensor's mode has changed
 
-`reward(event)` returns this sensor's bid, None for none; it is asked when a window opens, and again before this sensor
-is deployed. `deploy(event, by)` and `let_go(event, by, why)` tell the program; `by` names the sensor that caused it.
+`reward(task)` returns this sensor's bid, None for none; it is asked when a window opens, and again before this sensor
+is deployed. `deploy(task, by)` and `let_go(task, by, why)` tell the program; `by` names the sensor that caused it.
 
 The sensor sends in its own slots only (`bid_timing`), nothing while nothing is due. While it is deployed, each of its
 frames says so.
@@ -25,14 +25,14 @@ from agents.bidding.bid_frames import (
     EPOCHS,
     MOST_SENSORS,
     NO_BID,
-    NO_EVENT,
+    NO_TASK,
     Award,
     Bid,
     Detection,
-    Event,
     Message,
     ModeMessage,
     Standing,
+    Task,
     as_sent,
     head,
     newer,
@@ -57,8 +57,8 @@ class _Due:
 
 
 class Bidding:
-    def __init__(self, board: Board, settings: BiddingSettings, *, reward: Callable[[Event], float | None],
-                 deploy: Callable[[Event, str], object], let_go: Callable[[Event, str, str], object],
+    def __init__(self, board: Board, settings: BiddingSettings, *, reward: Callable[[Task], float | None],
+                 deploy: Callable[[Task, str], object], let_go: Callable[[Task, str, str], object],
                  detected: Callable[[str, Detection], object] = lambda sender, detection: None,
                  told_mode: Callable[[str, ModeMessage], object] = lambda sender, message: None,
                  whereabouts: Callable[[], Whereabouts] = lambda: (0, 0.0, 0.0)) -> None:
@@ -69,7 +69,7 @@ class Bidding:
         self._reward, self._deploy, self._let_go = reward, deploy, let_go
         self._detected, self._told_mode, self._whereabouts = detected, told_mode, whereabouts
         self._window_ns = settings.window_ns
-        self._auctions: dict[Event, Auction] = {}
+        self._auctions: dict[Task, Auction] = {}
         self._due: dict[tuple[object, ...], _Due] = {}
         self._slot: Timer | None = None                 # the next slot in which this sensor sends
         self._last_slot_ns = -1                         # the last one in which it did
@@ -79,21 +79,21 @@ class Bidding:
 
     # --- for the program
 
-    def open(self, event: Event) -> None:
-        """Open a window for the event, unless one is open or a sensor is deployed for it."""
-        auction = self._auction(event)
+    def open(self, task: Task) -> None:
+        """Open a window for the task, unless one is open or a sensor is deployed for it."""
+        auction = self._auction(task)
         if auction.finished or auction.idle:
             self._open(auction)
 
-    def finish(self, event: Event) -> None:
-        """Tell everybody that the event is over; this sensor is no longer deployed for it."""
-        auction = self._auction(event)
+    def finish(self, task: Task) -> None:
+        """Tell everybody that the task is over; this sensor is no longer deployed for it."""
+        auction = self._auction(task)
         self._end(auction)
         self._say(auction, Standing.FINISHED)
 
-    def give_up(self, event: Event, why: str) -> None:
-        """Let the event go, though it is not over: the others open a window. Does nothing unless deployed for it."""
-        auction = self._auction(event)
+    def give_up(self, task: Task, why: str) -> None:
+        """Let the task go, though it is not over: the others open a window. Does nothing unless deployed for it."""
+        auction = self._auction(task)
         if auction.own is not None:
             self._release(auction, self._number, why)
             self._open(auction)
@@ -104,12 +104,12 @@ class Bidding:
 
     def tell_mode(self) -> None:
         """Tell the others this sensor's mode and where it is, as they are when the frame is sent."""
-        self._post((Standing.FREE, NO_EVENT), lambda: ModeMessage(
-            (told := self._whereabouts())[0], Standing.FREE, NO_EVENT, 0, 0.0, told[1], told[2]))
+        self._post((Standing.FREE, NO_TASK), lambda: ModeMessage(
+            (told := self._whereabouts())[0], Standing.FREE, NO_TASK, 0, 0.0, told[1], told[2]))
 
-    def deployed_for(self) -> list[Event]:
-        """Return the events for which this sensor is deployed."""
-        return [auction.event for auction in self._auctions.values() if auction.own is not None]
+    def deployed_for(self) -> list[Task]:
+        """Return the tasks for which this sensor is deployed."""
+        return [auction.task for auction in self._auctions.values() if auction.own is not None]
 
     # --- a window
 
@@ -123,7 +123,7 @@ class Bidding:
         auction.holders.clear()
         auction.bids.clear()
         auction.finished, auction.epoch, auction.opener = False, epoch, opener
-        wanted = self._reward(auction.event)
+        wanted = self._reward(auction.task)
         reward = NO_BID if wanted is None else as_sent(wanted)
         auction.bids[self._number] = reward
         self._board.count("windows")
@@ -132,7 +132,7 @@ class Bidding:
         if reward > NO_BID:
             self._board.count("bids")
         if reward > NO_BID or opener == self._number:
-            self._post(("B", auction.event), partial(self._bid, auction, epoch, reward))
+            self._post(("B", auction.task), partial(self._bid, auction, epoch, reward))
 
     def _closes_at(self, auction: Auction, closes_ns: int) -> None:
         if auction.close_timer is not None:
@@ -143,7 +143,7 @@ class Bidding:
     def _bid(self, auction: Auction, epoch: int, reward: float) -> Message | None:
         if auction.closes_ns is None or auction.epoch != epoch:
             return None
-        return Bid(auction.event, epoch, (auction.closes_ns - self._board.now_ns) // 1000, reward)
+        return Bid(auction.task, epoch, (auction.closes_ns - self._board.now_ns) // 1000, reward)
 
     def _close(self, auction: Auction) -> None:
         auction.close()
@@ -152,7 +152,7 @@ class Bidding:
             self._board.warn("nobody bids", _named(auction))
         elif winner != self._number:
             self._hold(auction, winner, auction.bids[winner])
-        elif self._reward(auction.event) is None:
+        elif self._reward(auction.task) is None:
             self._board.event("declined", _named(auction))
             self._open(auction)
         else:
@@ -165,9 +165,9 @@ class Bidding:
         self._board.count("deployments")
         self._board.event("deployed", f"{_named(auction)}, bid {_shown(reward)}")
         epoch = auction.epoch
-        self._post(("A", auction.event), lambda: None if auction.own is None or epoch is None else Award(
-            auction.event, epoch, self._number, reward))
-        self._deploy(auction.event, self._names[auction.opener])
+        self._post(("A", auction.task), lambda: None if auction.own is None or epoch is None else Award(
+            auction.task, epoch, self._number, reward))
+        self._deploy(auction.task, self._names[auction.opener])
 
     # --- who is deployed
 
@@ -196,7 +196,7 @@ class Bidding:
         self._board.count("let go")
         self._board.event("let go", f"{_named(auction)}: {why}")
         self._say(auction, Standing.LET_GO)
-        self._let_go(auction.event, self._names[by], why)
+        self._let_go(auction.task, self._names[by], why)
 
     def _end(self, auction: Auction) -> None:
         auction.close()
@@ -218,13 +218,13 @@ class Bidding:
                 case Detection():
                     self._detected(self._names[sender], message)
                 case Bid():
-                    self._hear_bid(self._auction(message.event), sender, message)
+                    self._hear_bid(self._auction(message.task), sender, message)
                 case Award():
-                    self._hear_deployed(self._auction(message.event), message.winner, message.epoch, message.reward)
-                    self._say(self._auction(message.event), Standing.HEARD, frames=1)
+                    self._hear_deployed(self._auction(message.task), message.winner, message.epoch, message.reward)
+                    self._say(self._auction(message.task), Standing.HEARD, frames=1)
                 case ModeMessage():
                     if message.standing is not Standing.FREE:
-                        self._hear_mode(self._auction(message.event), sender, message)
+                        self._hear_mode(self._auction(message.task), sender, message)
                     self._told_mode(self._names[sender], message)
 
     def _hear_bid(self, auction: Auction, sender: int, bid: Bid) -> None:
@@ -253,7 +253,7 @@ class Bidding:
                     auction.heard_by.add(sender)
                     if len(auction.heard_by) == len(self._names) - 1:
                         self._board.count("awards acknowledged")
-                        self._due.pop(("A", auction.event), None)       # all have heard it: repeat it no more
+                        self._due.pop(("A", auction.task), None)       # all have heard it: repeat it no more
             case Standing.LET_GO:
                 if auction.holders.pop(sender, None) is not None and auction.idle:
                     self._open(auction)
@@ -263,7 +263,7 @@ class Bidding:
                     self._end(auction)
                     auction.epoch = message.epoch
                     if was_deployed:
-                        self._let_go(auction.event, self._names[sender], "the event is over")
+                        self._let_go(auction.task, self._names[sender], "the task is over")
 
     def _hear_deployed(self, auction: Auction, number: int, epoch: int, reward: float) -> None:
         """Take the news that sensor `number` is deployed: no window is needed, and of two the lower bid lets go."""
@@ -294,13 +294,13 @@ class Bidding:
 
     def _say(self, auction: Auction, standing: Standing, frames: int = 0) -> None:
         """Tell where this sensor stands, in the next `frames` frames; 0: as many as a message is repeated in."""
-        self._post((standing, auction.event), partial(self._mode, auction, standing), frames)
+        self._post((standing, auction.task), partial(self._mode, auction, standing), frames)
 
     def _mode(self, auction: Auction, standing: Standing) -> Message | None:
         if auction.epoch is None or (auction.own is None) == (standing is Standing.DEPLOYED):
             return None                 # it has changed since: deployed no more, or again
         mode, x_m, y_m = self._whereabouts()
-        return ModeMessage(mode, standing, auction.event, auction.epoch, auction.own or 0.0, x_m, y_m)
+        return ModeMessage(mode, standing, auction.task, auction.epoch, auction.own or 0.0, x_m, y_m)
 
     def _post(self, key: tuple[object, ...], make: Callable[[], Message | None], frames: int = 0) -> None:
         self._due[key] = _Due(make, frames or self.timing.frames)
@@ -337,9 +337,9 @@ class Bidding:
                 room -= len(data)
                 parts.append(data)
                 said.add(key)
-        for event in self.deployed_for():
-            if ("A", event) not in said and (Standing.DEPLOYED, event) not in said:
-                message = self._mode(self._auctions[event], Standing.DEPLOYED)
+        for task in self.deployed_for():
+            if ("A", task) not in said and (Standing.DEPLOYED, task) not in said:
+                message = self._mode(self._auctions[task], Standing.DEPLOYED)
                 data = b"" if message is None else pack(message)
                 if 0 < len(data) <= room:
                     room -= len(data)
@@ -348,10 +348,10 @@ class Bidding:
             self._radio.send(b"".join(parts))
         self._arm()
 
-    def _auction(self, event: Event) -> Auction:
-        found = self._auctions.get(event)
+    def _auction(self, task: Task) -> Auction:
+        found = self._auctions.get(task)
         if found is None:
-            found = self._auctions[event] = Auction(event)
+            found = self._auctions[task] = Auction(task)
         return found
 
 
@@ -364,7 +364,7 @@ def sensors_of(team: object) -> tuple[str, ...]:
 
 
 def _named(auction: Auction) -> str:
-    return f"target {auction.event.target} stage {auction.event.stage} epoch {auction.epoch}"
+    return f"target {auction.task.target} stage {auction.task.stage} epoch {auction.epoch}"
 
 
 def _shown(reward: float) -> str:

@@ -41,7 +41,7 @@ def _slot_problems(scenario: ScenarioView, medium: MediumView, timing: BidTiming
     if medium.settings.mac_defers:
         yield f'media.{medium.name}.mac="{medium.settings.mac}": expected "none", a slot decides who may send'
     if radio.max_payload_bytes is not None and size > radio.max_payload_bytes:
-        yield (f"most_events={settings.most_events}: a frame of so many events has up to {size} bytes, media."
+        yield (f"most_tasks={settings.most_tasks}: a frame of so many tasks has up to {size} bytes, media."
                f"{medium.name} carries {radio.max_payload_bytes}; take fewer, or a radio with longer frames")
     clocks = {name: scenario.agents[name].clock for name in medium.nodes if name in scenario.agents}
     ppm = [clock.drift_ppm for clock in clocks.values()]

@@ -3,8 +3,8 @@
     waiting --its bid was the greatest--> deployed --finished, or a greater bid is deployed--> waiting
 
 It detects target k at `detects_ns[k]` (-1: never), shares the detection and opens a window for it. It bids `rewards[k]`
-for target k, nothing for one without an entry, while it is deployed, or after it gave the event up. It finishes an
-event `finishes_after_ns` after it was deployed, or gives it up after `gives_up_after_ns` (0: never).
+for target k, nothing for one without an entry, while it is deployed, or after it gave the task up. It finishes an
+task `finishes_after_ns` after it was deployed, or gives it up after `gives_up_after_ns` (0: never).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from agents.bidding.bid_frames import Detection, Event, ModeMessage, as_sent
+from agents.bidding.bid_frames import Detection, ModeMessage, Task, as_sent
 from agents.bidding.bid_timing import BiddingSettings
 from agents.bidding.bidding import Bidding
 from agents.bidding.bidding_check import bidding_problems
@@ -23,7 +23,7 @@ from agents.hybrid.modes import Modes
 from agents.hybrid.region import EVERYWHERE, Between
 from firmware_sim.board import Board
 
-STAGE = 1       # of the only events
+STAGE = 1       # of the only tasks
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,7 @@ class BiddingRobot:
                                 told_mode=self._told_mode, whereabouts=lambda: (int(self._targets), 0.0, 0.0))
         for counter in ("detections heard", "modes heard", "deployed modes heard"):
             board.count(counter, 0)
-        self._given_up: set[Event] = set()
+        self._given_up: set[Task] = set()
         board.record("deployed", "1", lambda: self._targets)
         for target, at_ns in enumerate(settings.detects_ns):
             if at_ns > board.now_ns:
@@ -68,31 +68,31 @@ class BiddingRobot:
 
     def _detect(self, target: int) -> None:
         self._bidding.share(Detection(target, STAGE, self._board.now_ns, 0.0, 0.0))
-        self._bidding.open(Event(target, STAGE))
+        self._bidding.open(Task(target, STAGE))
 
-    def _reward(self, event: Event) -> float | None:
-        if self._targets or event in self._given_up or event.target >= len(self._settings.rewards):
+    def _reward(self, task: Task) -> float | None:
+        if self._targets or task in self._given_up or task.target >= len(self._settings.rewards):
             return None
-        return self._settings.rewards[event.target]
+        return self._settings.rewards[task.target]
 
-    def _deployed(self, event: Event, by: str) -> None:
-        self._change("deployed", 1.0, f"target {event.target}", by)
+    def _deployed(self, task: Task, by: str) -> None:
+        self._change("deployed", 1.0, f"target {task.target}", by)
         if self._settings.finishes_after_ns:
-            self._board.at(self._board.now_ns + self._settings.finishes_after_ns, partial(self._finish, event))
+            self._board.at(self._board.now_ns + self._settings.finishes_after_ns, partial(self._finish, task))
         if self._settings.gives_up_after_ns:
-            self._board.at(self._board.now_ns + self._settings.gives_up_after_ns, partial(self._give_up, event))
+            self._board.at(self._board.now_ns + self._settings.gives_up_after_ns, partial(self._give_up, task))
 
-    def _waits(self, event: Event, by: str, why: str) -> None:
+    def _waits(self, task: Task, by: str, why: str) -> None:
         self._change("waiting", 0.0, why, by)
 
-    def _finish(self, event: Event) -> None:
-        if event in self._bidding.deployed_for():
-            self._bidding.finish(event)
+    def _finish(self, task: Task) -> None:
+        if task in self._bidding.deployed_for():
+            self._bidding.finish(task)
             self._change("waiting", 0.0, "finished", "")
 
-    def _give_up(self, event: Event) -> None:
-        self._given_up.add(event)
-        self._bidding.give_up(event, "given up")
+    def _give_up(self, task: Task) -> None:
+        self._given_up.add(task)
+        self._bidding.give_up(task, "given up")
 
     def _told_mode(self, sender: str, message: ModeMessage) -> None:
         self._board.count("deployed modes heard" if message.mode else "modes heard")

@@ -21,11 +21,14 @@ RADIO = {"kind": "broadcast_radio", "bit_rate_bps": 1_000_000, "preamble_us": 0,
 
 @dataclass
 class Team:
-    """`rewards[i]` are the bids of sensor `s{i}`, one for each target; sensor `detectors[k]` detects target k."""
+    """`rewards[i]` are the bids of sensor `s{i}`, one for each target.
+
+    `detects[k]` maps the sensors that detect target k to the instants [ns] at which they do.
+    """
 
     rewards: list[list[float]]
     losses: int = 0                         # N^D
-    detectors: list[int] = field(default_factory=lambda: [0])
+    detects: list[dict[int, int]] = field(default_factory=lambda: [{0: DETECTED_NS}])
     length_ns: int = 100 * MS
     impairments: list[dict[str, Any]] = field(default_factory=list)
     faults: list[dict[str, Any]] = field(default_factory=list)
@@ -37,10 +40,10 @@ class Team:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Of every sensor: slots of 0.6 ms for the 69 bytes of one event, and the shortest window."""
-        events = max(1, len(self.detectors))
-        given = {"slot_ns": 600 * US * events, "heartbeat_rounds": 2, "max_successive_losses": self.losses,
-                 "most_events": events}
+        """Of every sensor: slots of 0.6 ms for the 69 bytes of one task, and the shortest window."""
+        tasks = min(3, len(self.detects))
+        given = {"slot_ns": 600 * US * tasks, "heartbeat_rounds": 2, "max_successive_losses": self.losses,
+                 "most_tasks": tasks}
         least_ns = BidTiming(len(self.rewards), BiddingSettings(window_ns=1, **given)).least_window_ns
         return given | {"window_ns": least_ns} | self.parameters
 
@@ -53,7 +56,7 @@ class Team:
     def scenario(self, **changes: Any) -> Scenario:
         agents = {}
         for i, name in enumerate(self.names):
-            detects = [DETECTED_NS if i == detector else -1 for detector in self.detectors]
+            detects = [by.get(i, -1) for by in self.detects]
             agents[name] = {"program": "agents.bidding.bidding_robot:BiddingRobot", "parameters": {
                 **self.settings, "rewards": self.rewards[i], "detects_ns": detects}}
         tables = {"seed": 1, "length_ns": self.length_ns, "sample_period_ns": MS, "team": {"sensors": self.names},

@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 
 from agents.bidding.bid_frames import (
     NO_BID,
-    PER_EVENT_BYTES,
+    PER_TASK_BYTES,
     Award,
     Bid,
     Detection,
-    Event,
     ModeMessage,
     Standing,
+    Task,
     as_sent,
     frame_bytes,
     head,
@@ -25,12 +25,12 @@ from agents.bidding.bid_frames import (
 
 SENSORS = 5
 small, number = st.integers(0, 255), st.floats(width=32, allow_nan=False, allow_infinity=False)
-events = st.builds(Event, small, small)
+tasks = st.builds(Task, small, small)
 messages = st.one_of(
     st.builds(Detection, small, small, st.integers(-2**63, 2**63 - 1), number, number),
-    st.builds(Bid, events, small, st.integers(0, 2**32 - 1), number | st.just(NO_BID)),
-    st.builds(Award, events, small, st.integers(0, SENSORS - 1), number),
-    st.builds(ModeMessage, small, st.sampled_from(Standing), events, small, number, number, number))
+    st.builds(Bid, tasks, small, st.integers(0, 2**32 - 1), number | st.just(NO_BID)),
+    st.builds(Award, tasks, small, st.integers(0, SENSORS - 1), number),
+    st.builds(ModeMessage, small, st.sampled_from(Standing), tasks, small, number, number, number))
 
 
 @given(st.integers(0, SENSORS - 1), st.lists(messages, max_size=6))
@@ -49,19 +49,19 @@ def test_other_bytes_are_none_or_well_formed(data):
 
 def test_the_bytes_are_those_that_the_layout_says():
     assert head(3) == b"\xb1\x03"
-    assert pack(Bid(Event(1, 2), 3, 0x0A0B, 1.0)) == b"B\x01\x02\x03\x0b\x0a\x00\x00\x00\x00\x80\x3f"
-    assert pack(Award(Event(1, 2), 3, 4, -2.0)) == b"A\x01\x02\x03\x04\x00\x00\x00\xc0"
-    assert pack(ModeMessage(7, Standing.LET_GO, Event(1, 2), 3, 1.0, 0.0, 2.0)) == (
+    assert pack(Bid(Task(1, 2), 3, 0x0A0B, 1.0)) == b"B\x01\x02\x03\x0b\x0a\x00\x00\x00\x00\x80\x3f"
+    assert pack(Award(Task(1, 2), 3, 4, -2.0)) == b"A\x01\x02\x03\x04\x00\x00\x00\xc0"
+    assert pack(ModeMessage(7, Standing.LET_GO, Task(1, 2), 3, 1.0, 0.0, 2.0)) == (
         b"M\x07\x02\x01\x02\x03\x00\x00\x80\x3f\x00\x00\x00\x00\x00\x00\x00\x40")
     assert pack(Detection(1, 2, 256, 1.0, -2.0)) == b"D\x01\x02\x00\x01\0\0\0\0\0\0\x00\x00\x80\x3f\x00\x00\x00\xc0"
-    assert PER_EVENT_BYTES == 19 + 12 + 18
+    assert PER_TASK_BYTES == 19 + 12 + 18
     assert frame_bytes(3) == 2 + 18 + 3 * 49
 
 
 @pytest.mark.parametrize("data", [
     b"", b"\xb1", b"\xb2\x00", b"\xb1\x05",                                         # no head, not of this team
-    b"\xb1\x00X", b"\xb1\x00" + pack(Award(Event(0, 0), 0, 0, 1.0))[:-1],           # an unknown kind; cut
-    b"\xb1\x00" + pack(Award(Event(0, 0), 0, 5, 1.0)),                              # a winner that there is not
+    b"\xb1\x00X", b"\xb1\x00" + pack(Award(Task(0, 0), 0, 0, 1.0))[:-1],           # an unknown kind; cut
+    b"\xb1\x00" + pack(Award(Task(0, 0), 0, 5, 1.0)),                              # a winner that there is not
     b"\xb1\x00" + struct.pack("<cBBBIf", b"B", 0, 0, 0, 0, float("nan")),
     b"\xb1\x00" + struct.pack("<cBBBIf", b"B", 0, 0, 0, 0, float("inf")),           # would win always
     b"\xb1\x00" + struct.pack("<cBBBBf", b"A", 0, 0, 0, 0, NO_BID),

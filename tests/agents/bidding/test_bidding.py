@@ -93,12 +93,15 @@ def test_within_the_budget_of_losses_exactly_the_greatest_bid_is_deployed(data: 
     losses = data.draw(st.integers(1, 3), "N^D")
     rewards = data.draw(st.lists(st.integers(0, 3), min_size=3, max_size=4), "rewards")
     pattern = data.draw(patterns(len(rewards), losses), "lost")
-    detectors = data.draw(st.lists(st.sampled_from(range(len(rewards))), min_size=1, max_size=1), "detectors")
-    team = Team([[float(reward)] for reward in rewards], losses, detectors, impairments=lost(pattern))
+    detects = data.draw(st.dictionaries(st.sampled_from(range(len(rewards))), st.integers(
+        DETECTED_NS, DETECTED_NS + 5 * MS), min_size=1), "detects")
+    team = Team([[float(reward)] for reward in rewards], losses, [detects], impairments=lost(pattern))
 
     ran = team.ran()
 
-    assert [node for node, _ in ran.deployed()] == [f"s{rewards.index(max(rewards))}"]
+    [(winner, at_ns)] = ran.deployed()
+    assert winner == f"s{rewards.index(max(rewards))}"
+    assert at_ns <= min(detects.values()) + team.timing.settings.window_ns + team.timing.transit_ns
     assert ran.let_go() == []
     assert ran.told("silent") == []
     assert ran.counted("messages waiting") == 0
@@ -144,7 +147,7 @@ def cut(during_ms: tuple[float, float], *groups: list[str]) -> dict[str, Any]:
 @pytest.mark.parametrize("losses", [0, 1])
 def test_a_partition_during_the_bidding_deploys_two_and_after_it_one_lets_go(losses: int):
     heal_ms = 60
-    parted = cut((7.6, heal_ms), ["s0", "s1"], ["s2", "s3"])    # all have heard of the event, and no bid but s0's
+    parted = cut((7.6, heal_ms), ["s0", "s1"], ["s2", "s3"])    # all have heard of the task, and no bid but s0's
     team = Team([[1.0], [2.0], [1.5], [3.0]], losses, faults=[parted], length_ns=200 * MS)
 
     ran = team.ran()
@@ -193,8 +196,8 @@ def test_after_any_partition_and_losses_one_is_left_within_the_bound(data: st.Da
     assert ran.holds
 
 
-def test_a_sensor_that_wins_two_events_at_once_takes_the_first_and_another_the_second():
-    team = Team([[5.0, 5.0], [1.0, 2.0], [2.0, 1.0]], detectors=[1, 2])
+def test_a_sensor_that_wins_two_tasks_at_once_takes_the_first_and_another_the_second():
+    team = Team([[5.0, 5.0], [1.0, 2.0], [2.0, 1.0]], detects=[{1: DETECTED_NS}, {2: DETECTED_NS}])
 
     ran = team.ran()
 
@@ -207,7 +210,7 @@ def test_a_sensor_that_wins_two_events_at_once_takes_the_first_and_another_the_s
     assert ran.counted("messages waiting") == 0
 
 
-def test_who_gives_an_event_up_is_followed_by_the_next_after_one_window():
+def test_who_gives_a_task_up_is_followed_by_the_next_after_one_window():
     team = Team(FOUR, parameters={"gives_up_after_ns": 30 * MS})
 
     ran = team.ran()
@@ -219,14 +222,14 @@ def test_who_gives_an_event_up_is_followed_by_the_next_after_one_window():
     assert [node for node, _ in ran.let_go()[:1]] == ["s1"]
 
 
-def test_an_event_for_which_nobody_bids_is_told_and_nobody_is_deployed():
+def test_a_task_for_which_nobody_bids_is_told_and_nobody_is_deployed():
     ran = Team([[], [], []]).ran()
 
     assert ran.deployed() == []
     assert ran.told("nobody bids")
 
 
-def test_a_finished_event_is_finished_for_all_and_opens_no_window():
+def test_a_finished_task_is_finished_for_all_and_opens_no_window():
     team = Team(FOUR, losses=1, parameters={"finishes_after_ns": 10 * MS}, length_ns=300 * MS,
                 impairments=lost({("s1", "s2"): [2, 4, 6, 8, 10, 12]}))
 
@@ -235,6 +238,31 @@ def test_a_finished_event_is_finished_for_all_and_opens_no_window():
     assert len(ran.deployed()) == 1
     assert len(ran.told("window open")) == 4
     assert ran.told("silent") == []
+
+
+def test_who_opens_a_window_later_closes_it_with_those_who_heard_of_it_first():
+    # s1 has lost the first frame of s0 when it detects the target itself
+    team = Team(FOUR, 1, [{0: DETECTED_NS, 1: DETECTED_NS + MS}], impairments=lost({("s0", "s1"): [0]}))
+
+    ran = team.ran()
+
+    [(winner, at_ns)] = ran.deployed()
+    assert winner == BEST
+    assert ran.told("window open")[1][0] == "s2"
+    assert at_ns <= DETECTED_NS + team.timing.settings.window_ns + team.timing.transit_ns
+
+
+def test_a_deployed_sensor_that_has_much_to_tell_is_not_taken_for_dead():
+    # s1 detects another target in each round, for longer than the silence after which it would be
+    round_ns = Team(FOUR, detects=[{}, {}, {}]).timing.round_ns
+    detects = [{0: DETECTED_NS}, *({1: 60 * MS + k * round_ns} for k in range(10))]
+    team = Team(FOUR, detects=detects, length_ns=200 * MS)
+
+    ran = team.ran()
+
+    assert 10 * round_ns > 3 * team.timing.silence_ns
+    assert ran.told("silent") == []
+    assert len(ran.deployed()) == 1
 
 
 def test_a_sensor_that_boots_again_hears_who_is_deployed_and_starts_nothing():

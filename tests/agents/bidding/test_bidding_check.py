@@ -20,7 +20,7 @@ def refused(of: Team, **changes: Any) -> str:
 
 
 def test_a_window_shorter_than_its_frames_is_refused_with_the_number_that_would_do():
-    # 3 rounds of 4 slots of 0.6 ms until all have heard of the event, and a slot; as much for the bids
+    # 3 rounds of 4 slots of 0.6 ms until all have heard of the task, and a slot; as much for the bids
     needed_ns = 2 * (3 * 4 * 600 * US + 600 * US)
 
     said = refused(Team(FOUR, 2, parameters={"window_ns": needed_ns - 1}))
@@ -57,7 +57,7 @@ def test_clocks_that_drift_apart_need_longer_slots_and_windows():
     ({"team": {"sensors": ["s0", "s1", "s2", "s3", "s4"]}}, "team.sensors: s4: no such agents"),
     ({"team": {"sensors": ["s0", "s1", "s2"]}}, "agents.s3: is not in team.sensors"),
     ({"media": {"radio": RADIO | {"mac": "aloha"}}}, 'media.radio.mac="aloha": expected "none"'),
-    ({"media": {"radio": RADIO | {"max_payload_bytes": 68}}}, "a frame of so many events has up to 69 bytes"),
+    ({"media": {"radio": RADIO | {"max_payload_bytes": 68}}}, "a frame of so many tasks has up to 69 bytes"),
     ({"media": {"other": RADIO}}, "media.radio: bidding needs a broadcast_radio of this name"),
     ({"impairments": [{"on": "radio: s0 -> s1", "kind": "delay", "delay_ms": 3}]},
      "delay_ns=0: impairments[0] delays a copy by up to 3000000 ns"),
@@ -76,7 +76,7 @@ def test_sensors_with_other_times_are_refused():
 
 
 @pytest.mark.parametrize("wrong", [{"slot_ns": 0}, {"heartbeat_rounds": 0}, {"max_successive_losses": -1},
-                                   {"most_events": 0}, {"rewards": [1e40]}])
+                                   {"most_tasks": 0}, {"rewards": [1e40]}])
 def test_numbers_out_of_range_are_refused(wrong: dict[str, Any]):
     team = Team(FOUR)
     agents = {name: {"program": "agents.bidding.bidding_robot:BiddingRobot", "parameters": team.settings | wrong}
