@@ -80,13 +80,16 @@ class Bidding:
     # --- for the program
 
     def open(self, task: Task) -> None:
-        """Open a window for the task, unless one is open or a sensor is deployed for it."""
+        """Open a window for the task, unless one is open, a sensor is deployed for it, or it is finished."""
         auction = self._auction(task)
-        if auction.finished or auction.idle:
+        if auction.idle:
             self._open(auction)
 
     def finish(self, task: Task) -> None:
-        """Tell everybody that the task is over; this sensor is no longer deployed for it."""
+        """Tell everybody that the task is over for good; this sensor is no longer deployed for it.
+
+        A later attempt at the same target is a task of another stage: who has missed the end of this one may still bid.
+        """
         auction = self._auction(task)
         self._end(auction)
         self._say(auction, Standing.FINISHED)
@@ -122,7 +125,7 @@ class Bidding:
         auction.close()
         auction.holders.clear()
         auction.bids.clear()
-        auction.finished, auction.epoch, auction.opener = False, epoch, opener
+        auction.epoch, auction.opener = epoch, opener
         wanted = self._reward(auction.task)
         reward = NO_BID if wanted is None else as_sent(wanted)
         auction.bids[self._number] = reward
@@ -230,7 +233,7 @@ class Bidding:
     def _hear_bid(self, auction: Auction, sender: int, bid: Bid) -> None:
         epoch, now_ns = auction.epoch, self._board.now_ns
         later = epoch is None or newer(bid.epoch, epoch)
-        if auction.finished and not later:
+        if auction.finished:
             self._say(auction, Standing.FINISHED)
         elif auction.own is not None:               # the sender has lost sight of this sensor
             if later:
@@ -258,10 +261,9 @@ class Bidding:
                 if auction.holders.pop(sender, None) is not None and auction.idle:
                     self._open(auction)
             case Standing.FINISHED:
-                if not auction.finished and not (auction.epoch is not None and newer(auction.epoch, message.epoch)):
+                if not auction.finished:
                     was_deployed = auction.own is not None
                     self._end(auction)
-                    auction.epoch = message.epoch
                     if was_deployed:
                         self._let_go(auction.task, self._names[sender], "the task is over")
 
@@ -269,12 +271,10 @@ class Bidding:
         """Take the news that sensor `number` is deployed: no window is needed, and of two the lower bid lets go."""
         if number == self._number:
             return                      # only this sensor tells that it is deployed
-        later = auction.epoch is None or newer(epoch, auction.epoch)
-        if auction.finished and not later:
+        if auction.finished:
             self._say(auction, Standing.FINISHED)
             return
-        auction.finished = False
-        if later:
+        if auction.epoch is None or newer(epoch, auction.epoch):
             auction.epoch = epoch
         auction.close()
         known = number in auction.holders

@@ -59,16 +59,20 @@ def check_run(folder: Path, contact_within_ns: int = NEVER_NS) -> list[Refusal]:
     Raises ValueError if the folder holds no scenario or no program of it declares an automaton.
     """
     data = load_run(folder)
-    return refusals(_automata(folder, data), data.events, data.ledger, data.signals, _showing(data), contact_within_ns)
+    automata = _automata(folder, data)
+    if not automata:
+        raise ValueError(f"{folder}: no program of its scenario declares an automaton")
+    return refusals(automata, data.events, data.ledger, data.signals, _showing(data), contact_within_ns)
 
 
 def graphs_of_run(folder: Path, period_ns: int, control: Collection[Pair] = ()) -> Iterator[Graphs]:
     """Yield who heard, saw and acted on whom in each interval of a run; `control` as in `Network`.
 
-    Raises ValueError as `check_run` does.
+    Raises ValueError if the folder holds no scenario.
     """
     data = load_run(folder)
-    network = Network(tuple(data.scenario["agents"]), _automata(folder, data), frozenset(control))
+    automata = _automata(folder, data)
+    network = Network(tuple(data.scenario["agents"]), automata, frozenset(control))
     changes = [change for _, change in _told(data.events, network.automata) if isinstance(change, ModeChange)]
     yield from graphs(network, contacts_of(data.ledger, _showing(data)), changes, period_ns, data.length_ns)
 
@@ -85,10 +89,7 @@ def _automata(folder: Path, data: RunData) -> dict[str, Automaton]:
     if not data.scenario:
         raise ValueError(f"{folder}: expected the folder of a run, with its scenario; {'; '.join(data.missing)}")
     agents = {name: msgspec.convert(agent, _Agent) for name, agent in data.scenario["agents"].items()}
-    found = automata_of(agents, data.scenario.get("team") or {}, Path(data.scenario["path"]).parent)
-    if not found:
-        raise ValueError(f"{folder}: no program of its scenario declares an automaton")
-    return found
+    return automata_of(agents, data.scenario.get("team") or {}, Path(data.scenario["path"]).parent)
 
 
 def _showing(data: RunData) -> set[str]:

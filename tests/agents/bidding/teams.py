@@ -67,9 +67,10 @@ class Team:
         with TemporaryDirectory() as folder:
             done = run(self.scenario(), host=host, out=Path(folder) / "run", report=False)
             data = load_run(Path(folder) / "run")
-            sent = zip(data.ledger.coded("sender").values(), data.ledger.ints("offered_ns").tolist(), strict=True)
+            sent = list(zip(data.ledger.coded("sender").values(), data.ledger.ints("offered_ns").tolist(), strict=True))
+            sizes = dict(zip(sent, data.ledger.ints("size_bytes").tolist(), strict=True))
             fates = set(data.ledger.fate.values())
-            return Ran(data, done.summary.ledger_hash, done.summary.holds, sorted(set(sent)), fates)
+            return Ran(data, done.summary.ledger_hash, done.summary.holds, sorted(set(sent)), sizes, fates)
 
 
 @dataclass
@@ -78,6 +79,7 @@ class Ran:
     hash: str
     holds: bool                             # no refusal of the sensors' automata either
     sent: list[tuple[str, int]]             # sender, instant
+    sizes: dict[tuple[str, int], int]       # bytes of the frame that was sent so
     fates: set[str]                         # of copies
 
     def told(self, *kinds: str) -> list[tuple[str, int, str]]:

@@ -48,6 +48,20 @@ def test_without_losses_the_greatest_bid_is_deployed_and_nobody_else():
     assert ran.told("two deployed", "nobody bids", "silent") == []
 
 
+def test_an_award_is_repeated_until_all_have_heard_it_or_as_often_as_losses_ask_for():
+    deaf = {"kind": "kill", "on": "s0", "at_ms": 20}                # it will never acknowledge
+    award, own_mode, deployed = 2 + 9 + 18, 18, 18                  # bytes: head, award and own mode; ...
+    windows_ns = DETECTED_NS + Team(FOUR, 2).timing.settings.window_ns
+
+    heard, unheard = (
+        [size for (name, at_ns), size in sorted(ran.sizes.items(), key=lambda sent: sent[0][1])
+         if name == BEST and at_ns > windows_ns][:4]
+        for ran in (Team(FOUR, 2).ran(), Team(FOUR, 2, faults=[deaf]).ran()))
+
+    assert heard == [award, 2 + own_mode + deployed, 2 + own_mode + deployed, 2 + deployed]
+    assert unheard == [award, award, award, 2 + deployed]
+
+
 def test_a_sensor_sends_in_its_slots_only_and_is_silent_when_nothing_is_due():
     team = Team(FOUR, parameters={"finishes_after_ns": 20 * MS})
 
@@ -165,6 +179,22 @@ def test_a_partition_during_the_bidding_deploys_two_and_after_it_one_lets_go(los
     assert ran.holds                                              # its automaton allows it
 
 
+def test_the_bound_of_healing_is_not_far_from_what_happens():
+    """Over the phases of a heartbeat, with every second frame lost both ways, more than half of the bound is needed."""
+    late = []
+
+    for phase in range(24):
+        impairments = [{"on": f"radio: {link}", "kind": "scripted_loss", "lose_frames": [phase % 2], "every": 2}
+                       for link in ("s3 -> s1", "s1 -> s3")]
+        heal_ms = 80 + 0.6 * phase
+        team = Team([[1.0], [2.0], [1.5], [3.0]], 1, impairments=impairments, length_ns=140 * MS,
+                    parameters={"heartbeat_rounds": 3}, faults=[cut((7.6, heal_ms), ["s0", "s1"], ["s2", "s3"])])
+        [(_, at_ns)] = team.ran().let_go()
+        late.append(at_ns - heal_ms * MS)
+
+    assert team.timing.healing_ns / 2 < max(late) <= team.timing.healing_ns
+
+
 def test_of_equal_bids_the_higher_number_lets_go_after_a_partition():
     team = Team([[2.0], [1.0], [2.0]], faults=[cut((7.6, 40), ["s0"], ["s1", "s2"])])
 
@@ -263,6 +293,22 @@ def test_a_deployed_sensor_that_has_much_to_tell_is_not_taken_for_dead():
     assert 10 * round_ns > 3 * team.timing.silence_ns
     assert ran.told("silent") == []
     assert len(ran.deployed()) == 1
+
+
+@pytest.mark.parametrize(("heal_ms", "who"), [(48.5, ["s1"]), (70, ["s1", "s0"])])
+def test_who_has_not_heard_that_a_task_is_finished_is_told_so_when_it_bids(heal_ms: float, who: list[str]):
+    # s1 finishes the task while s0 is cut off; s0 takes it for dead, and bids, or is deployed, before it hears again
+    team = Team(FOUR, 1, parameters={"finishes_after_ns": 20 * MS}, length_ns=120 * MS,
+                faults=[cut((37, heal_ms), ["s0"], ["s1", "s2", "s3"])])
+
+    ran = team.ran()
+
+    assert 37 * MS < ran.deployed()[0][1] + 20 * MS < 40 * MS
+    assert [node for node, _ in ran.deployed()] == who
+    assert ran.told("silent")[0][0] == "s0"
+    assert ran.told("mode")[-1][2].split(" at")[0] == "deployed -> waiting"
+    assert [node for node, at_ns, _ in ran.told("window open")] == ["s0", "s1", "s2", "s3", "s0"]
+    assert ran.holds
 
 
 def test_a_sensor_that_boots_again_hears_who_is_deployed_and_starts_nothing():

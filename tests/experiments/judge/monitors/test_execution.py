@@ -179,5 +179,6 @@ def test_without_an_automaton_there_is_nothing_to_check(folder: Path) -> None:
     assert scenario.guarantees == {}
     with pytest.raises(ValueError, match="no program of its scenario declares an automaton"):
         check_run(folder / "run")
+    assert [set(each.communication.edges) for each in graphs_of_run(folder / "run", 10**8)] == [{("b", "a")}] * 2
     with pytest.raises(ValueError, match="expected the folder of a run"):
         check_run(folder)
