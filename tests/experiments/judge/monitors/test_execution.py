@@ -10,7 +10,7 @@ import pytest
 from experiments.judge.executions import check_run, graphs_of_run
 from experiments.judge.run_data import load_run
 from experiments.run.runner import run
-from experiments.scenario import ScenarioError, load
+from experiments.scenario import ScenarioError, find, load
 
 PROGRAMS = '''
 from dataclasses import dataclass
@@ -182,3 +182,15 @@ def test_without_an_automaton_there_is_nothing_to_check(folder: Path) -> None:
     assert [set(each.communication.edges) for each in graphs_of_run(folder / "run", 10**8)] == [{("b", "a")}] * 2
     with pytest.raises(ValueError, match="expected the folder of a run"):
         check_run(folder)
+
+
+def test_on_a_sensing_medium_who_is_seen_is_no_sender(tmp_path: Path) -> None:
+    scenario = load(find("p3at_chases_p3at"), duration_s=1.0)
+    run(scenario, host="inline", out=tmp_path / "run", report=False)
+
+    [graphs] = graphs_of_run(tmp_path / "run", 10**9, control=[("evader", "pursuer"), ("drive", "evader")])
+
+    assert set(graphs.sensing.edges) == {("evader", "pursuer")}
+    assert ("evader", "pursuer") not in graphs.communication.edges
+    assert ("pursuer", "drive") in graphs.communication.edges           # setpoints, on CAN
+    assert graphs.unsupported() == [("drive", "evader")]
