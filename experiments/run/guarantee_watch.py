@@ -1,6 +1,6 @@
 """Judges the guarantees of a scenario after its run has ended or was aborted, from samples and events kept until then.
 
-    samples, events -> kept here, samples if a guarantee is about signals, sights or a formula
+    samples, events -> kept here, samples if a guarantee is about signals, sights, executions or a formula
     ledger closed -> monitors -> outcomes, one event for each violation -> signals closed
 
 In a run without guarantees it keeps no samples and no events.
@@ -18,6 +18,7 @@ from experiments.judge.frame_copies import FrameCopies
 from experiments.judge.monitors.judge import events, judge
 from experiments.judge.monitors.outcome import Outcome, Standing
 from experiments.judge.monitors.records import Records
+from experiments.scenario.automata import automata_of
 from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError, near
@@ -38,7 +39,10 @@ class GuaranteeWatch:
         self._events: list[Event] = []
         self._declared: Declared = {}
         needs = {MONITORS[guarantee.kind].ON for guarantee in scenario.guarantees.values()}
-        self._samples = KeptSamples() if needs & {Named.SIGNALS, Named.SIGHTS, Named.FORMULA} else None
+        self._samples = KeptSamples() if needs & {
+            Named.SIGNALS, Named.SIGHTS, Named.FORMULA, Named.EXECUTIONS} else None
+        self._automata = (automata_of(scenario.agents, scenario.team, scenario.folder)
+                          if Named.EXECUTIONS in needs else {})
         if self._samples is not None:
             feed.samples.append(self._samples.append)
         if scenario.guarantees:
@@ -90,7 +94,9 @@ class GuaranteeWatch:
         `dead_ns` are the intervals [start, end) in which faults had killed nodes, by node.
         """
         sights = {name: medium.settings for name, medium in self._scenario.media.items() if medium.settings.poses()}
-        records = Records(reached_ns, copies, self._signals(dead_ns), in_order(self._events), sights)
+        showing = frozenset(name for name, medium in self._scenario.media.items() if medium.settings.shows_bodies)
+        records = Records(reached_ns, copies, self._signals(dead_ns), in_order(self._events), sights, self._automata,
+                          showing)
         outcomes = judge(self._scenario.guarantees, records)
         for event in events(outcomes):
             self._feed.event(event)

@@ -12,6 +12,7 @@ from netem.core.kinds import Kinds
 
 MONITORS: Final = Kinds({
     "age_of_information": "experiments.judge.monitors.age_of_information:AgeOfInformation",
+    "execution": "experiments.judge.monitors.execution:Execution",
     "formula": "experiments.judge.monitors.formula:Formula",
     "in_view": "experiments.judge.monitors.in_view:InView",
     "inter_transmission_time": "experiments.judge.monitors.inter_transmission_time:InterTransmissionTime",

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 from experiments.scenario.formula.check import Known, check, links_of
 from experiments.scenario.guarantee_kinds import MONITORS
@@ -16,6 +16,8 @@ from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
 from experiments.scenario.subjects import Named, Subject, formula_subjects, subjects_of
+
+EXECUTIONS: Final = "executions"        # the guarantee that is added when programs declare automata
 
 
 @dataclass(frozen=True)
@@ -27,11 +29,13 @@ class GuaranteeHeader:
 
 
 class Guarantees:
-    """Reads the guarantees; `built` are the media without mistakes, `length_ns` and `sample_period_ns` of the run."""
+    """Reads the guarantees; `built` are the media without mistakes, `automata` the agents that declare an automaton,
+    `length_ns` and `sample_period_ns` those of the run.
+    """
 
     def __init__(self, reading: Reading, agents: Mapping[str, AgentSpec], media: Mapping[str, MediumSpec],
                  gateways: Collection[str], derived: Mapping[str, DerivedSpec], built: Mapping[str, Any],
-                 length_ns: int, sample_period_ns: int) -> None:
+                 automata: Collection[str], length_ns: int, sample_period_ns: int) -> None:
         self.reading = reading
         self.problems = reading.problems
         self.agents = agents
@@ -39,14 +43,25 @@ class Guarantees:
         self.gateways = gateways
         self.derived = derived
         self.built = built
+        self.automata = automata
         self.length_ns = length_ns
         self.sample_period_ns = sample_period_ns
 
     def read(self, tables: Mapping[str, Any]) -> dict[str, GuaranteeSpec]:
-        """Return the guarantees of known kinds, also those with mistakes, as expectations may refer to them."""
+        """Return the guarantees of known kinds, also those with mistakes, as expectations may refer to them.
+
+        If some programs declare automata and no table is about executions, a guarantee `EXECUTIONS` is added.
+        """
         links = self.links if tables else []
         found = {name: self._guarantee(name, table, links) for name, table in tables.items()}
-        return {name: guarantee for name, guarantee in found.items() if guarantee is not None}
+        known = {name: guarantee for name, guarantee in found.items() if guarantee is not None}
+        if self.automata and not any(MONITORS[each.kind].ON is Named.EXECUTIONS for each in known.values()):
+            if EXECUTIONS in tables:
+                self.problems.add(("guarantees", EXECUTIONS), "this is the name of the guarantee that is added when "
+                                  "programs declare automata; take another name")
+            elif (added := self._guarantee(EXECUTIONS, {"kind": "execution", "on": "*"}, ())) is not None:
+                known[EXECUTIONS] = added
+        return known
 
     def links_of(self, on: str) -> list[Subject]:
         """Return the links that a selector names, of those that exist at some time of the run; ValueError if none."""
@@ -81,15 +96,16 @@ class Guarantees:
         nodes_on = self._nodes_on()
         if cls.ON is Named.FORMULA:
             return self._formula(on, place)
+        reporting = self.automata if cls.ON is Named.EXECUTIONS else [*self.agents, *self.derived]
         if cls.ON.name == "SIGHTS":
             links = [link for link in links if self._shows(*link)]
         try:
-            subjects = tuple(subjects_of(cls.ON, on, nodes_on, links, [*self.agents, *self.derived]))
+            subjects = tuple(subjects_of(cls.ON, on, nodes_on, links, reporting))
         except ValueError as error:
             self.problems.add(place, str(error), on)
             return ()
         for node, *rest in subjects:
-            if node in self.derived and rest[0] not in self.derived[node].signals:
+            if rest and node in self.derived and rest[0] not in self.derived[node].signals:
                 known = near(rest[0], self.derived[node].signals)
                 self.problems.add(place, f"derived.{node} has no signal {rest[0]!r}; {known}", on)
         if cls.ON.name in ("SIGNALS", "SIGHTS") and self.sample_period_ns == 0:

@@ -16,6 +16,7 @@ from annotated_types import Ge, Gt
 
 from experiments.scenario import overrides as overriding
 from experiments.scenario.agents import Agents
+from experiments.scenario.automata import declared
 from experiments.scenario.costs import read_costs
 from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
@@ -91,7 +92,8 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     faults = read_faults(tables["faults"], agent_reader, agents, media, *((0, 1) if header is None else (
         header.seed, header.length_ns)), reading)
     derived = read_derived(tables["derived"], agents, reading)
-    guaranteeing = Guarantees(reading, agents, media, gateways, derived, network.built, *(
+    automata = declared(agent_reader.programs, tables["team"], problems)
+    guaranteeing = Guarantees(reading, agents, media, gateways, derived, network.built, automata, *(
         (NEVER_NS, 1) if header is None else (header.length_ns, header.sample_period_ns)))
     guarantees = guaranteeing.read(tables["guarantees"])
     recorded = [*agents, *gateways, *derived, *media]

@@ -30,6 +30,10 @@ NO_PROGRAM: Final = {
     inspect.isgeneratorfunction: "is a generator, which nobody would iterate; write blocking code, or a class whose "
                                  "method `run` yields",
 }
+_OF_A_SCENARIO: Final = ("scenario", "own"), "where `own` holds the agents that run this program, with their settings"
+QUESTIONS: Final = (
+    ("check", *_OF_A_SCENARIO), ("prepare", *_OF_A_SCENARIO),
+    ("automaton", ("settings", "team"), "which returns the hybrid automaton of an agent with these settings"))
 
 
 def import_program(program: str, folder: Path) -> Callable[..., Any]:
@@ -150,16 +154,16 @@ def parameters_of(program: Callable[..., Any]) -> tuple[Shape | None, str]:
 
 
 def _complaint_about_questions(program: type) -> str:
-    """Return a problem of the signature of `check` or `prepare`, "" if there is none."""
-    for name in ("check", "prepare"):
+    """Return a problem of the signature of `check`, `prepare` or `automaton`, "" if there is none."""
+    for name, given, meaning in QUESTIONS:
         asked: Callable[..., Any] | None = getattr(program, name, None)
         if asked is None:
             continue
         try:
-            inspect.signature(asked).bind("scenario", "own")
+            inspect.signature(asked).bind(*given)
         except TypeError:
-            return (f"{program.__name__}.{name}{inspect.signature(asked)}: expected {name}(scenario, own), where `own` "
-                    "holds the agents that run this program, with their settings")
+            here = f"{program.__name__}.{name}{inspect.signature(asked)}"
+            return f"{here}: expected {name}({', '.join(given)}), {meaning}"
     return ""
 
 

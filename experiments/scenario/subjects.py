@@ -1,4 +1,4 @@
-"""Resolves `on` of a guarantee: the links, senders, signals or events that a monitor watches.
+"""Resolves `on` of a guarantee: the links, senders, signals, events or executions that a monitor watches.
 
 Names may be shell patterns, as in a link selector. `radio: * -> *` means the links that exist at some time of the run;
 a link that is named but never exists is a mistake, as the monitor could not judge it.
@@ -27,6 +27,7 @@ class Named(Enum):
     EVENTS = "node.kind of event"               # (node, kind)
     FORMULA = "formula"                         # (formula,), then (selector, medium, sender, receiver) for each link
     SIGHTS = "medium: target -> observer"       # (sensing medium, body, observer)
+    EXECUTIONS = "node"                         # (node,)
 
 
 def formula_subjects(formula: str, links: Mapping[str, Sequence[LinkName]]) -> list[Subject]:
@@ -51,7 +52,7 @@ def subjects_of(named: Named, on: str, nodes_on: Mapping[str, Sequence[str]], li
     """Return the subjects that `on` names; ValueError with the reason if it names none.
 
     `nodes_on` are the nodes by medium, `links` those that exist at some time of the run, `reporting` the nodes and the
-    tables of derived signals.
+    tables of derived signals; for executions the agents whose programs declare an automaton.
     """
     if named is Named.LINKS:
         return _links(on, nodes_on, links, "link")
@@ -59,6 +60,8 @@ def subjects_of(named: Named, on: str, nodes_on: Mapping[str, Sequence[str]], li
         return _links(on, nodes_on, links, "pair of a body and its observer on a sensing medium")
     if named is Named.SENDERS:
         return _senders(on, nodes_on)
+    if named is Named.EXECUTIONS:
+        return [(found,) for found in _matching("agent whose program declares an automaton", on, reporting)]
     node, dot, name = on.partition(".")
     if not node or not dot or not name:
         raise ValueError(f'expected "{named.value}"')

@@ -33,6 +33,7 @@ class MediumSettings:
 
     strikable: ClassVar[frozenset[str]] = frozenset({"links"})      # parts that faults strike: Fault.strikes
     carries_can_frames: ClassVar[bool] = False      # True: a program opens its port with python-can
+    shows_bodies: ClassVar[bool] = False            # True: a copy is a sight of its sender, who sent nothing
     poses_key: ClassVar[Sequence[str]] = ("bodies",)    # where a scenario names what `poses` returns
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:

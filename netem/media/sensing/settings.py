@@ -15,6 +15,7 @@ from netem.media.sensing.field_of_view import FieldOfView, Obstacle
 @dataclass(frozen=True)
 class SensingSettings(MediumSettings):
     strikable: ClassVar = frozenset({"links", "sensor"})
+    shows_bodies: ClassVar = True
     exposure_period_ns: int                                 # exposures at 0, period, 2 period, ...
     latency_ns: int                                         # from an exposure to the arrival of its detections
     noise_m: float = 0.0                                    # standard deviation of x, y and z each

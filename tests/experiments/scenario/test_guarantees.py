@@ -96,8 +96,9 @@ below = 0.5
 EACH = [
     ('kind = "age_of_information"', 'kind = "age_of_informtion"',
      ['guarantees.fresh.kind="age_of_informtion": no such kind; did you mean "age_of_information"?']),
-    ('kind = "age_of_information"\n', "", ["guarantees.fresh.kind: is missing; there are age_of_information, formula, "
-                                           "in_view, inter_transmission_time, reported, signal, successive_losses"]),
+    ('kind = "age_of_information"\n', "", ["guarantees.fresh.kind: is missing; there are age_of_information, "
+                                           "execution, formula, in_view, inter_transmission_time, reported, signal, "
+                                           "successive_losses"]),
     ('on = "radio: r1 -> r2"\nbelow', "below", ["guarantees.fresh.on: is missing"]),
     ("below_ms = 50\n", "", ["guarantees.fresh.below_s: is missing; write it in one of below_s, below_ms, below_us, "
                              "below_ns"]),

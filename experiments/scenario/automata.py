@@ -1,0 +1,59 @@
+"""The hybrid automata that the programs of a scenario declare, by agent.
+
+    @staticmethod
+    def automaton(settings, team) -> Automaton      settings: None without `Settings`; team: the table [team] as written
+
+A class without this method has none. Programs record their changes of mode with `agents.hybrid.modes`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+from agents.hybrid.automaton import Automaton
+from experiments.scenario.own_modules import class_for
+from experiments.scenario.problems import Problems
+from firmware_sim.program_settings import build_settings
+
+
+class Runs(Protocol):
+    @property
+    def program(self) -> str: ...
+    @property
+    def parameters(self) -> dict[str, Any]: ...
+
+
+def automata_of(agents: Mapping[str, Runs], team: Mapping[str, Any], folder: Path) -> dict[str, Automaton]:
+    """Return the automaton of each agent whose program declares one; `folder` is that of the scenario."""
+    found = {}
+    for name, agent in agents.items():
+        program = class_for(agent.program, folder)
+        if (declare := getattr(program, "automaton", None)) is not None:
+            found[name] = declare(build_settings(program, agent.parameters), team)
+    return found
+
+
+def declared(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any], problems: Problems) -> list[str]:
+    """Return the agents whose programs declare an automaton; add a problem for each declaration that fails.
+
+    `programs` maps each class to the settings of its agents, None for settings with mistakes.
+    """
+    names = []
+    for cls, settings_of in programs.items():
+        if (declare := getattr(cls, "automaton", None)) is None:
+            continue
+        names += list(settings_of)
+        if problems.found:
+            continue
+        for name, settings in settings_of.items():
+            try:
+                found = declare(settings, team)
+            except Exception as error:
+                problems.say(f"agents.{name}: {cls.__name__}.automaton failed: {type(error).__name__}: {error}")
+            else:
+                if not isinstance(found, Automaton):
+                    problems.say(f"agents.{name}: {cls.__name__}.automaton returned {type(found).__name__}: expected "
+                                 "an Automaton")
+    return names

@@ -1,0 +1,86 @@
+"""Scenarios in which the protocol could not keep its bounds, each with the number that would do."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+
+from experiments.scenario import ScenarioError
+from tests.agents.bidding.teams import MS, RADIO, US, Team
+
+FOUR = [[1.0], [3.0], [2.0], [3.0]]
+
+
+def refused(of: Team, **changes: Any) -> str:
+    with pytest.raises(ScenarioError) as error:
+        of.scenario(**changes)
+    return "\n".join(line.removeprefix("team.toml: ") for line in error.value.problems)
+
+
+def test_a_window_shorter_than_its_frames_is_refused_with_the_number_that_would_do():
+    # 3 rounds of 4 slots of 0.6 ms until all have heard of the task, and a slot; as much for the bids
+    needed_ns = 2 * (3 * 4 * 600 * US + 600 * US)
+
+    said = refused(Team(FOUR, 2, parameters={"window_ns": needed_ns - 1}))
+
+    assert said == (f"window_ns={needed_ns - 1}: the bid window is shorter than its frames: 3 rounds of 4 slots of "
+                    "600000 ns until all have heard of it, and as many until all have heard the bids; take at least "
+                    f"{needed_ns} ns")
+    Team(FOUR, 2, parameters={"window_ns": needed_ns}).scenario()
+
+
+def test_a_slot_shorter_than_its_frame_is_refused_with_the_number_that_would_do():
+    # 69 bytes at 1 Mbit/s, and the receive latency
+    assert "take at least 572000 ns" in refused(Team(FOUR, parameters={"slot_ns": 572 * US - 1}))
+    Team(FOUR, parameters={"slot_ns": 572 * US}).scenario()
+
+
+def test_clocks_that_drift_apart_need_longer_slots_and_windows():
+    team = Team(FOUR, length_ns=1_000 * MS)
+    agents = {name: {"program": "agents.bidding.bidding_robot:BiddingRobot", "parameters": team.settings,
+                     "clock": {"drift_ppm": 50.0 if name == "s2" else -30.0, "offset_ns": 20 * US * (name == "s3")}}
+              for name in team.names}
+
+    with pytest.raises(ScenarioError) as error:
+        team.scenario(agents=agents)
+
+    slot, window = error.value.problems
+    assert "take at least 672000 ns" in slot                # 572 us, 20 us of offset, 80 us of drift in 1 s
+    assert f"take at least {round(team.timing.least_window_ns * (1 + 80e-6))} ns" in window
+
+
+@pytest.mark.parametrize(("changes", "said"), [
+    ({"team": {}}, "team.sensors=None: expected 2 to 254 names, each once"),
+    ({"team": {"sensors": ["s0", "s0", "s1", "s2", "s3"]}}, "each once"),
+    ({"team": {"sensors": ["s0", "s1", "s2", "s3", "s4"]}}, "team.sensors: s4: no such agents"),
+    ({"team": {"sensors": ["s0", "s1", "s2"]}}, "agents.s3: is not in team.sensors"),
+    ({"media": {"radio": RADIO | {"mac": "aloha"}}}, 'media.radio.mac="aloha": expected "none"'),
+    ({"media": {"radio": RADIO | {"max_payload_bytes": 68}}}, "a frame of so many tasks has up to 69 bytes"),
+    ({"media": {"other": RADIO}}, "media.radio: bidding needs a broadcast_radio of this name"),
+    ({"impairments": [{"on": "radio: s0 -> s1", "kind": "delay", "delay_ms": 3}]},
+     "delay_ns=0: impairments[0] delays a copy by up to 3000000 ns"),
+])
+def test_what_no_team_can_keep_is_refused(changes: dict[str, Any], said: str):
+    assert re.search(re.escape(said), refused(Team(FOUR), **changes))
+
+
+def test_sensors_with_other_times_are_refused():
+    team = Team(FOUR)
+    agents = {name: {"program": "agents.bidding.bidding_robot:BiddingRobot",
+                     "parameters": team.settings | ({"heartbeat_rounds": 9} if name == "s2" else {})}
+              for name in team.names}
+
+    assert "agents.s2.parameters.heartbeat_rounds=9: expected 2, as agents.s0 has it" in refused(team, agents=agents)
+
+
+@pytest.mark.parametrize("wrong", [{"slot_ns": 0}, {"heartbeat_rounds": 0}, {"max_successive_losses": -1},
+                                   {"most_tasks": 0}, {"rewards": [1e40]}])
+def test_numbers_out_of_range_are_refused(wrong: dict[str, Any]):
+    team = Team(FOUR)
+    agents = {name: {"program": "agents.bidding.bidding_robot:BiddingRobot", "parameters": team.settings | wrong}
+              for name in team.names}
+
+    with pytest.raises(ScenarioError, match="expected"):
+        team.scenario(agents=agents)
