@@ -41,7 +41,7 @@ class CTarget:
         if not (isfinite(self.radius_m) and self.radius_m > 0):
             raise ValueError(f"radius_m={self.radius_m}: expected more than 0")
         if not 0 < self.content < 1:
-            raise ValueError(f"cone_content={self.content}: a probability content between 0 and 1, both excluded, as 0.5")
+            raise ValueError(f"cone_content={self.content}: expected 0 < cone_content < 1, as 0.5")
 
     @property
     def slope(self) -> float:

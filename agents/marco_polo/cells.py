@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf, isfinite
 
 import numpy as np
 import shapely
@@ -36,7 +37,7 @@ class Cells:
     side_m: float
 
     def __post_init__(self) -> None:
-        if not 0 < self.side_m < float("inf"):
+        if not 0 < self.side_m < inf:
             raise ValueError(f"cell_m={self.side_m}: expected more than 0")
         for name, (low, high) in (("width", self.area.x_m), ("height", self.area.y_m)):
             count = max(1, round((high - low) / self.side_m))
@@ -63,12 +64,11 @@ class Cells:
         """Return the cell that contains a place; cells are half open, and a place outside counts as the nearest inside.
 
         ValueError for a place that is not finite."""
-        index = []
-        for value, (low, _), count in zip(place, (self.area.x_m, self.area.y_m), (self.columns, self.rows), strict=True):
-            if not abs(value) < float("inf"):
-                raise ValueError(f"place {place} m: expected finite coordinates")
-            index.append(min(max(int((value - low) // self.side_m), 0), count - 1))
-        return index[1] * self.columns + index[0]
+        if not (isfinite(place[0]) and isfinite(place[1])):
+            raise ValueError(f"place {place} m: expected finite coordinates")
+        column = int((place[0] - self.area.x_m[0]) // self.side_m)
+        row = int((place[1] - self.area.y_m[0]) // self.side_m)
+        return min(max(row, 0), self.rows - 1) * self.columns + min(max(column, 0), self.columns - 1)
 
     def centroid(self, cell: int) -> Place:
         """Return the middle [m] of a cell."""

@@ -1,4 +1,4 @@
-"""P_R of a sensor that stands: the probability that it detects a partially observed target (2.4), and observation cells.
+"""P_R (2.4) of a sensor that stands: the probability that it detects a partially observed target; observation cells.
 
 The target leaves its newest detection along a straight track whose heading is uniform within +-pi/2 of the track line.
 A sensor at q detects it if the track meets the field of view at some t >= tau:
@@ -32,10 +32,11 @@ def detection_probability(area: Area, track: TrackLine, places_m: ArrayLike, rad
     1 where the newest detection lies inside the field of view."""
     places, radii = fields_of_view(places_m, radius_m)
     low, high = seen(area, np.array([track.last]), np.array([track.heading_rad]), places, radii)
-    return (high[0] - low[0]) / pi
+    return np.asarray((high[0] - low[0]) / pi)
 
 
-def observation_cells(cells: Cells, free: Mask, track: TrackLine, radius_m: float, threshold: float) -> NDArray[np.intp]:
+def observation_cells(cells: Cells, free: Mask, track: TrackLine, radius_m: float,
+                      threshold: float) -> NDArray[np.intp]:
     """Return the free cells in which a sensor would detect the target with a probability above `threshold`."""
     if not 0 <= threshold < 1:
         raise ValueError(f"detection_threshold={threshold}: expected a probability, 0 <= threshold < 1, as 0.3")

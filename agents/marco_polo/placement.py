@@ -2,38 +2,40 @@
 
     maximize P_S^k   subject to   area coverage >= least,   platforms inside the area, side by side, not overlapping
 
-P_S^k has many local maxima. SciPy's generalized simulated annealing (`dual_annealing`) searches them with penalties for
-what violates a constraint; sequential quadratic programming (SLSQP) then climbs to the top of the hill, with the exact
-constraints. Each restart anneals anew, and the best result that satisfies the constraints is taken. SLSQP gets the
-gradient of P_S^k: the end of an interval counts where the number of others that contain it is exactly k - 1.
+P_S^k has many local maxima. SciPy's basin hopping anneals over them: sequential quadratic programming (SLSQP) climbs to
+a local maximum under the constraints, one or two sensors are put elsewhere or all are shifted, and the next local
+maximum is accepted by Metropolis' rule at a fixed temperature. SLSQP gets the gradients of both coverages; for P_S^k
+the end of an interval counts where the number of others that contain it is exactly k - 1.
 
-For the team of section 2.4 one restart takes about 15 s; use the result, do not compute it in a game.
+For the team of section 2.4 a hop takes some 0.5 s: keep the result, do not compute it in a game.
 Not modelled: obstacles and zones.
 
-Source: dissertation, sections 2.1 and 2.4; Xiang et al. 1997 (annealing); Kraft 1988 (SLSQP).
+Source: dissertation, sections 2.1 and 2.4; Wales and Doye 1997 (basin hopping); Kraft 1988 (SLSQP).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import dual_annealing, minimize
+from scipy.optimize import basinhopping
 
-from agents.marco_polo.area_coverage import area_coverage, greatest_area_coverage
+from agents.marco_polo.area_coverage import area_coverage, area_coverage_gradient, greatest_area_coverage
 from agents.marco_polo.sight import Floats, boundary, fields_of_view, seen
 from agents.marco_polo.track_coverage import Headings, track_coverage
 from agents.pursuit.law import Area
 
 SEARCH_CELLS = 80               # boundary cells and scan lines during the search
-SEARCH_LINES = 100
-RESULT_CELLS = 800              # of the result
-START_TEMPERATURE = 50.0        # SciPy's default, 5230, is for costs that differ by more than 1
-AREA_PENALTY = 3.0              # per share of the area missing: above the greatest gain in P_S^k
-OVERLAP_PENALTY_PER_M = 2.0
-AREA_MARGIN = 1e-3              # for the coarser scan lines of the search
+SEARCH_LINES = 200
+RESULT_CELLS = 800              # boundary cells for the coverage of a result
+AREA_MARGIN = 2e-4              # for the coarser scan lines of the search
+TEMPERATURE = 0.005             # a local maximum that is lower by this is accepted with probability 1/e
+SHIFT_M = 0.5                   # standard deviation of a shift of all sensors
+CLIMB_STEPS = 100               # of SLSQP, at most
 STEP_M = 1e-6                   # of the difference quotient of an interval's end
+OVERLAP_M = 1e-6                # of two platforms that counts as touching
 
 
 @dataclass(frozen=True)
@@ -44,26 +46,44 @@ class Placement:
 
 
 def place_sensors(area: Area, radii_m: ArrayLike, k: int, least_area_coverage: float, generator: np.random.Generator,
-                  *, platform_m: float = 0.5, headings: Headings = Headings.UNIFORM, restarts: int = 3,
-                  iterations: int = 1000) -> Placement:
+                  *, platform_m: float = 0.5, headings: Headings = Headings.UNIFORM, hops: int = 50) -> Placement:
     """Return the best placement found of m sensors; `generator` decides it.
 
-    ValueError if the radii cannot cover `least_area_coverage`, if k is not in 1 to m, or if no placement satisfies the
-    constraints."""
-    _, radii = fields_of_view(np.zeros((np.size(radii_m), 2)), radii_m)
+    ValueError if the radii cannot cover `least_area_coverage`, if k is not in 1 to m, if a platform does not fit into
+    the area, or if no placement that satisfies the constraints was found."""
+    _, radii = fields_of_view(np.zeros((np.size(radii_m), 2)), np.ravel(radii_m))
     problem = _Problem(area, radii, k, least_area_coverage, platform_m, headings)
+    low, high = np.array(problem.bounds).T
     best: Placement | None = None
-    for _ in range(restarts):
-        annealed = dual_annealing(problem.penalized, problem.bounds, maxiter=iterations, rng=generator,
-                                  no_local_search=True, initial_temp=START_TEMPERATURE).x
-        for x in (annealed, problem.climb(annealed)):
-            found = problem.placement(x)
-            if problem.satisfied(found) and (best is None or found.track_coverage > best.track_coverage):
-                best = found
+
+    def elsewhere(x: Floats) -> Floats:
+        """One or two sensors at random places, or all shifted."""
+        if generator.random() < 0.5:
+            return np.clip(x + generator.normal(0.0, SHIFT_M, x.shape), low, high)
+        moved = np.repeat(np.isin(np.arange(len(radii)), generator.choice(len(radii), generator.integers(1, 3))), 2)
+        return np.where(moved, generator.uniform(low, high), x)
+
+    def accept(*, x_new: Floats, **_: Any) -> bool:
+        nonlocal best
+        found = problem.placement(x_new)
+        if not problem.satisfied(found):
+            return False
+        if best is None or found.track_coverage > best.track_coverage:
+            best = found
+        return True
+
+    constraints = [{"type": "ineq", "fun": problem.spare_area, "jac": problem.spare_area_gradient}]
+    if len(radii) > 1:
+        constraints.append({"type": "ineq", "fun": problem.gaps_m})
+    local = {"method": "SLSQP", "jac": True, "bounds": problem.bounds, "constraints": constraints,
+             "options": {"maxiter": CLIMB_STEPS}}
+    search: Any = basinhopping                  # its stubs know neither jac=True nor constraints with a jac
+    search(problem.cost_and_gradient, generator.uniform(low, high), niter=hops, T=TEMPERATURE, take_step=elsewhere,
+           accept_test=accept, rng=generator, minimizer_kwargs=local)
     if best is None:
-        raise ValueError(f"least_area_coverage={least_area_coverage}: no placement found in {restarts} restarts that "
-                         f"covers it with platforms of {platform_m} m side by side; the radii cover at most "
-                         f"{greatest_area_coverage(area, radii):.4f} without overlap: lower it, or try more restarts")
+        raise ValueError(f"least_area_coverage={least_area_coverage}: no placement found in {hops} hops that covers it "
+                         f"with platforms of {platform_m} m side by side; the radii cover at most "
+                         f"{greatest_area_coverage(area, radii):.4f} without overlap: lower it, or take more hops")
     return best
 
 
@@ -75,8 +95,11 @@ class _Problem:
             raise ValueError(f"k={k}: {len(radii)} sensors give 1 to {len(radii)} detections of a track")
         limit = greatest_area_coverage(area, radii)
         if not 0 <= least <= limit:
-            raise ValueError(f"least_area_coverage={least}: the radii cover between 0 and {limit:.4f} of the area; take "
-                             "a value in between")
+            raise ValueError(f"least_area_coverage={least}: the radii cover at most {limit:.4f} of the area; take 0 to "
+                             "that")
+        narrow = min(area.x_m[1] - area.x_m[0], area.y_m[1] - area.y_m[0])
+        if not 0 <= platform_m < narrow:
+            raise ValueError(f"platform_m={platform_m}: expected 0 or more and less than the area's side, {narrow}")
         self.area, self.radii, self.k, self.least = area, radii, k, least
         self.platform_m, self.headings = platform_m, headings
         half = 0.5 * platform_m
@@ -89,38 +112,25 @@ class _Problem:
         return Placement(centres, float(covered[self.k - 1]), area_coverage(self.area, centres, self.radii))
 
     def satisfied(self, found: Placement) -> bool:
-        gaps = self._gaps(found.centres_m.ravel())
-        return found.area_coverage >= self.least and not (len(gaps) and gaps.min() < -1e-9)
+        return found.area_coverage >= self.least and bool(np.all(self.gaps_m(found.centres_m.ravel()) >= -OVERLAP_M))
 
-    def penalized(self, x: Floats) -> float:
-        centres = x.reshape(-1, 2)
-        covered = track_coverage(self.area, centres, self.radii, self.headings, SEARCH_CELLS)[self.k - 1]
-        missing = max(0.0, -self._spare_area(x))
-        overlap = float(np.sum(np.maximum(0.0, -self._gaps(x))))
-        return -float(covered) + AREA_PENALTY * missing + OVERLAP_PENALTY_PER_M * overlap
-
-    def climb(self, x: Floats) -> Floats:
-        """Return a local optimum near x."""
-        constraints = [{"type": "ineq", "fun": self._spare_area}]
-        if len(self.radii) > 1:
-            constraints.append({"type": "ineq", "fun": self._gaps})
-        found = minimize(self._cost_and_gradient, x, jac=True, method="SLSQP", bounds=self.bounds,
-                         constraints=constraints, options={"maxiter": 150})
-        low, high = np.array(self.bounds).T
-        return np.clip(found.x, low, high)
-
-    def _spare_area(self, x: Floats) -> float:
+    def spare_area(self, x: Floats) -> float:
         if self.least == 0.0:
             return 1.0
         return area_coverage(self.area, x.reshape(-1, 2), self.radii, SEARCH_LINES) - self.least - AREA_MARGIN
 
-    def _gaps(self, x: Floats) -> Floats:
+    def spare_area_gradient(self, x: Floats) -> Floats:
+        if self.least == 0.0:
+            return np.zeros(len(x))
+        return area_coverage_gradient(self.area, x.reshape(-1, 2), self.radii, SEARCH_LINES).ravel()
+
+    def gaps_m(self, x: Floats) -> Floats:
         """Distance [m] between each two platforms, squares with parallel sides; negative if they overlap."""
         centres = x.reshape(-1, 2)
         distances = np.max(np.abs(centres[:, None] - centres[None]), axis=-1)
         return np.asarray(distances[self.pairs] - self.platform_m)
 
-    def _cost_and_gradient(self, x: Floats) -> tuple[float, Floats]:
+    def cost_and_gradient(self, x: Floats) -> tuple[float, Floats]:
         """-P_S^k and its gradient, shape (2 m,): how each interval's ends move with the centre, where they count."""
         centres, count, k = x.reshape(-1, 2), len(self.radii), self.k
         edge = boundary(self.area, SEARCH_CELLS)

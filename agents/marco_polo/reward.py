@@ -8,8 +8,8 @@ cells; for a pursuit the only goal is the cell of the newest detection, and the 
 
 Differs from the dissertation:
 - (2.4) adds probabilities to metres; here weights are parameters and lengths are relative to the area's diagonal.
-- (2.4) is a reward of each edge, and cycles of positive reward have no longest path; here P_R and Delta P_S^k count once,
-  at the goal, and the route's length is the cost. A* then finds the best goal and the shortest route to it at once.
+- (2.4) is a reward of each edge, and with cycles of positive reward there is no best path; here P_R and Delta P_S^k
+  count once, at the goal, and the route's length is the cost. A* finds the best goal and the shortest route to it.
 - Figure 2.3, line 44, offers every sensor for the pursuit; the caller offers UGVs only, as the text has it.
 
 Source: dissertation, (2.4) and section 2.2.2.
@@ -79,7 +79,7 @@ def investigation_offer(sensor: Sensor, graph: ConnectivityGraph, track: TrackLi
 
 def pursuit_offer(sensor: Sensor, graph: ConnectivityGraph, track: TrackLine, detection: Place, k: int,
                   weights: RewardWeights = PURSUIT, boundary_cells: int = BOUNDARY_CELLS) -> Offer | None:
-    """Return the offer of driving to the newest detection, or to the reachable cell nearest to it; None if there is none."""
+    """Return the offer of driving to the newest detection, or to the reachable cell nearest to it; None without any."""
     start = _start(sensor, graph)
     goal = None if start is None else graph.nearest(detection, graph.reachable(start))
     return None if goal is None else _best(sensor, graph, track, k, [goal], weights, boundary_cells)

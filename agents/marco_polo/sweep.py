@@ -7,7 +7,8 @@ of view reaches from one boundary of the C-target to the other and not beyond. I
 
 A target with heading phi and speed v is at v t (cos phi, sin phi) from its newest detection. Between two turns of the
 sensor the relative motion is a straight line, and its point nearest to the sensor decides. P_R of the sweep is the mean
-over phi, uniform within +-pi/2, v, uniform between the limits, and the phase of the sensor, uniform: the midpoint rule.
+over phi, uniform within +-pi/2, v, uniform between the limits, and the phase of the sensor, uniform, over POINTS
+points of a lattice (quasi-Monte Carlo by additive recurrence, Roberts 2018): exact to about 0.003.
 
 (2.4) uses P_R of a sensor that stands (`detection_probability`); for a place on the bisector both are known, and the
 sweep is worth its way only if the sensor is fast enough.
@@ -23,8 +24,12 @@ from math import asin, inf, isfinite, pi
 import numpy as np
 
 from agents.marco_polo.c_target import CTarget
+from agents.marco_polo.cells import Mask
+from agents.marco_polo.sight import Floats
 
-HEADINGS, SPEEDS, PHASES = 240, 6, 8        # of the midpoint rule
+POINTS = 4096
+RECURRENCE = 1.324717957244746              # the plastic number, x^3 = x + 1
+STANDS = 0.01                               # an amplitude below this share of the radius counts as standing
 
 
 @dataclass(frozen=True)
@@ -41,7 +46,7 @@ class Sweep:
         return 4.0 * self.amplitude_m / self.speed_mps if self.amplitude_m else inf
 
     def across_m(self, time_s: float) -> float:
-        """Return the offset from the bisector, to its right, `time_s` after the sensor passed the bisector rightwards."""
+        """Return the offset [m] from the bisector, to its right, `time_s` after the sensor passed it rightwards."""
         if not self.amplitude_m:
             return 0.0
         turns = (time_s / self.period_s + 0.25) % 1.0
@@ -56,7 +61,8 @@ def plan_sweep(target: CTarget, along_m: float, speed_mps: float) -> Sweep:
         raise ValueError(f"along_m={along_m}: expected 0 or more; behind the newest detection there is no C-target")
     if not (isfinite(speed_mps) and speed_mps > 0):
         raise ValueError(f"speed_mps={speed_mps}: expected more than 0")
-    return Sweep(along_m, max(0.0, target.half_width_m(along_m) - target.radius_m), speed_mps)
+    amplitude_m = target.half_width_m(along_m) - target.radius_m
+    return Sweep(along_m, amplitude_m if amplitude_m > STANDS * target.radius_m else 0.0, speed_mps)
 
 
 def sweep_probability(sweep: Sweep, radius_m: float, target_mps: tuple[float, float], begin_s: float = 0.0) -> float:
@@ -72,18 +78,19 @@ def sweep_probability(sweep: Sweep, radius_m: float, target_mps: tuple[float, fl
     if not sweep.amplitude_m and not begin_s:
         return 1.0 if sweep.along_m <= radius_m else 2.0 * asin(radius_m / sweep.along_m) / pi
 
-    heading = ((np.arange(HEADINGS) + 0.5) / HEADINGS - 0.5)[:, None, None] * pi
-    speed = slowest + ((np.arange(SPEEDS) + 0.5) / SPEEDS)[None, :, None] * (fastest - slowest)
-    along, across = speed * np.cos(heading), speed * np.sin(heading)        # velocity of the target, per second
+    point = np.arange(POINTS)
+    heading = pi * ((point + 0.5) / POINTS - 0.5)
+    speed = slowest + (fastest - slowest) * ((0.5 + point / RECURRENCE) % 1.0)
+    along, across = speed * np.cos(heading), speed * np.sin(heading)        # velocity of the target
     if not sweep.amplitude_m:
         return float(np.mean(_meets(along * begin_s - sweep.along_m, across * begin_s, along, across, inf, radius_m)))
 
-    phase = ((np.arange(PHASES) + 0.5) / PHASES)[None, None, :] * sweep.period_s
+    phase = sweep.period_s * ((0.5 + point / RECURRENCE ** 2) % 1.0)
     half = 0.5 * sweep.period_s                     # from one turn of the sensor to the next
     reach = sweep.amplitude_m + radius_m
     last_s = np.minimum((sweep.along_m + radius_m) / along, reach / np.abs(across))     # nothing is met later
     first_s = np.maximum((sweep.along_m - radius_m) / along, begin_s)                   # nor earlier
-    met = np.zeros((HEADINGS, SPEEDS, PHASES), dtype=bool)
+    met = np.zeros(POINTS, dtype=bool)
     turn = np.floor((first_s + phase) / half)       # number of the sensor's last turn before
     while True:
         from_s = np.maximum(turn * half - phase, first_s)
@@ -98,9 +105,8 @@ def sweep_probability(sweep: Sweep, radius_m: float, target_mps: tuple[float, fl
         turn = turn + 1
 
 
-def _meets(x: np.ndarray, y: np.ndarray, vx: np.ndarray, vy: np.ndarray, during_s: np.ndarray | float,
-           radius_m: float) -> np.ndarray:
+def _meets(x: Floats, y: Floats, vx: Floats, vy: Floats, during_s: Floats | float, radius_m: float) -> Mask:
     """Whether points at (x, y) that move with (vx, vy) come within the radius of the origin during a time."""
     nearest = np.clip(-(x * vx + y * vy) / (vx * vx + vy * vy), 0.0, during_s)
-    return (x + vx * nearest) ** 2 + (y + vy * nearest) ** 2 <= radius_m ** 2
+    return np.asarray((x + vx * nearest) ** 2 + (y + vy * nearest) ** 2 <= radius_m ** 2)
 

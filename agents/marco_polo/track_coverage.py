@@ -56,7 +56,7 @@ def track_coverage(area: Area, centres_m: ArrayLike, radii_m: ArrayLike, heading
     ends, depth = _sorted_ends(headings.share(low), headings.share(high))
     measure = np.diff(ends, axis=1) * edge.weights[:, None]
     exactly = np.bincount(depth.ravel(), weights=measure.ravel(), minlength=count + 1)
-    return np.cumsum(exactly[:0:-1])[::-1]
+    return np.asarray(np.cumsum(exactly[:0:-1])[::-1], dtype=float)
 
 
 def coverage_with(area: Area, centres_m: ArrayLike, radii_m: ArrayLike, k: int, places_m: ArrayLike, radius_m: float,

@@ -44,9 +44,10 @@ class TrackLine:
 def fit_track(detections: Sequence[Place], area: Area | None = None) -> TrackLine:
     """Return the track line of detections in the order of their time stamps.
 
-    One detection has no line: with `area` the heading is then the normal of the nearest wall, about which the heading of
-    a target that has just entered is uniform. ValueError for no detection, for one without `area`, for detections that
-    are not finite, or that all coincide."""
+    One detection has no line: with `area` the heading is then the normal of the nearest wall, about which the heading
+    of a target that has just entered is uniform.
+
+    ValueError for no detection, one without `area`, detections that are not finite, or that all coincide."""
     count = len(detections)
     if count == 0 or (count == 1 and area is None):
         raise ValueError(f"{count} detections: a track line needs 2 or more, or 1 and the area")
