@@ -118,8 +118,8 @@ def check_exits(cells: Cells, ugv_starts: Mapping[str, Place], obstacles: Sequen
                          f"{_told([cells.centroid(int(np.flatnonzero(graph.free)[0]))])}")
     to = cells.centroid(near)
     away = hypot(to[0] - exit_place[0], to[1] - exit_place[1])
-    raise ValueError(f"{place}: the exit at {_told([exit_place])}, and {len(missed) - 1} more, cannot be reached by any of "
-                     f"the UGVs {sorted(ugv_starts)}; the nearest place that can is {_told([to])}, {away:.3g} m away: "
+    raise ValueError(f"{place}: the exit at {_told([exit_place])}, and {len(missed) - 1} more, is out of reach of all "
+                     f"UGVs, {sorted(ugv_starts)}; the nearest place within is {_told([to])}, {away:.3g} m away: "
                      f"open a gap of {max(platform_m, cells.side_m):g} m between them, or start a UGV beyond")
 
 

@@ -3,7 +3,8 @@
 A target crosses a disc of radius r along a chord of length L = 2 sqrt(r^2 - h^2), h uniform in [0, r), and is exposed
 every s metres of its way, with a uniform phase. It is missed with probability max(0, 1 - L / s), so
 
-    share = 1 - h0 / r - (2 / (r s)) integral from h0 to r of sqrt(r^2 - h^2) dh,   h0 = sqrt(max(0, r^2 - s^2 / 4))
+    share = 1 - w - (asin(x) / x - w) / 2       with x = s / (2 r) <= 1, w = sqrt(1 - x^2)
+    share = 1 - pi r / (2 s)                    with s >= 2 r: pi r / 2 is the mean chord
 
 Differs from the dissertation: "continuous" detection (section 2.1) has exposures here; the share says what that costs.
 """
@@ -18,9 +19,8 @@ def missed_share(radius_m: float, speed_mps: float, exposure_s: float) -> float:
     for name, value in (("radius_m", radius_m), ("speed_mps", speed_mps), ("exposure_s", exposure_s)):
         if not (isfinite(value) and value > 0):
             raise ValueError(f"{name}={value}: expected more than 0")
-    r, s = radius_m, speed_mps * exposure_s
-    h0 = sqrt(max(0.0, r * r - 0.25 * s * s))
-    if h0 == r:                     # s^2 vanishes beside r^2
-        return 0.0
-    cap = 0.5 * (0.5 * pi * r * r - h0 * sqrt(r * r - h0 * h0) - r * r * asin(h0 / r))
-    return min(1.0, max(0.0, 1.0 - h0 / r - 2.0 * cap / (r * s)))
+    x = speed_mps * exposure_s / (2.0 * radius_m)
+    if x >= 1.0:
+        return 1.0 - pi / (4.0 * x)
+    w = sqrt(1.0 - x * x)
+    return max(0.0, x * x / (1.0 + w) - 0.5 * (asin(x) / x - w))
