@@ -11,7 +11,7 @@ from tests.agents.marco_polo.layouts import AREA, RADII
 
 
 def test_one_sensor_is_placed_as_well_as_on_the_finest_grid():
-    found = place_sensors(AREA, [1.5], 1, 0.0, np.random.default_rng(1), hops=8)
+    found = place_sensors(AREA, [1.5], 1, 0.0, np.random.default_rng(1), hops=30)
 
     grid = np.linspace(0.25, 9.75, 39)
     best = max(track_coverage(AREA, [(x, y)], [1.5], boundary_cells=800)[0] for x in grid for y in grid)
@@ -48,7 +48,8 @@ def test_the_placement_of_the_team_reaches_the_figures_of_the_specification(leas
 
 
 @pytest.mark.parametrize(("arguments", "why"), [(([1.0, 1.0], 3, 0.0), "k=3"), (([1.0, 1.0], 0, 0.0), "k=0"),
-                                                (([1.0, 1.0], 2, 0.07), "at most 0.0628"), (([1.0], 1, -0.1), "at most")])
+                                                (([1.0, 1.0], 2, 0.07), "at most 0.0628"),
+                                                (([1.0], 1, -0.1), "at most")])
 def test_a_placement_that_cannot_be_is_refused(arguments, why):
     with pytest.raises(ValueError, match=why):
         place_sensors(AREA, *arguments, np.random.default_rng(1))
