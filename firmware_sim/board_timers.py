@@ -14,7 +14,7 @@ from typing import Any
 from simpy.events import Event, Timeout
 
 from firmware_sim.local_clock import LocalClock
-from netem.node.environment import NodeEnvironment, call_in
+from netem.node.environment import NodeEnvironment, call_in, timeout_in
 from netem.node.node import Node
 from netem.wire.instants import NEVER_NS
 
@@ -52,7 +52,8 @@ class Timers:
         """
         env, clock = self._env, self._clock
         true_ns = clock.true_at(local_ns)
-        timeout = Timeout(env, max(0, true_ns - env.now_ns))
+        now_ns: int = env.now_ns
+        timeout = timeout_in(env, true_ns - now_ns if true_ns > now_ns else 0)
         if silent_until_ns is None:
             silent_ns = true_ns
         elif silent_until_ns >= NEVER_NS:
@@ -75,10 +76,11 @@ class Timers:
 
     def withdraw_silence(self, true_ns: int) -> None:
         """Note that a timer armed with `note_silence(true_ns)` rang or was cancelled."""
-        for index, (noted_ns, _) in enumerate(self._earlier):
-            if noted_ns == true_ns:
-                del self._earlier[index]
-                return
+        if self._earlier:
+            for index, (noted_ns, _) in enumerate(self._earlier):
+                if noted_ns == true_ns:
+                    del self._earlier[index]
+                    return
         self._silences.remove(true_ns)
 
     def change_clock(self, change: Callable[[], object]) -> None:

@@ -8,9 +8,12 @@ that wait for the channel wait in that medium's queue (`mac = "csma"`, `queue_fr
 line in that medium's `buffer_bytes`. The modem does not interpret the bytes: it may cut a MAVLink frame in two, and the
 radio may lose one half.
 
-The modem measures silence from the end of a chunk of the serial line. Chunks have at most `idle_bytes` bytes
-(`chunk_bytes` of the medium), so bytes without a gap never count as silence, and silence begins exactly at the end of
-the last byte. A full packet is sent late by less than a chunk.
+Either the serial line measures silence, as a UART with DMA does, or the modem. The line does with its `idle_bytes`, and
+with `chunk_bytes` as large as a packet: what it delivers is a packet, and the modem has `idle_bytes` 0. The modem
+measures it from the end of a chunk of a line without `idle_bytes`. Such chunks have at most the modem's `idle_bytes`
+bytes, so bytes without a gap never count as silence, and silence begins exactly at the end of the last byte; but a
+chunk that begins within that time and ends after it is late for the packet. A full packet is sent late by less than a
+chunk.
 
 Source: Digi, XBee/XBee-PRO RF Modules - 802.15.4, product manual 90000982 (2009): parameter RO, 3 character times by
 default, and at most 100 bytes in a packet.
@@ -20,41 +23,15 @@ Not modelled: acknowledgements and retries of unicast (it broadcasts), command m
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar
 
 from firmware_sim.board import Board
+from firmware_sim.radio_modem_settings import ModemSettings
 from firmware_sim.scenario_view import Own, ScenarioView
-
-SECOND_NS: Final = 1_000_000_000
-PACKET_BYTES: Final = 100
-IDLE_BYTES: Final = 3
-
-
-@dataclass(frozen=True)
-class ModemSettings:
-    serial: str                         # name of the port to the serial line
-    radio: str                          # name of the port to the radio
-    baud_bps: int                       # of the serial line
-    bits_per_byte: int = 10
-    packet_bytes: int = PACKET_BYTES    # size of a full packet, which is sent at once
-    idle_bytes: int = IDLE_BYTES        # byte times of silence after which any packet is sent; 0: at once
-
-    def __post_init__(self) -> None:
-        if self.baud_bps < 1 or self.bits_per_byte < 1:
-            raise ValueError(f"baud_bps={self.baud_bps}, bits_per_byte={self.bits_per_byte}: expected at least 1")
-        if self.packet_bytes < 1:
-            raise ValueError(f"packet_bytes={self.packet_bytes}: expected at least 1")
-        if self.idle_bytes < 0:
-            raise ValueError(f"idle_bytes={self.idle_bytes}: expected 0 (send at once) or more")
-
-    @property
-    def idle_ns(self) -> int:
-        return -(-self.idle_bytes * self.bits_per_byte * SECOND_NS // self.baud_bps)
 
 
 class RadioModem:
-    Settings = ModemSettings
+    Settings: ClassVar = ModemSettings
 
     def __init__(self, board: Board, settings: ModemSettings) -> None:
         self._board, self._settings = board, settings
@@ -103,8 +80,12 @@ class RadioModem:
                     yield (f"agents.{name}.parameters.{key}={port}: expected a {expected}; there are "
                            f"{', '.join(there) or 'none'}")
             if settings.serial in serial:
-                clock, chunk = serial[settings.serial]
-                if settings.idle_bytes and not 1 <= chunk <= settings.idle_bytes:
+                clock, chunk, idle = serial[settings.serial]
+                if idle and (settings.idle_bytes or chunk != settings.packet_bytes):
+                    yield (f"media.{settings.serial}: delivers packets, after idle_bytes={idle} of silence: expected "
+                           f"chunk_bytes = {settings.packet_bytes} there, as packet_bytes here, and idle_bytes = 0 in "
+                           f"agents.{name}.parameters; found {chunk} and {settings.idle_bytes}")
+                elif settings.idle_bytes and not 1 <= chunk <= settings.idle_bytes:
                     yield (f"media.{settings.serial}.chunk_bytes={chunk}: expected 1 to {settings.idle_bytes}, or "
                            f"{name} takes a chunk that is under way for {settings.idle_bytes} byte times of silence")
                 if (settings.baud_bps, settings.bits_per_byte) != (clock.baud_bps, clock.bits_per_byte):

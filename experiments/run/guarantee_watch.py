@@ -16,7 +16,6 @@ import msgspec
 from experiments.judge.derived_signals import derive
 from experiments.judge.frame_copies import FrameCopies
 from experiments.judge.monitors.judge import events, judge
-from experiments.judge.monitors.kept_samples import KeptSamples
 from experiments.judge.monitors.outcome import Outcome, Standing
 from experiments.judge.monitors.records import Records
 from experiments.scenario.guarantee_kinds import MONITORS
@@ -25,6 +24,7 @@ from experiments.scenario.problems import ScenarioError, near
 from experiments.scenario.subjects import Named
 from netem.records import Feed
 from netem.records.events import Event, in_order
+from netem.records.kept_samples import KeptSamples
 from netem.records.signal_table import SignalTable, with_deaths
 
 Declared = Mapping[str, Sequence[tuple[str, str]]]

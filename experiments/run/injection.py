@@ -3,8 +3,9 @@
     marconet fault RUN KIND key=value ...  --run.faults, a Unix socket that only its owner may open--> pace of the run
                                            <--where and when, or why not--
 
-A fault begins at the instant of its arrival, or at the earliest that no window of the run has passed. It is written to
-`injected.toml` in the run folder, as a table [[faults]] with its instant; appended to the scenario it repeats the run.
+A fault begins at the instant of its arrival, or at the earliest that no window of the run has passed. It joins the
+faults in `scenario.json` of the run folder, and is written to `injected.toml` there, as a table [[faults]] with its
+instant; appended to the scenario it repeats the run.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from experiments.scenario.faults import has_execution_time, read_fault, site_of
 from experiments.scenario.model import FaultSpec, Scenario
 from experiments.scenario.own_modules import class_for
 from experiments.scenario.plant_parameters import plant_names
-from experiments.scenario.problems import Problems
+from experiments.scenario.problems import Problems, path_text
 from experiments.scenario.sections import Reading
 from experiments.scenario.toml_text import toml_text
 from netem.emulator.conductor import Conductor
@@ -150,9 +151,13 @@ class Injection:
                                   "before the run: write it into the scenario")
         occurrence, = spec.occurrences
         self._names.add(spec.name)
+        faults = self._scenario.faults
+        spec = msgspec.structs.replace(spec, place=path_text(("faults", len(faults))))
+        self._scenario = msgspec.structs.replace(self._scenario, faults=(*faults, spec))
         self._world.occurs(spec.settings, spec.cause, spec.targets, Occurrence(*occurrence))
         with (self._folder / INJECTED).open("a", encoding="utf-8") as file:
             file.write("[[faults]]\n" + "".join(f"{key} = {toml_text(value)}\n" for key, value in table.items()) + "\n")
+        SCENARIO.write(self._folder, self._scenario.resolved())
         return Answer(name=spec.name, at_ns=at_ns)
 
     def _read(self, table: Mapping[str, Any]) -> FaultSpec:

@@ -1,9 +1,9 @@
-"""A run that meets the fates of an earlier one: recorded losses and delays instead of impairments, and node faults.
+"""A run that meets the fates of an earlier one: recorded losses and delays instead of impairments, and its faults.
 
     ledger of the earlier run --each link, by number or by instant--> ReplayedLinks
-    its scenario --faults of nodes, at the instants at which they occurred--> the faults of this run
+    its scenario --faults of nodes and media, at the instants at which they occurred--> the faults of this run
 
-Faults of links are among the recorded fates already.
+Faults of links are among the recorded fates already. Those that came from outside are in the scenario of their run.
 """
 
 from __future__ import annotations
@@ -16,10 +16,12 @@ import msgspec
 import pyarrow as pa
 
 from experiments.judge.recorded_fates import recorded_fates
+from experiments.judge.recorded_faults import recorded_faults
 from experiments.judge.run_files import LEDGER, SCENARIO
+from experiments.scenario.faults import site_of
 from experiments.scenario.model import FaultSpec, Scenario
 from netem.core.link_name import LinkName
-from netem.faults.table import FAULTS
+from netem.faults import Fault, Site
 from netem.media.links import Deliver
 from netem.media.replayed_links import RecordedFrame, ReplayedLinks
 from netem.records.ledger import Ledger
@@ -35,7 +37,7 @@ class NoFates(ValueError):
 
 @dataclass(frozen=True)
 class Replay:
-    """The recorded frames of an earlier run by link, how frames of this run find theirs, and the faults of nodes."""
+    """The recorded frames of an earlier run by link, how frames of this run find theirs, and the faults that act."""
 
     folder: Path
     recorded: dict[LinkName, list[RecordedFrame]]
@@ -64,16 +66,20 @@ def replay_of(folder: Path, scenario: Scenario, match: Match = "number") -> Repl
 
 
 def _faults(old: dict[str, Any], scenario: Scenario) -> list[FaultSpec]:
-    found = []
-    for table in old.get("faults") or ():
-        cls = FAULTS[table["kind"]]
-        if cls.on != "nodes":
-            continue
-        targets = tuple(tuple(target) for target in table["targets"] if target[0] in scenario.agents)
-        found.append(FaultSpec(table["place"], table["name"], table["kind"], table["on"], targets,
-                               msgspec.convert(table["settings"], cls),
-                               tuple((start_ns, end_ns) for start_ns, end_ns in table["occurrences"]), True))
+    """Return the faults of the earlier run that act again, on those of their targets that this scenario has."""
+    site = site_of(scenario.agents, scenario.media, {}, ())
+    found = [msgspec.structs.replace(spec, at_random=True, targets=tuple(
+                 target for target in spec.targets if _is_there(spec.settings, target, site)))
+             for spec in recorded_faults(old) if spec.settings.acts_again()]
     return [spec for spec in found if spec.targets]
+
+
+def _is_there(fault: Fault, target: tuple[str, ...], site: Site) -> bool:
+    if fault.on == "nodes":
+        return target[0] in site.nodes
+    medium, *nodes = target
+    return (fault.strikes in site.strikable.get(medium, ()) and set(nodes) <= set(site.nodes_on[medium])
+            and not fault.refusal(target, site))
 
 
 def told(replay: Replay, links: ReplayedLinks) -> str:

@@ -17,7 +17,6 @@ from typing import Protocol
 
 from experiments.judge.derived_signals import derive
 from experiments.judge.frame_copies import FrameCopies
-from experiments.judge.monitors.kept_samples import KeptSamples
 from experiments.judge.monitors.outcome import Outcome
 from experiments.judge.run_data import RunData, load_run
 from experiments.judge.run_files import GUARANTEES, LEDGER, RUN, SCENARIO, SUMMARY, Json
@@ -29,6 +28,7 @@ from netem.core.fate import Fate
 from netem.media.medium import Medium
 from netem.records import Feed, Place
 from netem.records.events import Event, in_order
+from netem.records.kept_samples import KeptSamples
 from netem.records.ledger import Ledger, LedgerResult
 from netem.records.ledger_in_memory import LedgerInMemory
 from netem.records.signal_table import with_deaths

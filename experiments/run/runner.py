@@ -86,7 +86,7 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
     `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
     what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
-    scenario's impairments, and nodes its faults.
+    scenario's impairments, and its faults act instead of the scenario's.
     Raises NeedsProcess, NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop or ConservationError
     after it, with the records written.
     """
@@ -96,6 +96,8 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     if scenario.gateways and not real_time:
         raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take "
                             "part, which needs real time: run it with --real-time")
+    if replay is not None:
+        scenario = msgspec.structs.replace(scenario, faults=replay.faults)
     path = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
     folder = RunFolder.claim(path, overwrite=overwrite)
     try:
@@ -159,8 +161,6 @@ class _Run:
                  progress: Callable[[Progress], None] | None = None, *, command_s: float,
                  specifications: Mapping[str, NodeSpecification] | None = None, shuffle_start: int | None = None,
                  real_time: bool = False, under_way: UnderWay | None = None, replay: Replay | None = None) -> None:
-        if replay is not None:
-            scenario = msgspec.structs.replace(scenario, faults=replay.faults)
         self.scenario = scenario
         self.replay = replay
         self.host_name = host

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.scenario.agents import Agents
-from experiments.scenario.model import AgentSpec, FaultSpec, MediumSpec
+from experiments.scenario.model import AgentSpec, FaultSpec, MediumSpec, positions
 from experiments.scenario.plant_parameters import PlantNames
 from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.refusals import refuse
@@ -53,12 +53,14 @@ def read_faults(tables: Sequence[Any], reader: Agents, agents: Mapping[str, Agen
     return tuple(found)
 
 
-def site_of(agents: Collection[str], media: Mapping[str, MediumSpec], plants: Mapping[str, PlantNames],
+def site_of(agents: Mapping[str, AgentSpec], media: Mapping[str, MediumSpec], plants: Mapping[str, PlantNames],
             timed: Collection[str]) -> Site:
     """Return the names that faults can be about; `timed` has the agents whose programs have execution times."""
+    known = {name: medium.settings for name, medium in media.items() if medium.settings is not None}
     return Site(tuple(agents), {name: medium.nodes for name, medium in media.items()},
-                {name: medium.settings.links_to_themselves() for name, medium in media.items()
-                 if medium.settings is not None}, plants, timed)
+                {name: settings.links_to_themselves() for name, settings in known.items()}, plants, timed,
+                {name: settings.strikable for name, settings in known.items()},
+                {name: settings.located(positions(media[name].nodes, agents)) for name, settings in known.items()})
 
 
 def has_execution_time(program: Any) -> bool:

@@ -26,7 +26,7 @@ def refuse(error: Exception, table: Any, place: Place, problems: Problems) -> No
         if named is None or key is None:
             problems.say(f"{path_text(problems.written_at(place))}: {line}")
         elif key == named[1]:
-            value = value_text(table[key]) if isinstance(table[key], str) else named[2]
+            value = value_text(table[key]) if isinstance(table[key], str | dict) else named[2]
             problems.say(f"{path_text(problems.written_at((*place, key)))}={value}: {line[named.end():]}")
         else:
             written = f"{path_text(problems.written_at((*place, key)))}={value_text(table[key])}"

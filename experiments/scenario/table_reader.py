@@ -188,7 +188,13 @@ class TableReader:
         by_tag = {tag: member for member in members for tag in get_args(shape_of(member).hints[key])}
         tag = table.get(key)
         if isinstance(tag, str) and tag in by_tag:
-            return self.value(by_tag[tag], table, place)
+            owners = {name: owner for owner, member in by_tag.items() for name in shape_of(member).field_of}
+            strange = [name for name in table if name in owners and name not in shape_of(by_tag[tag]).field_of]
+            for name in strange:
+                remedy = f"{key} = {value_text(owners[name])} has it"
+                self.problems.add((*place, name), f"unknown key; {remedy}", table[name])
+            found = self.value(by_tag[tag], {name: table[name] for name in table if name not in strange}, place)
+            return WRONG if strange else found
         if key in table:
             self.problems.add((*place, key), f"no such {key}; {near(tag, by_tag)}", tag)
         else:

@@ -48,9 +48,11 @@ class Base:
 
     @classmethod
     def of(cls, path: Path, seed: int | None = None, duration_s: float | None = None,
-           overrides: Sequence[str] = ()) -> Base:
-        """Read the file; ScenarioError lists what is wrong."""
+           overrides: Sequence[str] = (), injected: Sequence[Any] = ()) -> Base:
+        """Read the file; ScenarioError lists what is wrong. `injected` has tables [[faults]] to be added."""
         tables, question = read(path)
+        if injected:
+            tables["faults"] = [*tables.get("faults", ()), *injected]
         given = {key: value for key, value in (("seed", seed), ("length_s", duration_s)) if value is not None}
         scenario = load_tables(deepcopy(tables), question, path, overrides=overrides, values=given)
         _apply(path, tables, overrides, given)

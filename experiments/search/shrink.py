@@ -10,6 +10,7 @@ would be too small for the reason alone that the run is short.
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,7 +20,7 @@ import msgspec
 import pyarrow as pa
 
 from experiments.judge.figures import Figures
-from experiments.judge.run_files import SCENARIO, SUMMARY
+from experiments.judge.run_files import INJECTED, SCENARIO, SUMMARY
 from experiments.judge.run_result import Summary
 from experiments.scenario.blocking_programs import blocks
 from experiments.scenario.metric_keys import GUARANTEE
@@ -98,11 +99,18 @@ def _base_of(folder: Path, overrides: tuple[str, ...], expectation: str) -> tupl
         raise CannotShrink(f"{folder}: every expectation holds, so there is no failure to make smaller")
     path = Path(old["path"])
     length_s = old["length_ns"] / 1e9
-    base = Base.of(path, old["seed"], length_s, overrides)
+    base = Base.of(path, old["seed"], length_s, overrides, _injected(folder))
     if difference := _difference(old, base.scenario.resolved()):
         raise CannotShrink(f"{folder}: its {difference} is not what {path.name} says now: give the --set of that run, "
                            "or run the file again if it has changed since")
     return base, "" if summary.failure and not expectation else expectation or failing[0]
+
+
+def _injected(folder: Path) -> list[Any]:
+    """Return the faults that came from outside while the run was going on, as tables [[faults]]."""
+    file = folder / INJECTED
+    found: list[Any] = tomllib.loads(file.read_text(encoding="utf-8"))["faults"] if file.exists() else []
+    return found
 
 
 def _difference(old: Any, new: Any, place: tuple[str | int, ...] = ()) -> str:

@@ -13,7 +13,7 @@ Not modelled: noise and bias of the inertial sensors (the attitude is that of a 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from simpy.events import Event
 
@@ -48,8 +48,8 @@ NO_PLANT: Final = 'an autopilot needs a plant, as plant = { fmu = "quadrotor", p
 
 
 class Autopilot:
-    Settings = AutopilotSettings
-    has_execution_time = True
+    Settings: ClassVar = AutopilotSettings
+    has_execution_time: ClassVar = True
 
     def __init__(self, board: Board, settings: AutopilotSettings) -> None:
         self._settings, self._board = settings, board

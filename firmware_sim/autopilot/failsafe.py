@@ -10,7 +10,7 @@ and the vehicle stays at its place until the ground commands something else. A l
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from firmware_sim.autopilot.modes import MODES
 from firmware_sim.autopilot.vehicle import Mode, Parameters
@@ -30,11 +30,11 @@ class Silences:
     position_needed: bool
 
 
-@dataclass
 class Failsafe:
-    parameters: Parameters
-    acting: str = ""                                    # text of the failsafe in force; "": none
-    _held_ns: int = field(default=0, init=False)        # start of the hold after a loss of the link
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters = parameters
+        self.acting = ""            # text of the failsafe in force; "": none
+        self._held_ns = 0           # start of the hold after a loss of the link
 
     def clear(self) -> None:
         self.acting = ""

@@ -15,7 +15,7 @@ Not modelled: motor current, faults of encoders, a watchdog in hardware, setpoin
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from simpy.events import Event
 
@@ -47,8 +47,8 @@ NO_PLANT: Final = 'a drive controller needs a plant, as plant = { fmu = "unicycl
 
 
 class DriveController:
-    Settings = DriveSettings
-    has_execution_time = True
+    Settings: ClassVar = DriveSettings
+    has_execution_time: ClassVar = True
 
     def __init__(self, board: Board, settings: DriveSettings) -> None:
         self._settings, self._board = settings, board

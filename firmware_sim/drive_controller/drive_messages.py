@@ -11,15 +11,17 @@ from __future__ import annotations
 from enum import IntEnum
 from math import isfinite
 from pathlib import Path
+from sys import float_info
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+import firmware_sim.drive_controller
 from netem.media.can.dbc_file import DbcError, cantools_error, read_dbc
 from netem.media.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame, pack
 
 if TYPE_CHECKING:
     from netem.media.can.dbc_file import Message
 
-DRIVE_DBC: Final = Path(__file__).with_name("drive.dbc")
+DRIVE_DBC: Final = Path(firmware_sim.drive_controller.__path__[0], "drive.dbc")     # __file__ may be a compiled module
 UNITS: Final = 16
 NO_AGE_MS: Final = 0xFFFFFFFF
 
@@ -75,6 +77,27 @@ class FrameRefused(ValueError):
     """A frame with the identifier of a drive message is invalid; the text is short enough for an event."""
 
 
+class Rule(NamedTuple):
+    """What the value of a signal must be: finite, within the range that the DBC file allows, and one of the words."""
+
+    signal: str
+    low: float
+    high: float
+    words: type[IntEnum] | None
+
+    def admits(self, value: float) -> bool:
+        return self.low <= value <= self.high and (self.words is None or value in self.words._value2member_map_)
+
+    def broken_by(self, value: float) -> str:
+        """Return what a value that is not admitted breaks."""
+        said = f"{self.signal}={value:.9g}: expected"
+        if self.words is not None and value not in self.words._value2member_map_:
+            return f"{said} one of {', '.join(f'{word.value} {word.name}' for word in self.words)}"
+        if not isfinite(value):
+            return f"{said} a finite number"
+        return f"{said} at least {self.low:g}" if value < self.low else f"{said} at most {self.high:g}"
+
+
 def identifiers_in(file: Path, unit: int) -> list[tuple[int, bool]]:
     """Return (identifier, whether it is extended) of each message of the drive `unit`; raises as `DriveMessages` does.
 
@@ -95,6 +118,7 @@ class DriveMessages:
         found = read_dbc(file)
         self._by_kind: dict[type[DriveMessage], Message] = {}
         self._by_id: dict[tuple[int, bool], tuple[Message, type[DriveMessage]]] = {}
+        self._rules: dict[type[DriveMessage], list[Rule]] = {}      # of the fields, in their order
         for name, kind in MESSAGES.items():
             message = found.message_with(name, kind._fields)
             if message.length > 8:
@@ -107,6 +131,7 @@ class DriveMessages:
                 raise DbcError(f"{file}: message {name} has the identifier of {self._by_id[key][0].name}, "
                                f"{message.frame_id:#x}; give each its own")
             self._by_kind[kind], self._by_id[key] = message, (message, kind)
+            self._rules[kind] = [_rule_of(message.get_signal_by_name(field)) for field in kind._fields]
         self._unit = unit
 
     def can_id(self, kind: type[DriveMessage]) -> int:
@@ -125,8 +150,11 @@ class DriveMessages:
     def pack(self, message: DriveMessage) -> bytes:
         """Return the struct for a `can` port; ValueError for a value out of its range."""
         layout = self._by_kind[type(message)]
+        for rule, value in zip(self._rules[type(message)], message, strict=True):
+            if not rule.admits(value):
+                raise ValueError(f"{message}: {rule.broken_by(value)}")
         try:
-            data = layout.encode(message._asdict())
+            data = layout.encode(message._asdict(), strict=False)
         except (cantools_error(), ValueError, OverflowError) as error:
             raise ValueError(f"{message}: {error}") from None
         return pack(CanFrame(layout.frame_id + self._unit, data, layout.is_extended_frame))
@@ -151,19 +179,14 @@ class DriveMessages:
             values: dict[str, Any] = message.decode_simple(frame.data, decode_choices=False)
         except (cantools_error(), ValueError, LookupError) as error:
             raise FrameRefused(f"{message.name}: {error}") from None
-        for signal in message.signals:
-            self._check(message.name, signal.name, values[signal.name], signal.minimum, signal.maximum)
-        return kind(**values)
+        drive_message = kind(**values)
+        for rule, value in zip(self._rules[kind], drive_message, strict=True):
+            if not rule.admits(value):
+                raise FrameRefused(f"{message.name}: {rule.broken_by(value)}")
+        return drive_message
 
-    @staticmethod
-    def _check(message: str, signal: str, value: float, low: float | None, high: float | None) -> None:
-        words = WORDS.get(signal)
-        if words is not None and value not in words._value2member_map_:
-            raise FrameRefused(f"{message}: {signal}={value:.9g}: expected one of "
-                               f"{', '.join(f'{word.value} {word.name}' for word in words)}")
-        if not isfinite(value):
-            raise FrameRefused(f"{message}: {signal}={value:.9g}: expected a finite number")
-        if low is not None and value < low:
-            raise FrameRefused(f"{message}: {signal}={value:.9g}: expected at least {low:g}")
-        if high is not None and value > high:
-            raise FrameRefused(f"{message}: {signal}={value:.9g}: expected at most {high:g}")
+
+def _rule_of(signal: Any) -> Rule:
+    low, high = signal.minimum, signal.maximum
+    return Rule(signal.name, -float_info.max if low is None else float(low),
+                float_info.max if high is None else float(high), WORDS.get(signal.name))

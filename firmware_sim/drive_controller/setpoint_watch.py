@@ -12,19 +12,17 @@ STOPPED needs no further setpoints.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from firmware_sim.drive_controller.drive_messages import DriveState, Mode, Setpoint
 from netem.wire.level import Level
 
 
-@dataclass
 class SetpointWatch:
-    stale_after_ns: int
-    setpoint: Setpoint | None = field(default=None, init=False)
-    heard_ns: int = field(default=0, init=False)            # local time of the last setpoint
-    state: DriveState = field(default=DriveState.STOPPED, init=False)
-    _silent_ns: int = field(default=0, init=False)          # length of the last time without setpoints
+    def __init__(self, stale_after_ns: int) -> None:
+        self.stale_after_ns = stale_after_ns
+        self.setpoint: Setpoint | None = None
+        self.heard_ns = 0                   # local time of the last setpoint
+        self.state = DriveState.STOPPED
+        self._silent_ns = 0                 # length of the last time without setpoints
 
     def heard(self, setpoint: Setpoint, now_ns: int) -> None:
         if self.setpoint is not None and now_ns - self.heard_ns >= self.stale_after_ns:

@@ -11,20 +11,20 @@ freedom).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from math import expm1, inf
 
 
-@dataclass
 class SpeedLoop:
-    kp: float                       # [1]
-    ki: float                       # [1/s]
-    feedforward: float = 1.0        # [1]
-    limit_radps: float = inf
-    lag_ns: int = 0
-    integral_radps: float = field(default=0.0, init=False)
-    _expected_radps: float = field(default=0.0, init=False)
-    _reference_radps: float = field(default=0.0, init=False)        # reference of the last period
+    def __init__(self, kp: float, ki: float, feedforward: float = 1.0, limit_radps: float = inf,
+                 lag_ns: int = 0) -> None:
+        self.kp = kp                        # [1]
+        self.ki = ki                        # [1/s]
+        self.feedforward = feedforward      # [1]
+        self.limit_radps = limit_radps
+        self.lag_ns = lag_ns
+        self.integral_radps = 0.0
+        self._expected_radps = 0.0
+        self._reference_radps = 0.0         # reference of the last period
 
     def command(self, reference_radps: float, measured_radps: float, elapsed_ns: int) -> float:
         """Return the command [rad/s] for the next period; `elapsed_ns` is the time since the last call."""

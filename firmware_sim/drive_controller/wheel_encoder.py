@@ -9,17 +9,17 @@ Not modelled: missed counts, jitter of the reading, eccentric discs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from math import floor, pi
+from typing import Final
 
-WRAP = 1 << 32
+WRAP: Final = 1 << 32
 
 
-@dataclass
 class WheelEncoder:
-    counts_per_turn: int
-    count: int = field(default=0, init=False)           # last reading, -2^31 <= count < 2^31
-    speed_radps: float = field(default=0.0, init=False)
+    def __init__(self, counts_per_turn: int) -> None:
+        self.counts_per_turn = counts_per_turn
+        self.count = 0                      # last reading, -2^31 <= count < 2^31
+        self.speed_radps = 0.0
 
     def restart(self, angle_rad: float) -> None:
         """Take a reading without a speed: the first one, or one at an unknown time after the last."""

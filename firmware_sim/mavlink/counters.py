@@ -5,8 +5,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 from firmware_sim.board import Board
@@ -26,12 +25,15 @@ class BoardCounters:
 
     def __init__(self, board: Board, names: Iterable[str]) -> None:
         self._board = board
-        self._told: Counter[str] = Counter()
+        self._told: dict[str, int] = {}
         for name in names:
             board.count(f"mavlink {name}", 0)
 
-    def note(self, counts: Counter[str]) -> None:
+    def note(self, counts: Mapping[str, int]) -> None:
         """Add what `counts` have gained since the last call."""
-        for name, more in (counts - self._told).items():
-            self._board.count(f"mavlink {name}", more)
-        self._told = counts.copy()
+        told = self._told
+        for name, count in counts.items():
+            more = count - told.get(name, 0)
+            if more:
+                self._board.count(f"mavlink {name}", more)
+                told[name] = count

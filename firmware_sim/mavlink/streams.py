@@ -8,7 +8,7 @@ and starves none.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 SECOND_NS: Final = 1_000_000_000
@@ -20,13 +20,10 @@ class Stream:
     due_ns: int
 
 
-@dataclass
 class Streams:
-    defaults_ns: Mapping[str, int]          # message -> interval
-    _streams: dict[str, Stream] = field(default_factory=dict, init=False)
-
-    def __post_init__(self) -> None:
-        self._streams = {name: Stream(interval_ns, 0) for name, interval_ns in self.defaults_ns.items()}
+    def __init__(self, defaults_ns: Mapping[str, int]) -> None:
+        self.defaults_ns = defaults_ns      # by message, its interval
+        self._streams = {name: Stream(interval_ns, 0) for name, interval_ns in defaults_ns.items()}
 
     def interval_ns(self, name: str) -> int:
         """Return the interval of a message; 0: it is not streamed."""
@@ -58,14 +55,14 @@ class Streams:
         stream.due_ns += ((now_ns - stream.due_ns) // stream.interval_ns + 1) * stream.interval_ns
 
 
-@dataclass
 class Budget:
     """A token bucket: urgent messages are sent and charged at once, others wait until there is credit."""
 
-    bytes_per_s: int                        # 0: no limit
-    burst_bytes: int = 300                  # largest credit
-    _credit: float = field(default=0.0, init=False)
-    _filled_ns: int = field(default=0, init=False)
+    def __init__(self, bytes_per_s: int, burst_bytes: int = 300) -> None:
+        self.bytes_per_s = bytes_per_s      # 0: no limit
+        self.burst_bytes = burst_bytes      # largest credit
+        self._credit = 0.0
+        self._filled_ns = 0
 
     def credit(self, now_ns: int) -> bool:
         if not self.bytes_per_s:

@@ -12,8 +12,10 @@ from typing import Final
 
 from netem.wire.instants import NEVER_NS
 
-# Order at one instant: nodes show where they are, transmissions end, timers of the media run, then offers are made.
-SHOW: Final = -1
+# Order at one instant: nodes show where they are, media compare it with where they were, transmissions end, timers of
+# the media run, then offers are made.
+SHOW: Final = -2
+SHOWN: Final = -1
 END_OF_FRAME: Final = 0
 TIMER: Final = 1
 OFFER: Final = 2

@@ -65,7 +65,8 @@ class Fate(Enum):
     RECEIVER_PAUSED = (
         "receiver paused", "The receiver's node stood still by a fault, and its receive buffer was full.")
     CUT = (
-        "cut", "A fault had cut the link when the copy entered it or would have arrived; its cause names which.")
+        "cut", "A fault had cut the link when the copy entered it or would have arrived, or had stopped its carrier; "
+        "its cause names which.")
     JAMMED = (
         "jammed", "A jammer was on the air at the receiver while the frame was; its cause names the fault.")
     BLACKED_OUT = (

@@ -39,6 +39,8 @@ class Site(NamedTuple):
     to_themselves: Mapping[str, Collection[str]]        # by medium: nodes with a link to themselves
     plants: Mapping[str, PlantFace] = {}                # by robot, of those that have one
     timed: Collection[str] = ()                         # robots whose programs have execution times
+    strikable: Mapping[str, Collection[str]] = {}       # by medium: parts that faults can strike
+    located: Mapping[str, Collection[str]] = {}         # by medium: nodes whose position it knows
 
 
 class World(Protocol):
@@ -74,7 +76,7 @@ class Fault:
     """Base class of a member, with answers that have defaults."""
 
     on: ClassVar[str] = "nodes"             # what the key `on` selects: nodes, media or links
-    strikes: ClassVar[str] = "links"        # part of a medium, if any: links, channel, sensor or bus
+    strikes: ClassVar[str] = "links"        # part of a medium, if any: links, channel, ...
     lasting: ClassVar[bool] = True          # whether an occurrence has an end, else it is an instant
     kills: ClassVar[bool] = False           # whether it may end a node's process
     cuts: ClassVar[bool] = False            # whether it cuts links, and takes the key `spares_under_way`
@@ -123,6 +125,10 @@ class Fault:
                                  + (f"nearest: {near!r}" if near else f"expected one of {', '.join(nodes)}"))
             found += [name for name in names if name not in found]
         return found
+
+    def acts_again(self) -> bool:
+        """Return whether it acts in a run that meets recorded fates, as these do not hold all that it does."""
+        return self.on == "nodes" or self.strikes != "links"
 
     def until_ns(self, occurrence: Occurrence) -> int:
         """Return the end of the fault's effect [ns], NEVER_NS for that of the run."""

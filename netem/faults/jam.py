@@ -73,6 +73,13 @@ class Jam(Fault):
             self.on_nodes(self.nodes, medium, site.nodes_on[medium], "nodes")
         return media
 
+    def refusal(self, target: Target, site: Site) -> str:
+        medium, = target
+        if self.zone is None or site.located.get(medium):
+            return ""
+        return (f"zone={self.zone.kind}: no node on {medium!r} stands anywhere, so none is in the zone: give agents "
+                "at_m = [x, y], or name nodes in place of the zone")
+
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         burst_ns = None if self.period_ns is None else round(self.duty_cycle * self.period_ns)
         fields = {"holds": None if self.zone is None else self.zone.holds, "nodes": self.nodes, "sensed": self.sensed,

@@ -59,6 +59,10 @@ class MediumSettings:
         """Return the nodes that the medium takes to stand at a constant position, from which it computes links."""
         return ()
 
+    def located(self, at_m: Mapping[str, Sequence[float] | None]) -> Collection[str]:
+        """Return the nodes whose position the medium knows during the run; `at_m` has its nodes, None: no position."""
+        return ()
+
     def camera(self, observer: str) -> Camera | None:
         """Return the camera by which `observer` sees the nodes of `poses`; None if it has none."""
         return None

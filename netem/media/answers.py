@@ -37,4 +37,5 @@ class FloorPlan:
 
 class SerialFormat(NamedTuple):
     clock: ByteClock
-    chunk_bytes: int                # largest delivery to a receiver; 0: each write is delivered whole
+    chunk_bytes: int                # largest delivery to a receiver; 0: no limit
+    idle_bytes: int                 # byte times of silence after which bytes are delivered; 0: writes are, or chunks

@@ -28,7 +28,7 @@ from typing import Any, ClassVar, Final
 from mypy_extensions import mypyc_attr
 
 from netem.core import link_pattern
-from netem.core.agenda import END_OF_FRAME, OFFER, Agenda
+from netem.core.agenda import END_OF_FRAME, OFFER, SHOWN, Agenda
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.media.decoding.on_air import OnAir
@@ -37,14 +37,20 @@ from netem.media.level_errors import LevelErrors
 from netem.media.links import Links
 from netem.media.mac.table import MACS
 from netem.media.medium import Medium
+from netem.media.observation import MediumObserver
 from netem.media.propagation import Propagation
 from netem.media.radio_settings import RadioSettings
+from netem.media.stopped_carriers import StoppedCarriers
+from netem.records.events import Event
 from netem.records.ledger import Ledger
 from netem.topology import Position, Site
+from netem.topology.link_names import in_words
 from netem.topology.reach import Reach
 from netem.wire.instants import NEVER_NS
+from netem.wire.level import Level
 
 BIT_ERRORS: Final = "bit errors"        # the cause of a copy that was corrupted on the air
+CARRIER_STOPPED: Final = "carrier stopped"      # a way to fail; any other is a jammer
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
@@ -74,6 +80,9 @@ class BroadcastRadio(Medium):
         self._on_air: dict[str, OnAir] = {}         # by sender
         self._carriers: dict[str, int] = {}
         self._jammers: list[Jammer] = []
+        self._stopped: StoppedCarriers | None = None
+        self._observer = MediumObserver()
+        self._compared_ns = -1              # when the links of a topology that moves were last compared
         self._decoding = settings.decoding()
         self._overlaps_matter = self._decoding.overlaps_matter
         self._mac = MACS[settings.mac].build(self, settings.queue_frames, radio.csma,
@@ -100,7 +109,20 @@ class BroadcastRadio(Medium):
             self._submit(frame, now_ns)
 
     def show(self, node: str, values: Sequence[float], now_ns: int) -> None:
-        self.topology.show(node, tuple(values), now_ns)
+        if self.topology.show(node, tuple(values), now_ns) and now_ns != self._compared_ns:
+            self._compared_ns = now_ns
+            self.agenda.at(now_ns, SHOWN, self.name, self._compare)
+
+    def observe(self, observer: MediumObserver) -> None:
+        self._observer = observer
+
+    def _compare(self) -> None:
+        """Record the links that appear and disappear at this instant, as nodes have moved."""
+        now_ns = self.agenda.now_ns
+        changed = zip(("in range", "out of range"), self.topology.compare(now_ns), strict=True)
+        detail = "; ".join(f"{how}: {in_words(links)}" for how, links in changed if links)
+        if detail:
+            self._observer.event(Event(now_ns, self.name, "links change", detail, Level.INFO))
 
     def lookahead_ns(self, t0_ns: int) -> int:
         """As in `Medium`, for t0_ns no later than the agenda's next event."""
@@ -136,14 +158,16 @@ class BroadcastRadio(Medium):
 
     def take_fault(self, how: str, cause: str, of: Sequence[str], fields: Mapping[str, Any], start_ns: int,
                    end_ns: int) -> str:
-        position = self.topology.position
-        if fields["holds"] is not None and not self.topology.moves and all(
-                position(node, start_ns) is None for node in self.nodes):
-            return "no node stands anywhere, so none is in the zone: give nodes at_m = [x, y]"
+        if how == CARRIER_STOPPED:
+            if self._stopped is None:
+                self._stopped = StoppedCarriers(self.topology.reach_at)
+                self._reach_at = self._stopped.reach_at
+            self._stopped.add(of[0], of[1], cause, start_ns, end_ns)
+            return ""
         named = frozenset(node for pattern in fields["nodes"] for node in link_pattern.matching(pattern, self.nodes))
         lasts_ns = end_ns - start_ns
         jammer = Jammer(cause, start_ns, end_ns, fields["period_ns"] or lasts_ns, fields["burst_ns"] or lasts_ns,
-                        named, fields["holds"], position)
+                        named, fields["holds"], self.topology.position)
         self._jammers.append(jammer)
         if fields["sensed"] and self._senses:
             self.agenda.at(start_ns, OFFER, self.name, partial(self._begin_burst, jammer, 0))
@@ -231,7 +255,7 @@ class BroadcastRadio(Medium):
             elif fate is None:
                 receive(frame, receiver, arrival_ns, checksum=checksum)
             else:
-                self._ledger.close(frame, receiver, fate, cause=BIT_ERRORS if fate is Fate.CORRUPTED else "")
+                self._ledger.close(frame, receiver, fate, cause=_cause(fate, reach, receiver))
 
     def receive(self, flight: OnAir, receiver: str, now_ns: int) -> None:
         """Decide one copy at `now_ns`, when the last bit of `flight` has reached the receiver."""
@@ -242,7 +266,7 @@ class BroadcastRadio(Medium):
         elif fate is None:
             self._links.receive(flight.frame, receiver, now_ns + self._latency_ns, checksum=self._checksum)
         else:
-            self._ledger.close(flight.frame, receiver, fate, cause=BIT_ERRORS if fate is Fate.CORRUPTED else "")
+            self._ledger.close(flight.frame, receiver, fate, cause=_cause(fate, flight.reach, receiver))
 
     def carrier_begins(self, node: str, now_ns: int) -> None:
         count = self._carriers.get(node, 0)
@@ -256,13 +280,15 @@ class BroadcastRadio(Medium):
             self._mac.cleared(node, now_ns)
 
     def _fate(self, flight: OnAir, reach: Reach, receiver: str) -> Fate | None:
-        """Return the fate of a copy that `receiver` does not decode, else None; DEAF precedes TOO_WEAK."""
+        """Return the fate of a copy that `receiver` does not decode, else None; CUT precedes DEAF, that TOO_WEAK."""
         if receiver not in reach.too_weak:
             fate = self._decoding.fate(flight, receiver)
             if fate is None and self._errors is not None and self._errors.hit(
                     flight.sender, receiver, reach.rx_dbm[receiver], len(flight.frame.data)):
                 return Fate.CORRUPTED
             return fate
+        if receiver in reach.cut:
+            return Fate.CUT
         if any(rival.sender == receiver for rival in flight.rivals):
             return Fate.DEAF
         return Fate.TOO_WEAK
@@ -281,3 +307,8 @@ class BroadcastRadio(Medium):
             return [flight.sender]
         in_range = flight.reach.in_range
         return [flight.sender, *(node for node in flight.reach.receivers if node in in_range)]
+
+
+def _cause(fate: Fate, reach: Reach, receiver: str) -> str:
+    """Return the cause of a copy that ended with `fate` on the air, "" if the fate says all."""
+    return BIT_ERRORS if fate is Fate.CORRUPTED else reach.cut.get(receiver, "")

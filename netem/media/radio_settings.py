@@ -34,7 +34,7 @@ class CarrierSenseSettings:
 
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
-    strikable: ClassVar = frozenset({"links", "channel"})
+    strikable: ClassVar = frozenset({"links", "channel", "carriers"})
     poses_key: ClassVar[Sequence[str]] = ("topology", "bodies")
 
     preset: str = "ideal"
@@ -82,6 +82,9 @@ class RadioSettings(MediumSettings):
 
     def standing(self, nodes: Sequence[str]) -> Collection[str]:
         return self.topology.standing(nodes)
+
+    def located(self, at_m: Mapping[str, Sequence[float] | None]) -> Collection[str]:
+        return self.topology.located(at_m)
 
     def decoding(self) -> Decoding:
         return DECODINGS[self.decode](self.radio())

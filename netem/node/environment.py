@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from mypy_extensions import mypyc_attr
 from simpy.core import Environment  # by this path, where mypyc looks for a base class
-from simpy.events import NORMAL
+from simpy.events import NORMAL, Timeout
 
 from netem.wire.instants import NEVER_NS
 
@@ -69,6 +69,16 @@ class NodeEnvironment(Clock, Environment):
 def call_in(env: NodeEnvironment, delay_ns: int, action: Callable[[Any], None]) -> None:
     """Call `action` after `delay_ns`, in the order of scheduling among the events of that instant."""
     heappush(env.queue, (env.now_ns + delay_ns, NORMAL, next(env._eid), Alarm(action)))
+
+
+def timeout_in(env: NodeEnvironment, delay_ns: int) -> Timeout:
+    """Return `env.timeout(delay_ns)` for delay_ns >= 0, made without a frame of Python."""
+    timeout = Timeout.__new__(Timeout)
+    timeout.env = env
+    timeout.callbacks = []
+    timeout._value, timeout._delay, timeout._ok = None, delay_ns, True
+    heappush(env.queue, (env.now_ns + delay_ns, NORMAL, next(env._eid), timeout))
+    return timeout
 
 
 def run_before(limit_ns: int, env: NodeEnvironment) -> None:

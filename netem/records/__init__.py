@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
+from netem.records.sampler import Sampler
+
 if TYPE_CHECKING:
     from netem.core.frame import Frame
     from netem.records.events import Event
@@ -70,15 +72,7 @@ class Feed:
 
     def sampler(self) -> Sample:
         """Return a function that calls all present members of `samples`."""
-        if len(self.samples) == 1:
-            return self.samples[0]
-        listeners = tuple(self.samples)
-
-        def sample(node: str, time_ns: int, values: Sequence[float]) -> None:
-            for tell in listeners:
-                tell(node, time_ns, values)
-
-        return sample
+        return self.samples[0] if len(self.samples) == 1 else Sampler(self.samples).sample
 
 
 @dataclass(frozen=True)

@@ -30,10 +30,11 @@ from mcap.records import Attachment, Channel, Footer, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, IndexType, Writer
 
-from netem.records import Feed, Place, Recorder
+from netem.records import Feed, Place, Recorder, Sample
 from netem.records.events import Event, hash_of_events, in_order
 from netem.records.journal import GrowingFile, Journal, journal_of, pieces_of
 from netem.records.part_file import part_of, publish
+from netem.records.sample_buffer import SampleBuffer, Topic
 from netem.records.signal_table import SignalTable
 from netem.records.uninterrupted import uninterrupted
 from netem.wire.level import Level
@@ -63,14 +64,6 @@ LOG_SCHEMA = {
 }
 
 
-@dataclass
-class _Topic:
-    channel: int
-    names: tuple[str, ...]
-    samples: list[tuple[int, tuple[float, ...]]] = field(default_factory=list)
-    kept: int = 0                       # the first `kept` samples are in the journal
-
-
 class SignalFile:
     """Collects samples and events and writes them in order of time, the last of them in `finish`."""
 
@@ -83,10 +76,10 @@ class SignalFile:
         self._writer = Writer(stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD,
                               index_types=IndexType.ATTACHMENT | IndexType.METADATA)
         self._writer.start(profile="", library="marconet")
-        self._topics: dict[str, _Topic] = {}
+        self._samples = SampleBuffer(BUFFERED_SAMPLES, self._make_room)
+        self._topics = self._samples.topics
         self._events: list[Event] = []
         self._events_kept = 0
-        self._buffered = 0
         self._closed = False
 
     def declare(self, node: str, signals: Sequence[tuple[str, str]]) -> None:
@@ -101,23 +94,20 @@ class SignalFile:
             raise ValueError(f"node {node!r}: signals {list(names)}: each name once")
         schema = {"title": f"{node}.signals", "type": "object",
                   "properties": {name: {"type": "number", "description": unit} for name, unit in signals}}
-        self._topics[node] = _Topic(self._channel(f"/{node}/signals", f"{node}.signals", schema, {"node": node}), names)
+        self._topics[node] = Topic(self._channel(f"/{node}/signals", f"{node}.signals", schema, {"node": node}), names)
         self._journal.add(self._encode(("signals", node, list(signals))))
 
     def append(self, node: str, time_ns: int, values: Sequence[float]) -> None:
-        """Add a value for each signal of `node`, in the order declared; times of one node never decrease.
+        """See `SampleBuffer.append`."""
+        self._samples.append(node, time_ns, values)
 
-        Raises ValueError for another number of values.
-        """
-        topic = self._topics[node]
-        if len(values) != len(topic.names):
-            raise ValueError(f"node {node!r} at {time_ns} ns: {len(values)} values for the {len(topic.names)} signals "
-                             f"{list(topic.names)}")
-        topic.samples.append((time_ns, tuple(values)))
-        self._buffered += 1
-        if self._buffered >= BUFFERED_SAMPLES:
-            self.keep()
-            self._write_samples()
+    def sampler(self) -> Sample:
+        """Return `append` as a function without a frame of Python."""
+        return self._samples.append
+
+    def _make_room(self) -> None:
+        self.keep()
+        self._write_samples()
 
     def event(self, event: Event) -> None:
         self._events.append(event)
@@ -206,10 +196,7 @@ class SignalFile:
                 data = encode({name: value for name, value in zip(topic.names, values, strict=True)
                                if abs(value) < float("inf")})
             add(channel, time_ns, data, time_ns)
-        for topic in self._topics.values():
-            topic.samples.clear()
-            topic.kept = 0
-        self._buffered = 0
+        self._samples.clear()
 
     def _write_events(self) -> None:
         if not self._events:
@@ -337,7 +324,7 @@ class SignalRecorder(Recorder):
 
     def record(self, run: Feed) -> None:
         run.declared.append(self._file.declare)
-        run.samples.append(self._file.append)
+        run.samples.append(self._file.sampler())
         run.events.append(self._file.event)
 
     def keep(self) -> None:

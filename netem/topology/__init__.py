@@ -34,8 +34,17 @@ class Topology(Protocol):
     def propagates(self) -> bool:
         """Whether a frame takes time to reach a node: whether every reach has `delays_ns`."""
 
-    def show(self, node: str, at_m: Position, t_ns: int) -> None:
-        """Take the position of a node of `Bodies` at `t_ns`, before any question about `t_ns` or later."""
+    def show(self, node: str, at_m: Position, t_ns: int) -> bool:
+        """Take the position of a node of `Bodies` at `t_ns`, before any question about `t_ns` or later.
+
+        Return whether a link may have appeared or disappeared since the last call of `compare`.
+        """
+
+    def compare(self, t_ns: int) -> tuple[list[Edge], list[Edge]]:
+        """Return the links that have appeared and those that have disappeared since the last call, in order of nodes.
+
+        Only of a topology that moves, after all positions at `t_ns` have been shown.
+        """
 
     def reach_at(self, sender: str, t_ns: int) -> Reach:
         """The nodes that a frame reaches if `sender` starts to transmit it at `t_ns`."""
@@ -50,7 +59,7 @@ class Topology(Protocol):
         """The position of a node at `t_ns` [m]; None for one that stands nowhere."""
 
     def changes_ns(self, until_ns: int) -> list[int]:
-        """The instants in (0, until_ns) at which the graph changes, as far as they are known before the run."""
+        """The instants in (0, until_ns) at which the graph changes: of one that moves, those compared so far."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +97,10 @@ class TopologyKind:
     def standing(self, nodes: Sequence[str]) -> Collection[str]:
         """Return those of `nodes` from whose constant positions the links follow."""
         return ()
+
+    def located(self, at_m: Mapping[str, Position | None]) -> Collection[str]:
+        """Return the nodes whose position the topology knows; `at_m` has those of the scenario, None: no position."""
+        return [node for node, position in at_m.items() if position is not None]
 
 
 def reach(site: Site, rx_dbm: Mapping[str, float], fringe_db: float) -> Reach:

@@ -1,4 +1,4 @@
-"""Reads links of a topology, in the grammar of `netem.core.link_pattern`; no link joins a node to itself."""
+"""Reads and writes links of a topology, in the grammar of `netem.core.link_pattern`; no link joins a node to itself."""
 
 from __future__ import annotations
 
@@ -33,3 +33,15 @@ def all_edges(links: Iterable[str], nodes: Sequence[str]) -> tuple[set[Edge], li
         found.update(some)
         problems.extend(wrong)
     return found, problems
+
+
+def in_words(links: Sequence[Edge]) -> str:
+    """Return the links as text that `all_edges` reads, "a -> b, b <-> c"."""
+    left = {*links}
+    names = []
+    for sender, receiver in links:
+        if (sender, receiver) in left:
+            both = (receiver, sender) in left
+            names.append(f"{sender} {'<->' if both else '->'} {receiver}")
+            left -= {(sender, receiver), (receiver, sender)}
+    return ", ".join(names)

@@ -14,10 +14,10 @@ Not modelled: fading, antennas.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from math import dist, isfinite, log10
+from math import dist, inf, isfinite, log10
 from typing import Final, Literal
 
 from netem.topology import Bodies, Position, Site, Topology, TopologyError, TopologyKind, reach
@@ -30,6 +30,7 @@ from netem.topology.zones import Zone
 
 REFERENCE_LOSS_DB: Final = 40.0         # free space at 2.45 GHz and 1 m: 40.2 dB
 EXPONENT: Final = 2.0
+MOST_DECADES: Final = 30                # of distance: nobody is further away
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,9 @@ class PathLoss(TopologyKind):
     def standing(self, nodes: Sequence[str]) -> Collection[str]:
         return [node for node in nodes if node not in self.bodies]
 
+    def located(self, at_m: Mapping[str, Position | None]) -> Collection[str]:
+        return at_m.keys()          # `over` refuses nodes without one
+
     def over(self, site: Site) -> Topology:
         at_m: dict[str, Position] = {**site.at_m, **(self.at_m or {})}
         problems = self._problems(site, at_m)
@@ -78,9 +82,17 @@ class PathLoss(TopologyKind):
         propagates = self.propagation_mps is not None
         if self.bodies:
             return MovingGraph(site.nodes, {node: at_m[node] for node in site.nodes if node not in self.bodies},
-                               reach_of, propagates)
+                               reach_of, propagates, self._range_m(site))
         return Timetable([0], [{sender: reach_of(sender, at_m) for sender in site.nodes}], propagates=propagates,
                          at_m=at_m)
+
+    def _range_m(self, site: Site) -> float | None:
+        """Return the distance up to which a node is in range, None if it depends on more than the distance."""
+        if self.zones or self.shadowing is not None or self.two_ray is not None:
+            return None
+        decades = (site.tx_power_dbm - self.reference_loss_db - site.sensitivity_dbm) / (10 * self.exponent) \
+            if self.exponent else inf
+        return self.reference_distance_m * 10 ** decades if decades < MOST_DECADES else inf
 
     def loss_db(self, one_m: Position, other_m: Position) -> float:
         """Loss between two positions without shadowing, with that of the zones that weaken the link."""

@@ -14,6 +14,7 @@ class Reach:
     - `in_range`: receivers that can decode the frame and sense its carrier; under `radio_network` they lose what it
       overlaps;
     - `too_weak`: receivers that are not in range;
+    - `cut`: those of them that are not because a fault stops the carrier, with its cause; the fate of their copies;
     - `rx_dbm`: received power at every node that gets any, intended receiver or not;
     - `delays_ns`: propagation time to every node of `rx_dbm`; empty if a frame arrives everywhere at once.
     """
@@ -23,3 +24,4 @@ class Reach:
     too_weak: frozenset[str]
     rx_dbm: Mapping[str, float]
     delays_ns: Mapping[str, int] = field(default_factory=dict)
+    cut: Mapping[str, str] = field(default_factory=dict)

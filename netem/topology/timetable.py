@@ -29,7 +29,10 @@ class Timetable:
         self.propagates = propagates
         self._from_ns, self._until_ns, self._graph = self._row(0)
 
-    def show(self, node: str, at_m: Position, t_ns: int) -> None:
+    def show(self, node: str, at_m: Position, t_ns: int) -> bool:
+        raise NotImplementedError
+
+    def compare(self, t_ns: int) -> tuple[list[Edge], list[Edge]]:
         raise NotImplementedError
 
     def reach_at(self, sender: str, t_ns: int) -> Reach:

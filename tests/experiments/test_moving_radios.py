@@ -10,7 +10,9 @@ from typing import Any
 
 import pyarrow.parquet as parquet
 import pytest
+from mcap.reader import make_reader
 
+from experiments.judge.run_data import load_run
 from experiments.run.runner import HostName, run
 from experiments.scenario import ScenarioError, load
 
@@ -93,6 +95,32 @@ def test_two_robots_driving_apart_lose_each_other_at_the_instant_computed(host, 
         assert {fate for at_ns, fate in fates.items() if at_ns >= leaves_ns + 10 * MS} == {"too weak"}
         fringe_ns = 10 ** (10 / 20) * leaves_ns                 # 10 dB further nobody expects a copy any more
         assert fringe_ns - 110 * MS < max(fates) < fringe_ns
+
+
+@pytest.mark.parametrize("host", ["inline", "process"])
+def test_the_instants_at_which_links_appear_and_disappear_are_on_record(host, tmp_path):
+    (tmp_path / "driver.py").write_text(DRIVER)
+    (tmp_path / "circle.toml").write_text(CIRCLE)
+    run(load(tmp_path / "circle.toml"), host=host, out=tmp_path / "run", report=False)
+
+    data = load_run(tmp_path / "run")
+    told = [(event.time_ns, event.detail) for event in data.events
+            if (event.node, event.kind) == ("radio", "links change")]
+    # nobody else shows a pose: at 0 all nodes have their places; a circle of 20 m about `centre`, 0.5 rad/s
+    expected, hears = [(0, "in range: a_robot <-> centre, beside <-> centre")], False
+    for at_ns in range(0, 30_000 * MS, 10 * MS):
+        angle = 0.5 * at_ns / 1e9
+        now = hypot(20 * sin(angle), 20 - 20 * cos(angle) - 40) <= 10 ** ((69.5424 - 40) / 20)
+        if now != hears:
+            expected.append((at_ns, f"{'in' if now else 'out of'} range: a_robot <-> beside"))
+            hears = now
+    assert len(expected) >= 5
+    assert told == expected
+    assert data.run["switch_instants_ns"] == {"radio": [at_ns for at_ns, _ in expected[1:]]}
+    with (tmp_path / "run" / "signals.mcap").open("rb") as file:
+        logged = [message.log_time for _, _, message in make_reader(file).iter_messages()
+                  if b"links change" in message.data]
+    assert logged == [at_ns for at_ns, _ in expected]
 
 
 @pytest.mark.parametrize("period_ms", [1, 70, 1000, 2700])

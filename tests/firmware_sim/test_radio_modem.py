@@ -4,6 +4,7 @@ from math import ceil
 from pathlib import Path
 from random import Random
 
+import pyarrow.parquet as pq
 import pytest
 
 from experiments.judge.run_data import load_run
@@ -12,7 +13,8 @@ from experiments.scenario import ScenarioError, load
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
-from firmware_sim.radio_modem import ModemSettings, RadioModem
+from firmware_sim.radio_modem import RadioModem
+from firmware_sim.radio_modem_settings import ModemSettings
 from netem.media.radio_presets import PRESETS
 from netem.node.node import Node
 from netem.wire.messages import Grant
@@ -133,6 +135,39 @@ def test_what_one_says_arrives_after_the_line_the_silence_the_airtime_and_the_li
     assert runs[0].summary.ledger_hash == runs[1].summary.ledger_hash
 
 
+def of_idle_lines(scenario: str) -> str:
+    """The scenario with lines that measure the silence instead of the modems."""
+    return scenario.replace("chunk_bytes = 3", "chunk_bytes = 100\nidle_bytes = 3").replace(
+        "baud_bps = 57_600 }", "baud_bps = 57_600, idle_bytes = 0 }")
+
+
+def test_a_line_that_delivers_when_idle_makes_the_same_packets_at_the_same_instants(pair, tmp_path):
+    def on_air(text: str, name: str) -> list[tuple[int, int]]:
+        pair.write_text(text, encoding="utf-8")
+        folder = run(load(pair), host="inline", out=tmp_path / name, report=False).folder
+        return [(row["offered_ns"], row["size_bytes"]) for row in pq.read_table(folder / "ledger.parquet").to_pylist()
+                if row["medium"] == "air"]
+
+    (pair.parent / "talker.py").write_text(TALKER.replace("* 21", "* 121"), encoding="utf-8")      # 100 and 21
+    chunks, idle = on_air(SCENARIO, "chunks"), on_air(of_idle_lines(SCENARIO), "idle")
+
+    # the byte that fills the packet is the first of three in its chunk
+    filled_late_ns = ceil(102 * 10 * 10**9 / 57_600) - ceil(100 * 10 * 10**9 / 57_600)
+    assert [size for _, size in idle] == [100, 21] * 5
+    assert [(offered_ns + filled_late_ns * (size == 100), size) for offered_ns, size in idle] == chunks
+
+
+def test_on_lines_that_deliver_when_idle_a_message_is_later_by_the_silence_of_the_second(pair, tmp_path):
+    pair.write_text(of_idle_lines(SCENARIO), encoding="utf-8")
+    runs = [run(load(pair), host=host, out=tmp_path / host, report=False) for host in ("inline", "process")]
+
+    line_ns, silence_ns = ceil(21 * 10 * 10**9 / 57_600), ceil(3 * 10 * 10**9 / 57_600)
+    way_ns = line_ns + silence_ns + PRESETS["xbee_802154"].airtime_ns(21) + line_ns + silence_ns
+    heard = [(event.time_ns, event.detail) for event in load_run(runs[0].folder).events if event.node == "ground"]
+    assert heard == [(k * 100 * MS + way_ns, (bytes([k]) * 21).hex()) for k in range(5)]
+    assert runs[0].summary.ledger_hash == runs[1].summary.ledger_hash
+
+
 def test_impairments_of_the_radio_lose_whole_packets(pair, tmp_path):
     lossy = SCENARIO + '[[impairments]]\non = "air: vehicle_modem -> ground_modem"\nkind = "scripted_loss"\n' \
                        "lose_frames = [1, 3]\n"
@@ -150,7 +185,9 @@ FIRST = 'serial = "vehicle_uart", radio = "air", baud_bps = 57_600'
     (FIRST, FIRST.replace("57_600", "9_600"), "9600 bit/s and 10 bits a byte, but vehicle_uart has 57600"),
     (FIRST, FIRST.replace("vehicle_uart", "ground_uart"), "expected a serial_line that it is on; there are vehicle"),
     (FIRST, FIRST + ", packet_bytes = 101", "packets of 101 bytes, but air carries 100"),
-    ("chunk_bytes = 3", "chunk_bytes = 4", "media.vehicle_uart.chunk_bytes=4: expected 1 to 3")])
+    ("chunk_bytes = 3", "chunk_bytes = 4", "media.vehicle_uart.chunk_bytes=4: expected 1 to 3"),
+    ("chunk_bytes = 3", "chunk_bytes = 100\nidle_bytes = 3", "and idle_bytes = 0 in agents.vehicle_modem.parameters; "
+                                                             "found 100 and 3")])
 def test_a_modem_that_does_not_fit_is_refused_before_the_start(pair, old, new, says):
     assert old in SCENARIO
     pair.write_text(SCENARIO.replace(old, new), encoding="utf-8")

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import groupby, pairwise
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,9 +23,11 @@ from experiments.judge.link_metrics import (
     transmissions,
 )
 from experiments.judge.monitors.judge import VIOLATED
+from experiments.judge.recorded_faults import recorded_faults
 from experiments.judge.run_data import RunData
 from experiments.judge.sample_statistics import mean
 from experiments.show.report.thinning import keep
+from netem.faults.schedule import Occurrence
 from netem.records.signal_table import SignalTable
 
 FAULT, FAULT_OVER = "fault", "fault over"
@@ -96,16 +100,32 @@ def violated(data: RunData) -> list[Json]:
 
 
 def faulty(data: RunData) -> list[Json]:
-    """Return the intervals [s] of faults that end within the run, the first `MOST_STRETCHES`, with their names."""
+    """Return the intervals [s] of faults that last, to the end of the run at most, with their names.
+
+    They are the first `MOST_STRETCHES`. A fault that happens at an instant, such as a step of a clock, has none.
+    """
     begun: dict[tuple[str, str], list[int]] = {}
-    found: list[Json] = []
+    found: list[tuple[int, int, str]] = []
     for event in data.events:
         if event.kind == FAULT:
             begun.setdefault((event.node, event.detail), []).append(event.time_ns)
         elif event.kind == FAULT_OVER and begun.get((event.node, event.detail)):
-            found.append({"from_s": begun[event.node, event.detail].pop(0) * 1e-9, "until_s": event.time_ns * 1e-9,
-                          "text": f"{event.node}: {event.detail}"})
-    return sorted(found, key=lambda interval: interval["from_s"])[:MOST_STRETCHES]
+            found.append((begun[event.node, event.detail].pop(0), event.time_ns, f"{event.node}: {event.detail}"))
+    unending = _faults_to_the_end(data)
+    for (node, detail), starts_ns in begun.items():
+        found += [(start_ns, data.length_ns, f"{node}: {detail}") for start_ns in starts_ns
+                  if any(start_ns == at_ns and f"{detail} ".startswith(f"{cause} ") for at_ns, cause in unending)]
+    return [{"from_s": start_ns * 1e-9, "until_s": end_ns * 1e-9, "text": text}
+            for start_ns, end_ns, text in sorted(found)[:MOST_STRETCHES]]
+
+
+def _faults_to_the_end(data: RunData) -> list[tuple[int, str]]:
+    """Return the start and the cause of each occurrence whose effect goes on at the end of the run."""
+    with suppress(KeyError, msgspec.ValidationError):       # a run of another version
+        return [(start_ns, spec.cause) for spec in recorded_faults(data.scenario)
+                for start_ns, end_ns in spec.occurrences
+                if spec.settings.until_ns(Occurrence(start_ns, end_ns)) >= data.length_ns > start_ns]
+    return []
 
 
 def spoken(data: RunData, around_ns: Sequence[int] = ()) -> Json:

@@ -10,18 +10,16 @@ a table. An init of 1 << (width - 1) has the same effect as inverting the first 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from typing import Final
 
 
-@dataclass(frozen=True)
 class Crc:
-    width: int
-    polynomial: int         # without its leading term
-    inverts_first_bit: bool = False
-    _table: tuple[int, ...] = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "_table", tuple(self._of_byte(byte) for byte in range(256)))
+    def __init__(self, width: int, polynomial: int, *, inverts_first_bit: bool = False) -> None:
+        """`polynomial`: without its leading term."""
+        self.width = width
+        self.polynomial = polynomial
+        self.inverts_first_bit = inverts_first_bit
+        self._table = tuple([self._of_byte(byte) for byte in range(256)])
 
     def _of_byte(self, byte: int) -> int:
         value = byte << self.width - 8
@@ -41,6 +39,6 @@ class Crc:
         return value
 
 
-CRC_15 = Crc(15, 0x4599)
-CRC_17 = Crc(17, 0x1685B, inverts_first_bit=True)
-CRC_21 = Crc(21, 0x102899, inverts_first_bit=True)
+CRC_15: Final = Crc(15, 0x4599)
+CRC_17: Final = Crc(17, 0x1685B, inverts_first_bit=True)
+CRC_21: Final = Crc(21, 0x102899, inverts_first_bit=True)

@@ -12,15 +12,12 @@ Each difference of a message from its declaration is reported once, at most MOST
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from netem.media.can.encoded_frame import EncodedFrame
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from netem.media.can.messages import CanMessage
+from netem.media.can.messages import CanMessage
 
 CLOCK_TOLERANCE: Final = 1e-3       # crystals of control units are within 1e-4; CAN itself allows up to 1.58e-2
 MOST_TOLD: Final = 100

@@ -25,7 +25,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from random import Random
-from typing import Any
+from typing import Any, ClassVar
 
 from netem.core.agenda import TIMER, Agenda
 from netem.core.fate import Fate
@@ -43,7 +43,7 @@ COUNTERS = ("unreadable frames", "exposures without the camera's pose")
 
 
 class Sensing(Medium):
-    Settings = SensingSettings
+    Settings: ClassVar = SensingSettings
 
     def __init__(self, name: str, settings: SensingSettings, nodes: Iterable[str], agenda: Agenda, ledger: Ledger,
                  links: Links, rng_for: Callable[[str], Random]) -> None:

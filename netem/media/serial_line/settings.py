@@ -20,7 +20,8 @@ class SerialLineSettings(MediumSettings):
     parity: Literal["none", "even", "odd"] = "none"
     stop_bits: int = 1
     buffer_bytes: int = 1024        # of each end's transmit buffer
-    chunk_bytes: int = 0            # most bytes that the receiver gets at once; 0: a whole write
+    chunk_bytes: int = 0            # most bytes that the receiver gets at once; 0: no limit
+    idle_bytes: int = 0             # byte times of silence after which the receiver gets what came; 0: it never waits
     receive_latency_ns: int = 0     # from the end of a chunk's last byte to the program
 
     def __post_init__(self) -> None:
@@ -33,7 +34,9 @@ class SerialLineSettings(MediumSettings):
         if self.buffer_bytes < 1:
             raise ValueError(f"buffer_bytes={self.buffer_bytes}: expected at least 1")
         if self.chunk_bytes < 0:
-            raise ValueError(f"chunk_bytes={self.chunk_bytes}: expected 0 (all of a write together) or more")
+            raise ValueError(f"chunk_bytes={self.chunk_bytes}: expected 0 (no limit) or more")
+        if self.idle_bytes < 0:
+            raise ValueError(f"idle_bytes={self.idle_bytes}: expected 0 (deliver without waiting) or more")
         if self.receive_latency_ns < 0:
             raise ValueError(f"receive_latency_ns={self.receive_latency_ns}: expected 0 or more")
 
@@ -42,7 +45,7 @@ class SerialLineSettings(MediumSettings):
         return ByteClock(self.baud_bps, 1 + self.data_bits + (self.parity != "none") + self.stop_bits)
 
     def serial_format(self) -> SerialFormat:
-        return SerialFormat(self.clock, self.chunk_bytes)
+        return SerialFormat(self.clock, self.chunk_bytes, self.idle_bytes)
 
     @staticmethod
     def check_nodes(nodes: Sequence[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -13,8 +14,11 @@ from tests.experiments.run.fault_bench import HOSTS, SCENARIO, Ran
 @pytest.fixture
 def both(tmp_path: Path) -> Callable[..., Ran]:
     """Return a function that runs a scenario on both hosts, which have to agree, and returns the inline run."""
+    calls = count()
+
     def ran(faults: str, scenario: str = SCENARIO) -> Ran:
-        inline, process = (Ran(tmp_path / host, host, faults, scenario) for host in HOSTS)
+        call = next(calls)
+        inline, process = (Ran(tmp_path / f"{host}{call}", host, faults, scenario) for host in HOSTS)
         assert inline.hash == process.hash
         return inline
     return ran

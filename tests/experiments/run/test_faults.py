@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -220,3 +221,18 @@ def test_the_report_and_the_mcap_file_have_the_occurrences_in_time(tmp_path: Pat
     with (ran.out / "signals.mcap").open("rb") as file:
         logged = [(message.log_time, message.data) for _, _, message in make_reader(file).iter_messages()]
     assert {round(time_ns / MS) for time_ns, data in logged if b"cut link_down" in data} == {300, 400, 600, 800}
+
+
+def test_a_fault_that_lasts_to_the_end_of_the_run_is_shaded_to_there(tmp_path: Path) -> None:
+    ran = Ran(tmp_path / "run", "inline", '[[faults]]\nkind = "link_down"\non = "radio: a -> b"\nat_s = 0.3\n'
+              '[[faults]]\nkind = "kill"\nname = "gone"\non = "b"\nat_s = 0.6\n'
+              '[[faults]]\nkind = "link_down"\nname = "door"\non = "radio: a -> c"\nduring_s = [0.7, 1.5]\n'
+              '[[faults]]\nkind = "clock_step"\non = "c"\nat_s = 0.5\nby_ms = 1\n'
+              '[[faults]]\nkind = "kill"\non = "a"\nat_s = 0.9\nrestart_after_s = 0.5\n')
+
+    assert [(interval["from_s"], interval["until_s"], interval["text"]) for interval in series.faulty(ran.data)] == [
+        (pytest.approx(from_s), 1.0, text) for from_s, text in (
+            (0.3, "radio: faults[0] link_down a -> b"), (0.6, "b: gone kill"), (0.7, "radio: door link_down a -> c"),
+            (0.9, "a: faults[4] kill"))]
+    foreign = replace(ran.data, scenario={"faults": [{"kind": "a kind of another version", "settings": {}}]})
+    assert series.faulty(foreign) == []

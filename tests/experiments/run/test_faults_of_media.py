@@ -101,17 +101,6 @@ radio = { kind = "broadcast_radio", topology = { kind = "positions", bodies = { 
     assert not ran.copies(receiver="a", fate="jammed")
 
 
-def test_a_jammer_that_nobody_can_hear_has_no_effect_and_says_so(both: Any) -> None:
-    nowhere = RADIO.replace(", at_m = [0.0, 0.0]", "").replace(", at_m = [10.0, 0.0]", "").replace(
-        ", at_m = [10.0, 10.0]", "")
-    ran = both('[[faults]]\nkind = "jam"\non = "radio"\nduring_s = [0.3, 0.6]\n'
-               'zone = { kind = "circle", centre_m = [0, 0], radius_m = 5 }\n', nowhere)
-
-    assert [event.kind for event in ran.data.events if event.node == "radio"] == [
-        "fault without effect", "fault", "fault over"]
-    assert not ran.copies(fate="jammed")
-
-
 def seen(ran: Any) -> dict[int, Detection | None]:
     """Places that w was told, by exposure [ms]; None where it saw nothing."""
     found: dict[int, Detection | None] = {}

@@ -6,14 +6,20 @@ import stat
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import marconet
+from experiments.judge.run_data import load_run
+from experiments.run.replay import replay_of
 from experiments.run.runner import run
 from experiments.scenario import load
+from experiments.search.shrink import shrink
 from netem.records.ledger_file import read_ledger, read_metadata
 from tests.experiments.run.fault_bench import PROGRAM, SCENARIO
 
@@ -28,6 +34,11 @@ def wait_for(path: Path) -> None:
         time.sleep(0.02)
 
 
+def fates_in(folder: Path) -> list[tuple[Any, ...]]:
+    return [(row["sender"], row["receiver"], row["number"], row["fate"], row["delivered_ns"])
+            for row in read_ledger(folder / "ledger.parquet").to_pylist()]
+
+
 @pytest.fixture
 def scenario(tmp_path: Path) -> Path:
     (tmp_path / "beacon.py").write_text(PROGRAM)
@@ -39,6 +50,12 @@ def scenario(tmp_path: Path) -> Path:
 def running(scenario: Path) -> Iterator[tuple[Path, subprocess.Popen[str]]]:
     """A run in real time that has begun, and its process."""
     out = scenario.parent / "run"
+    with in_real_time(scenario, out) as process:
+        yield out, process
+
+
+@contextmanager
+def in_real_time(scenario: Path, out: Path) -> Iterator[subprocess.Popen[str]]:
     code = ("import sys; from pathlib import Path; from experiments.run.runner import run; from experiments.scenario "
             "import load; run(load(Path(sys.argv[1])), host='process', out=Path(sys.argv[2]), real_time=True, "
             "report=False)")
@@ -46,7 +63,7 @@ def running(scenario: Path) -> Iterator[tuple[Path, subprocess.Popen[str]]]:
                                stderr=subprocess.PIPE)
     try:
         wait_for(out / "run.faults")
-        yield out, process
+        yield process
     finally:
         process.kill()
         process.wait()
@@ -59,6 +76,7 @@ def test_what_was_injected_repeats_the_run_in_virtual_time(running: tuple[Path, 
     name, at_s = marconet.fault(out, "kill", on="b", restart_after_s=0.5)
     said = subprocess.run([*MARCONET, "fault", str(out), "link_down", "on=radio: a -> c", "lasts_s=0.3"],
                           capture_output=True, text=True, timeout=60, check=False)
+    marconet.fault(out, "link_down", on="radio: c -> b", lasts_s=0.3, carriers="stop")
     marconet.fault(out, "plant_parameter", on="b", variable="gain_left", factor=0.5)
     with pytest.raises(ValueError, match="no such kind; did you mean \"kill\""):
         marconet.fault(out, "kil", on="b")
@@ -83,8 +101,32 @@ def test_what_was_injected_repeats_the_run_in_virtual_time(running: tuple[Path, 
     for host in ("inline", "process"):
         run(load(again), host=host, out=scenario.parent / host, report=False)       # type: ignore[arg-type]
         assert read_metadata(scenario.parent / host / "ledger.parquet")["hash"] == live
+    told = load_run(out).scenario["faults"]
+    assert told == load_run(scenario.parent / "inline").scenario["faults"]
+    assert [fault["kind"] for fault in told] == ["kill", "link_down", "link_down", "plant_parameter"]
+    run(load(scenario), host="inline", out=scenario.parent / "replayed", report=False,
+        replay=replay_of(out, load(scenario)))
+    assert fates_in(scenario.parent / "replayed") == fates_in(out)
     assert name == "injected-0"
     assert at_s < 6
+
+
+def test_shrink_leaves_of_the_injected_faults_the_one_that_matters(scenario: Path) -> None:
+    scenario.write_text(SCENARIO.replace("length_s = 1.0", "length_s = 2.0")
+                        + '[expect]\n"frames_cut" = { max = 0 }\n')
+    out = scenario.parent / "run"
+    with in_real_time(scenario, out) as process:
+        marconet.fault(out, "clock_step", on="c", by_ms=3)
+        _, at_s = marconet.fault(out, "link_down", on="radio: a -> b", lasts_s=0.2)
+        _, problems = process.communicate(timeout=60)
+    assert process.returncode == 0, problems
+
+    small = shrink(out, most_runs=40, out=scenario.with_name("small.toml"))
+
+    kept, = tomllib.loads(scenario.with_name("small.toml").read_text())["faults"]
+    assert (kept["kind"], kept["on"]) == ("link_down", "radio: a -> b")
+    assert kept["during_s"] == pytest.approx([at_s, at_s + 0.2], abs=1e-9)
+    assert small.expectation == "frames_cut"
 
 
 @pytest.mark.parametrize(("words", "line"), [

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from experiments.judge.run_data import load_run
@@ -15,8 +16,12 @@ from experiments.run.replay import NoFates, replay_of
 from experiments.run.runner import run
 from experiments.scenario import load
 from netem.records.ledger_file import read_ledger
+from tests.experiments.run.fault_bench import Ran
+from tests.experiments.run.test_faults_of_carriers import pairs
+from tests.experiments.run.test_faults_of_media import BUS, CSMA, SIGHT
 
 MS = 1_000_000
+PAIRS = pairs('preset = "crazyflie_p2p"')
 PROGRAM = '''
 from dataclasses import dataclass
 
@@ -115,6 +120,28 @@ def test_the_same_controller_meets_the_same_fates(scenario: Any, old: Path, tmp_
     collided = sum(row["fate"] in ("collided", "deaf") for row in rows(old))
     assert f"{collided} recorded frames not met" in result.summary.replay
     assert reached < copies                     # duplicates are met too
+
+
+@pytest.mark.parametrize(("base", "fault"), [
+    (CSMA, 'kind = "jam"\non = "radio"\nduring_s = [0.3, 0.6]\nnodes = ["*"]'),
+    (PAIRS, 'kind = "partition"\non = "radio"\nshape = "halves"\nduring_s = [0.30004, 0.6]\ncarriers = "stop"'),
+    (SIGHT, 'kind = "noise"\nname = "haze"\non = "view: b -> w"\nduring_s = [0.3, 0.6]\nsigma_m = 0.5'),
+    (BUS, 'kind = "babble"\non = "can"\nnodes = ["b"]\ncan_id = 0x180\nduring_s = [0.3, 0.5]')])
+def test_faults_of_media_act_again_as_fates_do_not_hold_all_that_they_do(tmp_path: Path, base: str, fault: str) -> None:
+    old = Ran(tmp_path / "old", "inline", f"[[faults]]\n{fault}\n", base)
+    new = load(tmp_path / "old" / "faults.toml")
+    assert new.faults
+    new = msgspec.structs.replace(new, faults=())
+
+    run(new, host="inline", out=tmp_path / "new", report=False, replay=replay_of(old.out, new))
+
+    assert fates(tmp_path / "new") == fates(old.out)
+    assert [(row["on_air_ns"], row["fate"]) for row in rows(tmp_path / "new")] == [
+        (row["on_air_ns"], row["fate"]) for row in old.rows]            # of carriers too, which are no fates
+    assert load_run(tmp_path / "new").events == old.data.events         # what sensors told programs is in events
+    once = replay_of(tmp_path / "new", new)                             # the faults are in the folder of the replay
+    assert [spec.occurrences for spec in once.faults] == [spec.occurrences for spec in replay_of(old.out, new).faults]
+    assert once.faults
 
 
 def test_another_controller_meets_the_losses_of_its_instants(scenario: Any, old: Path, tmp_path: Path) -> None:

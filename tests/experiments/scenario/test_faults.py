@@ -86,6 +86,12 @@ def test_when_a_fault_occurs(read, keys, occurrences):
     ('kind = "partition"\non = "radio"\nat_s = 1\ngroups = [["r1"], ["r9"]]', "'r9' names no node on medium 'radio'"),
     ('kind = "partition"\non = "radio"\nat_s = 1\ngroups = [["r1"], ["r1"]]', "'r1' is in two groups"),
     ('kind = "partition"\non = "radio"\nat_s = 1\nshape = "star"', "expected 'halves', 'ring', 'bridge' or 'isolate'"),
+    ('kind = "partition"\non = "can"\nat_s = 1\nshape = "halves"\ncarriers = "stop"',
+     "faults[0].carriers=\"stop\": 'can' is a medium without carriers, which others could sense or lose frames by: "
+     "leave the key out"),
+    ('kind = "link_down"\non = "view: rover -> r1"\nat_s = 1\ncarriers = "cross"',
+     "faults[0].carriers=\"cross\": 'view' is a medium without carriers"),
+    ('kind = "partition"\non = "radio"\nat_s = 1\nshape = "halves"\ncarriers = "sotp"', "expected 'cross' or 'stop'"),
     ('kind = "pause"\non = "r1"\nduring_s = [3, 2]', "0 <= start < end"),
     ('kind = "pause"\non = "r1"\nduring_s = "x"', "faults[0].during_s=\"x\": expected a number of seconds"),
     ('kind = "kill"\non = "rover"\nat_s = 1\ninputs_when_dead = { v_cmnd = 0.0 }',
@@ -109,6 +115,9 @@ def test_when_a_fault_occurs(read, keys, occurrences):
     ('kind = "jam"\non = "radio"\nat_s = 1\nnodes = ["r1"]\nduty_cycle = 0.5', "below 1 it needs a period"),
     ('kind = "jam"\non = "radio"\nat_s = 1\nzone = { kind = "circle", low_m = [0, 0], high_m = [1, 1] }',
      "low_m and high_m of a rectangle, or centre_m and radius_m of a circle"),
+    ('kind = "jam"\non = "radio"\nat_s = 1\nzone = { kind = "circle", centre_m = [0, 0], radius_m = 5 }',
+     'faults[0].zone={ kind = "circle", centre_m = [0, 0], radius_m = 5 }: no node on \'radio\' stands anywhere, so '
+     'none is in the zone: give agents at_m = [x, y], or name nodes in place of the zone'),
     ('kind = "blackout"\non = "radio: r1 -> r2"\nat_s = 1', "takes no fault of kind blackout"),
     ('kind = "bias"\non = "view: rover -> r1"\nat_s = 1\nby_m = [1.0]', "expected [x, y] or [x, y, z]"),
     ('kind = "noise"\non = "view: rover -> r1"\nat_s = 1\nsigma_m = 0.0', "expected more than 0"),
@@ -124,6 +133,21 @@ def test_a_mistake_is_told_with_its_place(read, fault, line):
     found = [problem for problem in refusal.value.problems if line in problem]
     assert found, refusal.value.problems
     assert found[0].startswith("f.toml: faults[")
+
+
+@pytest.mark.parametrize(("part", "with_positions"), [
+    ("[agents.r2]", "[agents.r2]\nat_m = [1.0, 0.0]"),
+    ('kind = "broadcast_radio"', 'kind = "broadcast_radio"\n'
+     'topology = { kind = "positions", bodies = { rover = ["x", "y"] }, at_m = { r1 = [0, 0], r2 = [1, 0], '
+     'r3 = [2, 0] } }')])
+def test_a_zone_needs_a_node_whose_position_its_radio_knows(tmp_path, read, part, with_positions):
+    zone = ('[[faults]]\nkind = "jam"\non = "radio"\nat_s = 1\n'
+            'zone = { kind = "circle", centre_m = [0, 0], radius_m = 5 }\n')
+    with pytest.raises(ScenarioError, match="stands anywhere"):
+        read(zone)
+    (tmp_path / "f.toml").write_text((tmp_path / "f.toml").read_text().replace(part, with_positions))
+
+    assert [fault.targets for fault in load(tmp_path / "f.toml").faults] == [(("radio",),)]
 
 
 def test_a_list_is_expected(read):

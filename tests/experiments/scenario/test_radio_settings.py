@@ -44,6 +44,7 @@ def test_positions_take_zones():
     ({"capture": 3}, 'capture=3: unknown key; did you mean "capture_db"?'),
     ({"csma": {"slots_ns": 3}}, 'csma.slots_ns=3: unknown key; did you mean "slot_ns"?'),
     ({"topology": {"kind": "fixed", "link": []}}, 'topology.link=[]: unknown key; did you mean "links"?'),
+    ({"topology": {"kind": "fixed", "zones": []}}, 'topology.zones=[]: unknown key; kind = "positions" has it'),
     ({"topology": {"kind": "random"}}, 'topology.kind="random": no such kind; there are fixed, switching, positions'),
     ({"topology": {"kind": "switching", "graphs": {}, "schedule": [{"at_ns": 0, "grph": ""}]}},
      'topology.schedule[0].grph="": unknown key; did you mean "graph"?'),

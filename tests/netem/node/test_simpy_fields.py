@@ -9,12 +9,12 @@ from typing import Any
 
 import simpy
 
-from netem.node.environment import NodeEnvironment, call_in, run_before
+from netem.node.environment import NodeEnvironment, call_in, run_before, timeout_in
 
 ROOT = Path(__file__).parents[3]
 KNOWN = "4.1"                                       # the minor version whose `step` and `schedule` the loop repeats
-FIELDS = {"_now", "_queue", "_eid", "_ok"}          # used in USER
-OTHERS = {"_value", "_defused", "_active_proc"}     # private as well, used nowhere
+FIELDS = {"_now", "_queue", "_eid", "_ok", "_value", "_delay"}      # used in USER
+OTHERS = {"_defused", "_active_proc"}               # private as well, used nowhere
 USER = ROOT / "netem" / "node" / "environment.py"       # the one class of ours that inherits SimPy's
 
 
@@ -22,6 +22,7 @@ def test_simpy_is_of_the_version_whose_private_fields_are_known() -> None:
     environment = simpy.Environment()
     missing = {name for name in ("_now", "_queue", "_eid") if not hasattr(environment, name)}
     missing |= {name for name in ("_ok", "callbacks") if not hasattr(environment.timeout(1), name)}
+    assert vars(timeout_in(NodeEnvironment(), 1)).keys() == vars(NodeEnvironment().timeout(1)).keys()
 
     assert not missing, f"SimPy {simpy.__version__} has no {', '.join(sorted(missing))}: {USER.name} needs another way"
     assert simpy.__version__.startswith(f"{KNOWN}."), \

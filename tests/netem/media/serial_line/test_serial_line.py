@@ -179,6 +179,85 @@ def test_it_agrees_with_a_simulation_byte_by_byte(gaps, baud_bps, buffer_bytes, 
         assert arrival_ns == ceil(end)          # a stretch begins at a whole nanosecond, so both round alike
 
 
+def gathered(chunks, byte_ns, idle_ns, buffer_bytes):
+    """(arrival_ns, data) of a DMA buffer that is read when full or when the line is idle; `chunks` has single bytes."""
+    handed, held, last_ns = [], b"", 0
+    for end, value in chunks:
+        if held and end - byte_ns >= last_ns + idle_ns:
+            handed.append((last_ns + idle_ns, held))
+            held = b""
+        held, last_ns = held + value, end
+        if len(held) == buffer_bytes:
+            handed.append((end, held))
+            held = b""
+    return handed + [(last_ns + idle_ns, held)] * bool(held)
+
+
+@given(st.lists(st.tuples(st.integers(0, 60_000), st.binary(min_size=1, max_size=12)), max_size=12),
+       st.sampled_from([1_000_000, 2_500_000, 10_000_000]), st.integers(1, 30), st.integers(0, 9), st.integers(1, 5))
+@example([(0, b"a"), (40_000, b"b")], 1_000_000, 9, 0, 3)           # silent for exactly three byte times
+@example([(0, b"a"), (39_999, b"b")], 1_000_000, 9, 0, 3)
+def test_the_idle_line_and_the_full_buffer_deliver_what_a_dma_would(gaps, baud_bps, buffer_bytes, chunk_bytes,
+                                                                      idle_bytes):
+    byte_ns = 10**10 // baud_bps            # whole nanoseconds, so nothing is rounded
+    now_ns, writes = 0, []
+    for gap_ns, data in gaps:
+        now_ns += gap_ns
+        writes.append((now_ns, data))
+    bench = Bench(baud_bps=baud_bps, buffer_bytes=buffer_bytes, chunk_bytes=chunk_bytes, idle_bytes=idle_bytes)
+    for at_ns, data in writes:
+        bench.offer(at_ns, "fc", data)
+
+    bench.run()
+
+    assert [(at_ns, data) for at_ns, _, data in bench.heard] == gathered(
+        byte_by_byte(writes, baud_bps, buffer_bytes, 1), byte_ns, idle_bytes * byte_ns, chunk_bytes)
+
+
+def test_a_delivery_has_the_times_of_its_first_and_its_last_byte():
+    bench = Bench(idle_bytes=3, receive_latency_ns=7)
+    bench.offer(2 * US, "fc", b"ab")
+    bench.offer(6 * US, "fc", b"cd")                # after two byte times of silence
+
+    bench.run()
+
+    assert bench.heard == [(11 * US + 7, "modem", b"abcd")]
+    assert [(row["offered_ns"], row["on_air_ns"], row["end_ns"]) for row in bench.rows()] == [(2 * US, 2 * US, 8 * US)]
+
+
+def test_what_waits_for_the_idle_line_at_the_end_is_unfinished():
+    bench = Bench(idle_bytes=3, end_ns=5 * US)
+    bench.offer(0, "fc", b"ab")                     # idle for long enough at 5 us, when the run is over
+
+    assert bench.run().fates() == [Fate.UNFINISHED]
+    assert bench.heard == []
+
+
+@given(st.lists(st.tuples(st.integers(0, 30_000), st.sampled_from(["fc", "modem"]), st.integers(1, 12)), max_size=6),
+       st.integers(0, 9), st.integers(1, 5), st.integers(0, 5_000), st.integers(0, 50_000), st.integers(1, 12))
+def test_nothing_that_is_offered_later_is_handed_over_before_the_lookahead(gaps, chunk_bytes, idle_bytes, latency_ns,
+                                                                            later_ns, size):
+    def bench():
+        found, now_ns = Bench(chunk_bytes=chunk_bytes, idle_bytes=idle_bytes, receive_latency_ns=latency_ns), 0
+        for gap_ns, end, bytes_ in gaps:
+            now_ns += gap_ns
+            found.agenda.at(now_ns, OFFER, end, partial(found.line.offer, end, bytes(bytes_), now_ns))
+        found.agenda.run_before(now_ns + 1)
+        found.heard.clear()                         # known to the links
+        return found, now_ns + 1
+
+    found, t0_ns = bench()
+    bound_ns = found.line.lookahead_ns(t0_ns)
+    arrivals = []
+    for end in ("fc", "modem"):
+        tried, _ = bench()
+        tried.agenda.at(t0_ns + later_ns, OFFER, end, partial(tried.line.offer, end, bytes(size), t0_ns + later_ns))
+        tried.run()
+        arrivals += [arrival_ns for arrival_ns, _, _ in tried.heard]
+
+    assert all(arrival_ns >= bound_ns for arrival_ns in arrivals)
+
+
 @given(st.integers(300, 20_000_000), st.lists(st.integers(1, 30), min_size=1, max_size=8), st.integers(0, 10_000_000))
 def test_no_byte_arrives_before_the_lookahead(baud_bps, sizes, later_ns):
     bench = Bench(baud_bps=baud_bps)
@@ -223,7 +302,8 @@ def test_the_lookahead_is_when_the_first_byte_can_arrive(baud_bps, sizes, others
 @pytest.mark.parametrize(("settings", "says"), [
     ({"baud_bps": 0}, "baud_bps=0: expected 1 to"), ({"data_bits": 9}, "data_bits=9: expected 5 to 8"),
     ({"stop_bits": 3}, "stop_bits=3: expected 1 or 2"), ({"buffer_bytes": 0}, "buffer_bytes=0"),
-    ({"chunk_bytes": -1}, "chunk_bytes=-1"), ({"receive_latency_ns": -1}, "receive_latency_ns=-1")])
+    ({"chunk_bytes": -1}, "chunk_bytes=-1"), ({"idle_bytes": -1}, "idle_bytes=-1"),
+    ({"receive_latency_ns": -1}, "receive_latency_ns=-1")])
 def test_nonsense_is_refused_with_its_rule(settings, says):
     with pytest.raises(ValueError, match=says):
         Bench(**settings)
