@@ -7,7 +7,7 @@ over cones is needed. The measure m of headings phi, relative to the normal:
 
     uniform     d phi / pi              targets enter at a uniform place with a uniform heading (section 2.4)
     isotropic   cos(phi) d phi / 2      the motion-invariant measure of lines; P^1 of one field of view is the ratio
-                                        of perimeters (Crofton; Baumgartner and Ferrari 2008, [84])
+                                        of perimeters (Crofton; Ferrari et al. 2009, [84])
 
 A move of one sensor changes P_S^k by the measure of what its interval shares with the headings that exactly k - 1 of
 the other intervals contain. `coverage_with` uses this for many places at once: it is Delta P_S^k of (2.4).

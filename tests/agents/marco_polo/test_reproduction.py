@@ -20,7 +20,7 @@ from agents.marco_polo.missed_chords import missed_share
 from agents.marco_polo.sweep import plan_sweep, sweep_probability
 from agents.marco_polo.track_coverage import Headings, track_coverage
 from agents.marco_polo.track_line import fit_track
-from tests.agents.marco_polo.layouts import AREA, BEST_PLACEMENTS, CENTRES, OBSTACLE, RADII, ZONE
+from tests.agents.marco_polo.layouts import AREA, CENTRES, OBSTACLE, PLACEMENTS, RADII, ZONE
 
 PAGE = Path(__file__).parents[3] / "docs" / "reproduction.md"
 CELLS = Cells(AREA, 0.5)
@@ -37,18 +37,11 @@ def three(centres, headings=Headings.UNIFORM):
     return " ".join(f"{value:.4f}" for value in track_coverage(AREA, centres, RADII, headings, 800)[:3])
 
 
-def grouped(corner):
-    """P^3 of the team as near to a corner or to the middle of a wall as its platforms allow, in two columns."""
-    x, y = corner
-    places = np.array([(0.25 + 0.5 * (n % 2), 0.25 + 0.5 * (n // 2)) for n in range(7)])
-    places = places if x == 0 else places + [4.5, 0.0]
-    return f"{track_coverage(AREA, places, RADII, boundary_cells=800)[2]:.4f}"
-
-
-def best(least_area):
-    centres = BEST_PLACEMENTS[least_area]
-    covered = area_coverage(AREA, centres, RADII)
-    assert covered >= least_area
+def placed(name, least_area=0.0):
+    centres = np.array(PLACEMENTS[name])
+    apart = np.max(np.abs(centres[:, None] - centres), axis=-1)[np.triu_indices(7, 1)]
+    assert area_coverage(AREA, centres, RADII) >= least_area
+    assert apart.min() >= 0.5 - 1e-9
     return f"{track_coverage(AREA, centres, RADII, boundary_cells=800)[2]:.4f}"
 
 
@@ -82,7 +75,8 @@ def stay():
 def exit_of_the_line():
     track = fit_track([(1.0, 1.0), (2.0, 2.2), (3.0, 2.9)])
     x, y = track.exit_point(AREA)
-    return f"({track.centroid[0]:.0f}, {track.centroid[1]:.4f}), {degrees(track.heading_rad):.3f} deg, ({x:.0f}, {y:.3f})"
+    centroid = f"({track.centroid[0]:.0f}, {track.centroid[1]:.4f})"
+    return f"{centroid}, {degrees(track.heading_rad):.3f} deg, ({x:.0f}, {y:.3f})"
 
 
 ROWS = {
@@ -94,12 +88,13 @@ ROWS = {
     "layout-isotropic": lambda: three(CENTRES, Headings.ISOTROPIC),
     "layout-area": lambda: f"{area_coverage(AREA, CENTRES, RADII):.4f}",
     "greatest-area": lambda: f"{greatest_area_coverage(AREA, RADII):.4f}",
-    "placement-0": lambda: best(0.0),
-    "placement-0.25": lambda: best(0.25),
-    "placement-0.30": lambda: best(0.30),
-    "placement-0.33": lambda: best(0.33),
-    "grouped-corner": lambda: grouped((0, 0)),
-    "grouped-wall": lambda: grouped((5, 0)),
+    "placement-0": lambda: placed("two opposite corners"),
+    "placement-0.25": lambda: placed("0.25", 0.25),
+    "placement-0.30": lambda: placed("0.30", 0.30),
+    "placement-0.33": lambda: placed("0.33", 0.33),
+    "placement-adjacent": lambda: placed("two adjacent corners"),
+    "placement-corner": lambda: placed("one corner"),
+    "placement-wall": lambda: placed("one wall"),
     "alpha": lambda: " ".join(f"{CTarget(TRACK, 1.0, content).slope:.4f}" for content in (0.2, 0.3, 0.5, 0.8)),
     "c-target": lambda: f"{CTarget(TRACK, 1.25, 0.5).area_m2(AREA):.2f} m2",
     "content": lambda: inside(0.3),
