@@ -6,7 +6,7 @@ In the frame whose origin is the newest detection on the track line, y along the
 
 c is the *cone content*: the probability that a heading, uniform within +-pi/2 of the bisector, lies within +-pi c / 2.
 r is the sensor's radius. The cone grows with c. The content holds for the heading of one leg, not for positions: with
-r = 1.25 m and legs of 1 m, the share of targets inside after 1, 3, 10 legs is 0.519, 0.689, 0.878 for c = 0.3.
+r = 1.25 m and legs of 1 m, the share of targets inside after 1, 3, 10 legs is 0.517, 0.692, 0.878 for c = 0.3.
 
 Differs from the dissertation:
 - Definition 7 and Proposition 1 use one epsilon, but Definition 7's region shrinks as epsilon grows and Proposition 1's

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 from shapely import box
 from shapely.geometry import Polygon
 
@@ -76,6 +77,17 @@ def test_the_share_of_positions_inside_after_legs_is_not_the_content_of_the_cone
     for legs, expected in ((1, 0.5191), (3, 0.6889), (10, 0.8777)):
         share = float(np.mean(target.contains(np.stack([1.0 + along[legs - 1], across[legs - 1]], axis=1))))
         assert abs(share - expected) <= 3.0 * sqrt(expected * (1.0 - expected) / targets) + 5e-5
+
+
+def test_the_share_after_one_leg_is_where_the_circle_of_the_leg_crosses_the_boundary():
+    target = CTarget(fit_track([(0.0, 0.0), (1.0, 0.0)]), 1.25, 0.3)
+    crossing = brentq(lambda heading: np.sin(heading) - target.half_width_m(np.cos(heading)), 0.0, pi / 2)
+    headings = ((np.arange(100_000) + 0.5) / 100_000 - 0.5) * pi
+
+    share = float(np.mean(target.contains(np.stack([1.0 + np.cos(headings), np.sin(headings)], axis=1))))
+
+    assert share == pytest.approx(2.0 * crossing / pi, abs=1e-4)
+    assert share == pytest.approx(0.5171, abs=1e-4)
 
 
 @pytest.mark.parametrize("content", [0.0, 1.0, -0.3, float("nan")])
