@@ -25,11 +25,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import ClassVar
 
+from mypy_extensions import mypyc_attr
+
 from firmware_sim.board import Board
 from firmware_sim.radio_modem_settings import ModemSettings
 from firmware_sim.scenario_view import Own, ScenarioView
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class RadioModem:
     Settings: ClassVar = ModemSettings
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterator
 from typing import Any, ClassVar, Final
 
+from mypy_extensions import mypyc_attr
 from simpy.events import Event
 
 from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
@@ -47,6 +48,7 @@ COUNTERS: Final = ("releases missed", "unreadable frames", "motion capture out o
 NO_PLANT: Final = 'an autopilot needs a plant, as plant = { fmu = "quadrotor", preset = "hummingbird" }'
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Autopilot:
     Settings: ClassVar = AutopilotSettings
     has_execution_time: ClassVar = True

@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import acos, isfinite
 
+from mypy_extensions import mypyc_attr
+
 from firmware_sim.autopilot import mission_run, refusals
 from firmware_sim.autopilot.airframe import Airframe
 from firmware_sim.autopilot.failsafe import Failsafe, Silences
@@ -38,6 +40,7 @@ from firmware_sim.autopilot.vehicle import (
 )
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class FlightController:
     def __init__(self, airframe: Airframe, period_ns: int, navigation_every: int,
                  parameters: Mapping[str, float] | None = None) -> None:

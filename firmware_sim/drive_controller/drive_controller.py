@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterator
 from typing import Any, ClassVar, Final
 
+from mypy_extensions import mypyc_attr
 from simpy.events import Event
 
 from firmware_sim.board import Board
@@ -46,6 +47,7 @@ COUNTERS: Final = ("releases missed", "unreadable frames", "setpoints refused", 
 NO_PLANT: Final = 'a drive controller needs a plant, as plant = { fmu = "unicycle" }'
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class DriveController:
     Settings: ClassVar = DriveSettings
     has_execution_time: ClassVar = True

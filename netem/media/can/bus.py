@@ -24,6 +24,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from random import Random
 from typing import Any, ClassVar, Final
 
+from mypy_extensions import mypyc_attr
+
 from netem.core.agenda import OFFER, Agenda
 from netem.core.fate import Fate
 from netem.core.frame import Frame
@@ -49,6 +51,7 @@ from netem.wire.instants import NEVER_NS
 ARBITRATION: Final = OFFER + 1              # after all offers of the instant
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class CanBus(Medium):
     Settings: ClassVar = CanSettings
     signals: ClassVar = (("load", "1"),)

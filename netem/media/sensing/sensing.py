@@ -27,6 +27,8 @@ from functools import partial
 from random import Random
 from typing import Any, ClassVar
 
+from mypy_extensions import mypyc_attr
+
 from netem.core.agenda import TIMER, Agenda
 from netem.core.fate import Fate
 from netem.core.frame import Frame
@@ -42,6 +44,7 @@ ORIGIN = Body(0.0, 0.0, 0.0, 0.0)
 COUNTERS = ("unreadable frames", "exposures without the camera's pose")
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Sensing(Medium):
     Settings: ClassVar = SensingSettings
 

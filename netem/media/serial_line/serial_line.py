@@ -30,6 +30,8 @@ from functools import partial
 from random import Random
 from typing import ClassVar, Final
 
+from mypy_extensions import mypyc_attr
+
 from netem.core.agenda import TIMER, Agenda
 from netem.core.fate import Fate
 from netem.core.frame import Frame
@@ -43,6 +45,7 @@ from netem.records.ledger import Ledger
 COUNTERS: Final = ("bytes sent", "bytes refused")
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class SerialLine(Medium):
     Settings: ClassVar = SerialLineSettings
 

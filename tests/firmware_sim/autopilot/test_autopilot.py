@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import dist, pi
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -15,6 +16,7 @@ from firmware_sim.autopilot.autopilot_settings import AutopilotSettings
 from firmware_sim.autopilot.vehicle import Landed, Mode, Result
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.scenario_view import OwnAgent
+from fmus.input_faults import InputFaults
 from netem.media.sensing.sight import Detection, pack_detection, pack_nothing
 from netem.wire.instants import NEVER_NS
 from netem.wire.messages import Grant
@@ -27,12 +29,25 @@ def seen(exposed_ns: int, name: str = "uav", x_m: float = 0.0) -> bytes:
     return pack_detection(Detection(exposed_ns, x_m, 0.0, 0.0, name))
 
 
+class Noted(InputFaults):
+    """No fault: it tells when inputs are written."""
+
+    def __init__(self, tell: Callable[[], object]) -> None:
+        self._tell = tell
+
+    def of_values(self, names: tuple[str, ...], put: Callable[[Sequence[float]], object]) -> Any:
+        def noted(values: Sequence[float]) -> object:
+            self._tell()
+            return put(values)
+        return noted
+
+
 def test_motors_change_an_execution_time_after_a_release_on_the_local_clock(bench: Bench) -> None:
     clock = ClockSettings(offset_ns=3 * MS + 250_000, drift_ppm=100.0, tick_ns=1000)
     uav = bench(clock=clock, period_ns=2 * MS, offset_ns=MS, execution_ns=700_000)
     uav.run(0.1)
     written: list[int] = []
-    uav.autopilot._motors = SimpleNamespace(write=lambda _motors: written.append(uav.node.now_ns))
+    uav.autopilot._motors.let_change(Noted(lambda: written.append(uav.node.now_ns)))
 
     uav.controller.arm()
     uav.run(0.05)

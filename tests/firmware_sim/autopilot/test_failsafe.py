@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import pytest
 
+from firmware_sim.autopilot.airframe import Airframe
 from firmware_sim.autopilot.failsafe import (
     LINK_HOLD,
     LINK_LAND,
@@ -91,10 +90,12 @@ def test_targets_are_lost_after_half_a_second_unless_told_otherwise() -> None:
 
 @pytest.mark.parametrize(("age_ns", "valid"), [(300_000_000, True), (300_000_001, False)])
 def test_motion_capture_is_lost_after_three_tenths_of_a_second_unless_told_otherwise(age_ns: int, valid: bool) -> None:
-    controller = SimpleNamespace(loops=SimpleNamespace(estimate=SimpleNamespace(age_ns=lambda now_ns: age_ns)),
-                                 parameters=ParameterTable({}, lambda: None), _now_ns=S)
+    controller = FlightController(Airframe(), 1_000_000, 10)
+    controller.captured(S, (0.0, 0.0, -2.0), S)
 
-    assert FlightController.position_valid.__get__(controller) is valid
+    controller.tick(S + age_ns, (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -9.81))
+
+    assert controller.position_valid is valid
 
 
 def test_a_return_or_landing_goes_on_while_the_link_is_silent() -> None:

@@ -154,9 +154,21 @@ def talkative(name: str) -> Node:
     return node
 
 
-def bus_and_ledger(agenda: Agenda, deliver: Any, settings: CanSettings) -> tuple[CanBus, Ledger]:
+class NotedBus(CanBus):
+    """Notes its offers."""
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.offers: list[tuple[int, str, bytes]] = []
+
+    def offer(self, sender: str, data: bytes, now_ns: int) -> None:
+        self.offers.append((now_ns, sender, data))
+        super().offer(sender, data, now_ns)
+
+
+def bus_and_ledger(agenda: Agenda, deliver: Any, settings: CanSettings) -> tuple[NotedBus, Ledger]:
     ledger = Ledger()
-    return CanBus("can", settings, NODES, agenda, ledger, Links(ledger, deliver, {}), Random), ledger
+    return NotedBus("can", settings, NODES, agenda, ledger, Links(ledger, deliver, {}), Random), ledger
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "dying"])
@@ -164,11 +176,6 @@ def test_windows_decide_the_same_as_one_pass_over_all_offers(kind: str) -> None:
     settings = CanSettings(**{"bit_rate_bps": 250_000, **KINDS[kind]})
     conductor = Conductor(Agenda(), InlineHost({name: partial(talkative, name) for name in NODES}), END_NS)
     bus, ledger = bus_and_ledger(conductor.agenda, conductor.deliver, settings)
-    offers: list[tuple[int, str, bytes]] = []
-    offer = bus.offer
-    bus.offer = lambda sender, data, now_ns: (offers.append((now_ns, sender, data)),  # type: ignore[assignment]
-                                              offer(sender, data, now_ns))
-
     conductor.admit(conductor.host.start(), {"can": bus})
     conductor.run()
     bus.finish(END_NS)
@@ -176,7 +183,7 @@ def test_windows_decide_the_same_as_one_pass_over_all_offers(kind: str) -> None:
 
     agenda = Agenda()
     again, ledger = bus_and_ledger(agenda, lambda *delivery: True, settings)
-    for at_ns, sender, data in offers:
+    for at_ns, sender, data in bus.offers:
         agenda.at(at_ns, OFFER, sender, partial(again.offer, sender, data, at_ns))
     agenda.run_before(END_NS)
     again.finish(END_NS)
