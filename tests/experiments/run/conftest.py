@@ -18,7 +18,7 @@ def both(tmp_path: Path) -> Callable[..., Ran]:
 
     def ran(faults: str, scenario: str = SCENARIO) -> Ran:
         call = next(calls)
-        inline, process = (Ran(tmp_path / f"{host}{call}", host, faults, scenario) for host in HOSTS)
+        inline, process = (Ran(tmp_path / f"{host}{call or ''}", host, faults, scenario) for host in HOSTS)
         assert inline.hash == process.hash
         return inline
     return ran
