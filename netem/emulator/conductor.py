@@ -111,8 +111,8 @@ class Conductor:
     def pause(self, name: str, until_ns: int, depth: int, cause: str = "") -> bool:
         """At a stop: let the node stand still; of each medium, `depth` copies that arrive wait for `until_ns`.
 
-        A copy that finds the buffer full is `Fate.RECEIVER_PAUSED`, by `cause`. Returns False, and does nothing, if the node is
-        dead or stands still already.
+        A copy that finds the buffer full is `Fate.RECEIVER_PAUSED`, by `cause`. Returns False, and does nothing, if the
+        node is dead or stands still already.
         """
         seat = self.seats[name]
         if seat.away_until_ns > self.stop_ns:
