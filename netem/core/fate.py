@@ -64,8 +64,8 @@ class Fate(Enum):
         "receiver gone", "The receiver's node was dead when the copy arrived: a fault had killed it, which its cause "
         "names.")
     RECEIVER_PAUSED = (
-        "receiver paused", "The receiver's node stood still by a fault, which its cause names, and its receive buffer was "
-        "full.")
+        "receiver paused", "The receiver's node stood still by a fault, which its cause names, and its receive "
+        "buffer was full.")
     CUT = (
         "cut", "A fault had cut the link when the copy entered it or would have arrived, or had stopped its carrier; "
         "its cause names which.")
