@@ -1,0 +1,12 @@
+"""The Marco Polo game on the emulator (Chapter 2, Figure 2.3): targets that nobody commands, and sensors that bid.
+
+    target_path     the way of a target through the area                                             pure
+    target_robot    program: enters, turns, leaves or is captured
+    track           what a sensor knows of one target, and where it expects the target               pure
+    mover           drives an omnidirectional platform from waypoint to waypoint
+    sensor_robot    program: detects, bids, investigates, pursues; `sensor_automaton` declares its modes
+    game_table      the table [team] of a game
+    grip_frames     the frames by which a UGV captures a target
+
+Geometry and rewards are those of `agents.marco_polo`, the choice of who is deployed is `agents.bidding`.
+"""

@@ -1,0 +1,58 @@
+"""The automaton of a sensor in the Marco Polo game (Figure 2.3, Definition 1).
+
+    waiting --its bid for an investigation was the greatest--> investigating --k detections, too late, let go--> waiting
+    waiting --its bid for a pursuit was the greatest--> pursuing --captured, the target is gone, let go--> waiting
+
+Only UGVs have the mode `pursuing`. A sensor that waits stands where it is.
+Differs from the dissertation: Figure 2.3 ends neither an investigation nor a pursuit that finds nothing. Here an
+investigation ends at the latest time at which the target can be in its C-target, and a pursuit when the UGV is where
+the target was expected to leave, and that time has passed.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from agents.hybrid.automaton import Automaton, Edge, Mode
+from agents.hybrid.region import All, AnyOf, Between
+from agents.marco_polo_game.game_table import Game
+
+NOBODY = -1.0                   # variable `target` of a sensor that waits
+
+
+class GameMode(IntEnum):
+    """Number of the mode in MODE frames."""
+
+    WAITING = 0
+    INVESTIGATING = 1
+    PURSUING = 2
+
+    @property
+    def word(self) -> str:
+        return self.name.lower()
+
+
+def sensor_automaton(game: Game, captures: bool) -> Automaton:
+    """Return the automaton of a UGV (`captures`) or a UAV.
+
+    Variables: place [m], number of the target. Inputs: number of its detections, time left [s], 1 if captured, 1 if
+    another sensor is deployed or has ended the task."""
+    parameters = game.parameters
+    k, speed = parameters.detections, parameters.ugv_mps if captures else parameters.uav_mps
+    waiting, investigating, pursuing = (mode.word for mode in GameMode)
+    inside = All(Between("x", *game.area.x_m, tolerance=1e-6), Between("y", *game.area.y_m, tolerance=1e-6))
+    busy = All(inside, Between("target", 0, len(game.targets) - 1))
+    moves = {"x": (-speed, speed), "y": (-speed, speed)}
+    given_up = Between("given_up", 1, 1)
+    modes = {waiting: Mode(All(inside, Between("target", NOBODY, NOBODY)), {"x": (0, 0), "y": (0, 0)}),
+             investigating: Mode(busy, moves)}
+    edges = [Edge(waiting, investigating, Between("detections", k - 1, k - 1), {"target": "of"}),
+             Edge(investigating, waiting, AnyOf(Between("detections", k), Between("left_s", most=0), given_up),
+                  {"target": NOBODY})]
+    if captures:
+        modes[pursuing] = Mode(busy, moves)
+        edges += [Edge(waiting, pursuing, Between("detections", k), {"target": "of"}),
+                  Edge(pursuing, waiting, AnyOf(Between("captured", 1, 1), Between("left_s", most=0), given_up),
+                       {"target": NOBODY})]
+    return Automaton(modes, edges, {waiting: inside}, {"x": "m", "y": "m", "target": "1"},
+                     {"of": "1", "detections": "1", "left_s": "s", "captured": "1", "given_up": "1"})

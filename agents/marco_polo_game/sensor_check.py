@@ -1,0 +1,54 @@
+"""Problems of a scenario of the Marco Polo game, found before a run: each with the number that would do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from agents.bidding.bidding_check import bidding_problems
+from agents.marco_polo.checks import check_area_coverage, check_pursuers
+from agents.marco_polo.cells import Cells
+from agents.marco_polo_game.game_table import Game, game_of
+from agents.marco_polo_game.sensor_settings import SensorSettings
+from firmware_sim.scenario_view import Own, OwnAgent, ScenarioView
+from netem.media.answers import Camera
+
+
+def game_problems(scenario: ScenarioView, own: Own[SensorSettings], captures: bool) -> Iterator[str]:
+    """Yield the reasons why these sensors cannot play; `captures`: they are UGVs."""
+    yield from bidding_problems(scenario, own)
+    try:
+        game = game_of(scenario.team)
+        check_pursuers(len(game.ugvs), "team.ugvs")
+        check_area_coverage(game.area, [game.radius_m[name] for name in game.sensors],
+                            game.parameters.least_area_coverage, "team.game.least_area_coverage")
+        Cells(game.area, game.parameters.cell_m)
+    except ValueError as error:
+        yield str(error)
+        return
+    for name, agent in own.items():
+        if (name in game.ugvs) is not captures:
+            yield (f"agents.{name}: runs the program of a UGV and is missing in team.ugvs={sorted(game.ugvs)}"
+                   if captures else f"team.ugvs={sorted(game.ugvs)}: {name} runs the program of a UAV")
+        elif name in game.sensors:
+            yield from _sensor_problems(scenario, game, name, agent)
+
+
+def _sensor_problems(scenario: ScenarioView, game: Game, name: str, agent: OwnAgent[SensorSettings]) -> Iterator[str]:
+    settings = agent.settings
+    if not agent.has_plant:
+        yield f"agents.{name}.plant: is missing; a sensor moves one: {{ fmu = \"omnidirectional\" }}"
+    needed = [settings.view, *([settings.grip] if name in game.ugvs else [])]
+    if absent := [medium for medium in needed if medium not in agent.media]:
+        yield f"agents.{name}.media: lacks {', '.join(absent)}; it has {', '.join(agent.media) or 'none'}"
+        return
+    view = scenario.media.get(settings.view)
+    camera: Camera | None = view.settings.camera(name) if view is not None and view.settings else None
+    if camera is None:
+        yield f"agents.{name}.parameters.view={settings.view!r}: expected a medium of kind sensing"
+        return
+    if camera.period_ns != settings.exposure_ns:
+        yield (f"agents.{name}.parameters.exposure_ns={settings.exposure_ns}: media.{settings.view} has exposures "
+               f"every {camera.period_ns} ns; take the same")
+    if camera.view.range_m != game.radius_m[name]:
+        yield (f"team.radius_m.{name}={game.radius_m[name]}: media.{settings.view} has range_m="
+               f"{camera.view.range_m}; take the same")

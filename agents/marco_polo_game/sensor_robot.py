@@ -1,0 +1,356 @@
+"""A sensor of the Marco Polo game (Figure 2.3): a UGV or a UAV that detects, bids, investigates and pursues.
+
+    a target comes into view     a detection, which all sensors are told of; one for each sensor and target counts
+    k - 1 detections             a bid window for an investigation: the winner goes to an observation cell and stands
+    k detections                 the investigation is over; a bid window of the UGVs for the pursuit
+    pursuit                      along cells to where the track line lets the target be met; in view, straight to it
+    a UGV within capture_m       grips the target, and has captured it when the target answers
+
+A *stage* of a task is 2 a for an investigation and 2 a + 1 for a pursuit, a: attempts before it. Rewards are (2.4) as
+`agents.marco_polo.reward` repairs it. Whoever has detected the target itself bids for no investigation of it, since a
+second detection by the same sensor is not independent.
+
+Differs from the dissertation: Figure 2.3, line 44, offers UAVs for a pursuit, which the text forbids. Lines 22 and 28
+both remove a captured target; here any UGV in range captures a target with k detections, and the target's answer says
+which one did.
+Not modelled: obstacles and zones without radio, collisions of platforms, errors of a sensor's own place, sweeps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import IntEnum
+from functools import partial
+from math import hypot
+from typing import Any, ClassVar, Final
+
+from agents.bidding.bid_frames import Detection as Shared
+from agents.bidding.bid_frames import ModeMessage, Standing, Task
+from agents.bidding.bidding import Bidding
+from agents.hybrid.automaton import Automaton
+from agents.hybrid.modes import Modes
+from agents.marco_polo.c_target import CTarget
+from agents.marco_polo.cells import Cells, square
+from agents.marco_polo.connectivity import ConnectivityGraph
+from agents.marco_polo.legs import longest_stay_s
+from agents.marco_polo.reward import Offer, Sensor, investigation_offer, pursuit_offer
+from agents.marco_polo_game.game_table import game_of
+from agents.marco_polo_game.grip_frames import Grip, GripFrame, pack, unpack
+from agents.marco_polo_game.mover import Mover
+from agents.marco_polo_game.sensor_automaton import NOBODY, GameMode, sensor_automaton
+from agents.marco_polo_game.sensor_check import game_problems
+from agents.marco_polo_game.sensor_settings import SensorSettings
+from agents.marco_polo_game.track import Seen, Track
+from agents.pursuit import Place
+from firmware_sim.board import Board
+from firmware_sim.board_timers import Timer
+from netem.media.sensing.sight import Detection, unpack_sight
+
+MOST_STAGE: Final = 254
+COUNTERS: Final = ("detections", "investigations", "investigations without a detection", "pursuits",
+                   "pursuits without a capture", "captures", "unreadable sights", "unreadable grips")
+
+
+class Purpose(IntEnum):
+    """Of a task: its stage modulo 2."""
+
+    INVESTIGATION = 0
+    PURSUIT = 1
+
+
+class SensorRobot:
+    """What UGVs and UAVs have in common."""
+
+    Settings = SensorSettings
+    CAPTURES: ClassVar[bool]
+
+    def __init__(self, board: Board, settings: SensorSettings) -> None:
+        self._board, self._settings = board, settings
+        game = self._game = game_of(board.team)
+        self._parameters = game.parameters
+        self._captures = self.CAPTURES
+        self._cells = Cells(game.area, game.parameters.cell_m)
+        self._mover = Mover(board, game.speed_mps(board.name))
+        self._tracks = [Track(game.area, game.parameters) for _ in game.targets]
+        self._places: dict[str, Place] = {}                     # of the other sensors, as they told
+        self._attempts: dict[tuple[int, Purpose], int] = {}     # that are over
+        self._sights_ns: dict[int, int] = {}                    # newest sight of each target
+        self._task: Task | None = None                          # for which it is deployed
+        self._ends_ns = 0                                       # of an investigation, at the latest
+        self._timer: Timer | None = None                        # of that end, or of the next plan of a pursuit
+        board.port(settings.view, self._hear_view)
+        self._grip = board.port(settings.grip, self._hear_grip) if self._captures else None
+        self._modes = Modes(board, sensor_automaton(game, self.CAPTURES), GameMode.WAITING.word, self._state)
+        self._bidding = Bidding(board, settings, reward=self._reward, deploy=self._deployed, let_go=self._let_go,
+                                detected=self._told_detection, told_mode=self._told_mode,
+                                whereabouts=lambda: (self._mode, *self._mover.place))
+        for counter in (*COUNTERS, *(f"detections of {target}" for target in game.targets)):
+            board.count(counter, 0)
+        board.record_all([("x", "m"), ("y", "m"), ("mode", "1"), ("target", "1")], self._sample)
+        self._bidding.tell_mode()
+
+    @property
+    def _mode(self) -> GameMode:
+        return GameMode[self._modes.mode.upper()]
+
+    # --- detections
+
+    def _hear_view(self, data: bytes) -> None:
+        sight = unpack_sight(data)
+        if sight is None:
+            self._board.count("unreadable sights")
+        elif isinstance(sight, Detection) and sight.name in self._game.targets:
+            self._see(self._game.targets.index(sight.name), Seen(sight.exposed_ns, (sight.x_m, sight.y_m)))
+
+    def _see(self, target: int, seen: Seen) -> None:
+        track, last_ns = self._tracks[target], self._sights_ns.get(target)
+        self._sights_ns[target] = seen.at_ns
+        track.sight = Seen(seen.at_ns, self._game.area.nearest(seen.place))
+        if last_ns is None or seen.at_ns - last_ns > self._settings.exposure_ns:      # it has come into view
+            self._detect(target, track, seen)
+        if track.detections >= self._parameters.detections and not track.captured:
+            own = self._mover.place
+            if self._grip is not None and _distance(own, seen.place) <= self._parameters.capture_m:
+                self._grip.send(pack(GripFrame(Grip.GRIPS, target, self._game.sensors.index(self._board.name))))
+            if self._pursues(target):
+                self._plan()
+
+    def _detect(self, target: int, track: Track, seen: Seen) -> None:
+        if track.detected(self._board.name, seen):
+            self._board.count("detections")
+            self._board.count(f"detections of {self._game.targets[target]}")
+            self._board.event("detection", f"{self._game.targets[target]}, number {track.detections}, at "
+                              f"({seen.place[0]:.3f}, {seen.place[1]:.3f}) m")
+        self._bidding.share(Shared(target, track.detections, seen.at_ns, *seen.place))
+        self._demand(target, "")
+
+    def _told_detection(self, sender: str, told: Shared) -> None:
+        if told.target >= len(self._tracks):
+            return
+        track = self._tracks[told.target]
+        if track.detected(sender, Seen(told.seen_ns, (told.x_m, told.y_m))) and self._board.name in track.seen:
+            self._demand(told.target, sender)
+        elif track.detections >= self._parameters.detections:
+            self._end_investigation(told.target, sender)
+        if self._pursues(told.target):
+            self._plan()
+
+    def _demand(self, target: int, by: str) -> None:
+        """Ask for the sensor that the number of detections of a target asks for."""
+        track, k = self._tracks[target], self._parameters.detections
+        if track.captured:
+            return
+        if track.detections >= k:
+            self._end_investigation(target, by)
+            self._open(target, Purpose.PURSUIT)
+        elif track.detections == k - 1:
+            self._open(target, Purpose.INVESTIGATION)
+
+    def _open(self, target: int, purpose: Purpose) -> None:
+        stage = 2 * self._attempts.get((target, purpose), 0) + purpose
+        if stage <= MOST_STAGE:
+            self._bidding.open(Task(target, stage))
+
+    def _end_investigation(self, target: int, by: str) -> None:
+        """End the first investigation of a target that has k detections: it is over for everybody."""
+        if (target, Purpose.INVESTIGATION) not in self._attempts:
+            self._over(Task(target, int(Purpose.INVESTIGATION)))
+            self._bidding.finish(Task(target, int(Purpose.INVESTIGATION)))
+        if self._mode is GameMode.INVESTIGATING and self._task is not None and self._task.target == target:
+            task = self._task
+            self._wait("k detections", by)
+            self._over(task)
+            self._bidding.finish(task)
+
+    # --- bids
+
+    def _reward(self, task: Task) -> float | None:
+        offer = self._offer(task)
+        return None if offer is None else offer.reward
+
+    def _offer(self, task: Task) -> Offer | None:
+        if self._mode is not GameMode.WAITING or task.target >= len(self._tracks):
+            return None
+        track, k = self._tracks[task.target], self._parameters.detections
+        if track.captured or not track.seen:
+            return None
+        forecast, own = track.forecast(), self._mover.place
+        others = [name for name in self._places if name != self._board.name]
+        sensor = Sensor(own, self._game.radius_m[self._board.name],
+                        [self._places[name] for name in others] or [[0.0, 0.0]][:0],
+                        [self._game.radius_m[name] for name in others])
+        if task.stage % 2 == Purpose.INVESTIGATION:
+            if track.detections != k - 1 or self._board.name in track.seen:
+                return None
+            return investigation_offer(sensor, self._graph(), forecast.track, k, self._parameters.detection_threshold,
+                                       self._parameters.investigation)
+        if not self._captures or track.detections < k:
+            return None
+        return pursuit_offer(sensor, self._graph(), forecast.track, forecast.track.last, k, self._parameters.pursuit)
+
+    def _graph(self) -> ConnectivityGraph:
+        """Return the cells that this platform can occupy; UGVs are obstacles to each other."""
+        obstacles = [square(place, self._parameters.platform_m) for name, place in self._places.items()
+                     if self._captures and name in self._game.ugvs]
+        return ConnectivityGraph(self._cells, self._cells.free(obstacles, self._parameters.platform_m))
+
+    def _deployed(self, task: Task, by: str) -> None:
+        offer, track = self._offer(task), self._tracks[task.target]
+        assert offer is not None                    # the protocol has just asked for the bid again
+        before = self._state()
+        self._task = task
+        pursuit = task.stage % 2 == Purpose.PURSUIT
+        mode = GameMode.PURSUING if pursuit else GameMode.INVESTIGATING
+        self._board.count("pursuits" if pursuit else "investigations")
+        self._modes.change(mode.word, f"bid {offer.reward:.4f} for {self._game.targets[task.target]}, P_R "
+                           f"{offer.detection:.4f}, gain {offer.coverage_gain:.4f}, way {offer.route.length_m:.2f} m",
+                           by="" if by == self._board.name else by, before=before,
+                           inputs={"of": task.target, "detections": track.detections})
+        if pursuit:
+            self._plan()
+            return
+        forecast, parameters = track.forecast(), self._parameters
+        target = CTarget(forecast.track, self._game.radius_m[self._board.name], parameters.cone_content)
+        stay_s = longest_stay_s(target.depth_m(self._game.area), parameters.target_least_mps,
+                                0.5e-9 * (parameters.turn_least_ns + parameters.turn_greatest_ns))
+        self._ends_ns = forecast.seen_ns + round(stay_s * 1e9)
+        self._mover.go([self._cells.centroid(cell) for cell in offer.route.cells])
+        self._timer = self._board.at(self._ends_ns, self._too_late)
+
+    def _too_late(self) -> None:
+        assert self._task is not None
+        task = self._task
+        self._board.count("investigations without a detection")
+        self._wait("the target has left its C-target", "")
+        self._over(task)
+        self._bidding.finish(task)
+
+    # --- pursuit
+
+    def _pursues(self, target: int) -> bool:
+        return self._mode is GameMode.PURSUING and self._task is not None and self._task.target == target
+
+    def _plan(self) -> None:
+        """Drive to where the target can be met, straight if it is in view, else by cells; plan again after a while."""
+        assert self._task is not None
+        target, now_ns = self._task.target, self._board.now_ns
+        forecast, own = self._tracks[target].forecast(), self._mover.place
+        goal = forecast.intercept(own, self._game.speed_mps(self._board.name), now_ns)
+        if now_ns - self._sights_ns.get(target, now_ns - 1 - 2 * self._settings.exposure_ns) \
+                <= 2 * self._settings.exposure_ns:
+            self._mover.go([goal])
+        else:
+            graph = self._graph()
+            start = graph.nearest(own)
+            end = None if start is None else graph.nearest(goal, graph.reachable(start))
+            route = None if start is None or end is None else graph.route(start, end)
+            way = [] if route is None else [self._cells.centroid(cell) for cell in route.cells[1:] or route.cells]
+            if now_ns >= forecast.leaves_ns and (not way or _distance(own, way[-1]) <= self._parameters.cell_m):
+                self._lost()
+                return
+            self._mover.go(way)
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = self._board.at(now_ns + self._parameters.update_ns, self._plan)
+
+    def _lost(self) -> None:
+        assert self._task is not None
+        task = self._task
+        self._board.count("pursuits without a capture")
+        self._wait("the target is not where it was expected to leave", "")
+        self._over(task)
+        self._bidding.finish(task)
+        self._look_after_others()
+
+    def _hear_grip(self, data: bytes) -> None:
+        frame = unpack(data)
+        if frame is None or frame.target >= len(self._tracks) or frame.sensor >= len(self._game.sensors):
+            self._board.count("unreadable grips")
+        elif frame.kind is Grip.HELD and not self._tracks[frame.target].captured:
+            self._captured(frame.target, self._game.sensors[frame.sensor])
+
+    def _captured(self, target: int, captor: str) -> None:
+        self._tracks[target].captured = True
+        task = self._task if self._pursues(target) else None
+        if captor == self._board.name:
+            self._board.count("captures")
+            self._board.event("capture", self._game.targets[target])
+            if task is None:
+                stage = 2 * self._attempts.get((target, Purpose.PURSUIT), 0) + Purpose.PURSUIT
+                if stage <= MOST_STAGE:
+                    self._bidding.finish(Task(target, stage))
+        if task is not None:
+            self._wait(f"captured by {captor}", self._game.targets[target])
+            self._over(task)
+            self._bidding.finish(task)
+            self._look_after_others()
+
+    # --- the end of a task
+
+    def _wait(self, cause: str, by: str, given_up: bool = False) -> None:
+        """Stand where it is, and wait for the next task."""
+        assert self._task is not None
+        track, now_ns, before = self._tracks[self._task.target], self._board.now_ns, self._state()
+        ends_ns = self._ends_ns if self._mode is GameMode.INVESTIGATING else track.forecast().leaves_ns
+        self._task = None
+        self._mover.stop()
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._modes.change(GameMode.WAITING.word, cause, by=by, before=before, inputs={
+            "detections": track.detections, "left_s": (ends_ns - now_ns) * 1e-9, "captured": float(track.captured),
+            "given_up": float(given_up)})
+        self._bidding.tell_mode()
+
+    def _let_go(self, task: Task, by: str, why: str) -> None:
+        if task == self._task:
+            self._wait(why, by, given_up=True)
+
+    def _over(self, task: Task) -> None:
+        """Note that an attempt at a target is over; the next one is a task of another stage."""
+        key = task.target, Purpose(task.stage % 2)
+        self._attempts[key] = max(self._attempts.get(key, 0), task.stage // 2 + 1)
+
+    def _look_after_others(self) -> None:
+        """Open windows for targets that may still be pursued, and for which no UGV was free."""
+        for target, track in enumerate(self._tracks):
+            if (track.detections >= self._parameters.detections and not track.captured
+                    and track.forecast().leaves_ns > self._board.now_ns):
+                self._open(target, Purpose.PURSUIT)
+
+    def _told_mode(self, sender: str, message: ModeMessage) -> None:
+        self._places[sender] = message.x_m, message.y_m
+        if message.standing is Standing.FINISHED and message.task.target < len(self._tracks):
+            self._over(message.task)
+
+    # --- records
+
+    def _state(self) -> dict[str, float]:
+        x, y = self._mover.place
+        return {"x": x, "y": y, "target": NOBODY if self._task is None else float(self._task.target)}
+
+    def _sample(self) -> Sequence[float]:
+        x, y = self._mover.place
+        return [x, y, float(self._mode), NOBODY if self._task is None else float(self._task.target)]
+
+
+class UavRobot(SensorRobot):
+    CAPTURES = False
+    check = staticmethod(partial(game_problems, captures=False))
+
+    @staticmethod
+    def automaton(settings: SensorSettings, team: Mapping[str, Any]) -> Automaton:
+        return sensor_automaton(game_of(team), captures=False)
+
+
+class UgvRobot(SensorRobot):
+    CAPTURES = True
+    check = staticmethod(partial(game_problems, captures=True))
+
+    @staticmethod
+    def automaton(settings: SensorSettings, team: Mapping[str, Any]) -> Automaton:
+        return sensor_automaton(game_of(team), captures=True)
+
+
+def _distance(one: Place, other: Place) -> float:
+    return hypot(one[0] - other[0], one[1] - other[1])
