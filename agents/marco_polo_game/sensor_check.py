@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from agents.bidding.bidding_check import bidding_problems
-from agents.marco_polo.checks import check_area_coverage, check_pursuers
 from agents.marco_polo.cells import Cells
+from agents.marco_polo.checks import check_area_coverage, check_pursuers
 from agents.marco_polo_game.game_table import Game, game_of
 from agents.marco_polo_game.sensor_settings import SensorSettings
 from firmware_sim.scenario_view import Own, OwnAgent, ScenarioView
 from netem.media.answers import Camera
 
 
-def game_problems(scenario: ScenarioView, own: Own[SensorSettings], captures: bool) -> Iterator[str]:
+def game_problems(scenario: ScenarioView, own: Own[Any], captures: bool) -> Iterator[str]:
     """Yield the reasons why these sensors cannot play; `captures`: they are UGVs."""
     yield from bidding_problems(scenario, own)
     try:

@@ -131,7 +131,7 @@ class SensorRobot:
         if track.detected(sender, Seen(told.seen_ns, (told.x_m, told.y_m))) and self._board.name in track.seen:
             self._demand(told.target, sender)
         elif track.detections >= self._parameters.detections:
-            self._end_investigation(told.target, sender)
+            self._stop_investigating(told.target, sender)
         if self._pursues(told.target):
             self._plan()
 
@@ -141,26 +141,30 @@ class SensorRobot:
         if track.captured:
             return
         if track.detections >= k:
-            self._end_investigation(target, by)
+            self._stop_investigating(target, by)
+            if not track.investigated:
+                track.investigated = True
+                if (task := self._next(target, Purpose.INVESTIGATION)) is not None:
+                    self._finish(task)
             self._open(target, Purpose.PURSUIT)
         elif track.detections == k - 1:
             self._open(target, Purpose.INVESTIGATION)
 
     def _open(self, target: int, purpose: Purpose) -> None:
-        stage = 2 * self._attempts.get((target, purpose), 0) + purpose
-        if stage <= MOST_STAGE:
-            self._bidding.open(Task(target, stage))
+        if (task := self._next(target, purpose)) is not None:
+            self._bidding.open(task)
 
-    def _end_investigation(self, target: int, by: str) -> None:
-        """End the first investigation of a target that has k detections: it is over for everybody."""
-        if (target, Purpose.INVESTIGATION) not in self._attempts:
-            self._over(Task(target, int(Purpose.INVESTIGATION)))
-            self._bidding.finish(Task(target, int(Purpose.INVESTIGATION)))
+    def _next(self, target: int, purpose: Purpose) -> Task | None:
+        """Return the task of the attempt that is not over; None after the last stage that a frame can name."""
+        stage = 2 * self._attempts.get((target, purpose), 0) + purpose
+        return Task(target, stage) if stage <= MOST_STAGE else None
+
+    def _stop_investigating(self, target: int, by: str) -> None:
+        """Wait again, if this sensor investigates a target that has k detections by now."""
         if self._mode is GameMode.INVESTIGATING and self._task is not None and self._task.target == target:
             task = self._task
             self._wait("k detections", by)
-            self._over(task)
-            self._bidding.finish(task)
+            self._finish(task)
 
     # --- bids
 
@@ -222,8 +226,7 @@ class SensorRobot:
         task = self._task
         self._board.count("investigations without a detection")
         self._wait("the target has left its C-target", "")
-        self._over(task)
-        self._bidding.finish(task)
+        self._finish(task)
 
     # --- pursuit
 
@@ -258,8 +261,7 @@ class SensorRobot:
         task = self._task
         self._board.count("pursuits without a capture")
         self._wait("the target is not where it was expected to leave", "")
-        self._over(task)
-        self._bidding.finish(task)
+        self._finish(task)
         self._look_after_others()
 
     def _hear_grip(self, data: bytes) -> None:
@@ -275,14 +277,11 @@ class SensorRobot:
         if captor == self._board.name:
             self._board.count("captures")
             self._board.event("capture", self._game.targets[target])
-            if task is None:
-                stage = 2 * self._attempts.get((target, Purpose.PURSUIT), 0) + Purpose.PURSUIT
-                if stage <= MOST_STAGE:
-                    self._bidding.finish(Task(target, stage))
+            if task is None and (other := self._next(target, Purpose.PURSUIT)) is not None:
+                self._finish(other)
         if task is not None:
             self._wait(f"captured by {captor}", self._game.targets[target])
-            self._over(task)
-            self._bidding.finish(task)
+            self._finish(task)
             self._look_after_others()
 
     # --- the end of a task
@@ -305,6 +304,11 @@ class SensorRobot:
     def _let_go(self, task: Task, by: str, why: str) -> None:
         if task == self._task:
             self._wait(why, by, given_up=True)
+
+    def _finish(self, task: Task) -> None:
+        """End a task for everybody."""
+        self._over(task)
+        self._bidding.finish(task)
 
     def _over(self, task: Task) -> None:
         """Note that an attempt at a target is over; the next one is a task of another stage."""

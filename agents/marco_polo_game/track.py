@@ -52,7 +52,7 @@ class Forecast:
                 self.track.last[1] + way * sin(self.track.heading_rad))
 
     def intercept(self, own: Place, speed_mps: float, now_ns: int) -> Place:
-        """Return the first place, to `STEP_NS`, that a sensor at `own` reaches no later than the target; else the exit."""
+        """Return the first place, to `STEP_NS`, where a sensor at `own` is no later than the target; else the exit."""
         for at_ns in self._instants(now_ns):
             place = self.place(at_ns)
             if _distance(own, place) <= speed_mps * (at_ns - now_ns) * 1e-9:
@@ -69,6 +69,7 @@ class Track:
     parameters: GameParameters
     seen: dict[str, Seen] = field(default_factory=dict)     # by sensor
     sight: Seen | None = None                               # this sensor's newest sight
+    investigated: bool = False                              # its investigation is over: it has k detections
     captured: bool = False
 
     @property
