@@ -87,8 +87,10 @@ def fit(points: Sequence[Point]) -> Fit:
         A, C = a22, -mzy
     B = -mzx * A / (lx - h) if lx > h else 0.0
     D = -(1.0 + 2.0 * h) * A
-    weight = sqrt(B * B + C * C - 4.0 * A * D)
-    assert weight > 0.0, (lx, ly, mzx, mzy, mzz)
+    line = Curve(mean_x, mean_y, ux, uy, 0.0)
+    weight = sqrt(max(B * B + C * C - 4.0 * A * D, 0.0))
+    if not weight > 0.0:                        # two places only: every circle through them fits, and the line
+        return Fit(line, line, ly * trace, ly * trace)
     A, B, C, D = A / weight, B / weight, C / weight, D / weight
 
     # foot of the mean (0, 0): along the gradient (B, C), at the distance that follows from D
@@ -103,7 +105,6 @@ def fit(points: Sequence[Point]) -> Fit:
     # the gradient at the foot has length 1; the tangent is its right-hand normal, so that left is along the gradient
     circle = Curve(mean_x + ux * px - uy * py, mean_y + uy * px + ux * py,
                    ux * gy + uy * gx, uy * gy - ux * gx, -2.0 * A / root)
-    line = Curve(mean_x, mean_y, ux, uy, 0.0)
     rss = 0.0
     for x, y in points:
         rss += circle.distance_m(x, y) ** 2
