@@ -127,7 +127,7 @@ class TargetRobot:
         if frame is None or frame.sensor >= len(self._sensors):
             self._board.count("unreadable frames")
         elif frame.kind is Grip.GRIPS and frame.target == self._number:
-            if self._captor is None and self._modes.mode == "inside":
+            if self._modes.mode == "inside":
                 self._capture(frame.sensor)
             if self._captor is not None:
                 self._grip.send(pack(GripFrame(Grip.HELD, self._number, self._captor)))

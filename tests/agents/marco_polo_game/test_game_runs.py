@@ -98,6 +98,10 @@ def test_a_target_is_captured_once_by_a_ugv_that_touches_it(seed: int, tmp_path:
         last, = (detail for name, _, detail in told(data, "mode", "inside -> captured") if name == target)
         assert f" by {node}: gripped" in last
     assert not [node for node, _, detail in told(data, "mode", "waiting -> pursuing") if node.startswith("uav")]
+    for node, time_ns, detail in told(data, "mode", "waiting -> investigating"):
+        target = TARGETS[int(float(detail.partition(" with of=")[2].partition(",")[0]))]
+        own = [at_ns for name, at_ns, _ in told(data, "detection", f"{target},") if name == node]
+        assert all(at_ns > time_ns for at_ns in own)        # a second detection by it would not be independent
     assert counted(data, "captured") + counted(data, "left") <= counted(data, "entered") == 3
 
 
