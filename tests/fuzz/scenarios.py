@@ -70,7 +70,8 @@ def complaint(mutant: Mutant, folder: Path) -> str:
     except ScenarioError as error:
         lines = error.problems
         for line in lines:
-            if "\n" in line or "Traceback" in line or ADDRESS.search(line):
+            _, *shown = line.split("\n")
+            if (shown and not _points_into_a_formula(shown)) or "Traceback" in line or ADDRESS.search(line):
                 return f"not one plain line: {line!r}"
             if not line.startswith((file.name, str(file))):
                 return f"does not name the file: {line!r}"
@@ -82,6 +83,11 @@ def complaint(mutant: Mutant, folder: Path) -> str:
         file.unlink()
     cpu_s = time.process_time() - began_cpu_s
     return f"took {cpu_s:.1f} s of processor time" if cpu_s > SLOW_S else ""
+
+
+def _points_into_a_formula(shown: list[str]) -> bool:
+    """Return whether these lines, below the words of a refusal, are a formula and a caret under it."""
+    return len(shown) == 2 and shown[1].strip() == "^" and len(shown[1]) <= len(shown[0]) + 1
 
 
 def _lines(text: str, rng: random.Random) -> tuple[list[str], int]:
