@@ -1,8 +1,8 @@
-"""What one sensor knows of one task: its window, the bids in it, and who is deployed.
+"""What one sensor knows of one task: whether its bid window is open, which bids it has heard, and who is deployed.
 
 *Invariants*
 - `closes_ns` is not None exactly while the window is open; then the sensor is not deployed;
-- a finished task has no open window and nobody who is deployed.
+- for a finished task no window is open, and no sensor is deployed.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class Auction:
 
     @property
     def idle(self) -> bool:
-        """True if nobody is known to be deployed and no window is open, though the task is not over."""
+        """True if the task is not over, and this sensor knows of no open window and no deployed sensor."""
         return not self.finished and self.closes_ns is None and self.own is None and not self.holders
 
     def winner(self) -> int | None:
-        """Return the sensor with the greatest bid, the lowest number of equal ones; None if nobody bid."""
+        """Return the number of the sensor with the greatest bid, the lowest of equal ones; None without a bid."""
         bids = {number: reward for number, reward in self.bids.items() if reward > NO_BID}
         return max(bids, key=lambda number: (bids[number], -number), default=None)
 

@@ -40,7 +40,7 @@ NO_TASK: Final = Task(255, 255)
 
 
 class Standing(IntEnum):
-    """What a mode message says of its sender and the task."""
+    """What a MODE message says about its sender's part in the task."""
 
     DEPLOYED = 0        # it is deployed for the task
     HEARD = 1           # it has heard the award of the task
@@ -86,7 +86,7 @@ PER_TASK_BYTES: Final = _DETECTION.size + _BID.size + _MODE.size      # most of 
 
 
 def frame_bytes(tasks: int) -> int:
-    """Return the size of a frame with the sender's mode and all that is due while so many tasks are talked about."""
+    """Return the size of a frame with the sender's mode and all that is due while so many tasks are under way."""
     return _HEAD.size + _MODE.size + tasks * PER_TASK_BYTES
 
 

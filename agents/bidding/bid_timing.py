@@ -37,7 +37,7 @@ class BiddingSettings:
     heartbeat_rounds: int = 4           # H / R
     max_successive_losses: int = 0      # N^D, on each link
     delay_ns: int = 0                   # d, the most that impairments delay a copy
-    most_tasks: int = 3                # tasks that are talked about at a time, for the size of a frame
+    most_tasks: int = 3                 # tasks under way at a time, for the size of a frame
 
     def __post_init__(self) -> None:
         for name, least in (("slot_ns", 1), ("window_ns", 1), ("heartbeat_rounds", 1), ("max_successive_losses", 0),

@@ -152,7 +152,7 @@ class Bidding:
         auction.close()
         winner = auction.winner()
         if winner is None:
-            self._board.warn("nobody bids", _named(auction))
+            self._board.warn("nobody bids", f"{_named(auction)}: no sensor sent a bid within the window")
         elif winner != self._number:
             self._hold(auction, winner, auction.bids[winner])
         elif self._reward(auction.task) is None:

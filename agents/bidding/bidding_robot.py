@@ -3,8 +3,8 @@
     waiting --its bid was the greatest--> deployed --finished, or a greater bid is deployed--> waiting
 
 It detects target k at `detects_ns[k]` (-1: never), shares the detection and opens a window for it. It bids `rewards[k]`
-for target k, nothing for one without an entry, while it is deployed, or after it gave the task up. It finishes an
-task `finishes_after_ns` after it was deployed, or gives it up after `gives_up_after_ns` (0: never).
+for target k, nothing for one without an entry, while it is deployed, or after it gave the task up. It finishes a task
+`finishes_after_ns` after it was deployed, or gives it up after `gives_up_after_ns` (0: never).
 """
 
 from __future__ import annotations

@@ -69,15 +69,17 @@ class Where:
         return self.text
 
 
-class All:
-    """The points in every one of `regions`; with none of them, all points."""
-
+class _Several:
     def __init__(self, *regions: Region) -> None:
         self.regions = regions
 
     @property
     def variables(self) -> frozenset[str]:
         return frozenset(name for region in self.regions for name in region.variables)
+
+
+class All(_Several):
+    """The points in every one of `regions`; with none of them, all points."""
 
     def holds(self, point: Point) -> bool:
         return all(region.holds(point) for region in self.regions)
@@ -86,15 +88,8 @@ class All:
         return " and ".join(map(str, self.regions)) or "everywhere"
 
 
-class AnyOf:
+class AnyOf(_Several):
     """The points in at least one of `regions`; with none of them, no point."""
-
-    def __init__(self, *regions: Region) -> None:
-        self.regions = regions
-
-    @property
-    def variables(self) -> frozenset[str]:
-        return frozenset(name for region in self.regions for name in region.variables)
 
     def holds(self, point: Point) -> bool:
         return any(region.holds(point) for region in self.regions)

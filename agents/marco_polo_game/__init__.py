@@ -1,4 +1,4 @@
-"""The Marco Polo game on the emulator (Chapter 2, Figure 2.3): targets that nobody commands, and sensors that bid.
+"""The Marco Polo game as programs (Chapter 2, Figure 2.3): targets drive at random, and sensors bid to catch them.
 
     target_path     the way of a target through the area                                             pure
     target_robot    program: enters, turns, leaves or is captured

@@ -20,7 +20,8 @@ from agents.marco_polo.reward import RewardWeights
 from agents.pursuit.law import Area
 
 MOST_TARGETS = 255
-KEYS = frozenset(field.name for field in fields(GameParameters)) - {"investigation", "pursuit"}
+WEIGHTS = ("investigation", "pursuit")          # keys that are tables of weights
+KEYS = frozenset(field.name for field in fields(GameParameters))
 
 
 @dataclass(frozen=True)
@@ -53,11 +54,11 @@ def game_of(team: Mapping[str, Any]) -> Game:
         if not (isinstance(radius, int | float) and isfinite(radius) and radius > 0):
             raise ValueError(f"team.radius_m.{name}={radius}: expected more than 0")
     table = team.get("game", {})
-    if not isinstance(table, Mapping) or (unknown := sorted(table.keys() - KEYS - {"investigation", "pursuit"})):
+    if not isinstance(table, Mapping) or (unknown := sorted(table.keys() - KEYS)):
         raise ValueError(f"team.game: {', '.join(unknown) if isinstance(table, Mapping) else table}: expected keys "
-                         f"among {', '.join(sorted(KEYS))}, investigation, pursuit")
+                         f"among {', '.join(sorted(KEYS))}")
     try:
-        weights = {name: RewardWeights(**table[name]) for name in ("investigation", "pursuit") if name in table}
+        weights = {name: RewardWeights(**table[name]) for name in WEIGHTS if name in table}
         parameters = GameParameters(**{**table, **weights})
     except (TypeError, ValueError) as error:
         raise ValueError(f"team.game: {error}") from None

@@ -5,7 +5,7 @@ The platform knows its place. Legs end at timers, to 1 ns; the plant's lag has t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import ceil, hypot
 
 from agents.pursuit import Place
@@ -21,7 +21,6 @@ class Mover:
         self._inputs = board.actuators(["v_x_cmd", "v_y_cmd", "omega_cmd"])
         self._pose = board.sensors(["x", "y"], ["m", "m"])
         self._left: list[Place] = []
-        self._arrived: Callable[[], object] | None = None
         self._timer: Timer | None = None
 
     @property
@@ -29,13 +28,13 @@ class Mover:
         x, y = self._pose.read()
         return float(x), float(y)
 
-    def go(self, places: Sequence[Place], arrived: Callable[[], object] | None = None) -> None:
-        """Drive from the present place along `places`; call `arrived` at the last one. Replaces what was under way."""
-        self._left, self._arrived = list(places), arrived
+    def go(self, places: Sequence[Place]) -> None:
+        """Drive from the present place along `places`, instead of where it was going."""
+        self._left = list(places)
         self._next()
 
     def stop(self) -> None:
-        self._left, self._arrived = [], None
+        self._left = []
         self._halt()
 
     def _halt(self) -> None:
@@ -56,6 +55,3 @@ class Mover:
                 self._timer = self._board.at(self._board.now_ns + ceil(away / self._speed_mps * 1e9), self._next)
                 return
             self._left.pop(0)
-        arrived, self._arrived = self._arrived, None
-        if arrived is not None:
-            arrived()

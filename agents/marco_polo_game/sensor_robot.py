@@ -18,10 +18,9 @@ Not modelled: obstacles and zones without radio, collisions of platforms, errors
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum
-from functools import partial
-from math import hypot
+from math import dist
 from typing import Any, ClassVar, Final
 
 from agents.bidding.bid_frames import Detection as Shared
@@ -44,6 +43,7 @@ from agents.marco_polo_game.track import Seen, Track
 from agents.pursuit import Place
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
+from firmware_sim.scenario_view import Own, ScenarioView
 from netem.media.sensing.sight import Detection, unpack_sight
 
 MOST_STAGE: Final = 254
@@ -52,23 +52,30 @@ COUNTERS: Final = ("detections", "investigations", "investigations without a det
 
 
 class Purpose(IntEnum):
-    """Of a task: its stage modulo 2."""
+    """What a sensor is deployed for: the stage of its task modulo 2."""
 
     INVESTIGATION = 0
     PURSUIT = 1
 
 
 class SensorRobot:
-    """What UGVs and UAVs have in common."""
+    """The program of both UGVs and UAVs; `CAPTURES`: it is one of a UGV, which pursues and captures targets."""
 
     Settings = SensorSettings
     CAPTURES: ClassVar[bool]
+
+    @classmethod
+    def check(cls, scenario: ScenarioView, own: Own[SensorSettings]) -> Iterator[str]:
+        return game_problems(scenario, own, captures=cls.CAPTURES)
+
+    @classmethod
+    def automaton(cls, settings: SensorSettings, team: Mapping[str, Any]) -> Automaton:
+        return sensor_automaton(game_of(team), captures=cls.CAPTURES)
 
     def __init__(self, board: Board, settings: SensorSettings) -> None:
         self._board, self._settings = board, settings
         game = self._game = game_of(board.team)
         self._parameters = game.parameters
-        self._captures = self.CAPTURES
         self._cells = Cells(game.area, game.parameters.cell_m)
         self._mover = Mover(board, game.speed_mps(board.name))
         self._tracks = [Track(game.area, game.parameters) for _ in game.targets]
@@ -79,7 +86,7 @@ class SensorRobot:
         self._ends_ns = 0                                       # of an investigation, at the latest
         self._timer: Timer | None = None                        # of that end, or of the next plan of a pursuit
         board.port(settings.view, self._hear_view)
-        self._grip = board.port(settings.grip, self._hear_grip) if self._captures else None
+        self._grip = board.port(settings.grip, self._hear_grip) if self.CAPTURES else None
         self._modes = Modes(board, sensor_automaton(game, self.CAPTURES), GameMode.WAITING.word, self._state)
         self._bidding = Bidding(board, settings, reward=self._reward, deploy=self._deployed, let_go=self._let_go,
                                 detected=self._told_detection, told_mode=self._told_mode,
@@ -110,7 +117,7 @@ class SensorRobot:
             self._detect(target, track, seen)
         if track.detections >= self._parameters.detections and not track.captured:
             own = self._mover.place
-            if self._grip is not None and _distance(own, seen.place) <= self._parameters.capture_m:
+            if self._grip is not None and dist(own, seen.place) <= self._parameters.capture_m:
                 self._grip.send(pack(GripFrame(Grip.GRIPS, target, self._game.sensors.index(self._board.name))))
             if self._pursues(target):
                 self._plan()
@@ -181,21 +188,21 @@ class SensorRobot:
         forecast, own = track.forecast(), self._mover.place
         others = [name for name in self._places if name != self._board.name]
         sensor = Sensor(own, self._game.radius_m[self._board.name],
-                        [self._places[name] for name in others] or [[0.0, 0.0]][:0],
+                        [self._places[name] for name in others],
                         [self._game.radius_m[name] for name in others])
         if task.stage % 2 == Purpose.INVESTIGATION:
             if track.detections != k - 1 or self._board.name in track.seen:
                 return None
             return investigation_offer(sensor, self._graph(), forecast.track, k, self._parameters.detection_threshold,
                                        self._parameters.investigation)
-        if not self._captures or track.detections < k:
+        if not self.CAPTURES or track.detections < k:
             return None
         return pursuit_offer(sensor, self._graph(), forecast.track, forecast.track.last, k, self._parameters.pursuit)
 
     def _graph(self) -> ConnectivityGraph:
         """Return the cells that this platform can occupy; UGVs are obstacles to each other."""
         obstacles = [square(place, self._parameters.platform_m) for name, place in self._places.items()
-                     if self._captures and name in self._game.ugvs]
+                     if self.CAPTURES and name in self._game.ugvs]
         return ConnectivityGraph(self._cells, self._cells.free(obstacles, self._parameters.platform_m))
 
     def _deployed(self, task: Task, by: str) -> None:
@@ -248,7 +255,7 @@ class SensorRobot:
             end = None if start is None else graph.nearest(goal, graph.reachable(start))
             route = None if start is None or end is None else graph.route(start, end)
             way = [] if route is None else [self._cells.centroid(cell) for cell in route.cells[1:] or route.cells]
-            if now_ns >= forecast.leaves_ns and (not way or _distance(own, way[-1]) <= self._parameters.cell_m):
+            if now_ns >= forecast.leaves_ns and (not way or dist(own, way[-1]) <= self._parameters.cell_m):
                 self._lost()
                 return
             self._mover.go(way)
@@ -334,27 +341,13 @@ class SensorRobot:
         return {"x": x, "y": y, "target": NOBODY if self._task is None else float(self._task.target)}
 
     def _sample(self) -> Sequence[float]:
-        x, y = self._mover.place
-        return [x, y, float(self._mode), NOBODY if self._task is None else float(self._task.target)]
+        state = self._state()
+        return [state["x"], state["y"], float(self._mode), state["target"]]
 
 
 class UavRobot(SensorRobot):
     CAPTURES = False
-    check = staticmethod(partial(game_problems, captures=False))
-
-    @staticmethod
-    def automaton(settings: SensorSettings, team: Mapping[str, Any]) -> Automaton:
-        return sensor_automaton(game_of(team), captures=False)
 
 
 class UgvRobot(SensorRobot):
     CAPTURES = True
-    check = staticmethod(partial(game_problems, captures=True))
-
-    @staticmethod
-    def automaton(settings: SensorSettings, team: Mapping[str, Any]) -> Automaton:
-        return sensor_automaton(game_of(team), captures=True)
-
-
-def _distance(one: Place, other: Place) -> float:
-    return hypot(one[0] - other[0], one[1] - other[1])

@@ -1,4 +1,4 @@
-"""A target of the Marco Polo game: a robot that nobody commands.
+"""A target of the Marco Polo game: a robot that crosses the area at random, unless a UGV captures it.
 
     outside --enter_ns--> inside --a leg ends--> inside --at the boundary--> left
                              \\--a UGV grips it--> captured

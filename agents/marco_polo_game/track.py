@@ -1,4 +1,4 @@
-"""What a sensor knows of one target: the newest detection by each sensor, and where the target is expected from that.
+"""What one sensor knows of one target: the newest detection by each sensor, and where it expects the target to be.
 
 Independent detections are those of different sensors, so their number is the number of sensors that have detected the
 target; a sensor that sees it again replaces its own detection. Until it leaves along the track line, the target is
@@ -10,9 +10,8 @@ expected at
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from math import cos, hypot, sin
+from math import cos, dist, sin
 from typing import NamedTuple
 
 from agents.marco_polo.game_parameters import GameParameters
@@ -41,7 +40,7 @@ class Forecast:
     @property
     def leaves_ns(self) -> int:
         """Return when the target is expected to leave the area."""
-        return self.seen_ns + round(_distance(self.track.last, self.exit_place) / self.speed_mps * 1e9)
+        return self.seen_ns + round(dist(self.track.last, self.exit_place) / self.speed_mps * 1e9)
 
     def place(self, at_ns: int) -> Place:
         """Return where it is expected [m] at `at_ns`, the exit afterwards."""
@@ -53,14 +52,11 @@ class Forecast:
 
     def intercept(self, own: Place, speed_mps: float, now_ns: int) -> Place:
         """Return the first place, to `STEP_NS`, where a sensor at `own` is no later than the target; else the exit."""
-        for at_ns in self._instants(now_ns):
+        for at_ns in range(now_ns, self.leaves_ns, STEP_NS):
             place = self.place(at_ns)
-            if _distance(own, place) <= speed_mps * (at_ns - now_ns) * 1e-9:
+            if dist(own, place) <= speed_mps * (at_ns - now_ns) * 1e-9:
                 return place
         return self.exit_place
-
-    def _instants(self, now_ns: int) -> Iterator[int]:
-        yield from range(now_ns, self.leaves_ns, STEP_NS)
 
 
 @dataclass
@@ -88,7 +84,7 @@ class Track:
         order = sorted({*self.seen.values(), *([self.sight] if self.sight else [])})
         places: list[Place] = []
         for _, place in order:
-            if all(_distance(place, other) > SAME_PLACE_M for other in places):
+            if all(dist(place, other) > SAME_PLACE_M for other in places):
                 places.append(place)
         track = fit_track(places, self.area)
         track = replace(track, last=self.area.nearest(track.last))
@@ -98,9 +94,5 @@ class Track:
         least, greatest = self.parameters.target_least_mps, self.parameters.target_greatest_mps
         if last.at_ns == first.at_ns:
             return 0.5 * (least + greatest)
-        speed = _distance(first.place, last.place) / ((last.at_ns - first.at_ns) * 1e-9)
+        speed = dist(first.place, last.place) / ((last.at_ns - first.at_ns) * 1e-9)
         return min(max(speed, least), greatest)
-
-
-def _distance(one: Place, other: Place) -> float:
-    return hypot(one[0] - other[0], one[1] - other[1])

@@ -4,7 +4,6 @@
 """
 
 from math import degrees, pi
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,8 +20,8 @@ from agents.marco_polo.sweep import plan_sweep, sweep_probability
 from agents.marco_polo.track_coverage import Headings, track_coverage
 from agents.marco_polo.track_line import fit_track
 from tests.agents.marco_polo.layouts import AREA, CENTRES, OBSTACLE, PLACEMENTS, RADII, ZONE
+from tests.agents.reproduction_page import documented
 
-PAGE = Path(__file__).parents[3] / "docs" / "reproduction.md"
 CELLS = Cells(AREA, 0.5)
 TRACK = fit_track([(1.0, 1.0), (2.0, 1.8)])
 GAME = GameParameters()
@@ -113,21 +112,13 @@ ROWS = {
 }
 
 
-def documented():
-    """First cell (the row's name) to third cell ("ours") of the table of Chapter 2."""
-    chapter = PAGE.read_text(encoding="utf-8").split("## Chapter 2")[1].split("\n## ")[0]
-    cells = [[cell.strip() for cell in line.strip("|\n").split("|")] for line in chapter.splitlines()
-             if line.startswith("| `")]
-    return {row[0].strip("`"): row[2] for row in cells}
-
-
 @pytest.mark.parametrize("name", ROWS)
 def test_the_page_says_what_the_code_gives(name):
     ours = ROWS[name]()
     print(f"{name}: {ours}")
 
-    assert documented()[name] == ours
+    assert documented("Chapter 2")[name] == ours
 
 
 def test_the_page_has_no_row_that_is_not_computed():
-    assert set(documented()) == set(ROWS)
+    assert set(documented("Chapter 2")) == set(ROWS)

@@ -3,7 +3,6 @@
 `pytest -s tests/agents/synchronization/test_reproduction.py -k tau1` prints the row "tau1".
 """
 
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,9 +14,9 @@ from agents.synchronization.partition import partition
 from agents.synchronization.round_plan import plan_round
 from agents.synchronization.slot_length import Bound, small_gain_tau_s
 from agents.synchronization.starving import signal_map, starving_signal
+from tests.agents.reproduction_page import documented
 from tests.agents.synchronization.exact_run import alternating, simulate
 
-PAGE = Path(__file__).parents[3] / "docs" / "reproduction.md"
 HALF_S = 500_000_000
 
 
@@ -113,14 +112,6 @@ ROWS = {
 }
 
 
-def documented():
-    """First cell (the row's name) to third cell ("ours") of the table of Chapter 6."""
-    chapter = PAGE.read_text(encoding="utf-8").split("## Chapter 6")[1].split("\n## ")[0]
-    cells = [[cell.strip() for cell in line.strip("|\n").split("|")] for line in chapter.splitlines()
-             if line.startswith("| `")]
-    return {row[0].strip("`"): row[2] for row in cells}
-
-
 @pytest.fixture(scope="module")
 def example(five_agents, loop1, loop2):
     return Example(five_agents, (loop1, loop2))
@@ -131,8 +122,8 @@ def test_the_page_says_what_the_code_gives(name, example):
     ours = ROWS[name](example)
     print(f"{name}: {ours}")
 
-    assert documented()[name] == ours
+    assert documented("Chapter 6")[name] == ours
 
 
 def test_the_page_has_no_row_that_is_not_computed():
-    assert set(documented()) == set(ROWS)
+    assert set(documented("Chapter 6")) == set(ROWS)

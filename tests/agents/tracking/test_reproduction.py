@@ -5,7 +5,6 @@
 
 from functools import cache
 from math import pi, sqrt
-from pathlib import Path
 from statistics import fmean
 
 import numpy as np
@@ -25,8 +24,8 @@ from agents.triggering.l2_gain import estimate_gain
 from agents.triggering.policies.input_output import IndividualGains
 from agents.triggering.policies.table import PolicySettings, build_policy
 from netem.core.random_streams import stream
+from tests.agents.reproduction_page import documented
 
-PAGE = Path(__file__).parents[3] / "docs" / "reproduction.md"
 SECOND = 10**9
 PIECES_S = {(1.0, 1.0): 2.26, (0.6, 0.15): 6.99, (2.0, 2.0): 2.75}
 
@@ -106,21 +105,13 @@ ROWS = {
 }
 
 
-def documented():
-    """First cell (the row's name) to third cell ("ours") of the table of Chapter 4."""
-    chapter = PAGE.read_text(encoding="utf-8").split("## Chapter 4")[1].split("\n## ")[0]
-    cells = [[cell.strip() for cell in line.strip("|\n").split("|")] for line in chapter.splitlines()
-             if line.startswith("| `")]
-    return {row[0].strip("`"): row[2] for row in cells}
-
-
 @pytest.mark.parametrize("name", ROWS)
 def test_the_page_says_what_the_code_gives(name):
     ours = ROWS[name]()
     print(f"{name}: {ours}")
 
-    assert documented()[name] == ours
+    assert documented("Chapter 4")[name] == ours
 
 
 def test_the_page_has_no_row_that_is_not_computed():
-    assert set(documented()) == set(ROWS)
+    assert set(documented("Chapter 4")) == set(ROWS)
