@@ -18,6 +18,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
@@ -211,9 +212,7 @@ class Cluster:
                     if self._client.status == "running" and self._threads():
                         quiet_s = time.monotonic()
                     elif time.monotonic() - quiet_s > PATIENCE_S:
-                        raise ClusterLost(f"--cluster {self._address}: no worker has been there for {PATIENCE_S:g} s: "
-                                          "what has ended is kept; start workers again and go on with --resume"
-                                          ) from None
+                        raise self._nobody_works() from None
                     continue
                 quiet_s = time.monotonic()
                 at, _ = flying.pop(future.key)
@@ -224,7 +223,7 @@ class Cluster:
 
     def _result(self, future: Any) -> Any:
         if future.status == "finished":
-            return future.result(timeout=CONNECT_S)
+            return self._fetched(future)
         error = future.exception(timeout=CONNECT_S) if future.status == "error" else None
         if isinstance(error, KilledWorker):
             raise ClusterLost(f"--cluster {self._address}: its workers were lost again and again while they ran the "
@@ -232,8 +231,29 @@ class Cluster:
                               "logs, then go on with --resume")
         if error is not None:
             raise error
-        raise ClusterLost(f"--cluster {self._address}: the scheduler has forgotten a batch ({future.status}): what has "
-                          "ended is kept; go on with --resume")
+        raise self._forgotten(future)
+
+    def _fetched(self, future: Any) -> Any:
+        """Return the answer of a batch that has ended. A worker holds it; if it dies first, another runs the batch."""
+        there_s = time.monotonic()
+        while True:
+            try:
+                return future.result(timeout=CONNECT_S)
+            except CancelledError:
+                raise self._forgotten(future) from None
+            except TimeoutError:
+                if self._threads():
+                    there_s = time.monotonic()
+                elif time.monotonic() - there_s > PATIENCE_S:
+                    raise self._nobody_works() from None
+
+    def _nobody_works(self) -> ClusterLost:
+        return ClusterLost(f"--cluster {self._address}: no worker has been there for {PATIENCE_S:g} s: what has ended "
+                           "is kept; start workers again and go on with --resume")
+
+    def _forgotten(self, future: Any) -> ClusterLost:
+        return ClusterLost(f"--cluster {self._address}: the scheduler has forgotten a batch ({future.status}): what "
+                           "has ended is kept; go on with --resume")
 
     def _threads(self) -> int:
         """Return the threads of all workers, 0 if the scheduler does not answer."""

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -152,6 +153,39 @@ def test_a_cluster_that_loses_all_workers_is_told_and_keeps_what_has_ended(
                      cluster=cluster.address, out=tmp_path / "out", folders=0), progress)
 
     assert 3 <= len(load_campaign(tmp_path / "out").rows) < 200
+
+
+class Answer:
+    """Stands for Dask's future, of which no test can kill the worker between the end of a batch and the answer."""
+
+    status = "finished"
+
+    def __init__(self, *what: BaseException | bytes) -> None:
+        self._what = list(what)
+
+    def result(self, timeout: float) -> bytes:
+        found = self._what.pop(0)
+        if isinstance(found, BaseException):
+            raise found
+        return found
+
+
+def cluster_with(threads: int) -> clusters.Cluster:
+    found = object.__new__(clusters.Cluster)
+    found._address = "tcp://127.0.0.1:8786"
+    found._client = SimpleNamespace(status="running", nthreads=lambda: {"worker": threads} if threads else {})
+    return found
+
+
+def test_an_answer_whose_worker_died_comes_from_another_or_the_cluster_is_lost(monkeypatch: pytest.MonkeyPatch
+                                                                               ) -> None:
+    monkeypatch.setattr(clusters, "PATIENCE_S", 0.0)
+
+    assert cluster_with(1)._result(Answer(TimeoutError(), TimeoutError(), b"ended")) == b"ended"
+    with pytest.raises(ClusterLost, match="no worker has been there for 0 s: what has ended is kept; start workers"):
+        cluster_with(0)._result(Answer(TimeoutError(), b"ended"))
+    with pytest.raises(ClusterLost, match="has forgotten a batch"):
+        cluster_with(1)._result(Answer(CancelledError()))
 
 
 def swept(beacons: Path, address: str, out: Path, config: Path | None) -> subprocess.CompletedProcess[str]:
