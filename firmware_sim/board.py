@@ -131,7 +131,9 @@ class Board:
 
     def start(self, process: Generator[Event, Any, Any]) -> Process:
         """Run one more generator of this program, from now on."""
-        return self._node.start(process)
+        started = self._node.start(process)
+        self._timers.note_start(started)
+        return started
 
     def adjust_clock(self, step_ns: int = 0, trim_ppm: float = 0.0) -> None:
         """Synchronize the clock: set it forward by `step_ns` and let it run `trim_ppm` faster from now on.

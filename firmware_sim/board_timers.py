@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from simpy.events import Event, Timeout
+from simpy.events import Event, Process, Timeout
 
 from firmware_sim.local_clock import LocalClock
 from netem.node.environment import NodeEnvironment, call_in, timeout_in
@@ -69,6 +69,14 @@ class Timers:
     def after(self, delay_ns: int, action: Callable[[], object], sends: bool) -> None:
         """Call `action` after `delay_ns` of true time."""
         Delay(self, self._env.now_ns + delay_ns, action, sends).start(self._env, delay_ns)
+
+    def note_start(self, process: Process) -> None:
+        """Note that `process` begins at the present instant, or when a pause that begins now is over."""
+        now_ns: int = self._env.now_ns
+        begins = process.target.callbacks
+        assert begins is not None
+        self.note_silence(now_ns)
+        begins.append(partial(self._over, now_ns))
 
     def note_silence(self, true_ns: int) -> None:
         """Note that a timer was armed which leads to no frame before `true_ns`."""

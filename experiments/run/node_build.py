@@ -138,7 +138,7 @@ def _begin(specification: NodeSpecification, node: Node, clock: LocalClock, proc
             if not hasattr(running, "throw"):
                 raise TypeError(f"{type(program).__name__}.run() gave {running!r}: expected a generator; write `run` "
                                 "with `yield from self.board.sleep_until(local_ns)` in it")
-            node.start(running)
+            board.start(running)
     if plant is not None and specification.plant is not None:
         record_outputs(node, plant, specification.plant.idle_outputs)
 

@@ -17,6 +17,7 @@ from fmus.plant import Plant
 from netem.node.named import UnknownName
 from netem.node.node import Node, PromiseBroken
 from netem.wire.instants import NEVER_NS
+from netem.wire.messages import Grant, NodeFault
 from tests.firmware_sim.board_bench import BoardBench
 
 MS = 1_000_000
@@ -414,3 +415,26 @@ def test_a_port_that_is_told_whether_it_answers_says_what_took_its_place():
         port.answers = False
     with pytest.raises(AttributeError, match="listen_only=True"):
         port.answers  # noqa: B018
+
+
+@pytest.mark.parametrize("listen_only", [False, True])
+def test_a_process_that_a_pause_keeps_from_its_start_has_promised_nothing(listen_only):
+    bench = BoardBench()
+    board = bench.board()
+    for name in board.ports:
+        board.port(name, listen_only=listen_only)
+
+    def program():
+        board.port("radio").send(b"1")
+        yield board.until(10 * MS)
+
+    board.start(program())
+    bench.node.hello()
+    pause = NodeFault(0, "pause", {"until_ns": 2 * MS})
+
+    before = bench.node.advance(Grant(1, MS, False, False, [], [pause]))
+    after = bench.node.advance(Grant(2, 3 * MS, False, False, []))
+
+    assert before.offers == [] and before.firm_ns <= 2 * MS and before.soft_ns <= 2 * MS
+    assert after.offers == [(2 * MS, RADIO, b"1")]
+    assert max(after.soft_ns, after.firm_ns) == 10 * MS
