@@ -35,16 +35,18 @@ def automata_of(agents: Mapping[str, Runs], team: Mapping[str, Any], folder: Pat
     return found
 
 
-def declared(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any], problems: Problems) -> list[str]:
-    """Return the agents whose programs declare an automaton; add a problem for each declaration that fails.
+def declared(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any],
+             problems: Problems) -> dict[str, tuple[str, ...]]:
+    """Return the modes of each agent whose program declares an automaton; add a problem for each declaration that fails.
 
-    `programs` maps each class to the settings of its agents, None for settings with mistakes.
+    `programs` maps each class to the settings of its agents, None for settings with mistakes. An agent whose
+    declaration fails has no modes.
     """
-    names = []
+    modes: dict[str, tuple[str, ...]] = {}
     for cls, settings_of in programs.items():
         if (declare := getattr(cls, "automaton", None)) is None:
             continue
-        names += list(settings_of)
+        modes |= dict.fromkeys(settings_of, ())
         if problems.found:
             continue
         for name, settings in settings_of.items():
@@ -53,7 +55,9 @@ def declared(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any]
             except Exception as error:
                 problems.say(f"agents.{name}: {cls.__name__}.automaton failed: {type(error).__name__}: {error}")
             else:
-                if not isinstance(found, Automaton):
+                if isinstance(found, Automaton):
+                    modes[name] = tuple(found.modes)
+                else:
                     problems.say(f"agents.{name}: {cls.__name__}.automaton returned {type(found).__name__}: expected "
                                  "an Automaton")
-    return names
+    return modes
