@@ -12,6 +12,7 @@ from agents.marco_polo.c_target import CTarget
 from agents.marco_polo.legs import longest_stay_s
 from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, Plan
 from agents.pursuit import Place
+from netem.records.event_fields import OVER, written
 
 
 class Investigation(Guidance):
@@ -21,6 +22,7 @@ class Investigation(Guidance):
         self._deck = deck
         self._ends_ns = 0
         self._way: list[Place] = []
+        self._of = ""                           # name of the target
 
     @property
     def ends_ns(self) -> int:
@@ -32,10 +34,13 @@ class Investigation(Guidance):
         stay_s = longest_stay_s(target.depth_m(game.area), parameters.target_least_mps,
                                 0.5e-9 * (parameters.turn_least_ns + parameters.turn_greatest_ns))
         self._ends_ns = forecast.seen_ns + round(stay_s * 1e9)
+        self._of = game.targets[deployment.target]
+        self._deck.board.event("C-target", written({"target": self._of, "corners_m": target.outline(game.area)}))
         self._way = [self._deck.cells.centroid(cell) for cell in deployment.offer.route.cells]
 
     def plan(self, own: Place, now_ns: int) -> Plan | None:
         return None if now_ns >= self._ends_ns else Plan(self._way, self._ends_ns)
 
     def end(self) -> None:
+        self._deck.board.event(f"C-target{OVER}", written({"target": self._of}))
         self._way = []

@@ -33,6 +33,7 @@ from agents.marco_polo.connectivity import ConnectivityGraph
 from agents.marco_polo.reward import Offer, Sensor, investigation_offer, pursuit_offer
 from agents.marco_polo_game.game_table import game_of
 from agents.marco_polo_game.grip_frames import Grip, GripFrame, pack, unpack
+from agents.marco_polo_game.ground import ground_of_game
 from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, MakesGuidance
 from agents.marco_polo_game.investigation import Investigation
 from agents.marco_polo_game.mover import Mover
@@ -44,8 +45,10 @@ from agents.marco_polo_game.track import Seen, Track
 from agents.pursuit import Place
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
+from firmware_sim.ground_plan import GroundPlan
 from firmware_sim.scenario_view import Own, ScenarioView
 from netem.media.sensing.sight import Detection, unpack_sight
+from netem.records.event_fields import Value, written
 
 MOST_STAGE: Final = 254
 COUNTERS: Final = ("detections", "investigations", "investigations without a detection", "pursuits",
@@ -70,6 +73,10 @@ class SensorRobot:
     def check(cls, scenario: ScenarioView, own: Own[SensorSettings]) -> Iterator[str]:
         return game_problems(scenario, own, captures=cls.CAPTURES)
 
+    @staticmethod
+    def ground_plan(settings: SensorSettings, team: Mapping[str, Any]) -> GroundPlan:
+        return ground_of_game(team)
+
     @classmethod
     def automaton(cls, settings: SensorSettings, team: Mapping[str, Any]) -> Automaton:
         return sensor_automaton(game_of(team), captures=cls.CAPTURES)
@@ -85,6 +92,7 @@ class SensorRobot:
         self._attempts: dict[tuple[int, Purpose], int] = {}     # that are over
         self._task: Task | None = None                          # for which it is deployed
         self._timer: Timer | None = None                        # of the next plan
+        self._offered: Offer | None = None                      # the last reward that the protocol asked for
         deck = Deck(board, settings, game, self._cells, self._graph)
         self._guidances: dict[Purpose, Guidance] = {Purpose.INVESTIGATION: Investigation(deck)}
         if self.CAPTURES:
@@ -94,7 +102,8 @@ class SensorRobot:
         self._modes = Modes(board, sensor_automaton(game, self.CAPTURES), GameMode.WAITING.word, self._state)
         self._bidding = Bidding(board, settings, reward=self._reward, deploy=self._deployed, let_go=self._let_go,
                                 detected=self._told_detection, told_mode=self._told_mode,
-                                whereabouts=lambda: (self._mode, *self._mover.place))
+                                whereabouts=lambda: (self._mode, *self._mover.place),
+                                named=lambda task: self._terms(task, self._offered))
         for counter in (*COUNTERS, *(f"detections of {target}" for target in game.targets)):
             board.count(counter, 0)
         board.record_all([("x", "m"), ("y", "m"), ("mode", "1"), ("target", "1")], self._sample)
@@ -129,8 +138,8 @@ class SensorRobot:
         if track.detected(self._board.name, seen):
             self._board.count("detections")
             self._board.count(f"detections of {self._game.targets[target]}")
-            self._board.event("detection", f"{self._game.targets[target]}, number {track.detections}, at "
-                              f"({seen.place[0]:.3f}, {seen.place[1]:.3f}) m")
+            self._board.event("detection", written({"target": self._game.targets[target], "number": track.detections,
+                                                    "x_m": seen.place[0], "y_m": seen.place[1]}))
         self._bidding.share(Shared(target, track.detections, seen.at_ns, *seen.place))
         self._demand(target, "")
 
@@ -178,8 +187,15 @@ class SensorRobot:
     # --- bids
 
     def _reward(self, task: Task) -> float | None:
-        offer = self._offer(task)
+        offer = self._offered = self._offer(task)
         return None if offer is None else offer.reward
+
+    def _terms(self, task: Task, offer: Offer | None) -> dict[str, Value]:
+        """Return what a task is and the terms of an offer for it, as named values of the records."""
+        named: dict[str, Value] = {"target": self._game.targets[task.target],
+                                   "for": Purpose(task.stage % 2).name.lower()}
+        return named if offer is None else {**named, "P_R": offer.detection, "gain": offer.coverage_gain,
+                                            "way_m": offer.route.length_m}
 
     def _offer(self, task: Task) -> Offer | None:
         if self._mode is not GameMode.WAITING or task.target >= len(self._tracks):
@@ -215,8 +231,7 @@ class SensorRobot:
         pursuit = task.stage % 2 == Purpose.PURSUIT
         mode = GameMode.PURSUING if pursuit else GameMode.INVESTIGATING
         self._board.count("pursuits" if pursuit else "investigations")
-        self._modes.change(mode.word, f"bid {offer.reward:.4f} for {self._game.targets[task.target]}, P_R "
-                           f"{offer.detection:.4f}, gain {offer.coverage_gain:.4f}, way {offer.route.length_m:.2f} m",
+        self._modes.change(mode.word, written({**self._terms(task, offer), "bid": offer.reward}),
                            by="" if by == self._board.name else by, before=before,
                            inputs={"of": task.target, "detections": track.detections})
         self._guidance.begin(Deployment(task.target, track, offer), self._board.now_ns)
@@ -269,7 +284,8 @@ class SensorRobot:
         task = self._task if self._pursues(target) else None
         if captor == self._board.name:
             self._board.count("captures")
-            self._board.event("capture", self._game.targets[target])
+            x, y = self._mover.place if (sight := self._tracks[target].sight) is None else sight.place
+            self._board.event("capture", written({"target": self._game.targets[target], "x_m": x, "y_m": y}))
             if task is None and (other := self._next(target, Purpose.PURSUIT)) is not None:
                 self._finish(other)
         if task is not None:

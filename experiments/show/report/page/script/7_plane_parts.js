@@ -7,6 +7,9 @@ function together(polygons) {
   return {x, y};
 }
 
+// A name of a trace by which Plotly keeps what a reader hid in the legend; Plotly takes letters, digits and _ only.
+const uidOf = (text) => text.replace(/\W/g, (sign) => `_${sign.charCodeAt(0)}_`);
+
 const faded = (colour, share) => {
   const [red, green, blue] = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
   return `rgba(${red},${green},${blue},${share})`;
@@ -22,7 +25,7 @@ function groundTraces() {
   const shapes = names.map((name) => {
     const same = ground.shapes.filter((shape) => `${shape.solid} ${shape.what}` === name), own = seen[same[0].solid]++;
     const colour = same[0].solid ? solid[own % solid.length] : lying[own % lying.length];
-    return {type: "scatter", mode: "lines", name: same[0].what, uid: `ground ${name}`, ...together(same), fill: "toself", hoveron: "fills", text: same[0].what,
+    return {type: "scatter", mode: "lines", name: same[0].what, uid: uidOf(`ground ${name}`), ...together(same), fill: "toself", hoveron: "fills", text: same[0].what,
             hoverinfo: "text", line: {color: colour, width: 1.2}, ...(same[0].solid ? {fillcolor: faded(colour, 0.85)}
               : {fillcolor: faded(colour, 0.16), fillpattern: {shape: "/", fgcolor: faded(colour, 0.55), bgcolor: faded(colour, 0.12), size: 9, solidity: 0.2}})};
   });
@@ -36,7 +39,7 @@ function polygonTraces(now) {
   return kinds.map((kind, k) => {
     const there = DATA.marks.polygons.filter((shape) => shape.what === kind && shape.from_s <= now + 1e-9 && now < shape.until_s);
     const colour = pick(DATA.palette.marks[(k + 2) % DATA.palette.marks.length]);
-    return {type: "scatter", mode: "lines", name: kind, uid: `polygon ${kind}`, ...(there.length ? together(there) : {x: [null], y: [null]}), fill: "toself",
+    return {type: "scatter", mode: "lines", name: kind, uid: uidOf(`polygon ${kind}`), ...(there.length ? together(there) : {x: [null], y: [null]}), fill: "toself",
             fillcolor: faded(colour, 0.22), line: {color: colour, width: 1.6, dash: "dash"}, hoveron: "fills", hoverinfo: "text",
             text: there.map((shape) => shape.text).join("<br>")};
   });
@@ -52,7 +55,7 @@ function viewsInModes(views, k, now, turned) {
   return [...new Set([...views.flatMap((view) => staysOf.get(view.body.label).mode), -1])].sort((a, b) => a - b).map((mode) => {
     const own = views.filter((_, j) => modes[j] === mode), colour = mode < 0 ? css("--soft") : modeColour(mode);
     const outline = own.length ? together(own.map((view) => outlineOf(view, k, turned(view.body)))) : {x: [null], y: [null]};
-    return {type: "scatter", mode: "lines", uid: `view ${mode}`, legendgroup: "views", showlegend: false, ...outline, fill: mode < 0 ? "none" : "toself", hoverinfo: "skip",
+    return {type: "scatter", mode: "lines", uid: uidOf(`view ${mode}`), legendgroup: "views", showlegend: false, ...outline, fill: mode < 0 ? "none" : "toself", hoverinfo: "skip",
             fillcolor: mode < 0 ? "rgba(0,0,0,0)" : faded(colour, 0.13), line: {color: colour, width: 1.6, dash: mode < 0 ? "dot" : modeDash(mode)}};
   }).concat({type: "scatter", mode: "lines", name: "field of view", uid: "views", legendgroup: "views", x: [null], y: [null], fill: "toself",
              fillcolor: faded(pick(DATA.palette.curves[6]), 0.25), line: {color: css("--soft"), width: 1.6}});
@@ -76,7 +79,7 @@ function waysInModes(bodies, k) {
     if (last >= 0) { ways.get(last).x.push(null); ways.get(last).y.push(null); }
   });
   return [...ways].map(([mode, way]) => ({
-    type: "scatter", mode: "lines", name: DATA.modes.names[mode], uid: `way ${mode}`, legendgroup: "ways", showlegend: false, x: way.x.length ? way.x : [null],
+    type: "scatter", mode: "lines", name: DATA.modes.names[mode], uid: uidOf(`way ${mode}`), legendgroup: "ways", showlegend: false, x: way.x.length ? way.x : [null],
     y: way.y.length ? way.y : [null], hoverinfo: "skip", line: {color: modeColour(mode), width: 1.8, dash: modeDash(mode)}}));
 }
 
@@ -87,7 +90,7 @@ function robotsInModes(bodies, k, now) {
   const symbols = bodies.map((body) => symbolOf(body.label)), turned = bodies.filter((body) => body.heading && body.heading[k] !== null);
   const [[west, east]] = planeRanges(), tick = (east - west) / 32;
   const word = (j) => modes[j] < 0 ? "" : DATA.modes.names[modes[j]];
-  const legend = (name, marker, style) => ({type: "scatter", mode: style ? "lines+markers" : "markers", name, uid: `legend ${name}`, x: [null], y: [null], marker, line: style || {}});
+  const legend = (name, marker, style) => ({type: "scatter", mode: style ? "lines+markers" : "markers", name, uid: uidOf(`legend ${name}`), x: [null], y: [null], marker, line: style || {}});
   return [
     {type: "scatter", mode: "lines", uid: "headings", showlegend: false, hoverinfo: "skip", line: {color: css("--ink"), width: 2.5},
      x: turned.length ? turned.flatMap((body) => [body.x[k], body.x[k] + tick * Math.cos(body.heading[k]), null]) : [null],
@@ -119,7 +122,7 @@ function markTraces(k, now) {
     }
     if (!kind.x.some((value) => value !== null)) return [];
     const shown = rows.slice(-MOST_DETECTIONS), fresh = shown.map((row) => kind.t_s[row] > now - 1), {symbol, color} = markStyle(j);
-    return [{type: "scatter", mode: "markers", name: kind.kind, uid: `mark ${kind.kind}`, x: shown.length ? shown.map((row) => kind.x[row]) : [null],
+    return [{type: "scatter", mode: "markers", name: kind.kind, uid: uidOf(`mark ${kind.kind}`), x: shown.length ? shown.map((row) => kind.x[row]) : [null],
              y: shown.length ? shown.map((row) => kind.y[row]) : [null], text: shown.map((row) => wrapped(kind.text[row])), hovertemplate: "%{text}<extra></extra>",
              marker: {symbol, color, size: shown.length ? fresh.map((yes) => yes ? 19 : 11) : 11, line: {width: 1.2, color: css("--ink")}}}];
   });
