@@ -103,7 +103,8 @@ class SensorRobot:
         self._bidding = Bidding(board, settings, reward=self._reward, deploy=self._deployed, let_go=self._let_go,
                                 detected=self._told_detection, told_mode=self._told_mode,
                                 whereabouts=lambda: (self._mode, *self._mover.place),
-                                named=lambda task: self._terms(task, self._offered))
+                                named=lambda task: {**self._terms(task, self._offered),
+                                                    "for": Purpose(task.stage % 2).name.lower()})
         for counter in (*COUNTERS, *(f"detections of {target}" for target in game.targets)):
             board.count(counter, 0)
         board.record_all([("x", "m"), ("y", "m"), ("mode", "1"), ("target", "1")], self._sample)
@@ -191,11 +192,10 @@ class SensorRobot:
         return None if offer is None else offer.reward
 
     def _terms(self, task: Task, offer: Offer | None) -> dict[str, Value]:
-        """Return what a task is and the terms of an offer for it, as named values of the records."""
-        named: dict[str, Value] = {"target": self._game.targets[task.target],
-                                   "for": Purpose(task.stage % 2).name.lower()}
-        return named if offer is None else {**named, "P_R": offer.detection, "gain": offer.coverage_gain,
-                                            "way_m": offer.route.length_m}
+        """Return the target of a task and the terms of an offer for it, as named values of the records."""
+        target = {"target": self._game.targets[task.target]}
+        return {**target} if offer is None else {**target, "P_R": offer.detection, "gain": offer.coverage_gain,
+                                                 "way_m": offer.route.length_m}
 
     def _offer(self, task: Task) -> Offer | None:
         if self._mode is not GameMode.WAITING or task.target >= len(self._tracks):

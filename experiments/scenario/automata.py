@@ -37,10 +37,10 @@ def automata_of(agents: Mapping[str, Runs], team: Mapping[str, Any], folder: Pat
 
 def declared(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any],
              problems: Problems) -> dict[str, tuple[str, ...]]:
-    """Return the modes of each agent whose program declares an automaton; add a problem for each declaration that fails.
+    """Return the modes of each agent whose program declares an automaton, none of one whose declaration fails.
 
-    `programs` maps each class to the settings of its agents, None for settings with mistakes. An agent whose
-    declaration fails has no modes.
+    `programs` maps each class to the settings of its agents, None for settings with mistakes. Each declaration that
+    fails is a problem.
     """
     modes: dict[str, tuple[str, ...]] = {}
     for cls, settings_of in programs.items():

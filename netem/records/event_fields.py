@@ -15,12 +15,12 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import isfinite
 from typing import Final
 
 Place = tuple[float, float]
-Value = float | str | Sequence[Place]
+Value = float | str | list[Place]
 
 X, Y, CORNERS = "x_m", "y_m", "corners_m"
 OVER: Final = " over"           # after the kind of an event that drew a polygon: the polygon is there no more
@@ -82,6 +82,6 @@ def _place(x: str, y: str) -> Place | None:
 def _text(value: Value) -> str:
     if isinstance(value, str):
         return value if _PLAIN.fullmatch(value) else json.dumps(value)
-    if isinstance(value, Sequence):
+    if isinstance(value, list):
         return ";".join(f"{x:.6g},{y:.6g}" for x, y in value) or '""'
     return f"{value:.6g}"

@@ -29,7 +29,7 @@ from experiments.show.report import series
 from experiments.show.report.event_tables import event_tables, told
 from experiments.show.report.facts import facts, failure_of, seconds, unfinished, windows
 from experiments.show.report.marks import Told, instants_ns, marks
-from experiments.show.report.modes import Stay, stay_table, stays
+from experiments.show.report.modes import Stay, stay_tables, stays
 from experiments.show.report.modes import for_page as modes_for_page
 from experiments.show.report.moments import Moments, moments
 from experiments.show.report.palette import FATES, for_page
@@ -89,14 +89,16 @@ def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> s
     records = record_files(run_dir)
     environment = Environment(loader=PackageLoader("experiments.show.report", "page"), autoescape=True,
                               undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"number": number, "seconds": seconds, "size": size, "code": code, "explained": explained}
+    environment.filters |= {"number": number, "seconds": seconds, "size": size, "code": code, "explained": explained,
+                            "milliseconds": milliseconds}
     return environment.get_template("report.html.j2").render(
         name=data.scenario.get("name") or run_dir.absolute().name, question=data.scenario.get("question") or "",
         verdicts=verdicts, broken=broken, missing=data.missing,
         notes=[note for note in (no_such_signal(data), *data.summary.get("warnings", ())) if note],
         failure=failure_of(data), reached_ns=data.length_ns,
         windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
-        table=series.node_table(data), stays=stay_table(in_modes), event_tables=event_tables(events), guarantees=guarantees, moments=broke, kind_names=KIND_NAMES,
+        table=series.node_table(data), stay_tables=stay_tables(data, in_modes), event_tables=event_tables(events),
+        guarantees=guarantees, moments=broke, kind_names=KIND_NAMES,
         fates_shown=[(fate.value, fate.meaning, *FATES[fate]) for fate in Fate
                      if any(fate.value in link["fates"] for link in drawn["fates"])],
         contents=_contents(verdicts, broken, guarantees, len(broke.shown), drawn, records, bool(events)),
@@ -171,6 +173,11 @@ def verdicts_of(data: RunData) -> list[Verdict]:
 def number(value: float | None) -> str:
     """Return five significant digits, "" for an absent bound."""
     return "" if value is None else f"{value:.5g}"
+
+
+def milliseconds(time_ns: int) -> str:
+    """Return an instant in s, rounded to 1 ms."""
+    return f"{time_ns * 1e-9:.3f} s"
 
 
 def level_name(level: int) -> str:

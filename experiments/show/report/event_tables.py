@@ -57,7 +57,7 @@ def _table(kind: str, events: Sequence[tuple[Event, Fields]]) -> EventTable:
              if name != event_fields.CORNERS]
     shown = sorted(events[:MOST_ROWS], key=lambda item: (item[1].get(names[0], "") if names else "", item[0].time_ns))
     return EventTable(kind, [heading(name) for name in names],
-                      [EventRow(event.time_ns, event.node, [fields.get(name, "") for name in names])
+                      [EventRow(event.time_ns, event.node, [short(fields.get(name, "")) for name in names])
                        for event, fields in shown], len(events))
 
 
@@ -65,3 +65,11 @@ def heading(name: str) -> str:
     """Return the name of a value as the heading of a column: "way_m" as "way [m]"."""
     words, _, unit = name.rpartition("_")
     return f"{words} [{UNITS[unit]}]" if words and unit in UNITS else name
+
+
+def short(value: str, digits: int = 4) -> str:
+    """Return a number with this many significant digits, other text as it is."""
+    try:
+        return f"{float(value):.{digits}g}"
+    except ValueError:
+        return value

@@ -1,5 +1,6 @@
-"""Events that a view from above shows: with a place, as a point; with corners, as a polygon while it lasts; with neither,
-as words beside the robot at their instant (`netem.records.event_fields`).
+"""Events with named values in a view from above (`netem.records.event_fields`).
+
+An event with a place is a point, one with corners a polygon while it lasts, any other words beside its robot.
 """
 
 from __future__ import annotations
@@ -7,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from experiments.show.report.event_tables import Fields, heading
+from experiments.show.report.event_tables import Fields, heading, short
 from netem.records import event_fields
 from netem.records.events import Event
 
@@ -28,8 +29,9 @@ def marks(told: Told, end_ns: int) -> Json:
         found.append({"kind": kind, "node": [event.node for event, _ in shown],
                       "t_s": [event.time_ns / 1e9 for event, _ in shown],
                       "x": [at[0] if at else None for at in places], "y": [at[1] if at else None for at in places],
-                      "words": [f"{kind} {fields[kind]}" if kind in fields else kind for _, fields in shown],
+                      "words": [f"{kind} {short(fields[kind], 3)}" if kind in fields else kind for _, fields in shown],
                       "text": [_text(event, fields) for event, fields in shown]})
+    found.sort(key=lambda kind: all(x is None for x in kind["x"]))      # those with places first
     return {"kinds": found, "polygons": list(_polygons(told, end_ns))}
 
 
@@ -64,5 +66,5 @@ def _first(fields: Fields) -> str:
 
 def _text(event: Event, fields: Fields) -> str:
     hidden = (event_fields.CORNERS, event_fields.X, event_fields.Y)
-    values = ", ".join(f"{heading(name)} {value}" for name, value in fields.items() if name not in hidden)
+    values = ", ".join(f"{heading(name)} {short(value)}" for name, value in fields.items() if name not in hidden)
     return f"{event.kind} of {event.node} at {event.time_ns / 1e9:.3f} s" + (f": {values}" if values else "")

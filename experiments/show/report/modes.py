@@ -1,8 +1,8 @@
 """How long each robot was in which mode of its hybrid automaton, why it came there, and what ended it.
 
 A *stay* is the time from a change into a mode to the next change out of it, the death of the node, or the end of the
-run; a change from a mode to itself belongs to the stay. Modes are in the order in which the automata declare them, those
-of the automaton with the most robots first, so that a mode has one colour in all runs of a scenario.
+run; a change from a mode to itself belongs to the stay. Modes are in the order in which the automata declare them,
+those of the automaton with the most robots first, so that a mode has one colour in all runs of a scenario.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from agents.hybrid.mode_change import KIND, START, ModeChange, read
 from experiments.judge.run_data import RunData
-from experiments.show.report.event_tables import heading
+from experiments.show.report.event_tables import heading, short
 from netem.records import event_fields
 
 Json = dict[str, Any]
@@ -42,9 +42,13 @@ class Row(NamedTuple):
 
 
 class StayTable(NamedTuple):
+    """Stays of robots whose executions start in the mode `initial`, in other modes than this one."""
+
+    initial: str
     columns: Sequence[str]
     rows: Sequence[Row]
     total: int
+    reasons: bool               # any row has a `why`
 
 
 def stays(data: RunData) -> list[Stay]:
@@ -92,15 +96,24 @@ def for_page(data: RunData, found: Sequence[Stay]) -> Json | None:
 
 
 def _cause(stay: Stay) -> str:
-    return f"{stay.why}, by {stay.by}" if stay.by else stay.why
+    fields = event_fields.read(stay.why)
+    why = stay.why if fields is None else ", ".join(f"{heading(name)} {short(value)}" for name, value in fields.items())
+    return f"{why}, by {stay.by}" if stay.by else why
 
 
-def stay_table(found: Sequence[Stay]) -> StayTable:
-    """Return the stays in modes in which no execution starts, by time, with a column for each named value of causes."""
-    initial = {stay.mode for stay in found if stay.started}
-    listed = sorted((stay for stay in found if stay.mode not in initial), key=lambda stay: (stay.from_ns, stay.node))
+def stay_tables(data: RunData, found: Sequence[Stay]) -> list[StayTable]:
+    """Return a table for each mode in which executions start, in the order of colours."""
+    initial = {stay.node: stay.mode for stay in found if stay.started}
+    tables = [_table(mode, [stay for stay in found if initial.get(stay.node) == mode != stay.mode])
+              for mode in mode_names(data, found) if mode in initial.values()]
+    return [table for table in tables if table.rows]
+
+
+def _table(initial: str, found: Sequence[Stay]) -> StayTable:
+    """Return the stays by time, with a column for each named value of causes."""
+    listed = sorted(found, key=lambda stay: (stay.from_ns, stay.node))
     fields = [event_fields.read(stay.why) or {} for stay in listed[:MOST_ROWS]]
     names = list(dict.fromkeys(name for each in fields for name in each))
-    rows = [Row(stay, [each.get(name, "") for name in names], "" if each else stay.why)
+    rows = [Row(stay, [short(each.get(name, "")) for name in names], "" if each else stay.why)
             for stay, each in zip(listed, fields, strict=False)]
-    return StayTable([heading(name) for name in names], rows, len(listed))
+    return StayTable(initial, [heading(name) for name in names], rows, len(listed), any(row.why for row in rows))

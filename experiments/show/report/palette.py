@@ -27,7 +27,8 @@ VIOLATED: Final = Pair("#d55e00", "#ff7a2f")
 SWITCHED: Final = Pair("#c22fb2", "#f070e2")
 # Of modes: apart for readers with protanopia, deuteranopia and tritanopia too (`test_report_palette`).
 MODES: Final = (Pair("#d55e00", "#ff7a2f"), Pair("#5b2a86", "#d3b8ff"), Pair("#008a63", "#14c494"),
-                Pair("#8f8f8f", "#8d8d8d"), Pair("#0072b2", "#4f8dff"), Pair("#2b2b2b", "#f2f2f2"))
+                Pair("#8f8f8f", "#8d8d8d"), Pair("#0072b2", "#4f8dff"), Pair("#2b2b2b", "#f2f2f2"),
+                Pair("#663300", "#aa6644"))
 MARKS: Final = (Pair("#b97d00", "#e6b800"), Pair("#c22fb2", "#f070e2"), Pair("#2b8fce", "#56c0f0"),
                 Pair("#5c6672", "#93a0ad"))       # of events in the plane
 LOW: Final = Pair("#6f95c4", "#4f7cc0")            # LOW to HIGH: a scale from few to many
@@ -59,5 +60,5 @@ FATES: Final[Mapping[Fate, Pair]] = MappingProxyType({
 
 def for_page() -> dict[str, object]:
     """Return the palette for the page's script; the keys of fates are their values in the ledger."""
-    return {"curves": CURVES, "modes": MODES, "marks": MARKS, "violated": VIOLATED, "switched": SWITCHED, "low": LOW, "middle": MIDDLE,
-            "high": HIGH, "fates": {fate.value: pair for fate, pair in FATES.items()}}
+    return {"curves": CURVES, "violated": VIOLATED, "switched": SWITCHED, "low": LOW, "middle": MIDDLE,
+            "high": HIGH, "modes": MODES, "marks": MARKS, "fates": {fate.value: pair for fate, pair in FATES.items()}}

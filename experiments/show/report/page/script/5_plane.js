@@ -6,7 +6,7 @@ function drawPlane() {
   const looks = p.looks.filter((look) => look.t_s <= now && look.x !== null);
   const looking = new Set(looks.filter((look) => look.t_s > now - recent_s).map((look) => look.observer));
   const inModes = p.bodies.filter((body) => staysOf.has(body.label)), others = p.bodies.filter((body) => !staysOf.has(body.label));
-  const traces = [...groundTraces(), ...polygonTraces(now)];
+  const traces = [...polygonTraces(now), ...groundTraces()];
   const seen = p.views.map((view) => ({...view, body: p.bodies.find((one) => one.label === view.carrier)}))
     .filter((view) => view.body && view.body.x[k] !== null);
   seen.filter((view) => others.includes(view.body)).forEach((view) => {
@@ -58,8 +58,9 @@ function drawPlane() {
                                           y1: o.y + o.radius_m, fillcolor: css("--soft"), opacity: 0.5, line: {width: 0}}));
   const [xs, ys] = planeRanges();
   Plotly.react("plot-plane", traces, layout("x [m]", "y [m]", {
-    shapes, hovermode: "closest", showlegend: true, height: narrow.matches ? 520 : p.ground ? 720 : 640,
+    shapes, hovermode: "closest", showlegend: true, height: narrow.matches ? 520 : p.ground ? 660 : 640,
     legend: narrow.matches ? {orientation: "h", y: -0.16, yanchor: "top", x: 0} : {orientation: "v", x: 1.01, y: p.ground ? 1 : 0.8, yanchor: "top"},
+    ...(p.ground ? {margin: {...layout("", "").margin, t: 30}, modebar: {...layout("", "").modebar, orientation: "h"}} : {}),
     xaxis: {range: xs, constrain: "domain"}, yaxis: {range: ys, scaleanchor: "x", constrain: "domain"}, uirevision: "plane"}), config());
 }
 

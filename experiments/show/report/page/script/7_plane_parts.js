@@ -1,9 +1,14 @@
 // Parts of the plane that not every run has: the ground, polygons and points of events, and robots with modes.
 
-// Several polygons as one trace, with gaps between them.
+// Several polygons as one trace, with gaps between them; all counterclockwise, so that none is a hole in another.
 function together(polygons) {
   const x = [], y = [];
-  polygons.forEach((shape) => { x.push(...shape.x, shape.x[0], null); y.push(...shape.y, shape.y[0], null); });
+  polygons.forEach((shape) => {
+    const turn = shape.x.reduce((sum, at, j) => sum + at * shape.y[(j + 1) % shape.y.length] - shape.x[(j + 1) % shape.x.length] * shape.y[j], 0);
+    const along = (values) => [...(turn < 0 ? [...values].reverse() : values), turn < 0 ? values[values.length - 1] : values[0], null];
+    x.push(...along(shape.x));
+    y.push(...along(shape.y));
+  });
   return {x, y};
 }
 
@@ -45,9 +50,16 @@ function polygonTraces(now) {
   });
 }
 
-// Modes that any robot of the plane takes; each is a legend entry with its colour and its dash.
-const modesInPlane = () => DATA.modes.names.map((_, k) => k).filter((k) => DATA.plane.bodies.some((body) =>
-  (staysOf.get(body.label) || {mode: []}).mode.includes(k)));
+// Modes in which a robot is in the picture at any instant; each is a legend entry with its colour and its dash.
+let modesShown = null;
+function modesInPlane() {
+  if (modesShown === null) {
+    const shown = new Set(DATA.plane.bodies.flatMap((body) => DATA.plane.instants_s.map((t_s, j) => body.x[j] === null ? -1 : modeAt(body.label, t_s))));
+    modesShown = DATA.modes.names.map((_, k) => k).filter((k) => shown.has(k));
+  }
+  return modesShown;
+}
+const turns = (body) => new Set((body.heading || []).filter((value) => value !== null).map((value) => value.toFixed(2))).size > 1;
 
 function viewsInModes(views, k, now, turned) {
   if (!views.length) return [];
@@ -87,9 +99,9 @@ function robotsInModes(bodies, k, now) {
   if (!bodies.length) return [];
   const modes = bodies.map((body) => modeAt(body.label, now)), initial = new Set(DATA.modes.initial);
   const colours = modes.map((mode) => mode < 0 ? css("--soft") : modeColour(mode));
-  const symbols = bodies.map((body) => symbolOf(body.label)), turned = bodies.filter((body) => body.heading && body.heading[k] !== null);
+  const symbols = bodies.map((body) => symbolOf(body.label)), turned = bodies.filter((body) => turns(body) && body.heading[k] !== null);
   const [[west, east]] = planeRanges(), tick = (east - west) / 32;
-  const word = (j) => modes[j] < 0 ? "" : DATA.modes.names[modes[j]];
+  const word = (j) => modes[j] < 0 ? "no mode" : DATA.modes.names[modes[j]];
   const legend = (name, marker, style) => ({type: "scatter", mode: style ? "lines+markers" : "markers", name, uid: uidOf(`legend ${name}`), x: [null], y: [null], marker, line: style || {}});
   return [
     {type: "scatter", mode: "lines", uid: "headings", showlegend: false, hoverinfo: "skip", line: {color: css("--ink"), width: 2.5},
@@ -97,9 +109,9 @@ function robotsInModes(bodies, k, now) {
      y: turned.length ? turned.flatMap((body) => [body.y[k], body.y[k] + tick * Math.sin(body.heading[k]), null]) : [null]},
     {type: "scatter", mode: "markers", uid: "robots", showlegend: false, x: bodies.map((body) => body.x[k]), y: bodies.map((body) => body.y[k]),
      marker: {size: 14, color: colours, symbol: symbols, line: {width: 1.2, color: css("--ink")}},
-     text: bodies.map((body, j) => `${body.label}: ${word(j) || "no mode"}`), hovertemplate: "%{text}<br>%{x:.4g} m, %{y:.4g} m<extra></extra>"},
-    {type: "scatter", mode: "text", name: "names", uid: "names", x: bodies.map((body) => body.x[k]), y: bodies.map((body) => body.y[k]), hoverinfo: "skip",
-     text: bodies.map((body, j) => word(j) && !initial.has(word(j)) ? `<b>${body.label}</b><br><i>${word(j)}</i>` : body.label), textposition: "top center",
+     text: bodies.map((body, j) => `${body.label}: ${word(j)}`), hovertemplate: "%{text}<br>%{x:.4g} m, %{y:.4g} m<extra></extra>"},
+    {type: "scatter", mode: "markers+text", name: "names", uid: "names", marker: {size: 16, color: "rgba(0,0,0,0)"}, x: bodies.map((body) => body.x[k]), y: bodies.map((body) => body.y[k]), hoverinfo: "skip",
+     text: bodies.map((body, j) => !initial.has(word(j)) ? `<b>${body.label}</b><br><i>${word(j)}</i>` : body.label), textposition: "top center",
      textfont: {size: 11, color: css("--ink")}},
     ...programs.filter((program) => bodies.some((body) => DATA.modes.programs[DATA.modes.nodes.indexOf(body.label)] === program)).map((program) =>
       legend(program, {size: 11, color: "rgba(0,0,0,0)", symbol: PROGRAM_SYMBOLS[programs.indexOf(program) % PROGRAM_SYMBOLS.length], line: {width: 1.4, color: css("--ink")}})),
@@ -116,19 +128,22 @@ function markTraces(k, now) {
     for (let row = 0; row < until; row++) {
       if (kind.x[row] !== null) rows.push(row);
       else if (kind.t_s[row] > now - 1 && bodies.has(kind.node[row])) {
-        if (!said.has(kind.node[row])) said.set(kind.node[row], []);
-        said.get(kind.node[row]).push(kind.words[row]);
+        const words = said.get(kind.node[row]) || [];
+        said.set(kind.node[row], [...words.filter((other) => !other.startsWith(kind.kind)), kind.words[row]]);     // the newest of a kind
       }
     }
     if (!kind.x.some((value) => value !== null)) return [];
     const shown = rows.slice(-MOST_DETECTIONS), fresh = shown.map((row) => kind.t_s[row] > now - 1), {symbol, color} = markStyle(j);
-    return [{type: "scatter", mode: "markers", name: kind.kind, uid: uidOf(`mark ${kind.kind}`), x: shown.length ? shown.map((row) => kind.x[row]) : [null],
+    return [{type: "scatter", mode: "markers", name: kind.kind, showlegend: false, uid: uidOf(`mark ${kind.kind}`), x: shown.length ? shown.map((row) => kind.x[row]) : [null],
              y: shown.length ? shown.map((row) => kind.y[row]) : [null], text: shown.map((row) => wrapped(kind.text[row])), hovertemplate: "%{text}<extra></extra>",
-             marker: {symbol, color, size: shown.length ? fresh.map((yes) => yes ? 19 : 11) : 11, line: {width: 1.2, color: css("--ink")}}}];
+             marker: {symbol: shown.length ? fresh.map((yes) => yes ? `${symbol}-open` : symbol) : symbol, color: shown.length ? fresh.map((yes) => yes ? css("--ink") : color) : color,
+                      opacity: 1, size: shown.length ? fresh.map((yes) => yes ? 24 : 11) : 11, line: {width: shown.length ? fresh.map((yes) => yes ? 2.5 : 1) : 1, color: css("--ink")}}},
+            {type: "scatter", mode: "markers", name: kind.kind, uid: uidOf(`legend mark ${kind.kind}`), x: [null], y: [null],
+             marker: {symbol, color, size: 11, line: {width: 1, color: css("--ink")}}}];
   });
   const nodes = [...said.keys()];
-  traces.push({type: "scatter", mode: "text", name: "words", uid: "words", showlegend: false, hoverinfo: "skip", textposition: "bottom center",
+  traces.push({type: "scatter", mode: "markers+text", marker: {size: 16, color: "rgba(0,0,0,0)"}, name: "words", uid: "words", showlegend: false, hoverinfo: "skip", textposition: "bottom center",
                textfont: {size: 11, color: css("--accent")}, x: nodes.length ? nodes.map((node) => bodies.get(node).x[k]) : [null],
-               y: nodes.length ? nodes.map((node) => bodies.get(node).y[k]) : [null], text: nodes.map((node) => said.get(node).slice(-3).join("<br>"))});
+               y: nodes.length ? nodes.map((node) => bodies.get(node).y[k]) : [null], text: nodes.map((node) => said.get(node).join("<br>"))});
   return DATA.marks.kinds.length ? traces : [];
 }
