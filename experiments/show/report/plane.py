@@ -26,6 +26,7 @@ Json = dict[str, Any]
 HEADINGS = ("theta", "psi", "yaw", "heading")
 X = re.compile(r"(?:(?P<before>\w+)_)?x(?:_(?P<after>\w+))?")
 MOST_INSTANTS = 240
+MOST_ON_GROUND = 600        # of runs whose programs declare the ground: many robots that move at a time
 MOST_LOOKS = 5_000
 DETECTION = "detection"
 ROOM = 0.05         # around the declared area, as a share of its larger side
@@ -45,12 +46,12 @@ def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
     if not bodies:
         return None
     last_ns = max(data.length_ns, *(int(table.time_ns[-1]) for _, _, table, _ in tracks))
-    instants_ns = np.linspace(0, last_ns, MOST_INSTANTS).astype(np.int64)
+    ground = data.scenario.get("ground")
+    instants_ns = np.linspace(0, last_ns, MOST_INSTANTS if ground is None else MOST_ON_GROUND).astype(np.int64)
     instants_ns = np.unique(np.append(instants_ns, np.array(also_ns, dtype=np.int64)).clip(0, last_ns))
     plans = {name: plan for name, medium in (data.scenario.get("media") or {}).items()
              if (plan := medium.get("floor_plan")) is not None}
     carriers = {observer: carrier for plan in plans.values() for observer, carrier in plan["carriers"].items()}
-    ground = data.scenario.get("ground")
     picture = None if ground is None else _picture(ground)
     return {"instants_s": (instants_ns / 1e9).tolist(), "ground": None if ground is None else _ground(ground),
             "bodies": [_track(node, table, columns, instants_ns, picture) for node, _, table, columns in bodies],

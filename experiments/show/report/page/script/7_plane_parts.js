@@ -50,11 +50,16 @@ function polygonTraces(now) {
   });
 }
 
-// Modes in which a robot is in the picture at any instant; each is a legend entry with its colour and its dash.
+// The modes of each body at the instants of the animation, -1 where it is out of the picture; and all that occur, in order.
+const modesOf = new Map();
+function modesOfBody(body) {
+  if (!modesOf.has(body.label)) modesOf.set(body.label, DATA.plane.instants_s.map((t_s, j) => body.x[j] === null ? -1 : modeAt(body.label, t_s)));
+  return modesOf.get(body.label);
+}
 let modesShown = null;
 function modesInPlane() {
   if (modesShown === null) {
-    const shown = new Set(DATA.plane.bodies.flatMap((body) => DATA.plane.instants_s.map((t_s, j) => body.x[j] === null ? -1 : modeAt(body.label, t_s))));
+    const shown = new Set(DATA.plane.bodies.flatMap(modesOfBody));
     modesShown = DATA.modes.names.map((_, k) => k).filter((k) => shown.has(k));
   }
   return modesShown;
@@ -76,11 +81,12 @@ function viewsInModes(views, k, now, turned) {
 // The ways until now, each part in the colour of the mode in which it was driven.
 function waysInModes(bodies, k) {
   if (!bodies.length) return [];
-  const instants = DATA.plane.instants_s, ways = new Map(modesInPlane().map((mode) => [mode, {x: [], y: []}]));
+  const ways = new Map(modesInPlane().map((mode) => [mode, {x: [], y: []}]));
   bodies.forEach((body) => {
+    const modes = modesOfBody(body);
     let last = -1;
     for (let j = 0; j <= k; j++) {
-      const mode = body.x[j] === null ? -1 : modeAt(body.label, instants[j]);
+      const mode = modes[j];
       if (last >= 0 && mode !== last) {
         const way = ways.get(last);
         way.x.push(body.x[j], null); way.y.push(body.y[j], null);
