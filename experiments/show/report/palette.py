@@ -28,7 +28,7 @@ SWITCHED: Final = Pair("#c22fb2", "#f070e2")
 # Of modes: apart for readers with protanopia, deuteranopia and tritanopia too (`test_report_palette`).
 MODES: Final = (Pair("#d55e00", "#ff7a2f"), Pair("#5b2a86", "#d3b8ff"), Pair("#008a63", "#14c494"),
                 Pair("#8f8f8f", "#8d8d8d"), Pair("#0072b2", "#4f8dff"), Pair("#2b2b2b", "#f2f2f2"),
-                Pair("#663300", "#aa6644"))
+                Pair("#663300", "#aa6644"), Pair("#aa00ee", "#aaff00"))
 MARKS: Final = (Pair("#b97d00", "#e6b800"), Pair("#c22fb2", "#f070e2"), Pair("#2b8fce", "#56c0f0"),
                 Pair("#5c6672", "#93a0ad"))       # of events in the plane
 LOW: Final = Pair("#6f95c4", "#4f7cc0")            # LOW to HIGH: a scale from few to many

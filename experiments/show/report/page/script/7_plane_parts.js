@@ -1,5 +1,8 @@
 // Parts of the plane that not every run has: the ground, polygons and points of events, and robots with modes.
 
+// What keeps words readable on obstacles and paths.
+const halo = () => ["1px 1px", "-1px 1px", "1px -1px", "-1px -1px", "0 0"].map((by) => `${by} 2px ${css("--card")}`).join(", ");
+
 // Several polygons as one trace, with gaps between them; all counterclockwise, so that none is a hole in another.
 function together(polygons) {
   const x = [], y = [];
@@ -118,7 +121,7 @@ function robotsInModes(bodies, k, now) {
      text: bodies.map((body, j) => `${body.label}: ${word(j)}`), hovertemplate: "%{text}<br>%{x:.4g} m, %{y:.4g} m<extra></extra>"},
     {type: "scatter", mode: "markers+text", name: "names", uid: "names", marker: {size: 16, color: "rgba(0,0,0,0)"}, x: bodies.map((body) => body.x[k]), y: bodies.map((body) => body.y[k]), hoverinfo: "skip",
      text: bodies.map((body, j) => !initial.has(word(j)) ? `<b>${body.label}</b><br><i>${word(j)}</i>` : body.label), textposition: "top center",
-     textfont: {size: 11, color: css("--ink")}},
+     textfont: {size: 11, color: css("--ink"), shadow: halo()}},
     ...programs.filter((program) => bodies.some((body) => DATA.modes.programs[DATA.modes.nodes.indexOf(body.label)] === program)).map((program) =>
       legend(program, {size: 11, color: "rgba(0,0,0,0)", symbol: PROGRAM_SYMBOLS[programs.indexOf(program) % PROGRAM_SYMBOLS.length], line: {width: 1.4, color: css("--ink")}})),
     ...modesInPlane().map((mode) => legend(DATA.modes.names[mode], {size: 8, color: modeColour(mode), symbol: "circle"},
@@ -149,7 +152,7 @@ function markTraces(k, now) {
   });
   const nodes = [...said.keys()];
   traces.push({type: "scatter", mode: "markers+text", marker: {size: 16, color: "rgba(0,0,0,0)"}, name: "words", uid: "words", showlegend: false, hoverinfo: "skip", textposition: "bottom center",
-               textfont: {size: 11, color: css("--accent")}, x: nodes.length ? nodes.map((node) => bodies.get(node).x[k]) : [null],
+               textfont: {size: 11, color: css("--accent"), shadow: halo()}, x: nodes.length ? nodes.map((node) => bodies.get(node).x[k]) : [null],
                y: nodes.length ? nodes.map((node) => bodies.get(node).y[k]) : [null], text: nodes.map((node) => said.get(node).join("<br>"))});
   return DATA.marks.kinds.length ? traces : [];
 }
