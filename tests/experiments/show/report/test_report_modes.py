@@ -69,7 +69,7 @@ def test_the_table_has_the_stays_in_other_modes_than_the_first_with_the_values_o
 
     hunts, ends = stay_tables(data, stays(data))
 
-    assert (hunts.initial, hunts.columns, hunts.reasons, hunts.total) == ("idle", ["target", "bid", "way [m]"], False, 1)
+    assert (hunts.initial, hunts.columns, hunts.reasons) == ("idle", ["target", "bid", "way [m]"], False)
     (row,) = hunts.rows
     assert (row.stay.node, row.stay.mode, row.fields, row.stay.by, row.stay.end) == (
         "a", "hunting", ["t", "0.1235", "2.5"], "b", "caught it")
@@ -83,7 +83,8 @@ def seen(node: str, at_s: float, target: str, **more: float) -> Event:
 
 def test_events_with_named_values_are_tables_grouped_by_the_first_value() -> None:
     data = a_run(seen("a", 1, "t2", number=1), seen("b", 2, "t1", number=1), seen("a", 3, "t2", x_m=0.5),
-                 Event(4 * S, "a", "note", "free text"), Event(4 * S, "a", "half", "a=1"), Event(5 * S, "a", "half", "b"))
+                 Event(4 * S, "a", "note", "free text"),
+                 Event(4 * S, "a", "half", "a=1"), Event(5 * S, "a", "half", "b"))
 
     (table,) = event_tables(told(data))
 
@@ -92,7 +93,8 @@ def test_events_with_named_values_are_tables_grouped_by_the_first_value() -> Non
         (2, "b", ["t1", "1", ""]), (1, "a", ["t2", "1", ""]), (3, "a", ["t2", "", "0.5"])]
 
 
-@pytest.mark.parametrize(("name", "shown"), [("way_m", "way [m]"), ("speed_mps", "speed [m/s]"), ("P_R", "P_R"), ("m", "m")])
+@pytest.mark.parametrize(("name", "shown"), [
+    ("way_m", "way [m]"), ("speed_mps", "speed [m/s]"), ("P_R", "P_R"), ("m", "m")])
 def test_a_heading_tells_the_unit_of_a_value(name: str, shown: str) -> None:
     assert heading(name) == shown
 
