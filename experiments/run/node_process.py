@@ -26,8 +26,7 @@ from netem.transport.start_message import StartMessage
 from netem.transport.zenoh_session import ENTRANCES
 
 # Modules that import a library when they first need it, or when `load_library` is called.
-IMPORT_LATE: Final = ("agents.marco_polo.reward", "agents.tracking.heading_slope", "firmware_sim.mavlink.dialect",
-                      "netem.media.can.dbc_file")
+IMPORT_LATE: Final = ("agents.tracking.heading_slope", "firmware_sim.mavlink.dialect", "netem.media.can.dbc_file")
 
 
 def build(at_end: ExitStack, under_way: UnderWay, start: StartMessage) -> Node:
