@@ -35,19 +35,21 @@ def automata_of(agents: Mapping[str, Runs], team: Mapping[str, Any], folder: Pat
     return found
 
 
-def declared(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any],
-             problems: Problems) -> dict[str, tuple[str, ...]]:
-    """Return the modes of each agent whose program declares an automaton, none of one whose declaration fails.
+def declaring(programs: Mapping[type, Mapping[str, Any]]) -> list[str]:
+    """Return the agents whose programs declare an automaton; `programs` maps each class to its agents."""
+    return [name for cls, settings_of in programs.items() if hasattr(cls, "automaton") for name in settings_of]
 
-    `programs` maps each class to the settings of its agents, None for settings with mistakes. Each declaration that
-    fails is a problem.
+
+def check_automata(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any],
+                   problems: Problems) -> dict[str, tuple[str, ...]]:
+    """Return the modes of each automaton, by agent, and add a problem for each declaration that fails.
+
+    `programs` maps each class to the settings of its agents. Call it for a scenario in which the programs found no
+    mistake: what they refuse may make a declaration fail.
     """
-    modes: dict[str, tuple[str, ...]] = {}
+    modes = {}
     for cls, settings_of in programs.items():
         if (declare := getattr(cls, "automaton", None)) is None:
-            continue
-        modes |= dict.fromkeys(settings_of, ())
-        if problems.found:
             continue
         for name, settings in settings_of.items():
             try:

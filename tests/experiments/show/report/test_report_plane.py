@@ -142,7 +142,7 @@ def test_on_declared_ground_bodies_out_of_the_picture_have_no_place_and_no_path(
     (body,) = found["bodies"]
     for t_s, x_m, y_m in zip(found["instants_s"], body["x"], body["y"], strict=True):
         sampled = int(round(t_s * 1e9) // (10 * MS)) * 0.01
-        assert (x_m, y_m) == ((None, None) if sampled > 0.8 + 1e-9 else (pytest.approx(sampled, abs=1e-6), pytest.approx(sampled + 1, abs=1e-6)))
+        assert (x_m, y_m) == ((None, None) if sampled > 0.8 + 1e-9 else pytest.approx((sampled, sampled + 1), abs=1e-6))
     assert max(body["path_x"]) == pytest.approx(0.8)
     assert len(found["instants_s"]) == MOST_ON_GROUND
 
