@@ -9,7 +9,7 @@ BOX = GroundShape("box", ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))
 
 @pytest.mark.parametrize("corners", [((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 0.0), (float("nan"), 1.0))])
 def test_a_shape_without_three_finite_corners_is_refused(corners) -> None:
-    with pytest.raises(ValueError, match="box: corners_m=.*: expected 3 or more corners"):
+    with pytest.raises(ValueError, match=r"box: corners_m=.*: expected 3 or more corners"):
         GroundShape("box", corners)
 
 
