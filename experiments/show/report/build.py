@@ -115,7 +115,8 @@ def _drawn(data: RunData, broke: Moments, events: Told, in_modes: Sequence[Stay]
             "faulty": series.faulty(data),
             "spoken": series.spoken(data, broke.instants_ns), "fates": series.fates(data), "ages": series.ages(data),
             "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, shown_ns),
-            "modes": modes_for_page(data, in_modes), "marks": marks(events, data.length_ns),
+            "modes": modes_for_page(data, in_modes),
+            "marks": marks(events, data.length_ns, data.run.get("dead_ns") or {}),
             "length_s": data.length_ns * 1e-9, "palette": for_page(),
             "meanings": {fate.value: fate.meaning for fate in Fate}, "delivered": Fate.DELIVERED.value,
             "moments": [{"t_s": moment.from_ns / 1e9, "words": f"{moment.what}, {moment.on}"}

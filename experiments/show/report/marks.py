@@ -6,6 +6,7 @@ An event with a place is a point, one with corners a polygon while it lasts, any
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from experiments.show.report.event_tables import Fields, heading, short
@@ -14,12 +15,16 @@ from netem.records.events import Event
 
 Json = dict[str, Any]
 Told = Mapping[str, Sequence[tuple[Event, Fields]]]
+Deaths = Mapping[str, Sequence[Sequence[int]]]
 MOST_OF_A_KIND = 2_000
 MOST_INSTANTS = 600
 
 
-def marks(told: Told, end_ns: int) -> Json:
-    """Return the points and words of each kind of event, and all polygons, with their instants [s]."""
+def marks(told: Told, end_ns: int, dead_ns: Deaths = MappingProxyType({})) -> Json:
+    """Return the points and words of each kind of event, and all polygons, with their instants [s].
+
+    `dead_ns` are the intervals [start, end) in which a fault had killed a node, whose polygons end with it.
+    """
     found: list[Json] = []
     for kind, events in told.items():
         if any(event_fields.CORNERS in fields for _, fields in events) or _ends_polygons(kind, told):
@@ -32,7 +37,7 @@ def marks(told: Told, end_ns: int) -> Json:
                       "words": [f"{kind} {short(fields[kind], 3)}" if kind in fields else kind for _, fields in shown],
                       "text": [_text(event, fields) for event, fields in shown]})
     found.sort(key=lambda kind: all(x is None for x in kind["x"]))      # those with places first
-    return {"kinds": found, "polygons": list(_polygons(told, end_ns))}
+    return {"kinds": found, "polygons": list(_polygons(told, end_ns, dead_ns))}
 
 
 def instants_ns(told: Told, also_ns: Sequence[int] = ()) -> list[int]:
@@ -40,7 +45,7 @@ def instants_ns(told: Told, also_ns: Sequence[int] = ()) -> list[int]:
     return sorted({*(event.time_ns for events in told.values() for event, _ in events), *also_ns})[:MOST_INSTANTS]
 
 
-def _polygons(told: Told, end_ns: int) -> Iterator[Json]:
+def _polygons(told: Told, end_ns: int, dead_ns: Deaths) -> Iterator[Json]:
     for kind, events in told.items():
         if _ends_polygons(kind, told):
             continue
@@ -52,6 +57,7 @@ def _polygons(told: Told, end_ns: int) -> Iterator[Json]:
                 continue
             until_ns = next((later.time_ns for later, others in drawn[place + 1:]
                              if (later.node, _first(others)) == (event.node, _first(fields))), end_ns)
+            until_ns = min([until_ns, *(at_ns for at_ns, _ in dead_ns.get(event.node, ()) if at_ns >= event.time_ns)])
             yield {"what": kind, "node": event.node, "from_s": event.time_ns / 1e9, "until_s": until_ns / 1e9,
                    "x": [x for x, _ in corners], "y": [y for _, y in corners], "text": _text(event, fields)}
 

@@ -98,7 +98,7 @@ def for_page(data: RunData, found: Sequence[Stay]) -> Json | None:
 def _cause(stay: Stay) -> str:
     fields = event_fields.read(stay.why)
     why = stay.why if fields is None else ", ".join(f"{heading(name)} {short(value)}" for name, value in fields.items())
-    return f"{why}, by {stay.by}" if stay.by else why
+    return f"{why} (caused by {stay.by})" if stay.by else why
 
 
 def stay_tables(data: RunData, found: Sequence[Stay]) -> list[StayTable]:

@@ -112,6 +112,8 @@ def test_a_polygon_is_there_until_it_is_over_drawn_anew_or_the_run_ends() -> Non
         ("a", 1, 4), ("b", 2, 6), ("a", 3, 10), ("b", 6, 10)]
     assert (found["polygons"][0]["what"], found["polygons"][0]["x"], found["polygons"][0]["y"]) == (
         "cone", [0, 1, 0], [0, 0, 1])
+    assert [polygon["until_s"] for polygon in marks(events, END_NS, {"a": [[3.5 * S, 5 * S]]})["polygons"]] == [
+        3.5, 6, 3.5, 10]
     assert found["kinds"] == []
     assert [table.kind for table in event_tables(events)] == ["cone"]
     assert event_tables(events)[0].columns == ["of"]

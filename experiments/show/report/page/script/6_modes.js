@@ -70,7 +70,7 @@ function drawModes() {
                  text: rows.map((row) => wrapped(kind.text[row], 60)), hovertemplate: "%{text}<extra></extra>"});
   });
   Plotly.react("plot-modes", traces, layout("time [s]", "", {
-    barmode: "overlay", hovermode: "closest", showlegend: true, height: 120 + 26 * m.nodes.length, shapes: cursorLine(1).concat(faults(1)),
+    barmode: "overlay", hovermode: "closest", showlegend: true, height: 120 + 26 * m.nodes.length, shapes: cursorLine(1).concat(faults(1).map(({label, ...shape}) => shape)),
     legend: {orientation: "h", y: 1.02, yanchor: "bottom", x: 0, traceorder: "normal"}, xaxis: {range: [0, DATA.length_s || 1]},
     yaxis: {type: "category", categoryorder: "array", categoryarray: m.nodes.slice().reverse(), range: [-0.6, m.nodes.length - 0.4]}}), config());
 }
