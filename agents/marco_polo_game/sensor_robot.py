@@ -232,7 +232,7 @@ class SensorRobot:
         self._modes.change(mode.word, written({**self._terms(task, offer), "bid": offer.reward}),
                            by="" if by == self._board.name else by, before=before,
                            inputs={"of": task.target, "detections": track.detections})
-        self._guidance.begin(Deployment(task.target, track, offer), self._board.now_ns)
+        self._guidance.begin(Deployment(task.target, track, offer, self._mover.place), self._board.now_ns)
         self._plan()
 
     # --- deployed
