@@ -264,17 +264,17 @@ def test_a_sweep_goes_to_and_fro_across_the_way_of_the_target(tmp_path: Path) ->
     ("team.game={cell_m=0.3}", "is not a whole number of cells"),
     ("team.game={speed=1}", "speed: expected keys among"),
     ("team.obstacles=[[[1.0, 1.0], [4.0, 1.0], [4.0, 4.0], [3.0, 2.0]]]",
-     "team.obstacles[0]=(1, 1) (4, 1) (4, 4) (3, 2) m: not convex, corner (3, 2) m lies 0.707 m inside the convex hull; "
-     "take the hull, (1, 1) (4, 4) (4, 1) m"),
+     "team.obstacles[0]=(1, 1) (4, 1) (4, 4) (3, 2) m: not convex, corner (3, 2) m lies 0.707 m inside the convex "
+     "hull; take the hull, (1, 1) (4, 4) (4, 1) m"),
     ("team.zones=[[[1.0, 1.0], [11.0, 1.0], [2.0, 3.0]]]", "team.zones[0]: corner (11, 1) m is outside the area; the "
      "nearest place inside is (10, 1) m"),
     ("team.obstacles=[[[1.0, 1.0], [2.0, 1.0]]]", "expected 3 or more corners"),
     ("team.obstacles=[[1, 2]]", "team.obstacles[0]=[1, 2]: expected a list of corners [x, y], in m"),
     ("team.zones=3", "team.zones=3: expected a list of polygons"),
-    ("team.obstacles=[[[4.5, 4.5], [5.5, 4.5], [5.5, 5.5], [4.5, 5.5]]]", "agents.ugv_3=(5, 5) m: its platform of 0.5 m "
-     "overlaps obstacle 0 by 0.25 m2; the nearest cell that would do is at (4.75, 4.25) m"),
-    ("team.zones=[[[2.0, 2.0], [3.5, 2.0], [3.5, 4.0], [2.0, 4.0]]]", "agents.uav_1=(2.5, 2.5) m: its platform of 0.5 m "
-     "overlaps zone 0 by 0.25 m2; the nearest cell that would do is at (2.25, 1.75) m"),
+    ("team.obstacles=[[[4.5, 4.5], [5.5, 4.5], [5.5, 5.5], [4.5, 5.5]]]", "agents.ugv_3=(5, 5) m: its platform of "
+     "0.5 m overlaps obstacle 0 by 0.25 m2; the nearest cell that would do is at (4.75, 4.25) m"),
+    ("team.zones=[[[2.0, 2.0], [3.5, 2.0], [3.5, 4.0], [2.0, 4.0]]]", "agents.uav_1=(2.5, 2.5) m: its platform of "
+     "0.5 m overlaps zone 0 by 0.25 m2; the nearest cell that would do is at (2.25, 1.75) m"),
     ("team.obstacles=[[[0, 9], [1, 9], [1, 9.5], [0, 9.5]], [[1, 9], [1.5, 9], [1.5, 10], [1, 10]]]",
      "team.obstacles: the exit at (0.25, 9.75) m, and 1 more, is out of reach of all UGVs"),
     ("team.obstacles=[[[0, 0], [10, 0], [10, 1]], [[10, 0], [10, 10], [9, 10]], [[0, 0], [0, 10], [0.5, 5]], "
