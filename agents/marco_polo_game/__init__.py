@@ -3,7 +3,7 @@
     target_path     the way of a target through the area                                             pure
     target_robot    program: enters, turns, leaves or is captured
     track           what a sensor knows of one target, and where it expects the target               pure
-    mover           drives an omnidirectional platform from waypoint to waypoint
+    movers          drive a platform along places: omnidirectional, differential drive on CAN, quadrotor on MAVLink
     sensor_robot    program: detects, bids, investigates, pursues; `sensor_automaton` declares its modes
     game_table      the table [team] of a game
     grip_frames     the frames by which a UGV captures a target

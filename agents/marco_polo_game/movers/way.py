@@ -1,0 +1,65 @@
+"""The way that a platform with inertia follows: straight legs near the places that it is given, and its speed on them.
+
+    straightened    the fewest of the places such that the straight legs between them pass no farther than `aside_m`
+                    from the others (Douglas and Peucker 1973, by Shapely)
+    braking_mps     v = k d for d <= a / k^2, else sqrt(2 a (d - a / 2 k^2)): comes to rest after the way d, slowing
+                    down by at most a; the law of the autopilot's ramp (`firmware_sim.autopilot.ramp`)
+    corner_mps      greatest speed at each corner: of an arc that begins `reach_m` before it, R = reach / tan(turn / 2),
+                    v = omega_max R; and no more than lets the platform slow down for the corners behind it
+    room_m          how far the boundary of the area is ahead
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import atan2, cos, dist, inf, pi, remainder, sin, sqrt, tan
+
+import shapely
+
+from agents.pursuit import Place
+from agents.pursuit.law import Area
+
+K_PER_S = 2.0                   # k, speed per distance near the end of the way
+CRAWL_MPS = 0.1                 # speed at a corner at which the platform turns round
+STRAIGHT = 1e-12                # component of a unit vector below which it does not lead to a side of the area
+
+
+def straightened(own: Place, places: Sequence[Place], aside_m: float) -> list[Place]:
+    """Return the places to drive to, without `own`; the last one is kept, and all are if `aside_m` is 0."""
+    if len(places) < 2:
+        return list(places)
+    line = shapely.LineString([own, *places]).simplify(aside_m, preserve_topology=False)
+    return [(float(x), float(y)) for x, y in line.coords[1:]]
+
+
+def braking_mps(way_m: float, accel_mps2: float) -> float:
+    near_m = accel_mps2 / K_PER_S ** 2
+    return K_PER_S * way_m if way_m <= near_m else sqrt(2 * accel_mps2 * (way_m - 0.5 * near_m))
+
+
+def corner_mps(own: Place, way: Sequence[Place], reach_m: float, omega_max_radps: float,
+               accel_mps2: float) -> list[float]:
+    """Return the greatest speed at each place of a way; 0 at the last."""
+    points = [own, *way]
+    speeds = [0.0] * len(way)
+    for k in reversed(range(len(way) - 1)):
+        before, here, after = points[k:k + 3]
+        turn = abs(remainder(atan2(after[1] - here[1], after[0] - here[0])
+                             - atan2(here[1] - before[1], here[0] - before[0]), 2 * pi))
+        half = min(turn, pi - 1e-6) / 2
+        arc = inf if half < 1e-6 else omega_max_radps * reach_m / tan(half)
+        leg_m = dist(here, after)
+        later = sqrt(speeds[k + 1] ** 2 + 2 * accel_mps2 * leg_m) if speeds[k + 1] else braking_mps(leg_m, accel_mps2)
+        speeds[k] = max(CRAWL_MPS, min(arc, later))
+    return speeds
+
+
+def room_m(own: Place, heading_rad: float, area: Area) -> float:
+    """Return the distance from a place along a heading to the boundary [m]; 0 outside, if the heading leads away."""
+    room = inf
+    for at, along, (low, high) in ((own[0], cos(heading_rad), area.x_m), (own[1], sin(heading_rad), area.y_m)):
+        if along > STRAIGHT:
+            room = min(room, (high - at) / along)
+        elif along < -STRAIGHT:
+            room = min(room, (low - at) / along)
+    return max(0.0, room)
