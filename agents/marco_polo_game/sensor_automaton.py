@@ -51,12 +51,12 @@ def sensor_automaton(game: Game, captures: bool, bounds: Bounds) -> Automaton:
     given_up = Between("given_up", 1, 1)
     modes = {waiting: Mode(stands, moves),
              investigating: Mode(busy, moves)}
-    edges = [Edge(waiting, investigating, Between("detections", k - 1, k - 1), {"target": "of", "coasted": 0}),
+    edges = [Edge(waiting, investigating, Between("detections", k - 1, k - 1), {"target": "of"}),
              Edge(investigating, waiting, AnyOf(Between("detections", k), Between("left_s", most=0), given_up),
                   {"target": NOBODY, "coasted": 0})]
     if captures:
         modes[pursuing] = Mode(busy, moves)
-        edges += [Edge(waiting, pursuing, Between("detections", k), {"target": "of", "coasted": 0}),
+        edges += [Edge(waiting, pursuing, Between("detections", k), {"target": "of"}),
                   Edge(pursuing, waiting, AnyOf(Between("captured", 1, 1), Between("left_s", most=0), given_up),
                        {"target": NOBODY, "coasted": 0})]
     return Automaton(modes, edges, {waiting: stands}, {"x": "m", "y": "m", "target": "1", "coasted": "m"},
