@@ -4,7 +4,8 @@
     target_robot    program: enters, turns, leaves or is captured
     track           what a sensor knows of one target, and where it expects the target               pure
     movers          drive a platform along places: omnidirectional, differential drive on CAN, quadrotor on MAVLink
-    sensor_robot    program: detects, bids, investigates, pursues; `sensor_automaton` declares its modes
+    sensor_robot    program: detects, bids, captures; `sensor_automaton` declares its modes
+    guidance        where a deployed sensor drives: `investigation`, `plain_pursuit`
     game_table      the table [team] of a game
     grip_frames     the frames by which a UGV captures a target
 

@@ -3,9 +3,9 @@
     a target comes into view     a detection, which all sensors are told of; one for each sensor and target counts
     k - 1 detections             a bid window for an investigation: the winner goes to an observation cell and stands
     k detections                 the investigation is over; a bid window of the UGVs for the pursuit
-    pursuit                      along cells to where the track line lets the target be met; in view, straight to it
-    a UGV within capture_m       grips the target, and has captured it when the target answers
+    a UGV within capture_m       grips the target, as it sees it, and has captured it when the target answers
 
+Where a deployed sensor drives, and when it gives up, is its `guidance`: `Investigation`, and `PURSUIT` of the program.
 A *stage* of a task is 2 a for an investigation and 2 a + 1 for a pursuit, a: attempts before it. Rewards are (2.4) as
 `agents.marco_polo.reward` repairs it. Whoever has detected the target itself bids for no investigation of it, since a
 second detection by the same sensor is not independent.
@@ -13,7 +13,7 @@ second detection by the same sensor is not independent.
 Differs from the dissertation: Figure 2.3, line 44, offers UAVs for a pursuit, which the text forbids. Lines 22 and 28
 both remove a captured target; here any UGV in range captures a target with k detections, and the target's answer says
 which one did.
-Not modelled: obstacles and zones without radio, collisions of platforms, errors of a sensor's own place, sweeps.
+Not modelled: collisions of platforms that move, errors of a sensor's own place.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from agents.bidding.bid_frames import ModeMessage, Standing, Task
 from agents.bidding.bidding import Bidding
 from agents.hybrid.automaton import Automaton
 from agents.hybrid.modes import Modes
-from agents.marco_polo.c_target import CTarget
-from agents.marco_polo.cells import Cells, square
 from agents.marco_polo.connectivity import ConnectivityGraph
-from agents.marco_polo.legs import longest_stay_s
 from agents.marco_polo.reward import Offer, Sensor, investigation_offer, pursuit_offer
 from agents.marco_polo_game.game_table import game_of
-from agents.marco_polo_game.grip_frames import Grip, GripFrame, pack, unpack
+from agents.marco_polo_game.grip_frames import Grip, Held, pack, unpack
+from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, MakesGuidance
+from agents.marco_polo_game.investigation import Investigation
+from agents.marco_polo_game.plain_pursuit import PlainPursuit
 from agents.marco_polo_game.sensor_automaton import NOBODY, GameMode, sensor_automaton
 from agents.marco_polo_game.sensor_check import game_problems
 from agents.marco_polo_game.sensor_settings import SensorSettings
@@ -62,6 +62,7 @@ class SensorRobot:
 
     Settings = SensorSettings
     CAPTURES: ClassVar[bool]
+    PURSUIT: ClassVar[MakesGuidance] = PlainPursuit
 
     @classmethod
     def check(cls, scenario: ScenarioView, own: Own[SensorSettings]) -> Iterator[str]:
@@ -77,15 +78,17 @@ class SensorRobot:
         self._board, self._settings = board, settings
         game = self._game = game_of(board.team)
         self._parameters = game.parameters
-        self._cells = Cells(game.area, game.parameters.cell_m)
+        self._ground = game.ground(self.CAPTURES)
         self._mover = settings.platform.mover(board, game.area, game.speed_mps(board.name))
         self._tracks = [Track(game.area, game.parameters) for _ in game.targets]
         self._places: dict[str, Place] = {}                     # of the other sensors, as they told
         self._attempts: dict[tuple[int, Purpose], int] = {}     # that are over
-        self._sights_ns: dict[int, int] = {}                    # newest sight of each target
         self._task: Task | None = None                          # for which it is deployed
-        self._ends_ns = 0                                       # of an investigation, at the latest
-        self._timer: Timer | None = None                        # of that end, or of the next plan of a pursuit
+        self._timer: Timer | None = None                        # of the next plan
+        deck = Deck(board, settings, game, self._ground, self._graph)
+        self._guidances: dict[Purpose, Guidance] = {Purpose.INVESTIGATION: Investigation(deck)}
+        if self.CAPTURES:
+            self._guidances[Purpose.PURSUIT] = self.PURSUIT(deck)
         board.port(settings.view, self._hear_view)
         self._grip = board.port(settings.grip, self._hear_grip) if self.CAPTURES else None
         self._modes = Modes(board, self.automaton(settings, board.team), GameMode.WAITING.word, self._state)
@@ -111,17 +114,16 @@ class SensorRobot:
             self._see(self._game.targets.index(sight.name), Seen(sight.exposed_ns, (sight.x_m, sight.y_m)))
 
     def _see(self, target: int, seen: Seen) -> None:
-        track, last_ns = self._tracks[target], self._sights_ns.get(target)
-        self._sights_ns[target] = seen.at_ns
+        track = self._tracks[target]
+        last_ns = None if track.sight is None else track.sight.at_ns
         track.sight = Seen(seen.at_ns, self._game.area.nearest(seen.place))
         if last_ns is None or seen.at_ns - last_ns > self._settings.exposure_ns:      # it has come into view
             self._detect(target, track, seen)
         if track.detections >= self._parameters.detections and not track.captured:
             own = self._mover.place
             if self._grip is not None and dist(own, seen.place) <= self._parameters.capture_m:
-                self._grip.send(pack(GripFrame(Grip.GRIPS, target, self._game.sensors.index(self._board.name))))
-            if self._pursues(target):
-                self._plan()
+                self._grip.send(pack(Grip(target, self._game.sensors.index(self._board.name), *own)))
+        self._tell_guidance(target, seen)
 
     def _detect(self, target: int, track: Track, seen: Seen) -> None:
         if track.detected(self._board.name, seen):
@@ -140,8 +142,7 @@ class SensorRobot:
             self._demand(told.target, sender)
         elif track.detections >= self._parameters.detections:
             self._stop_investigating(told.target, sender)
-        if self._pursues(told.target):
-            self._plan()
+        self._tell_guidance(told.target, Seen(told.seen_ns, (told.x_m, told.y_m)))
 
     def _demand(self, target: int, by: str) -> None:
         """Ask for the sensor that the number of detections of a target asks for."""
@@ -202,9 +203,8 @@ class SensorRobot:
 
     def _graph(self) -> ConnectivityGraph:
         """Return the cells that this platform can occupy; UGVs are obstacles to each other."""
-        obstacles = [square(place, self._parameters.platform_m) for name, place in self._places.items()
-                     if self.CAPTURES and name in self._game.ugvs]
-        return ConnectivityGraph(self._cells, self._cells.free(obstacles, self._parameters.platform_m))
+        return self._ground.graph(place for name, place in self._places.items()
+                                  if self.CAPTURES and name in self._game.ugvs)
 
     def _deployed(self, task: Task, by: str) -> None:
         offer, track = self._offer(task), self._tracks[task.target]
@@ -218,65 +218,49 @@ class SensorRobot:
                            f"{offer.detection:.4f}, gain {offer.coverage_gain:.4f}, way {offer.route.length_m:.2f} m",
                            by="" if by == self._board.name else by, before=before,
                            inputs={"of": task.target, "detections": track.detections})
-        if pursuit:
-            self._plan()
-            return
-        forecast, parameters = track.forecast(), self._parameters
-        target = CTarget(forecast.track, self._game.radius_m[self._board.name], parameters.cone_content)
-        stay_s = longest_stay_s(target.depth_m(self._game.area), parameters.target_least_mps,
-                                0.5e-9 * (parameters.turn_least_ns + parameters.turn_greatest_ns))
-        self._ends_ns = forecast.seen_ns + round(stay_s * 1e9)
-        self._mover.go([self._cells.centroid(cell) for cell in offer.route.cells])
-        self._timer = self._board.at(self._ends_ns, self._too_late)
+        self._guidance.begin(Deployment(task.target, track, offer), self._board.now_ns)
+        self._plan()
 
-    def _too_late(self) -> None:
-        assert self._task is not None
-        task = self._task
-        self._board.count("investigations without a detection")
-        self._wait("the target has left its C-target", "")
-        self._finish(task)
-
-    # --- pursuit
+    # --- deployed
 
     def _pursues(self, target: int) -> bool:
         return self._mode is GameMode.PURSUING and self._task is not None and self._task.target == target
 
-    def _plan(self) -> None:
-        """Drive to where the target can be met, straight if it is in view, else by cells; plan again after a while."""
+    @property
+    def _guidance(self) -> Guidance:
         assert self._task is not None
-        target, now_ns = self._task.target, self._board.now_ns
-        forecast, own = self._tracks[target].forecast(), self._mover.place
-        goal = forecast.intercept(own, self._game.speed_mps(self._board.name), now_ns)
-        if now_ns - self._sights_ns.get(target, now_ns - 1 - 2 * self._settings.exposure_ns) \
-                <= 2 * self._settings.exposure_ns:
-            self._mover.go([goal])
-        else:
-            graph = self._graph()
-            start = graph.nearest(own)
-            end = None if start is None else graph.nearest(goal, graph.reachable(start))
-            route = None if start is None or end is None else graph.route(start, end)
-            way = [] if route is None else [self._cells.centroid(cell) for cell in route.cells[1:] or route.cells]
-            if now_ns >= forecast.leaves_ns and (not way or dist(own, way[-1]) <= self._parameters.cell_m):
-                self._lost()
-                return
-            self._mover.go(way)
+        return self._guidances[Purpose(self._task.stage % 2)]
+
+    def _tell_guidance(self, target: int, seen: Seen) -> None:
+        if self._task is not None and self._task.target == target and self._guidance.saw(seen):
+            self._plan()
+
+    def _plan(self) -> None:
+        """Drive as the guidance says until its next plan, or give the task up."""
         if self._timer is not None:
             self._timer.cancel()
-        self._timer = self._board.at(now_ns + self._parameters.update_ns, self._plan)
+        plan = self._guidance.plan(self._mover.place, self._board.now_ns)
+        if plan is None:
+            self._lost()
+            return
+        self._mover.go(plan.way)
+        self._timer = self._board.at(plan.again_ns, self._plan)
 
     def _lost(self) -> None:
         assert self._task is not None
         task = self._task
-        self._board.count("pursuits without a capture")
-        self._wait("the target is not where it was expected to leave", "")
+        pursuit = task.stage % 2 == Purpose.PURSUIT
+        self._board.count("pursuits without a capture" if pursuit else "investigations without a detection")
+        self._wait(self._guidance.lost, "")
         self._finish(task)
-        self._look_after_others()
+        if pursuit:
+            self._look_after_others()
 
     def _hear_grip(self, data: bytes) -> None:
         frame = unpack(data)
         if frame is None or frame.target >= len(self._tracks) or frame.sensor >= len(self._game.sensors):
             self._board.count("unreadable grips")
-        elif frame.kind is Grip.HELD and not self._tracks[frame.target].captured:
+        elif isinstance(frame, Held) and not self._tracks[frame.target].captured:
             self._captured(frame.target, self._game.sensors[frame.sensor])
 
     def _captured(self, target: int, captor: str) -> None:
@@ -298,7 +282,9 @@ class SensorRobot:
         """Stand where it is, and wait for the next task."""
         assert self._task is not None
         track, now_ns, before = self._tracks[self._task.target], self._board.now_ns, self._state()
-        ends_ns = self._ends_ns if self._mode is GameMode.INVESTIGATING else track.forecast().leaves_ns
+        guidance = self._guidance
+        ends_ns = guidance.ends_ns
+        guidance.end()
         self._task = None
         self._mover.stop()
         if self._timer is not None:

@@ -51,6 +51,7 @@ class Platform(NamedTuple):
     carrier: str | None         # node that carries its camera; None: the camera is fixed
     view: str                   # name of the medium of this camera
     speed_mps: float            # greatest speed of the sensor in the game
+    barriers: bool              # whether there are obstacles or zones that it has to keep clear of
 
 
 class MoverSettings(Protocol):

@@ -53,7 +53,8 @@ class DifferentialDriveMover:
         self._corners_mps: list[float] = []
         self._stop = Stop(self.place)
         board.count("unreadable CAN frames", 0)
-        board.every(settings.period_ns, self._control)
+        self._sent_ns = 0                       # time of the newest setpoint
+        board.every(settings.period_ns, self._tick)
 
     @property
     def place(self) -> Place:
@@ -76,7 +77,13 @@ class DifferentialDriveMover:
         self._stop.at = self.place
         self._control()
 
+    def _tick(self) -> None:
+        """Send a setpoint; a platform that is to stand only needs one before its drive takes it for stale."""
+        if self._way or self._board.now_ns - self._sent_ns >= self._settings.alive_ns:
+            self._control()
+
     def _control(self) -> None:
+        self._sent_ns = self._board.now_ns
         self._drive.send(self._command(self._pose()))
 
     def _command(self, pose: Pose) -> Command:
@@ -118,6 +125,7 @@ class DifferentialDriveSettings:
     reach_m: float = 0.25                       # of a corner, to pass it: half a cell
     aside_m: float = 0.1                        # from the places that it is given, while it passes them
     period_ns: int = 50_000_000                 # between two setpoints
+    alive_ns: int = 200_000_000                 # the same, while it stands; less than `stale_after_ns` of the drive
     response_ns: int = 300_000_000              # from a setpoint, or its change, until the wheels follow it
     odometry_age_ns: int = 0                    # from the reading of the wheels until the frame is received
 
@@ -129,7 +137,7 @@ class DifferentialDriveSettings:
             raise ValueError(f"aside_m={self.aside_m}: expected 0 or more")
         if not all(map(isfinite, self.start)):
             raise ValueError(f"start={self.start}: expected finite numbers")
-        for name in ("response_ns", "odometry_age_ns"):
+        for name in ("alive_ns", "response_ns", "odometry_age_ns"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name}={getattr(self, name)}: expected 0 or more")
 
@@ -146,6 +154,9 @@ class DifferentialDriveSettings:
 
     def problems(self, scenario: ScenarioView, platform: Platform) -> Iterator[str]:
         name, agent = platform.sensor, platform.agent
+        if platform.barriers:
+            yield (f"agents.{name}.parameters.drive: its platform cuts corners and brakes, and does not keep clear of "
+                   "team.obstacles and team.zones; leave them out, or give it an omnidirectional plant")
         if agent.plant is not None:
             yield (f"agents.{name}.plant: this sensor has a plant and drives another one over {self.can}; give it "
                    "the plant or the parameter drive")

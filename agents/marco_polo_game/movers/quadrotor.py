@@ -155,6 +155,9 @@ class QuadrotorSettings:
 
     def problems(self, scenario: ScenarioView, platform: Platform) -> Iterator[str]:
         name, agent = platform.sensor, platform.agent
+        if platform.barriers:
+            yield (f"agents.{name}.parameters.flight: its platform cuts corners and brakes, and does not keep clear of "
+                   "team.obstacles and team.zones; leave them out, or give it an omnidirectional plant")
         if agent.plant is not None:
             yield (f"agents.{name}.plant: this sensor has a plant and flies another one over {self.link}; give it "
                    "the plant or the parameter flight")
