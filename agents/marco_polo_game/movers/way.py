@@ -2,7 +2,7 @@
 
     straightened    the fewest of the places such that the straight legs between them pass no farther than `aside_m`
                     from the others (Douglas and Peucker 1973, by Shapely)
-    braking_mps     v = k d for d <= a / k^2, else sqrt(2 a (d - a / 2 k^2)): comes to rest after the way d, slowing
+    braking         v = k d for d <= a / k^2, else sqrt(2 a (d - a / 2 k^2)): comes to rest after the way d, slowing
                     down by at most a; the law of the autopilot's ramp (`firmware_sim.autopilot.ramp`)
     corner_mps      greatest speed at each corner: of an arc that begins `reach_m` before it, R = reach / tan(turn / 2),
                     v = omega_max R; and no more than lets the platform slow down for the corners behind it
@@ -19,7 +19,7 @@ import shapely
 from agents.pursuit import Place
 from agents.pursuit.law import Area
 
-K_PER_S = 2.0                   # k, speed per distance near the end of the way
+K_PER_S = 1.0                   # k, speed per distance near the end of the way
 CRAWL_MPS = 0.1                 # speed at a corner at which the platform turns round
 STRAIGHT = 1e-12                # component of a unit vector below which it does not lead to a side of the area
 
@@ -32,9 +32,10 @@ def straightened(own: Place, places: Sequence[Place], aside_m: float) -> list[Pl
     return [(float(x), float(y)) for x, y in line.coords[1:]]
 
 
-def braking_mps(way_m: float, accel_mps2: float) -> float:
-    near_m = accel_mps2 / K_PER_S ** 2
-    return K_PER_S * way_m if way_m <= near_m else sqrt(2 * accel_mps2 * (way_m - 0.5 * near_m))
+def braking(way: float, accel: float, k_per_s: float = K_PER_S) -> float:
+    """Return the greatest speed [m/s, rad/s] at a distance `way` [m, rad] from rest; `accel` is in m/s2, rad/s2."""
+    near = accel / k_per_s ** 2
+    return k_per_s * way if way <= near else sqrt(2 * accel * (way - 0.5 * near))
 
 
 def corner_mps(own: Place, way: Sequence[Place], reach_m: float, omega_max_radps: float,
@@ -49,7 +50,7 @@ def corner_mps(own: Place, way: Sequence[Place], reach_m: float, omega_max_radps
         half = min(turn, pi - 1e-6) / 2
         arc = inf if half < 1e-6 else omega_max_radps * reach_m / tan(half)
         leg_m = dist(here, after)
-        later = sqrt(speeds[k + 1] ** 2 + 2 * accel_mps2 * leg_m) if speeds[k + 1] else braking_mps(leg_m, accel_mps2)
+        later = sqrt(speeds[k + 1] ** 2 + 2 * accel_mps2 * leg_m) if speeds[k + 1] else braking(leg_m, accel_mps2)
         speeds[k] = max(CRAWL_MPS, min(arc, later))
     return speeds
 
