@@ -42,9 +42,9 @@ def _check_layout(scenario: ScenarioView, game: Game) -> None:
               if name in scenario.agents and (plant := scenario.agents[name].plant) is not None
               for given in [plant.parameters]}
     check_starts(cells, starts, game.obstacles, game.zones, platform_m, frozenset(starts.keys() - game.ugvs), "agents")
-    if barriers := game.barriers(ugv=True):
-        check_exits(cells, {name: starts[name] for name in game.ugvs if name in starts}, barriers, (), platform_m,
-                    "team.obstacles")
+    ugvs = {name: starts[name] for name in game.ugvs if name in starts}     # those that move a plant of their own
+    if ugvs and (barriers := game.barriers(ugv=True)):
+        check_exits(cells, ugvs, barriers, (), platform_m, "team.obstacles")
 
 
 def _sensor_problems(scenario: ScenarioView, game: Game, name: str, agent: OwnAgent[SensorSettings]) -> Iterator[str]:
