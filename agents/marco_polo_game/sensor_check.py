@@ -44,7 +44,8 @@ def _check_layout(scenario: ScenarioView, game: Game) -> None:
     check_starts(cells, starts, game.obstacles, game.zones, platform_m, frozenset(starts.keys() - game.ugvs), "agents")
     ugvs = {name: starts[name] for name in game.ugvs if name in starts}     # those that move a plant of their own
     if ugvs and (barriers := game.barriers(ugv=True)):
-        check_exits(cells, ugvs, barriers, (), platform_m, "team.obstacles")
+        check_exits(cells, ugvs, barriers, (), platform_m,
+                    "team.obstacles" if len(barriers) == len(game.obstacles) else "team.obstacles, team.zones")
 
 
 def _sensor_problems(scenario: ScenarioView, game: Game, name: str, agent: OwnAgent[SensorSettings]) -> Iterator[str]:

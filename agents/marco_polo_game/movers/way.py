@@ -1,7 +1,7 @@
 """The way that a platform with inertia follows: straight legs near the places that it is given, and its speed on them.
 
-    straightened    the fewest of the places such that the straight legs between them pass no farther than `aside_m`
-                    from the others (Douglas and Peucker 1973, by Shapely)
+    straightened    those of the places between which straight legs pass, in order, no farther than `aside_m` from the
+                    others: each leg is as long as that allows (opening window, Keogh et al. 2001)
     braking         v = k d for d <= a / k^2, else sqrt(2 a (d - a / 2 k^2)): comes to rest after the way d, slowing
                     down by at most a; the law of the autopilot's ramp (`firmware_sim.autopilot.ramp`)
     corner_mps      greatest speed at each corner: of an arc that begins `reach_m` before it, R = reach / tan(turn / 2),
@@ -14,8 +14,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import atan2, cos, dist, inf, pi, remainder, sin, sqrt, tan
 
-import shapely
-
 from agents.pursuit import Place
 from agents.pursuit.law import Area
 
@@ -25,11 +23,29 @@ STRAIGHT = 1e-12                # component of a unit vector below which it does
 
 
 def straightened(own: Place, places: Sequence[Place], aside_m: float) -> list[Place]:
-    """Return the places to drive to, without `own`; the last one is kept, and all are if `aside_m` is 0."""
-    if len(places) < 2:
-        return list(places)
-    line = shapely.LineString([own, *places]).simplify(aside_m, preserve_topology=False)
-    return [(float(x), float(y)) for x, y in line.coords[1:]]
+    """Return the places to drive to, without `own`; the last one is kept.
+
+    A place at which the way turns back is kept as well, so a sensor that is to go to and fro does so."""
+    way, start, first = [], own, 0
+    for k in range(1, len(places)):
+        if not _pass(start, places[first:k], places[k], aside_m):
+            start, first = places[k - 1], k
+            way.append(start)
+    return [*way, *places[-1:]]
+
+
+def _pass(start: Place, places: Sequence[Place], end: Place, aside_m: float) -> bool:
+    """Return whether the leg from `start` to `end` passes all of `places` one after the other."""
+    leg_m, before_m = dist(start, end), 0.0
+    for x, y in places:
+        if leg_m == 0.0:
+            return False
+        dx, dy = (end[0] - start[0]) / leg_m, (end[1] - start[1]) / leg_m
+        along_m = (x - start[0]) * dx + (y - start[1]) * dy
+        if not before_m <= along_m <= leg_m or abs((y - start[1]) * dx - (x - start[0]) * dy) > aside_m:
+            return False
+        before_m = along_m
+    return True
 
 
 def braking(way: float, accel: float, k_per_s: float = K_PER_S) -> float:

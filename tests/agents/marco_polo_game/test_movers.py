@@ -225,8 +225,19 @@ def test_a_straightened_way_ends_where_it_should_and_leaves_no_place_aside(
 
     assert way[-1] == places[-1]
     assert set(way) <= set(places)
-    for place in places:
-        assert min(apart_m(place, one, other) for one, other in pairwise([own, *way])) <= aside_m + 1e-9
+    legs, left = [own, *way], list(places)
+    for one, other in pairwise(legs):                   # in order: each leg passes the places up to its own end
+        passed, left = left[:left.index(other) + 1], left[left.index(other) + 1:]
+        assert max(apart_m(place, one, other) for place in passed) <= aside_m + 1e-9
+    assert not left or set(left) == {places[-1]}
+
+
+def test_a_way_to_and_fro_keeps_its_turns_and_a_straight_one_its_end() -> None:
+    to_and_fro = [(1.0, 0.0), (-1.0, 0.0), (1.0, 0.0), (-1.0, 0.0)]
+
+    assert straightened((0.0, 0.0), to_and_fro, 0.1) == to_and_fro
+    assert straightened((0.0, 0.0), [(0.5, 0.05), (1.0, 0.0), (1.5, -0.05), (2.0, 0.0)], 0.1) == [(2.0, 0.0)]
+    assert straightened((0.0, 0.0), [(1.0, 0.0), (1.0, 1.0)], 0.1) == [(1.0, 0.0), (1.0, 1.0)]
 
 
 def apart_m(place: tuple[float, float], one: tuple[float, float], other: tuple[float, float]) -> float:

@@ -111,7 +111,8 @@ def test_sensors_know_their_places_and_a_waiting_one_comes_to_rest(game: tuple[R
     ("agents.ugv_1.parameters.drive.wheel_mps2=0.4", "wheel_mps2=0.4: the wheels of agents.drive_1.plant reach "
      "accel_max_mps2=0.3; take that or less, or faster wheels"),
     ("agents.ugv_1.parameters.drive.accel_mps2=0.29", "to turn with while the platform brakes; take less, as 0.193"),
-    ("agents.ugv_1.plant={fmu='unicycle', parameters={x=2.5, y=7.5}}", "agents.ugv_1.plant: this sensor has a plant and drives another one"),
+    ("agents.ugv_1.plant={fmu='unicycle', parameters={x=2.5, y=7.5}}",
+     "agents.ugv_1.plant: this sensor has a plant and drives another one"),
     ("team.robot={}", "team.robot: is missing wheel_radius_m, track_m, counts_per_turn"),
     ("agents.ugv_1.parameters.flight={link='can_1', start=[2.5, 7.5, 0.0]}", "a sensor has one platform"),
     ("team.obstacles=[[[4.0, 3.0], [6.0, 3.0], [6.0, 4.0], [4.0, 4.0]]]", "does not keep clear of team.obstacles"),
