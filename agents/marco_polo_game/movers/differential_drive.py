@@ -73,7 +73,8 @@ class DifferentialDriveMover:
         own, settings = self.place, self._settings
         self._stop.at = None
         self._way = straightened(own, places, settings.aside_m)
-        self._corners_mps = corner_mps(own, self._way, settings.reach_m, settings.omega_max_radps, settings.accel_mps2)
+        self._corners_mps = corner_mps(own, self._way, settings.reach_m, settings.omega_max_radps, settings.accel_mps2,
+                                       settings.gain_per_s)
         self._control()
 
     def stop(self) -> None:
@@ -103,16 +104,17 @@ class DifferentialDriveMover:
         if len(self._way) > 1:
             speed = sqrt(self._corners_mps[0] ** 2 + 2 * settings.accel_mps2 * (away_m - settings.reach_m))
         else:
-            speed = braking(away_m, settings.accel_mps2)
+            speed = braking(away_m, settings.accel_mps2, settings.gain_per_s)
         if speed < STILL_MPS:
             return Command(0.0, 0.0)
         bearing = remainder(atan2(y - own[1], x - own[0]) - pose.theta_rad, 2 * pi)
         turn = remainder(bearing, pi)
-        omega = min(settings.omega_max_radps, braking(abs(turn), settings.alpha_radps2(self._half_m), TURN_PER_S))
+        omega = min(settings.omega_max_radps, self._speed_mps / self._half_m, braking(
+            abs(turn), settings.alpha_radps2(self._half_m), TURN_PER_S))
         v = min(speed, self._speed_mps) * cos(bearing)
         ahead_rad = pose.theta_rad if v >= 0 else pose.theta_rad + pi
         most = min(self._speed_mps - omega * self._half_m,
-                   braking(room_m(own, ahead_rad, self._area), settings.accel_mps2))
+                   braking(room_m(own, ahead_rad, self._area), settings.accel_mps2, settings.gain_per_s))
         return Command(max(-most, min(most, v)), copysign(omega, turn))
 
     def _within_reach(self, wanted: Command, elapsed_s: float) -> Command:
@@ -150,6 +152,7 @@ class DifferentialDriveSettings:
     wheel_mps2: float                           # greatest acceleration of a wheel's rim
     accel_mps2: float                           # with which braking is planned, less than that
     omega_max_radps: float = 1.0
+    gain_per_s: float = 1.0                     # speed per distance near the goal; less than 1 / (e response)
     reach_m: float = 0.25                       # of a corner, to pass it: half a cell
     aside_m: float = 0.1                        # from the places that it is given, while it passes them
     period_ns: int = 50_000_000                 # between two setpoints
@@ -158,7 +161,7 @@ class DifferentialDriveSettings:
     odometry_age_ns: int = 0                    # from the reading of the wheels until the frame is received
 
     def __post_init__(self) -> None:
-        for name in ("wheel_mps2", "accel_mps2", "omega_max_radps", "reach_m"):
+        for name in ("wheel_mps2", "accel_mps2", "omega_max_radps", "gain_per_s", "reach_m"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise ValueError(f"{name}={getattr(self, name)}: expected more than 0")
         if not self.accel_mps2 < self.wheel_mps2:

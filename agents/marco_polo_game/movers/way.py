@@ -17,7 +17,6 @@ from math import atan2, cos, dist, inf, pi, remainder, sin, sqrt, tan
 from agents.pursuit import Place
 from agents.pursuit.law import Area
 
-K_PER_S = 1.0                   # k, speed per distance near the end of the way
 CRAWL_MPS = 0.1                 # speed at a corner at which the platform turns round
 STRAIGHT = 1e-12                # component of a unit vector below which it does not lead to a side of the area
 
@@ -48,14 +47,14 @@ def _pass(start: Place, places: Sequence[Place], end: Place, aside_m: float) -> 
     return True
 
 
-def braking(way: float, accel: float, k_per_s: float = K_PER_S) -> float:
+def braking(way: float, accel: float, k_per_s: float) -> float:
     """Return the greatest speed [m/s, rad/s] at a distance `way` [m, rad] from rest; `accel` is in m/s2, rad/s2."""
     near = accel / k_per_s ** 2
     return k_per_s * way if way <= near else sqrt(2 * accel * (way - 0.5 * near))
 
 
-def corner_mps(own: Place, way: Sequence[Place], reach_m: float, omega_max_radps: float,
-               accel_mps2: float) -> list[float]:
+def corner_mps(own: Place, way: Sequence[Place], reach_m: float, omega_max_radps: float, accel_mps2: float,
+               k_per_s: float) -> list[float]:
     """Return the greatest speed at each place of a way; 0 at the last."""
     points = [own, *way]
     speeds = [0.0] * len(way)
@@ -66,7 +65,8 @@ def corner_mps(own: Place, way: Sequence[Place], reach_m: float, omega_max_radps
         half = min(turn, pi - 1e-6) / 2
         arc = inf if half < 1e-6 else omega_max_radps * reach_m / tan(half)
         leg_m = dist(here, after)
-        later = sqrt(speeds[k + 1] ** 2 + 2 * accel_mps2 * leg_m) if speeds[k + 1] else braking(leg_m, accel_mps2)
+        later = (sqrt(speeds[k + 1] ** 2 + 2 * accel_mps2 * leg_m) if speeds[k + 1]
+                 else braking(leg_m, accel_mps2, k_per_s))
         speeds[k] = max(CRAWL_MPS, min(arc, later))
     return speeds
 

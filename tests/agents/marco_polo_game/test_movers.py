@@ -21,7 +21,7 @@ from agents.marco_polo_game.movers.differential_drive import (
 )
 from agents.marco_polo_game.movers.omnidirectional import OmnidirectionalSettings
 from agents.marco_polo_game.movers.quadrotor import QuadrotorSettings
-from agents.marco_polo_game.movers.way import K_PER_S, braking, corner_mps, room_m, straightened
+from agents.marco_polo_game.movers.way import braking, corner_mps, room_m, straightened
 from agents.pursuit.law import Area
 from experiments.judge.run_data import load_run
 from experiments.run.runner import run
@@ -40,7 +40,7 @@ DRIVE = DifferentialDriveSettings("can", (5.0, 5.0, 0.0), WHEELS_MPS2, ACCEL_MPS
 
 # Near the goal v = k d until v < STILL_MPS. With a delay r and k r < 1 / e that does not overshoot, and what has braked
 # by a before is a r^2 / 2 farther on.
-ARRIVED_M = STILL_MPS / K_PER_S + ACCEL_MPS2 * DELAY_S ** 2 / 2
+ARRIVED_M = STILL_MPS / DRIVE.gain_per_s + ACCEL_MPS2 * DELAY_S ** 2 / 2
 
 
 def driven(out: Path, length_s: float, start: tuple[float, float, float] = (5.0, 5.0, 0.0),
@@ -86,7 +86,7 @@ def test_a_differential_drive_arrives_in_time_from_any_heading(bearing_rad: floa
     ends_s, alpha = [half_m / WHEELS_MPS2, 1 / DRIVE.alpha_radps2(half_m)], DRIVE.alpha_radps2(half_m)
     turn_s = sqrt(pi / sum(ends_s)) * sum(ends_s) + log(alpha / TURN_PER_S / 0.02) / TURN_PER_S
     drive_s = sqrt(2 * way_m * (1 / WHEELS_MPS2 + 1 / ACCEL_MPS2))
-    due_s = 1.0 + turn_s + drive_s + log(ACCEL_MPS2 / K_PER_S / STILL_MPS) / K_PER_S + 2 * DELAY_S
+    due_s = 1.0 + turn_s + drive_s + log(ACCEL_MPS2 / DRIVE.gain_per_s / STILL_MPS) / DRIVE.gain_per_s + 2 * DELAY_S
 
     found = driven(tmp_path / "run", due_s + 1.0, go_ns=[S], ways=[[goal]])
 
@@ -249,10 +249,10 @@ def apart_m(place: tuple[float, float], one: tuple[float, float], other: tuple[f
 
 @given(st.floats(0.01, 20.0), st.floats(0.1, 3.0))
 def test_the_braking_law_comes_to_rest_without_braking_harder(way_m: float, accel_mps2: float) -> None:
-    left, dt_s, last = way_m, 1e-3, braking(way_m, accel_mps2)
+    left, dt_s, last = way_m, 1e-3, braking(way_m, accel_mps2, 1.0)
     for _ in range(2000):
         left -= last * dt_s
-        v = braking(left, accel_mps2)
+        v = braking(left, accel_mps2, 1.0)
         assert (last ** 2 - v ** 2) / 2 <= accel_mps2 * last * dt_s * (1 + 1e-9)        # energy over the way
         last = v
 
@@ -260,7 +260,7 @@ def test_the_braking_law_comes_to_rest_without_braking_harder(way_m: float, acce
 
 
 def test_a_corner_is_taken_on_an_arc_and_a_straight_place_at_any_speed() -> None:
-    straight, corner, _ = corner_mps((0.0, 0.0), [(5.0, 0.0), (10.0, 0.0), (10.0, 9.0)], 0.25, 1.0, 0.5)
+    straight, corner, _ = corner_mps((0.0, 0.0), [(5.0, 0.0), (10.0, 0.0), (10.0, 9.0)], 0.25, 1.0, 0.5, 1.0)
 
     assert corner == pytest.approx(0.25)                        # right angle: R = reach, v = omega R
     assert straight == pytest.approx(sqrt(0.25 ** 2 + 2 * 0.5 * 5.0))
