@@ -97,8 +97,6 @@ def test_sensors_know_their_places_and_a_waiting_one_comes_to_rest(game: tuple[R
      "platform is moved; take 'unicycle'"),
     ("agents.uav_2.plant={fmu='unicycle', parameters={x=7.5, y=7.5}}",
      "agents.uav_2.plant.fmu='unicycle': has no v_x_cmd, v_y_cmd, by which this platform is moved"),
-    ("agents.quadrotor.plant={fmu='rigid_body'}",
-     "has no u[1], u[2], u[3], u[4], by which this platform is moved; take 'quadrotor'"),
     ("agents.ugv_1.media=['radio', 'view_ugv', 'grip']", "agents.ugv_1.parameters.drive.can='can_1': no such port"),
     ("agents.uav_1.parameters.flight.link='line'", "agents.uav_1.parameters.flight.link='line': no such port"),
     ("media.view_ugv.cameras.ugv_1='drive_2'", "the camera of ugv_1 is on drive_2; it rides on the platform that ugv_1 "
