@@ -40,7 +40,7 @@ def columns(data: RunData, node: str, *names: str) -> dict[int, list[float]]:
 
 
 def test_both_hosts_have_one_ledger(tmp_path: Path) -> None:
-    short = ("length_s=8.0", "expect={}")
+    short = ("length_s=8.0", "expect={}", "node_timeout_s=150.0")
 
     _, inline = played(tmp_path / "inline", SCENARIO, *short)
     _, process = played(tmp_path / "process", SCENARIO, *short, host="process")
