@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 from agents.marco_polo_game.movers import MoverSettings
 from agents.marco_polo_game.movers.differential_drive import DifferentialDriveSettings
 from agents.marco_polo_game.movers.omnidirectional import OmnidirectionalSettings
 from agents.marco_polo_game.movers.quadrotor import QuadrotorSettings
 
+MOVERS: Final[Mapping[str, type[MoverSettings]]] = {"drive": DifferentialDriveSettings, "flight": QuadrotorSettings}
+
 
 @dataclass(frozen=True, kw_only=True)
 class PlatformSettings:
+    """A field for each of `MOVERS`."""
+
     drive: DifferentialDriveSettings | None = None
     flight: QuadrotorSettings | None = None
 
     @property
     def platform(self) -> MoverSettings:
         """Return the settings of the mover that is given; ValueError if there are several."""
-        given: list[MoverSettings] = [each for each in (self.drive, self.flight) if each is not None]
+        given: dict[str, MoverSettings] = {key: found for key in MOVERS if (found := getattr(self, key)) is not None}
         if len(given) > 1:
-            raise ValueError("drive and flight: a sensor has one platform; keep one of both tables")
-        return given[0] if given else OmnidirectionalSettings()
+            raise ValueError(f"{' and '.join(given)}: a sensor has one platform; keep one of these tables")
+        return next(iter(given.values()), OmnidirectionalSettings())
