@@ -35,7 +35,6 @@ from agents.marco_polo_game.game_table import game_of
 from agents.marco_polo_game.grip_frames import Grip, Held, pack, unpack
 from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, MakesGuidance
 from agents.marco_polo_game.investigation import Investigation
-from agents.marco_polo_game.mover import Mover
 from agents.marco_polo_game.plain_pursuit import PlainPursuit
 from agents.marco_polo_game.sensor_automaton import NOBODY, GameMode, sensor_automaton
 from agents.marco_polo_game.sensor_check import game_problems
@@ -78,14 +77,16 @@ class SensorRobot:
 
     @classmethod
     def automaton(cls, settings: SensorSettings, team: Mapping[str, Any]) -> Automaton:
-        return sensor_automaton(game_of(team), captures=cls.CAPTURES)
+        game = game_of(team)
+        speed_mps = game.parameters.ugv_mps if cls.CAPTURES else game.parameters.uav_mps
+        return sensor_automaton(game, cls.CAPTURES, settings.platform.bounds(speed_mps))
 
     def __init__(self, board: Board, settings: SensorSettings) -> None:
         self._board, self._settings = board, settings
         game = self._game = game_of(board.team)
         self._parameters = game.parameters
         self._ground = game.ground(self.CAPTURES)
-        self._mover = Mover(board, game.speed_mps(board.name))
+        self._mover = settings.platform.mover(board, game.area, game.speed_mps(board.name))
         self._tracks = [Track(game.area, game.parameters) for _ in game.targets]
         self._places: dict[str, Place] = {}                     # of the other sensors, as they told
         self._attempts: dict[tuple[int, Purpose], int] = {}     # that are over
@@ -98,7 +99,7 @@ class SensorRobot:
             self._guidances[Purpose.PURSUIT] = self.PURSUIT(deck)
         board.port(settings.view, self._hear_view)
         self._grip = board.port(settings.grip, self._hear_grip) if self.CAPTURES else None
-        self._modes = Modes(board, sensor_automaton(game, self.CAPTURES), GameMode.WAITING.word, self._state)
+        self._modes = Modes(board, self.automaton(settings, board.team), GameMode.WAITING.word, self._state)
         self._bidding = Bidding(board, settings, reward=self._reward, deploy=self._deployed, let_go=self._let_go,
                                 detected=self._told_detection, told_mode=self._told_mode,
                                 whereabouts=lambda: (self._mode, *self._mover.place),
@@ -106,7 +107,7 @@ class SensorRobot:
                                                     "for": Purpose(task.stage % 2).name.lower()})
         for counter in (*COUNTERS, *(f"detections of {target}" for target in game.targets)):
             board.count(counter, 0)
-        board.record_all([("x", "m"), ("y", "m"), ("mode", "1"), ("target", "1")], self._sample)
+        board.record_all([("x", "m"), ("y", "m"), ("mode", "1"), ("target", "1"), ("coasted", "m")], self._sample)
         self._bidding.tell_mode()
 
     @property
@@ -340,11 +341,12 @@ class SensorRobot:
 
     def _state(self) -> dict[str, float]:
         x, y = self._mover.place
-        return {"x": x, "y": y, "target": NOBODY if self._task is None else float(self._task.target)}
+        return {"x": x, "y": y, "target": NOBODY if self._task is None else float(self._task.target),
+                "coasted": self._mover.coasted_m}
 
     def _sample(self) -> Sequence[float]:
         state = self._state()
-        return [state["x"], state["y"], float(self._mode), state["target"]]
+        return [state["x"], state["y"], float(self._mode), state["target"], state["coasted"]]
 
 
 class UavRobot(SensorRobot):
