@@ -84,7 +84,8 @@ def _hop_problems(scenario: ScenarioView, medium: MediumView, timing: BidTiming)
     if not nx.is_strongly_connected(graph):
         for one in sensors:
             if unheard := [other for other in sensors if other not in nx.descendants(graph, one) | {one}]:
-                yield f"media.{medium.name}: nothing that {one} sends reaches {unheard[0]}, over no number of hops"
+                yield (f"media.{medium.name}: nothing that {one} sends reaches {unheard[0]}, over any number of hops; "
+                       "add a link, or a sensor that passes it on")
                 return
     apart, one, other = max((hops, one, other) for one, ways in nx.all_pairs_shortest_path_length(graph)
                             for other, hops in ways.items())
