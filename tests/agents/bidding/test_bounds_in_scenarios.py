@@ -24,6 +24,10 @@ def timing_of(scenario: Scenario) -> BidTiming:
     ("bidding_hops", "taken_over", 0, "takeover_ns"),
     ("bidding_hops", "taken_for_dead", 1, "takeover_ns"),
     ("bidding_hops", "one_again", 1, "healing_ns"),
+    ("marco_polo_faults", "one_after_it", 1, "healing_ns"),
+    ("marco_polo_faults", "taken_over", 2, "takeover_ns"),
+    ("marco_polo_faults", "two_in_the_jam", 3, "takeover_ns"),
+    ("marco_polo_faults", "one_after_the_jam", 3, "healing_ns"),
 ])
 def test_a_formula_begins_a_derived_bound_after_its_fault(name: str, key: str, fault: int, bound: str):
     scenario = load(find(name))
@@ -42,3 +46,16 @@ def test_the_choice_is_expected_a_window_and_a_slot_for_each_hop_after_the_detec
 
     assert scenario.expect["chosen"].formula.startswith(
         f"always[{(detected_ns + timing.settings.window_ns + timing.apart_ns) / S:g} s, ")
+
+
+def test_the_times_of_a_window_and_of_an_exposure_are_those_of_the_game():
+    scenario = load(find("marco_polo_faults"))
+    timing, view = timing_of(scenario), scenario.media["view_uav"].settings
+    blind, parted = (scenario.faults[index].occurrences[0] for index in (0, 1))
+    detected_ns = 15_520_000_000                # by ugv_1, the second detection of target_1
+
+    assert detected_ns < parted[0] < detected_ns + timing.settings.window_ns
+    closed_ns = detected_ns + timing.settings.window_ns + timing.apart_ns
+    assert scenario.expect["two_in_the_partition"].formula.startswith(f"always[{closed_ns / S:g} s, ")
+    seen_ns = blind[1] + view.exposure_period_ns + view.latency_ns
+    assert scenario.expect["sees_again"].formula.startswith(f"eventually[{blind[1] / S:g} s, {seen_ns / S:g} s]")
