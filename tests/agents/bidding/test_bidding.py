@@ -280,6 +280,22 @@ def test_who_has_not_heard_that_a_task_is_finished_is_told_so_when_it_bids(heal_
     assert ran.holds
 
 
+def test_who_is_deployed_for_a_finished_task_is_told_so_by_its_next_heartbeat():
+    # s1 finishes the task just before s0 is cut off and has heard of it; s0 takes it for dead and is deployed itself
+    heal_ms = 140
+    team = Team(FOUR, 1, parameters={"finishes_after_ns": 60 * MS}, length_ns=250 * MS,
+                faults=[cut((78.5, heal_ms), ["s0"], ["s1", "s2", "s3"])])
+
+    ran = team.ran()
+
+    assert [node for node, _ in ran.deployed()] == ["s1", "s0"]
+    node, at_ns, detail = ran.told("mode")[-1]
+    assert node == "s0"
+    assert detail.endswith(": the task is over")
+    told_ns = heal_ms * MS + team.timing.healing_ns + team.timing.delivery_ns
+    assert at_ns <= told_ns < ran.deployed()[1][1] + 60 * MS            # before it would have finished by itself
+
+
 def test_a_sensor_that_boots_again_hears_who_is_deployed_and_starts_nothing():
     team = Team(FOUR, faults=[{"kind": "kill", "on": "s0", "at_ms": 20, "restart_after_s": 0.02}])
 
