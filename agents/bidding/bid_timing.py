@@ -16,7 +16,17 @@ its receivers within s, airtime and latency, and d, what links add. With at most
                                                 for s + d, then L, a window, and the winner closes up to s + d later
     healing   (N^D + 1) H + s + d               from the end of a partition until that with the lower bid has let go
 
-A winner that declines at the close, as it is needed elsewhere meanwhile, costs one more window and s + d.
+If not every sensor hears every other one, messages are flooded over up to h hops, one sensor passing them on to the
+next; a hop takes as long as a delivery takes above, and each adds up to s + d to what windows close apart. With h = 1
+these are the bounds above:
+
+    hop       D1 = (N^D + 1) R + s + d
+    delivery  D = h D1
+    silence   L = (N^D + 1) H + (h - 1) D1 + (h + 1) (s + d)
+    takeover  T = L + W + (h + 1) (s + d)       if those that are left hear each other over h hops
+    healing   (N^D + 1) H + (h - 1) D1 + s + d
+
+A winner that declines at the close, as it is needed elsewhere meanwhile, costs one more window and h (s + d).
 Not modelled: a link cut for longer between two sensors that both hear the rest: each may deploy one.
 """
 
@@ -24,7 +34,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from agents.bidding.bid_frames import frame_bytes
+from agents.bidding.bid_frames import flooding_frame_bytes, frame_bytes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,10 +48,11 @@ class BiddingSettings:
     max_successive_losses: int = 0      # N^D, on each link
     delay_ns: int = 0                   # d, the most that impairments delay a copy
     most_tasks: int = 3                 # tasks under way at a time, for the size of a frame
+    most_hops: int = 1                  # h, from each sensor to each other one; 1: all hear each other
 
     def __post_init__(self) -> None:
         for name, least in (("slot_ns", 1), ("window_ns", 1), ("heartbeat_rounds", 1), ("max_successive_losses", 0),
-                            ("delay_ns", 0), ("most_tasks", 1)):
+                            ("delay_ns", 0), ("most_tasks", 1), ("most_hops", 1)):
             if getattr(self, name) < least:
                 raise ValueError(f"{name}={getattr(self, name)}: expected at least {least}")
 
@@ -66,8 +77,27 @@ class BidTiming:
         return self.settings.slot_ns + self.settings.delay_ns
 
     @property
-    def delivery_ns(self) -> int:
+    def floods(self) -> bool:
+        """True if messages are passed on from hop to hop."""
+        return self.settings.most_hops > 1
+
+    @property
+    def hop_ns(self) -> int:
+        """From due until all that hear the sender have heard it, at most."""
         return self.frames * self.round_ns + self.transit_ns
+
+    @property
+    def delivery_ns(self) -> int:
+        return self.settings.most_hops * self.hop_ns
+
+    @property
+    def apart_ns(self) -> int:
+        """What the closes of one window at two sensors are apart, at most."""
+        return self.settings.most_hops * self.transit_ns
+
+    @property
+    def later_hops_ns(self) -> int:
+        return (self.settings.most_hops - 1) * self.hop_ns
 
     @property
     def least_window_ns(self) -> int:
@@ -79,19 +109,20 @@ class BidTiming:
 
     @property
     def silence_ns(self) -> int:
-        return self.frames * self.heartbeat_ns + 2 * self.transit_ns
+        return self.frames * self.heartbeat_ns + self.later_hops_ns + self.transit_ns + self.apart_ns
 
     @property
     def takeover_ns(self) -> int:
-        return self.silence_ns + self.settings.window_ns + 2 * self.transit_ns
+        return self.silence_ns + self.settings.window_ns + self.transit_ns + self.apart_ns
 
     @property
     def healing_ns(self) -> int:
-        return self.frames * self.heartbeat_ns + self.transit_ns
+        return self.frames * self.heartbeat_ns + self.later_hops_ns + self.transit_ns
 
     @property
     def most_bytes(self) -> int:
-        return frame_bytes(self.settings.most_tasks)
+        tasks = self.settings.most_tasks
+        return flooding_frame_bytes(tasks, self.sensors) if self.floods else frame_bytes(tasks)
 
     def next_slot_ns(self, number: int, after_ns: int) -> int:
         """Return the start of the first slot of sensor `number` after `after_ns`, in local time."""

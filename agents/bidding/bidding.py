@@ -10,7 +10,9 @@
 is deployed. `deploy(task, by)` and `let_go(task, by, why)` tell the program; `by` names the sensor that caused it.
 
 The sensor sends in its own slots only (`bid_timing`), nothing while nothing is due. While it is deployed, each of its
-frames says so.
+frames says so. With `most_hops` above 1 it passes on what it hears: of bids the greatest that it knows of, whenever
+that changes or the window closes earlier than it knew; that a task is finished, when it learns so; all else as `flood`
+says.
 """
 
 from __future__ import annotations
@@ -29,6 +31,8 @@ from agents.bidding.bid_frames import (
     Award,
     Bid,
     Detection,
+    Flooded,
+    GreatestBid,
     Message,
     ModeMessage,
     Standing,
@@ -37,9 +41,11 @@ from agents.bidding.bid_frames import (
     head,
     newer,
     pack,
+    stamp_us,
     unpack,
 )
 from agents.bidding.bid_timing import BiddingSettings, BidTiming
+from agents.bidding.flood import Flood, key_of
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
 from netem.records.event_fields import Value, written
@@ -75,6 +81,7 @@ class Bidding:
         self._detected, self._told_mode, self._whereabouts = detected, told_mode, whereabouts
         self._named = named
         self._window_ns = settings.window_ns
+        self._flood = Flood(self.timing.delivery_ns) if self.timing.floods else None
         self._auctions: dict[Task, Auction] = {}
         self._due: dict[tuple[object, ...], _Due] = {}
         self._slot: Timer | None = None                 # the next slot in which this sensor sends
@@ -109,12 +116,12 @@ class Bidding:
 
     def share(self, detection: Detection) -> None:
         """Tell the others of a detection."""
-        self._post(("D", detection.target, detection.number), lambda: detection)
+        self._post(("D", detection.target, detection.number), self._flooded(lambda: detection))
 
     def tell_mode(self) -> None:
         """Tell the others this sensor's mode and where it is, as they are when the frame is sent."""
-        self._post((Standing.FREE, NO_TASK), lambda: ModeMessage(
-            (told := self._whereabouts())[0], Standing.FREE, NO_TASK, 0, 0.0, told[1], told[2]))
+        self._post((Standing.FREE, NO_TASK), self._flooded(lambda: ModeMessage(
+            (told := self._whereabouts())[0], Standing.FREE, NO_TASK, 0, 0.0, told[1], told[2])))
 
     def deployed_for(self) -> list[Task]:
         """Return the tasks for which this sensor is deployed."""
@@ -127,7 +134,7 @@ class Bidding:
         self._begin(auction, epoch, self._board.now_ns + self._window_ns, self._number)
 
     def _begin(self, auction: Auction, epoch: int, closes_ns: int, opener: int) -> None:
-        """Open the window that closes at `closes_ns`; bid in it, or, if this sensor is the opener, announce it."""
+        """Open the window that closes at `closes_ns` and of which `opener` has told; bid in it, or announce it."""
         auction.close()
         auction.holders.clear()
         auction.bids.clear()
@@ -141,7 +148,9 @@ class Bidding:
         if reward > NO_BID:
             self._board.count("bids")
             self._board.event("bid", written({**self._named(auction.task), "bid": reward, "epoch": epoch}))
-        if reward > NO_BID or opener == self._number:
+        if self._flood is not None:
+            self._pass_on_bid(auction)
+        elif reward > NO_BID or opener == self._number:
             self._post(("B", auction.task), partial(self._bid, auction, epoch, reward))
 
     def _closes_at(self, auction: Auction, closes_ns: int) -> None:
@@ -154,6 +163,17 @@ class Bidding:
         if auction.closes_ns is None or auction.epoch != epoch:
             return None
         return Bid(auction.task, epoch, (auction.closes_ns - self._board.now_ns) // 1000, reward)
+
+    def _pass_on_bid(self, auction: Auction) -> None:
+        self._post(("B", auction.task), partial(self._greatest, auction, auction.epoch))
+
+    def _greatest(self, auction: Auction, epoch: int | None) -> Message | None:
+        if epoch is None or auction.closes_ns is None or auction.epoch != epoch:
+            return None
+        winner = auction.winner()
+        bidder = self._number if winner is None else winner
+        return GreatestBid(auction.task, epoch, bidder, (auction.closes_ns - self._board.now_ns) // 1000,
+                           auction.bids[bidder])
 
     def _close(self, auction: Auction) -> None:
         auction.close()
@@ -175,8 +195,8 @@ class Bidding:
         self._board.count("deployments")
         self._board.event("deployed", f"{_named(auction)}, bid {_shown(reward)}")
         epoch = auction.epoch
-        self._post(("A", auction.task), lambda: None if auction.own is None or epoch is None else Award(
-            auction.task, epoch, self._number, reward))
+        self._post(("A", auction.task), self._flooded(
+            lambda: None if auction.own is None or epoch is None else Award(auction.task, epoch, self._number, reward)))
         self._deploy(auction.task, self._names[auction.opener])
 
     # --- who is deployed
@@ -225,19 +245,40 @@ class Bidding:
         sender, messages = found
         for message in messages:
             match message:
-                case Detection():
-                    self._detected(self._names[sender], message)
                 case Bid():
-                    self._hear_bid(self._auction(message.task), sender, message)
-                case Award():
-                    self._hear_deployed(self._auction(message.task), message.winner, message.epoch, message.reward)
-                    self._say(self._auction(message.task), Standing.HEARD, frames=1)
-                case ModeMessage():
-                    if message.standing is not Standing.FREE:
-                        self._hear_mode(self._auction(message.task), sender, message)
-                    self._told_mode(self._names[sender], message)
+                    self._hear_bid(self._auction(message.task), sender, message, sender)
+                case GreatestBid(task, epoch, bidder, left_us, reward):
+                    self._hear_greatest(self._auction(task), bidder, Bid(task, epoch, left_us, reward), sender)
+                case Flooded(origin, _, flooded):
+                    if origin != self._number and self._flood is not None and self._flood.is_new(
+                            message, self._board.now_ns):
+                        self._post(("R", *key_of(message)), partial(_itself, message))
+                        self._take_in(origin, flooded, sender)
+                case Detection() | Award() | ModeMessage():
+                    self._take_in(sender, message, sender)
 
-    def _hear_bid(self, auction: Auction, sender: int, bid: Bid) -> None:
+    def _take_in(self, origin: int, message: Detection | Award | ModeMessage, teller: int) -> None:
+        """Take what `origin` tells, in a frame of `teller`, which is another sensor if the message is flooded."""
+        match message:
+            case Detection():
+                self._detected(self._names[origin], message)
+            case Award(task, epoch, winner, reward):
+                self._hear_deployed(self._auction(task), winner, epoch, reward, teller)
+                if self._flood is None:
+                    self._say(self._auction(task), Standing.HEARD, frames=1)
+            case ModeMessage():
+                if message.standing is not Standing.FREE:
+                    self._hear_mode(self._auction(message.task), origin, message, teller)
+                self._told_mode(self._names[origin], message)
+
+    def _hear_greatest(self, auction: Auction, bidder: int, bid: Bid, teller: int) -> None:
+        """Take the greatest bid that a neighbour knows of, and pass on what is news to this sensor."""
+        before = auction.epoch, auction.winner(), auction.closes_ns
+        self._hear_bid(auction, bidder, bid, teller)
+        if auction.closes_ns is not None and before != (auction.epoch, auction.winner(), auction.closes_ns):
+            self._pass_on_bid(auction)
+
+    def _hear_bid(self, auction: Auction, bidder: int, bid: Bid, teller: int) -> None:
         epoch, now_ns = auction.epoch, self._board.now_ns
         later = epoch is None or newer(bid.epoch, epoch)
         if auction.finished:
@@ -246,18 +287,19 @@ class Bidding:
             if later:
                 auction.epoch = bid.epoch
             self._say(auction, Standing.DEPLOYED)
-        elif later:
-            self._begin(auction, bid.epoch, now_ns + bid.left_us * 1000, sender)
-            auction.bids[sender] = bid.reward
-        elif bid.epoch == epoch and auction.closes_ns is not None:
-            auction.bids[sender] = bid.reward
-            if now_ns + bid.left_us * 1000 < auction.closes_ns:
-                self._closes_at(auction, now_ns + bid.left_us * 1000)
+        elif later or (bid.epoch == epoch and auction.closes_ns is not None):
+            closes_ns = now_ns + bid.left_us * 1000
+            if later:
+                self._begin(auction, bid.epoch, closes_ns, teller)
+            elif auction.closes_ns is not None and closes_ns < auction.closes_ns:
+                self._closes_at(auction, closes_ns)
+            if bidder != self._number:              # others may remember a bid of this sensor from before it booted
+                auction.bids[bidder] = bid.reward
 
-    def _hear_mode(self, auction: Auction, sender: int, message: ModeMessage) -> None:
+    def _hear_mode(self, auction: Auction, sender: int, message: ModeMessage, teller: int) -> None:
         match message.standing:
             case Standing.DEPLOYED:
-                self._hear_deployed(auction, sender, message.epoch, message.reward)
+                self._hear_deployed(auction, sender, message.epoch, message.reward, teller)
             case Standing.HEARD:
                 if auction.own is not None and message.epoch == auction.epoch and sender not in auction.heard_by:
                     auction.heard_by.add(sender)
@@ -271,10 +313,12 @@ class Bidding:
                 if not auction.finished:
                     was_deployed = auction.own is not None
                     self._end(auction)
+                    if self._flood is not None:
+                        self._say(auction, Standing.FINISHED)
                     if was_deployed:
-                        self._let_go(auction.task, self._names[sender], "the task is over")
+                        self._let_go(auction.task, self._names[teller], "the task is over")
 
-    def _hear_deployed(self, auction: Auction, number: int, epoch: int, reward: float) -> None:
+    def _hear_deployed(self, auction: Auction, number: int, epoch: int, reward: float, teller: int) -> None:
         """Take the news that sensor `number` is deployed: no window is needed, and of two the lower bid lets go."""
         if number == self._number:
             return                      # only this sensor tells that it is deployed
@@ -292,7 +336,7 @@ class Bidding:
             self._board.warn("two deployed", f"{_named(auction)}: {self._names[self._number]} with bid "
                              f"{_shown(auction.own)}, {self._names[number]} with bid {_shown(reward)}")
         if (reward, -number) > (auction.own, -self._number):
-            self._release(auction, number, f"{self._names[number]} is deployed with bid {_shown(reward)}, own bid "
+            self._release(auction, teller, f"{self._names[number]} is deployed with bid {_shown(reward)}, own bid "
                           f"{_shown(auction.own)}")
         elif not known:
             self._say(auction, Standing.DEPLOYED)
@@ -301,9 +345,17 @@ class Bidding:
 
     def _say(self, auction: Auction, standing: Standing, frames: int = 0) -> None:
         """Tell where this sensor stands, in the next `frames` frames; 0: as many as a message is repeated in."""
-        self._post((standing, auction.task), partial(self._mode, auction, standing), frames)
+        make = partial(self._mode, auction, standing)
+        self._post((standing, auction.task), make if standing is Standing.FINISHED else self._flooded(make), frames)
 
-    def _mode(self, auction: Auction, standing: Standing) -> Message | None:
+    def _flooded(self, make: Callable[[], Detection | Award | ModeMessage | None]) -> Callable[[], Message | None]:
+        """Return `make`, or a function whose messages are flooded, with the stamp of now."""
+        if self._flood is None:
+            return make
+        stamp = stamp_us(self._board.now_ns)
+        return lambda: None if (message := make()) is None else Flooded(self._number, stamp, message)
+
+    def _mode(self, auction: Auction, standing: Standing) -> ModeMessage | None:
         if auction.epoch is None or (auction.own is None) == (standing is Standing.DEPLOYED):
             return None                 # it has changed since: deployed no more, or again
         mode, x_m, y_m = self._whereabouts()
@@ -346,7 +398,7 @@ class Bidding:
                 said.add(key)
         for task in self.deployed_for():
             if ("A", task) not in said and (Standing.DEPLOYED, task) not in said:
-                message = self._mode(self._auctions[task], Standing.DEPLOYED)
+                message = self._flooded(partial(self._mode, self._auctions[task], Standing.DEPLOYED))()
                 data = b"" if message is None else pack(message)
                 if 0 < len(data) <= room:
                     room -= len(data)
@@ -368,6 +420,10 @@ def sensors_of(team: object) -> tuple[str, ...]:
     if not isinstance(names, list | tuple) or not 1 < len(names) <= MOST_SENSORS or len(set(names)) < len(names):
         raise ValueError(f"team.sensors={names}: expected 2 to {MOST_SENSORS} names, each once")
     return tuple(names)
+
+
+def _itself(message: Message) -> Message:
+    return message
 
 
 def _named(auction: Auction) -> str:

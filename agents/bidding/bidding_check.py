@@ -52,16 +52,46 @@ def _slot_problems(scenario: ScenarioView, medium: MediumView, timing: BidTiming
         yield (f"slot_ns={settings.slot_ns}: shorter than a frame of {size} bytes: {radio.airtime_ns(size)} ns on the "
                f"air, {radio.receive_latency_ns} ns of latency, {apart_ns} ns between the clocks; take at least "
                f"{needed_ns} ns")
+    yield from _hop_problems(scenario, medium, timing)
     least_ns = timing.least_window_ns + ceil(round(timing.least_window_ns * (max(ppm) - min(ppm)) * 1e-6, 6))
     if settings.window_ns < least_ns:
+        hops = f", for each of {settings.most_hops} hops" if timing.floods else ""
         yield (f"window_ns={settings.window_ns}: the bid window is shorter than its frames: {timing.frames} rounds of "
-               f"{timing.sensors} slots of {settings.slot_ns} ns until all have heard of it, and as many until all "
-               f"have heard the bids; take at least {least_ns} ns")
+               f"{timing.sensors} slots of {settings.slot_ns} ns until all have heard of it{hops}, and as many until "
+               f"all have heard the bids; take at least {least_ns} ns")
     delayed = _delays(scenario, medium.name, size, timing.round_ns)
     if (most_ns := max(delayed.values(), default=0)) > settings.delay_ns:
         place = max(delayed, key=lambda name: delayed[name])
         yield (f"delay_ns={settings.delay_ns}: {place} delays a copy by up to {most_ns} ns; take that much, which "
                "lengthens the window")
+
+
+def _hop_problems(scenario: ScenarioView, medium: MediumView, timing: BidTiming) -> Iterator[str]:
+    """Yield how many hops sensors of a radio with a constant graph are apart, if that is more than `most_hops`."""
+    from agents.radio_topology import topology_of
+
+    topology = topology_of(scenario, medium)
+    if topology.moves or topology.changes_ns(scenario.length_ns):
+        return
+    sensors = [name for name in sensors_of(scenario.team) if name in medium.nodes]
+    links = [link for link in topology.graph_at(0) if set(link) <= set(sensors)]
+    if len(links) == len(sensors) * (len(sensors) - 1):
+        return
+    import networkx as nx
+
+    graph = nx.DiGraph(links)
+    graph.add_nodes_from(sensors)
+    if not nx.is_strongly_connected(graph):
+        for one in sensors:
+            if unheard := [other for other in sensors if other not in nx.descendants(graph, one) | {one}]:
+                yield (f"media.{medium.name}: nothing that {one} sends reaches {unheard[0]}, over any number of hops; "
+                       "add a link, or a sensor that passes it on")
+                return
+    apart, one, other = max((hops, one, other) for one, ways in nx.all_pairs_shortest_path_length(graph)
+                            for other, hops in ways.items())
+    if apart > timing.settings.most_hops:
+        yield (f"most_hops={timing.settings.most_hops}: on media.{medium.name} {other} hears {one} over {apart} hops; "
+               f"take {apart}, which lengthens the window")
 
 
 def _delays(scenario: ScenarioView, medium: str, size_bytes: int, every_ns: int) -> Mapping[str, int]:

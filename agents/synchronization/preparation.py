@@ -13,6 +13,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from agents.radio_topology import topology_of
 from agents.synchronization.check import problems
 from agents.synchronization.discovery_frame import MAX_NODES, frame_bytes
 from agents.synchronization.graph import Floats, laplacian
@@ -26,9 +27,8 @@ from agents.synchronization.team import SYNC_GAIN, Layout, Team, TeamError, read
 from firmware_sim.scenario_view import MediumView, Own, ScenarioView
 from firmware_sim.slot_sync_condition import contraction_per_round
 from netem.core.link_name import LinkName
-from netem.core.random_streams import stream
 from netem.impairments.flow import Flow
-from netem.topology import Site, Topology
+from netem.topology import Topology
 
 
 def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
@@ -130,7 +130,7 @@ def occurring_graphs(team: Team, scenario: ScenarioView, medium: MediumView) -> 
     if team.topology == "told":
         return {f"team.requests[{index}]": team.laplacian_of(request.links)
                 for index, request in enumerate(team.requests)}
-    topology = _topology(scenario, medium)
+    topology = topology_of(scenario, medium)
     if topology.moves:
         return {}
     found: dict[str, Floats] = {}
@@ -161,7 +161,7 @@ def _contraction(team: Team, plan: RoundPlan, layout: Layout) -> float:
 def _late_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans: RoundPlans) -> Iterator[str]:
     """Yield the links too slow for the slots of the start, in which discovery begins and to which robots fall back."""
     name = next(iter(scenario.agents.values())).media[0]
-    topology = _topology(scenario, medium)
+    topology = topology_of(scenario, medium)
     links = {(name, *edge) for at_ns in [0, *topology.changes_ns(scenario.length_ns)]
              for edge in topology.graph_at(at_ns)}
     clocks = {node: agent.clock for node, agent in scenario.agents.items()}
@@ -187,7 +187,7 @@ def _medium_problems(team: Team, scenario: ScenarioView, medium: MediumView, pla
 def _told_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans: RoundPlans,
                    graphs: Mapping[str, Floats]) -> Iterator[str]:
     """Yield the requested links that a radio with a constant graph lacks, and the robots whose frames collide on it."""
-    topology = _topology(scenario, medium)
+    topology = topology_of(scenario, medium)
     if topology.moves or topology.changes_ns(scenario.length_ns):
         return
     heard = _laplacian_at(team, topology, 0)
@@ -200,15 +200,6 @@ def _told_problems(team: Team, scenario: ScenarioView, medium: MediumView, plans
             for i, j in colliding_pairs(heard, plan.parts)[:1]:
                 yield (f"{name}: {team.names[i]} and {team.names[j]} share a slot, but on this radio their frames "
                        "collide: more robots are in range than the topology asked for has links")
-
-
-def _topology(scenario: ScenarioView, medium: MediumView) -> Topology:
-    positions = {node: at for node in medium.nodes if (at := scenario.agents[node].at_m) is not None}
-    radio = medium.settings.radio()
-    topology: Topology = medium.settings.topology.over(
-        Site(medium.nodes, positions, radio.tx_power_dbm, radio.sensitivity_dbm,
-             lambda place: stream(scenario.seed, f"media.{medium.name}.{place}")))
-    return topology
 
 
 def _laplacian_at(team: Team, topology: Topology, at_ns: int) -> Floats:

@@ -7,6 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from agents.bidding.bid_frames import flooding_frame_bytes
 from agents.bidding.bid_timing import BiddingSettings, BidTiming
 from experiments.judge.run_data import RunData, load_run
 from experiments.run.runner import run
@@ -15,7 +16,7 @@ from experiments.scenario.model import Scenario
 
 US, MS, S = 1_000, 1_000_000, 1_000_000_000
 DETECTED_NS = 7 * MS
-RADIO = {"kind": "broadcast_radio", "bit_rate_bps": 1_000_000, "preamble_us": 0, "header_bits": 0,
+RADIO: dict[str, Any] = {"kind": "broadcast_radio", "bit_rate_bps": 1_000_000, "preamble_us": 0, "header_bits": 0,
          "receive_latency_us": 20}
 
 
@@ -33,6 +34,8 @@ class Team:
     impairments: list[dict[str, Any]] = field(default_factory=list)
     faults: list[dict[str, Any]] = field(default_factory=list)
     parameters: dict[str, Any] = field(default_factory=dict)
+    links: list[tuple[int, int]] | None = None          # who hears whom, both ways; None: all
+    hops: int = 1
 
     @property
     def names(self) -> list[str]:
@@ -42,8 +45,11 @@ class Team:
     def settings(self) -> dict[str, Any]:
         """Of every sensor: slots of 0.6 ms for the 69 bytes of one task, and the shortest window."""
         tasks = min(3, len(self.detects))
-        given = {"slot_ns": 600 * US * tasks, "heartbeat_rounds": 2, "max_successive_losses": self.losses,
-                 "most_tasks": tasks}
+        slot_ns = 600 * US * tasks
+        if self.hops > 1:
+            slot_ns = flooding_frame_bytes(tasks, len(self.rewards)) * 8 * US + 20 * US
+        given = {"slot_ns": slot_ns, "heartbeat_rounds": 2, "max_successive_losses": self.losses,
+                 "most_tasks": tasks, "most_hops": self.hops}
         least_ns = BidTiming(len(self.rewards), BiddingSettings(window_ns=1, **given)).least_window_ns
         return given | {"window_ns": least_ns} | self.parameters
 
@@ -59,8 +65,12 @@ class Team:
             detects = [by.get(i, -1) for by in self.detects]
             agents[name] = {"program": "agents.bidding.bidding_robot:BiddingRobot", "parameters": {
                 **self.settings, "rewards": self.rewards[i], "detects_ns": detects}}
+        radio = dict(RADIO)
+        if self.links is not None:
+            radio["topology"] = {"kind": "fixed", "links": [f"s{i} -> s{j}" for pair in self.links
+                                                            for i, j in (pair, pair[::-1])]}
         tables = {"seed": 1, "length_ns": self.length_ns, "sample_period_ns": MS, "team": {"sensors": self.names},
-                  "agents": agents, "media": {"radio": RADIO}, "impairments": self.impairments, "faults": self.faults}
+                  "agents": agents, "media": {"radio": radio}, "impairments": self.impairments, "faults": self.faults}
         return load_tables(tables | changes, "Question: who is deployed?", Path("team.toml").absolute())
 
     def ran(self, host: Any = "inline") -> Ran:

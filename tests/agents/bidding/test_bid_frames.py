@@ -12,10 +12,13 @@ from agents.bidding.bid_frames import (
     Award,
     Bid,
     Detection,
+    Flooded,
+    GreatestBid,
     ModeMessage,
     Standing,
     Task,
     as_sent,
+    flooding_frame_bytes,
     frame_bytes,
     head,
     newer,
@@ -26,11 +29,16 @@ from agents.bidding.bid_frames import (
 SENSORS = 5
 small, number = st.integers(0, 255), st.floats(width=32, allow_nan=False, allow_infinity=False)
 tasks = st.builds(Task, small, small)
-messages = st.one_of(
+sensor, word = st.integers(0, SENSORS - 1), st.integers(0, 2**32 - 1)
+passed_on = st.one_of(
     st.builds(Detection, small, small, st.integers(-2**63, 2**63 - 1), number, number),
-    st.builds(Bid, tasks, small, st.integers(0, 2**32 - 1), number | st.just(NO_BID)),
-    st.builds(Award, tasks, small, st.integers(0, SENSORS - 1), number),
+    st.builds(Award, tasks, small, sensor, number),
     st.builds(ModeMessage, small, st.sampled_from(Standing), tasks, small, number, number, number))
+messages = st.one_of(
+    passed_on,
+    st.builds(Bid, tasks, small, word, number | st.just(NO_BID)),
+    st.builds(GreatestBid, tasks, small, sensor, word, number | st.just(NO_BID)),
+    st.builds(Flooded, sensor, word, passed_on))
 
 
 @given(st.integers(0, SENSORS - 1), st.lists(messages, max_size=6))
@@ -54,8 +62,12 @@ def test_the_bytes_are_those_that_the_layout_says():
     assert pack(ModeMessage(7, Standing.LET_GO, Task(1, 2), 3, 1.0, 0.0, 2.0)) == (
         b"M\x07\x02\x01\x02\x03\x00\x00\x80\x3f\x00\x00\x00\x00\x00\x00\x00\x40")
     assert pack(Detection(1, 2, 256, 1.0, -2.0)) == b"D\x01\x02\x00\x01\0\0\0\0\0\0\x00\x00\x80\x3f\x00\x00\x00\xc0"
+    assert pack(GreatestBid(Task(1, 2), 3, 4, 0x0A0B, 1.0)) == b"G\x01\x02\x03\x04\x0b\x0a\x00\x00\x00\x00\x80\x3f"
+    assert pack(Flooded(2, 0x0A0B, Award(Task(1, 2), 3, 4, -2.0))) == (
+        b"R\x02\x0b\x0a\x00\x00A\x01\x02\x03\x04\x00\x00\x00\xc0")
     assert PER_TASK_BYTES == 19 + 12 + 18
     assert frame_bytes(3) == 2 + 18 + 3 * 49
+    assert flooding_frame_bytes(3, 5) == 2 + 5 * 24 + 3 * (5 * 25 + 13 + 3 * 24)
 
 
 @pytest.mark.parametrize("data", [
@@ -66,6 +78,11 @@ def test_the_bytes_are_those_that_the_layout_says():
     b"\xb1\x00" + struct.pack("<cBBBIf", b"B", 0, 0, 0, 0, float("inf")),           # would win always
     b"\xb1\x00" + struct.pack("<cBBBBf", b"A", 0, 0, 0, 0, NO_BID),
     b"\xb1\x00" + struct.pack("<cBBBBBfff", b"M", 0, 5, 0, 0, 0, 0.0, 0.0, 0.0),    # a standing that there is not
+    b"\xb1\x00" + pack(GreatestBid(Task(0, 0), 0, 5, 0, 1.0)),                       # a bidder that there is not
+    b"\xb1\x00" + pack(Flooded(5, 0, Award(Task(0, 0), 0, 0, 1.0))),                 # an origin that there is not
+    b"\xb1\x00R\x01\0\0\0\0",                                                       # nothing that is flooded
+    b"\xb1\x00R\x01\0\0\0\0R\x01\0\0\0\0" + pack(Award(Task(0, 0), 0, 0, 1.0)),
+    b"\xb1\x00R\x01\0\0\0\0" + pack(Bid(Task(0, 0), 0, 0, 1.0)),                    # a bid is not
 ])
 def test_a_frame_with_a_wrong_part_is_dropped_whole(data):
     assert unpack(data, SENSORS) is None

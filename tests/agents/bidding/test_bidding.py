@@ -10,24 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.agents.bidding.teams import DETECTED_NS, MS, Ran, Team, lost
+from tests.agents.bidding.deployments import all_links, cut, deployed_at, patterns
+from tests.agents.bidding.teams import DETECTED_NS, MS, Team, lost
 
 FOUR = [[1.0], [3.0], [2.0], [3.0]]         # of equal bids the lower number wins: s1
 BEST = "s1"
-
-
-def deployed_at(ran: Ran, time_ns: int) -> set[str]:
-    """The sensors that are deployed at an instant, alive or not, by their events."""
-    there: set[str] = set()
-    for node, told_ns, _, kind in sorted(((event.node, event.time_ns, event.detail, event.kind)
-                                          for event in ran.data.events), key=lambda told: told[1]):
-        if told_ns > time_ns:
-            break
-        if kind == "deployed":
-            there.add(node)
-        elif kind == "let go" or kind == "fault":
-            there.discard(node)
-    return there
 
 
 def test_without_losses_the_greatest_bid_is_deployed_and_nobody_else():
@@ -87,26 +74,12 @@ def test_processes_deploy_the_same_sensor_at_the_same_instant(host: Any):
     assert [node for node, _ in ran.deployed()] == [BEST, "s3"]
 
 
-def patterns(sensors: int, losses: int, frames: int = 40) -> st.SearchStrategy[dict[tuple[str, str], list[int]]]:
-    """Losses on all links, at most `losses` in a row on each."""
-    def kept(wanted: list[bool]) -> list[int]:
-        found: list[int] = []
-        for k, lose in enumerate(wanted):
-            if lose and not all(before in found for before in range(k - losses, k)):
-                found.append(k)
-        return found
-
-    links = [(f"s{i}", f"s{j}") for i in range(sensors) for j in range(sensors) if i != j]
-    one = st.lists(st.sampled_from([True, True, False]), min_size=frames, max_size=frames).map(kept)
-    return st.fixed_dictionaries(dict.fromkeys(links, one))
-
-
 @settings(max_examples=25)
 @given(st.data())
 def test_within_the_budget_of_losses_exactly_the_greatest_bid_is_deployed(data: st.DataObject):
     losses = data.draw(st.integers(1, 3), "N^D")
     rewards = data.draw(st.lists(st.integers(0, 3), min_size=3, max_size=4), "rewards")
-    pattern = data.draw(patterns(len(rewards), losses), "lost")
+    pattern = data.draw(patterns(all_links(len(rewards)), losses), "lost")
     detects = data.draw(st.dictionaries(st.sampled_from(range(len(rewards))), st.integers(
         DETECTED_NS, DETECTED_NS + 5 * MS), min_size=1), "detects")
     team = Team([[float(reward)] for reward in rewards], losses, [detects], impairments=lost(pattern))
@@ -126,7 +99,7 @@ def test_within_the_budget_of_losses_exactly_the_greatest_bid_is_deployed(data: 
 @given(st.data())
 def test_a_winner_that_dies_is_replaced_within_the_bound(data: st.DataObject):
     losses = data.draw(st.integers(0, 2), "N^D")
-    pattern = data.draw(patterns(4, losses), "lost") if losses else {}
+    pattern = data.draw(patterns(all_links(4), losses), "lost") if losses else {}
     team = Team(FOUR, losses, impairments=lost(pattern), length_ns=300 * MS)
     closes_ns = DETECTED_NS + team.timing.settings.window_ns
     killed_ns = data.draw(st.integers(closes_ns - 2 * MS, closes_ns + 60 * MS), "killed")
@@ -152,10 +125,6 @@ def test_the_bound_of_the_takeover_is_not_far_from_what_happens():
         late.append(ran.deployed()[1][1] - killed_ms * MS)
 
     assert team.timing.takeover_ns / 2 < max(late) <= team.timing.takeover_ns
-
-
-def cut(during_ms: tuple[float, float], *groups: list[str]) -> dict[str, Any]:
-    return {"kind": "partition", "on": "radio", "during_s": [at / 1000 for at in during_ms], "groups": list(groups)}
 
 
 @pytest.mark.parametrize("losses", [0, 1])
@@ -211,7 +180,7 @@ def test_after_any_partition_and_losses_one_is_left_within_the_bound(data: st.Da
     side = data.draw(st.lists(st.booleans(), min_size=4, max_size=4).filter(lambda side: 0 < sum(side) < 4), "sides")
     rewards = data.draw(st.permutations([1.0, 2.0, 3.0, 4.0]), "rewards")
     begin_ns = data.draw(st.integers(DETECTED_NS, DETECTED_NS + 60 * MS), "cut")
-    pattern = data.draw(patterns(4, losses, 120), "lost") if losses else {}
+    pattern = data.draw(patterns(all_links(4), losses, 120), "lost") if losses else {}
     heal_ns = begin_ns + 90 * MS
     groups = [[f"s{i}" for i in range(4) if side[i] is of] for of in (True, False)]
     team = Team([[reward] for reward in rewards], losses, impairments=lost(pattern), length_ns=heal_ns + 120 * MS,
@@ -309,6 +278,22 @@ def test_who_has_not_heard_that_a_task_is_finished_is_told_so_when_it_bids(heal_
     assert ran.told("mode")[-1][2].split(" at")[0] == "deployed -> waiting"
     assert [node for node, at_ns, _ in ran.told("window open")] == ["s0", "s1", "s2", "s3", "s0"]
     assert ran.holds
+
+
+def test_who_is_deployed_for_a_finished_task_is_told_so_by_its_next_heartbeat():
+    # s1 finishes the task just before s0 is cut off and has heard of it; s0 takes it for dead and is deployed itself
+    heal_ms = 140
+    team = Team(FOUR, 1, parameters={"finishes_after_ns": 60 * MS}, length_ns=250 * MS,
+                faults=[cut((78.5, heal_ms), ["s0"], ["s1", "s2", "s3"])])
+
+    ran = team.ran()
+
+    assert [node for node, _ in ran.deployed()] == ["s1", "s0"]
+    node, at_ns, detail = ran.told("mode")[-1]
+    assert node == "s0"
+    assert detail.endswith(": the task is over")
+    told_ns = heal_ms * MS + team.timing.healing_ns + team.timing.delivery_ns
+    assert at_ns <= told_ns < ran.deployed()[1][1] + 60 * MS            # before it would have finished by itself
 
 
 def test_a_sensor_that_boots_again_hears_who_is_deployed_and_starts_nothing():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -29,6 +30,47 @@ def test_a_window_shorter_than_its_frames_is_refused_with_the_number_that_would_
                     "600000 ns until all have heard of it, and as many until all have heard the bids; take at least "
                     f"{needed_ns} ns")
     Team(FOUR, 2, parameters={"window_ns": needed_ns}).scenario()
+
+
+LINE = [(0, 1), (1, 2), (2, 3)]
+
+
+def test_a_window_shorter_than_its_hops_is_refused_with_the_number_that_would_do():
+    # for each of three hops 3 rounds of 4 slots, and a slot; as much for the bids
+    team = Team(FOUR, 2, links=LINE, hops=3)
+    slot_ns = team.settings["slot_ns"]
+    needed_ns = 2 * 3 * (3 * 4 * slot_ns + slot_ns)
+
+    said = refused(replace(team, parameters={"window_ns": needed_ns - 1}))
+
+    assert said == (f"window_ns={needed_ns - 1}: the bid window is shorter than its frames: 3 rounds of 4 slots of "
+                    f"{slot_ns} ns until all have heard of it, for each of 3 hops, and as many until all have heard "
+                    f"the bids; take at least {needed_ns} ns")
+    replace(team, parameters={"window_ns": needed_ns}).scenario()
+
+
+@pytest.mark.parametrize("hops", [1, 2])
+def test_sensors_further_apart_than_the_hops_are_refused_with_the_number_that_would_do(hops: int):
+    assert refused(Team(FOUR, links=LINE, hops=hops)).endswith(
+        f"most_hops={hops}: on media.radio s0 hears s3 over 3 hops; take 3, which lengthens the window")
+    Team(FOUR, links=LINE, hops=3).scenario()
+
+
+def test_a_sensor_that_no_hops_reach_is_refused():
+    said = refused(Team(FOUR, links=LINE[:2], hops=3))
+
+    assert said == ("media.radio: nothing that s0 sends reaches s3, over any number of hops; add a link, or a sensor "
+                    "that passes it on")
+
+
+def test_a_slot_of_those_who_flood_holds_what_all_have_to_tell():
+    team = Team(FOUR, links=LINE, hops=3)
+    needed_ns = (2 + 4 * 24 + 4 * 25 + 13 + 3 * 24) * 8 * US + 20 * US
+
+    said = refused(replace(team, parameters={"slot_ns": needed_ns - 1}))
+
+    assert f"take at least {needed_ns} ns" in said
+    assert team.settings["slot_ns"] == needed_ns
 
 
 def test_a_slot_shorter_than_its_frame_is_refused_with_the_number_that_would_do():
@@ -76,7 +118,7 @@ def test_sensors_with_other_times_are_refused():
 
 
 @pytest.mark.parametrize("wrong", [{"slot_ns": 0}, {"heartbeat_rounds": 0}, {"max_successive_losses": -1},
-                                   {"most_tasks": 0}, {"rewards": [1e40]}])
+                                   {"most_tasks": 0}, {"most_hops": 0}, {"rewards": [1e40]}])
 def test_numbers_out_of_range_are_refused(wrong: dict[str, Any]):
     team = Team(FOUR)
     agents = {name: {"program": "agents.bidding.bidding_robot:BiddingRobot", "parameters": team.settings | wrong}
