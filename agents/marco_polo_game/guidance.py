@@ -2,6 +2,7 @@
 
     begin    the sensor has won the bid for a target        plan    anew at `Plan.again_ns`, and after what it is told
     saw      a sight of that target, or a detection of it by another sensor                  end     it waits again
+    answered its camera has exposed
 
 A sensor has one guidance for each purpose for which it is deployed, and the guidance serves one deployment at a time.
 The robot program keeps the track of the target, detects, bids, captures, and records modes; a guidance does none of it.
@@ -28,6 +29,7 @@ class Plan(NamedTuple):
 
     way: Sequence[Place]        # waypoints [m]
     again_ns: int               # local time of the next plan, if none is asked for before
+    look: bool = False          # request the next exposure of a camera that exposes on request
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,9 @@ class Guidance(Protocol):
     def saw(self, seen: Seen) -> bool:
         """Take a sight or a detection that the track has already; return whether a new plan is needed."""
         return False
+
+    def answered(self, exposed_ns: int) -> None:
+        """Note that the sensor's camera exposed then; `saw` is told of the target, if it was in view."""
 
     @abstractmethod
     def end(self) -> None:

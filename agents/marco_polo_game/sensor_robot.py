@@ -45,7 +45,7 @@ from agents.pursuit import Place
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
 from firmware_sim.scenario_view import Own, ScenarioView
-from netem.media.sensing.sight import Detection, unpack_sight
+from netem.media.sensing.sight import LOOK, Detection, unpack_sight
 
 MOST_STAGE: Final = 254
 COUNTERS: Final = ("detections", "investigations", "investigations without a detection", "pursuits",
@@ -89,7 +89,7 @@ class SensorRobot:
         self._guidances: dict[Purpose, Guidance] = {Purpose.INVESTIGATION: Investigation(deck)}
         if self.CAPTURES:
             self._guidances[Purpose.PURSUIT] = self.PURSUIT(deck)
-        board.port(settings.view, self._hear_view)
+        self._view = board.port(settings.view, self._hear_view)
         self._grip = board.port(settings.grip, self._hear_grip) if self.CAPTURES else None
         self._modes = Modes(board, sensor_automaton(game, self.CAPTURES), GameMode.WAITING.word, self._state)
         self._bidding = Bidding(board, settings, reward=self._reward, deploy=self._deployed, let_go=self._let_go,
@@ -110,7 +110,10 @@ class SensorRobot:
         sight = unpack_sight(data)
         if sight is None:
             self._board.count("unreadable sights")
-        elif isinstance(sight, Detection) and sight.name in self._game.targets:
+            return
+        if self._task is not None:
+            self._guidance.answered(sight.exposed_ns)
+        if isinstance(sight, Detection) and sight.name in self._game.targets:
             self._see(self._game.targets.index(sight.name), Seen(sight.exposed_ns, (sight.x_m, sight.y_m)))
 
     def _see(self, target: int, seen: Seen) -> None:
@@ -123,7 +126,11 @@ class SensorRobot:
             own = self._mover.place
             if self._grip is not None and dist(own, seen.place) <= self._parameters.capture_m:
                 self._grip.send(pack(GripFrame(Grip.GRIPS, target, self._game.sensors.index(self._board.name))))
+        self._sighted(target, track, seen)
         self._tell_guidance(target, seen)
+
+    def _sighted(self, target: int, track: Track, seen: Seen) -> None:
+        """Do what a program adds at each sight of a target."""
 
     def _detect(self, target: int, track: Track, seen: Seen) -> None:
         if track.detected(self._board.name, seen):
@@ -244,6 +251,9 @@ class SensorRobot:
         if plan is None:
             self._lost()
             return
+        if plan.look:
+            self._view.send(LOOK)
+            self._board.count("looks")
         self._mover.go(plan.way)
         self._timer = self._board.at(plan.again_ns, self._plan)
 
