@@ -4,9 +4,11 @@
     way            straight to the first p(t) that the UGV reaches no later than the target
     look at F if   the policy of Figure 3.3 says so, and the target can be in view at F; or p(F) is within the capture
                    distance, outside the area, or in an obstacle (section 3.4)
-    left S         the reachable set of the target, without what looks have shown to be empty, is empty
+    left S         the reachable set of the target is empty (`reachable_set`); or the latest time at which a target of
+                   the least speed is in S has passed, with probability STAY, as `agents.marco_polo.legs` has it
 
-Where p is not in the reachable set, the nearest place of the set stands for it: a look in vain has refuted p.
+Where p is not in the reachable set, the nearest place of the set stands for it: a look in vain has refuted p. A pursuit
+that does not find the target by the latest time names the links that are lost by then (`link_watch`), else "left S".
 
 Differs from the dissertation: its policy keeps the target in view, and knows no capture; a UGV that captures has to see
 the target, so it looks where it expects to capture. Before the target has come into view the policy would look at each
@@ -15,122 +17,166 @@ instant; here only if the target can be in view.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from math import dist
-from typing import ClassVar
+from typing import Final
 
+from agents.bidding.bid_timing import BidTiming
+from agents.marco_polo.c_target import CTarget
+from agents.marco_polo.legs import longest_stay_s
 from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, Plan
+from agents.marco_polo_game.link_watch import LinkWatch
 from agents.marco_polo_game.reachable_set import EmptyView, ReachableSet
 from agents.marco_polo_game.track import STEP_NS, Seen, Track
 from agents.pursuit import Place
+from agents.pursuit.no_escape import NOISE_SIGMAS
 from agents.pursuit.pursuer import Pursuer
+
+LEFT: Final = "left S"
+STAY: Final = 0.99
+
+
+@dataclass
+class _Chase:
+    """What one deployment knows of its target. Invariant: `newest` is the newest detection that the filter has."""
+
+    track: Track
+    pursuer: Pursuer
+    reach: ReachableSet
+    links: LinkWatch
+    newest: Seen
+    known_ns: set[int] = field(default_factory=set)     # times of the detections that the filter has
+    latest_ns: int = 0                                  # at which the target can be in the area
+    asked_ns: int = -1                                  # exposure of the last look
+    answered_ns: int = -1                               # exposure of the last answer
 
 
 class AdaptivePursuit(Guidance):
-    lost: ClassVar = "left S"
-
     def __init__(self, deck: Deck) -> None:
-        game = deck.game
+        game, name = deck.game, deck.board.name
         self._deck = deck
-        self._radius_m, self._speed_mps = game.radius_m[deck.board.name], game.speed_mps(deck.board.name)
+        self._radius_m, self._speed_mps = game.radius_m[name], game.speed_mps(name)
         self._v_max_mps = game.parameters.target_greatest_mps
-        self._step_ns, self._latency_ns = deck.settings.exposure_ns, deck.settings.exposure_latency_ns
+        self._step_ns = deck.settings.exposure_ns
         (west, east), (south, north) = game.area.x_m, game.area.y_m
-        self._longest_ns = round(dist((west, south), (east, north)) / self._speed_mps * 1e9)    # drive across the area
-        self._begin_nothing()
+        self._across_ns = round(dist((west, south), (east, north)) / self._speed_mps * 1e9)
+        self._chase: _Chase | None = None
+        self._lost, self._ends_ns = LEFT, 0
 
-    def _begin_nothing(self) -> None:
-        self._track: Track | None = None
-        self._pursuer: Pursuer = self._deck.settings.pursuer(self._deck.game, self._deck.board.name)
-        self._reach = ReachableSet(self._deck.game.area, self._v_max_mps)
-        self._known_ns: set[int] = set()            # times of the detections that the filter has
-        self._newest: Seen | None = None
-        self._asked_ns = self._answered_ns = -1     # exposures of the last look, and of its answer
+    @property
+    def lost(self) -> str:
+        return self._lost
 
     @property
     def ends_ns(self) -> int:
-        now_ns = self._deck.board.now_ns
-        return now_ns if self._reach.left(now_ns) else now_ns + self._longest_ns
+        return self._ends_ns
 
     def begin(self, deployment: Deployment, now_ns: int) -> None:
-        track = self._track = deployment.track
-        for seen in sorted({*track.seen.values(), *([track.sight] if track.sight else [])}):
-            self._take(seen)
+        deck, settings, track = self._deck, self._deck.settings, deployment.track
+        game, name = deck.game, deck.board.name
+        told_within_ns = settings.exposure_latency_ns + BidTiming(len(game.sensors), settings).silence_ns
+        links = LinkWatch(name, game.targets[deployment.target], (settings.radio, settings.view, settings.grip),
+                          game.radius_m, self._v_max_mps, NOISE_SIGMAS * settings.sigma_m, self._step_ns,
+                          told_within_ns, now_ns)
+        seen = sorted({*track.seen.values(), *([track.sight] if track.sight else [])})
+        self._chase = _Chase(track, settings.pursuer(game, name), ReachableSet(game.area, self._v_max_mps), links,
+                             seen[0])
+        for each in seen:
+            self.saw(each)
 
     def end(self) -> None:
-        self._begin_nothing()
+        self._chase = None
 
     # --- detections and looks
 
     def saw(self, seen: Seen) -> bool:
-        return self._take(seen)
-
-    def answered(self, exposed_ns: int) -> None:
-        self._answered_ns = exposed_ns
-
-    def _take(self, seen: Seen) -> bool:
         """Give the filter a detection; return whether it is the newest."""
-        if seen.at_ns in self._known_ns or seen.at_ns > self._deck.board.now_ns:
+        chase, now_ns = self._now, self._deck.board.now_ns
+        if seen.at_ns in chase.known_ns or seen.at_ns > now_ns:
             return False
-        self._known_ns.add(seen.at_ns)
-        self._pursuer.detected(self._deck.board.now_ns, seen.at_ns, seen.place, seen.place)
-        if self._newest is not None and seen.at_ns < self._newest.at_ns:
+        chase.known_ns.add(seen.at_ns)
+        chase.pursuer.detected(now_ns, seen.at_ns, seen.place, seen.place)
+        if seen.at_ns < chase.newest.at_ns:
             return False
-        self._newest = seen
-        self._reach.seen(*seen)
+        chase.newest = seen
+        chase.reach.seen(*seen)
+        chase.latest_ns = self._ends_ns = seen.at_ns + self._longest_stay_ns(chase.track)
         return True
 
-    def _note_empty_look(self, own: Place, now_ns: int) -> None:
-        """If the look is answered and the target was not in view, take that into account."""
-        asked_ns = self._asked_ns
-        if asked_ns == self._answered_ns and asked_ns not in self._known_ns:
-            moved_m = self._speed_mps * (now_ns - asked_ns) * 1e-9
-            if moved_m < self._radius_m:
-                self._reach.not_seen(EmptyView(asked_ns, own, self._radius_m - moved_m))
+    def answered(self, exposed_ns: int) -> None:
+        self._now.answered_ns = exposed_ns
+
+    def _longest_stay_ns(self, track: Track) -> int:
+        parameters = self._deck.game.parameters
+        ahead = CTarget(track.forecast().track, self._radius_m, parameters.cone_content)
+        stay_s = longest_stay_s(ahead.depth_m(self._deck.game.area), parameters.target_least_mps,
+                                0.5e-9 * (parameters.turn_least_ns + parameters.turn_greatest_ns), STAY)
+        return round(stay_s * 1e9)
+
+    def _judge_look(self, chase: _Chase, own: Place, now_ns: int) -> None:
+        """Take the result of the last look, if its answer was due by now and has not been taken."""
+        answered = chase.asked_ns == chase.answered_ns
+        in_view = chase.asked_ns in chase.known_ns
+        moved_m = self._speed_mps * (now_ns - chase.asked_ns) * 1e-9
+        if answered and not in_view and moved_m < self._radius_m:
+            chase.reach.not_seen(EmptyView(chase.asked_ns, own, self._radius_m - moved_m))
+        if now_ns >= chase.asked_ns + self._step_ns // 2:
+            sight, capture_m = chase.track.sight, self._deck.game.parameters.capture_m
+            chase.links.look(answered, sight is not None and sight.at_ns == chase.asked_ns
+                             and dist(own, sight.place) + moved_m <= capture_m)
 
     # --- the plan
 
     def plan(self, own: Place, now_ns: int) -> Plan | None:
+        chase = self._now
         exposure_ns = (now_ns // self._step_ns + 1) * self._step_ns
-        decides_ns = exposure_ns + self._step_ns // 2
-        self._note_empty_look(own, now_ns)
-        if self._reach.left(now_ns):
+        if chase.asked_ns >= 0:
+            self._judge_look(chase, own, now_ns)
+        if chase.reach.left(now_ns):
+            self._lost, self._ends_ns = LEFT, now_ns
             return None
-        goal = self._intercept(own, now_ns)
-        look = exposure_ns > self._asked_ns and self._wants_look(self._ahead(own, goal, exposure_ns - now_ns), now_ns,
-                                                                 exposure_ns)
+        if now_ns >= chase.latest_ns:
+            lost = chase.links.lost(chase.track.seen, self._deck.standing(), now_ns)
+            self._lost = f"lost link {', '.join(lost)}" if lost else LEFT
+            return None
+        goal = self._intercept(chase, own, now_ns)
+        look = exposure_ns > chase.asked_ns and self._wants_look(
+            chase, self._ahead(own, goal, exposure_ns - now_ns), now_ns, exposure_ns)
         if look:
-            self._asked_ns = exposure_ns
-            self._pursuer.asked(exposure_ns)
-        return Plan([goal], decides_ns, look)
+            chase.asked_ns = exposure_ns
+            chase.pursuer.asked(exposure_ns)
+        return Plan([goal], exposure_ns + self._step_ns // 2, look)
 
-    def _wants_look(self, own: Place, now_ns: int, exposure_ns: int) -> bool:
+    def _wants_look(self, chase: _Chase, own: Place, now_ns: int, exposure_ns: int) -> bool:
         """Return whether to look at the next exposure, from `own`, where the sensor is then."""
-        assert self._newest is not None
-        game, expected = self._deck.game, self._expected(exposure_ns)
+        game, expected = self._deck.game, chase.pursuer.estimator.expect(exposure_ns)
         if dist(own, expected) <= game.parameters.capture_m or game.area.nearest(expected) != expected:
             return True
-        way_m = self._v_max_mps * (exposure_ns - self._newest.at_ns) * 1e-9
-        if dist(own, self._newest.place) - way_m > self._radius_m:
+        way_m = self._v_max_mps * (exposure_ns - chase.newest.at_ns) * 1e-9
+        if dist(own, chase.newest.place) - way_m > self._radius_m:
             return False                            # it cannot be in view
-        return self._pursuer.step(now_ns, own).look_ns <= exposure_ns
+        return chase.pursuer.step(now_ns, own).look_ns <= exposure_ns
 
-    def _intercept(self, own: Place, now_ns: int) -> Place:
+    def _intercept(self, chase: _Chase, own: Place, now_ns: int) -> Place:
         """Return the first expected place, to `STEP_NS`, where the sensor is no later than the target.
 
         The last one within the area, if the target is expected to leave before."""
         area = self._deck.game.area
-        for after_ns in range(0, self._longest_ns, STEP_NS):
-            place = self._expected(now_ns + after_ns)
-            inside = area.nearest(place)
-            if inside != place or dist(own, place) <= self._speed_mps * after_ns * 1e-9:
+        goal = area.nearest(chase.pursuer.estimator.expect(now_ns))
+        for after_ns in range(0, self._across_ns, STEP_NS):
+            place = chase.pursuer.estimator.expect(now_ns + after_ns)
+            goal = area.nearest(place)
+            if goal != place or dist(own, goal) <= self._speed_mps * after_ns * 1e-9:
                 break
-        return self._reach.nearest(inside, now_ns)
-
-    def _expected(self, at_ns: int) -> Place:
-        return self._pursuer.estimator.expect(at_ns)
+        return chase.reach.nearest(goal, now_ns)
 
     def _ahead(self, own: Place, goal: Place, after_ns: int) -> Place:
         """Return where the sensor is on its way to `goal` after `after_ns`."""
         way_m = dist(own, goal)
         share = min(1.0, self._speed_mps * after_ns * 1e-9 / way_m) if way_m > 0 else 0.0
         return own[0] + share * (goal[0] - own[0]), own[1] + share * (goal[1] - own[1])
+
+    @property
+    def _now(self) -> _Chase:
+        assert self._chase is not None
+        return self._chase

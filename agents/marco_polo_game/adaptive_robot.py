@@ -7,17 +7,19 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from agents.bidding.bid_frames import Detection as Shared
-from agents.marco_polo_game.adaptive_pursuit import AdaptivePursuit
+from agents.marco_polo_game.adaptive_pursuit import LEFT, AdaptivePursuit
 from agents.marco_polo_game.adaptive_settings import AdaptiveSettings
 from agents.marco_polo_game.guidance import MakesGuidance
 from agents.marco_polo_game.sensor_automaton import GameMode
-from agents.marco_polo_game.sensor_robot import SensorRobot
+from agents.marco_polo_game.sensor_robot import Purpose, SensorRobot
 from agents.marco_polo_game.track import Seen, Track
 from firmware_sim.board import Board
-from netem.media.sensing.sight import LOOK
+
+COUNTERS: Final = ("looks while idle", "looks in pursuit", "pursuits failed: left S", "pursuits failed: lost link",
+                   "sights of targets that had left")
 
 
 class AdaptiveRobot(SensorRobot):
@@ -28,18 +30,30 @@ class AdaptiveRobot(SensorRobot):
 
     def __init__(self, board: Board, settings: AdaptiveSettings) -> None:
         super().__init__(board, settings)
-        board.count("looks", 0)
+        for counter in COUNTERS:
+            board.count(counter, 0)
         board.every(settings.exposure_ns, self._scan, offset_ns=settings.exposure_ns // 2)
 
     def _scan(self) -> None:
         """Look at the next exposure, unless the pursuit decides on that."""
         if self._mode is not GameMode.PURSUING:
-            self._view.send(LOOK)
-            self._board.count("looks")
+            self._look("looks while idle")
 
     def _sighted(self, target: int, track: Track, seen: Seen) -> None:
-        if track.detections >= self._parameters.detections and not track.captured:
+        if track.captured:
+            return
+        if (target, Purpose.PURSUIT) in self._attempts:
+            self._board.count("sights of targets that had left")
+        if track.detections >= self._parameters.detections:
             self._bidding.share(Shared(target, track.detections, seen.at_ns, *seen.place))
+
+    def _lost(self) -> None:
+        if self._mode is GameMode.PURSUING:
+            assert self._task is not None
+            cause = self._guidance.lost
+            self._board.count("pursuits failed: left S" if cause == LEFT else "pursuits failed: lost link")
+            self._board.event("pursuit failed", f"{self._game.targets[self._task.target]}: {cause}")
+        super()._lost()
 
 
 class AdaptiveUavRobot(AdaptiveRobot):

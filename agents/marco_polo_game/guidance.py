@@ -11,9 +11,9 @@ The robot program keeps the track of the target, detects, bids, captures, and re
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from agents.marco_polo.cells import Cells
 from agents.marco_polo.connectivity import ConnectivityGraph
@@ -41,6 +41,7 @@ class Deck:
     game: Game
     cells: Cells
     graph: Callable[[], ConnectivityGraph]
+    standing: Callable[[], Mapping[str, Place]]     # places [m] of the other sensors that told last that they wait
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,9 @@ class Deployment:
 
 
 class Guidance(Protocol):
-    lost: ClassVar[str]         # cause of the change of mode when `plan` returns None
+    @property
+    def lost(self) -> str:
+        """Return why `plan` has returned None, as the cause of the change of mode."""
 
     @property
     def ends_ns(self) -> int:
@@ -71,6 +74,7 @@ class Guidance(Protocol):
 
     def answered(self, exposed_ns: int) -> None:
         """Note that the sensor's camera exposed then; `saw` is told of the target, if it was in view."""
+        return
 
     @abstractmethod
     def end(self) -> None:

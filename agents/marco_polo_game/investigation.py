@@ -6,8 +6,6 @@ Not modelled: the sweep of section 2.1.
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from agents.marco_polo.c_target import CTarget
 from agents.marco_polo.legs import longest_stay_s
 from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, Plan
@@ -15,7 +13,7 @@ from agents.pursuit import Place
 
 
 class Investigation(Guidance):
-    lost: ClassVar = "the target has left its C-target"
+    lost = "the target has left its C-target"
 
     def __init__(self, deck: Deck) -> None:
         self._deck = deck

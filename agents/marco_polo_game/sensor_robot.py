@@ -82,10 +82,11 @@ class SensorRobot:
         self._mover = Mover(board, game.speed_mps(board.name))
         self._tracks = [Track(game.area, game.parameters) for _ in game.targets]
         self._places: dict[str, Place] = {}                     # of the other sensors, as they told
+        self._modes_told: dict[str, int] = {}                   # of the other sensors, numbers of `GameMode`
         self._attempts: dict[tuple[int, Purpose], int] = {}     # that are over
         self._task: Task | None = None                          # for which it is deployed
         self._timer: Timer | None = None                        # of the next plan
-        deck = Deck(board, settings, game, self._cells, self._graph)
+        deck = Deck(board, settings, game, self._cells, self._graph, self._standing)
         self._guidances: dict[Purpose, Guidance] = {Purpose.INVESTIGATION: Investigation(deck)}
         if self.CAPTURES:
             self._guidances[Purpose.PURSUIT] = self.PURSUIT(deck)
@@ -214,6 +215,9 @@ class SensorRobot:
                      if self.CAPTURES and name in self._game.ugvs]
         return ConnectivityGraph(self._cells, self._cells.free(obstacles, self._parameters.platform_m))
 
+    def _standing(self) -> dict[str, Place]:
+        return {name: place for name, place in self._places.items() if self._modes_told[name] == GameMode.WAITING}
+
     def _deployed(self, task: Task, by: str) -> None:
         offer, track = self._offer(task), self._tracks[task.target]
         assert offer is not None                    # the protocol has just asked for the bid again
@@ -252,10 +256,14 @@ class SensorRobot:
             self._lost()
             return
         if plan.look:
-            self._view.send(LOOK)
-            self._board.count("looks")
+            self._look("looks in pursuit")
         self._mover.go(plan.way)
         self._timer = self._board.at(plan.again_ns, self._plan)
+
+    def _look(self, counter: str) -> None:
+        """Request the next exposure of a camera that exposes on request."""
+        self._view.send(LOOK)
+        self._board.count(counter)
 
     def _lost(self) -> None:
         assert self._task is not None
@@ -328,7 +336,7 @@ class SensorRobot:
                 self._open(target, Purpose.PURSUIT)
 
     def _told_mode(self, sender: str, message: ModeMessage) -> None:
-        self._places[sender] = message.x_m, message.y_m
+        self._places[sender], self._modes_told[sender] = (message.x_m, message.y_m), message.mode
         if message.standing is Standing.FINISHED and message.task.target < len(self._tracks):
             self._over(message.task)
 
