@@ -18,6 +18,7 @@ from agents.marco_polo.connectivity import ConnectivityGraph
 from agents.pursuit import Place
 from agents.pursuit.law import Area
 
+LEAST_ENTRANCE = 0.01           # share of the boundary without obstacles
 CONVEX = 1e-9                   # area that rounding may make, relative to that of the polygon
 
 
@@ -66,6 +67,16 @@ def check_obstacles(obstacles: Sequence[Polygon], area: Area, place: str = "obst
                 near = area.nearest((x, y))
                 raise ValueError(f"{where}: corner {_told([(x, y)])} is outside the area; the nearest place inside is "
                                  f"{_told([near])}")
+
+
+def check_entrances(area: Area, obstacles: Sequence[Polygon], place: str = "obstacles") -> None:
+    """Refuse obstacles that leave less than `LEAST_ENTRANCE` of the area's boundary for targets to enter by."""
+    boundary = shapely.box(area.x_m[0], area.y_m[0], area.x_m[1], area.y_m[1]).exterior
+    covered = shapely.union_all([shapely.Polygon(corners) for corners in obstacles])
+    share = shapely.difference(boundary, covered).length / boundary.length
+    if share < LEAST_ENTRANCE:
+        raise ValueError(f"{place}: cover {1 - share:.1%} of the area's boundary, and targets enter elsewhere; leave "
+                         f"{LEAST_ENTRANCE:.0%} or more of it free, {LEAST_ENTRANCE * boundary.length:g} m")
 
 
 def check_starts(cells: Cells, starts: Mapping[str, Place], obstacles: Sequence[Polygon], zones: Sequence[Polygon],

@@ -30,6 +30,8 @@ class GameParameters:
     update_ns: int = SECOND_NS                      # from one computation of the obstacle and coverage maps to the next
     position_noise_m: float = 0.1                   # standard deviation of a detection's x and y in games with noise
     velocity_noise_mps: float = 0.05                # of a target's vx and vy in games with noise
+    zones_are_obstacles: bool = True                # zones of poor communication are virtual obstacles for planners
+    sweeps: bool = False                            # a sensor that investigates moves to and fro across the C-target
     investigation: RewardWeights = INVESTIGATION
     pursuit: RewardWeights = PURSUIT                # the distance weighs more, as printed
 

@@ -1,7 +1,8 @@
 """Guides a pursuit by the Adaptive Filter (section 3.4): looks when its policy says so, drives to the intercept.
 
     detections     of this UGV and of others, to the circle filter: expected place p(t) of the target
-    way            straight to the first p(t) that the UGV reaches no later than the target
+    way            straight to the first p(t) that the UGV reaches no later than the target; by cells if an obstacle
+                   is in the way
     look at F if   the policy of Figure 3.3 says so, and the target can be in view at F; or p(F) is within the capture
                    distance, outside the area, or in an obstacle (section 3.4)
     left S         the reachable set of the target is empty (`reachable_set`); or the latest time at which a target of
@@ -17,12 +18,14 @@ instant; here only if the target can be in view.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import dist
 from typing import Final
 
 from agents.bidding.bid_timing import BidTiming
 from agents.marco_polo.c_target import CTarget
+from agents.marco_polo.convex_polygon import ConvexPolygon
 from agents.marco_polo.legs import longest_stay_s
 from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, Plan
 from agents.marco_polo_game.link_watch import LinkWatch
@@ -59,6 +62,7 @@ class AdaptivePursuit(Guidance):
         self._v_max_mps = game.parameters.target_greatest_mps
         self._step_ns = deck.settings.exposure_ns
         (west, east), (south, north) = game.area.x_m, game.area.y_m
+        self._obstacles = [ConvexPolygon(corners) for corners in game.obstacles]
         self._across_ns = round(dist((west, south), (east, north)) / self._speed_mps * 1e9)
         self._chase: _Chase | None = None
         self._lost, self._ends_ns = LEFT, 0
@@ -139,18 +143,19 @@ class AdaptivePursuit(Guidance):
             lost = chase.links.lost(chase.track.seen, self._deck.standing(), now_ns)
             self._lost = f"lost link {', '.join(lost)}" if lost else LEFT
             return None
-        goal = self._intercept(chase, own, now_ns)
+        way = self._way(own, self._intercept(chase, own, now_ns))
         look = exposure_ns > chase.asked_ns and self._wants_look(
-            chase, self._ahead(own, goal, exposure_ns - now_ns), now_ns, exposure_ns)
+            chase, self._ahead(own, way, exposure_ns - now_ns), now_ns, exposure_ns)
         if look:
             chase.asked_ns = exposure_ns
             chase.pursuer.asked(exposure_ns)
-        return Plan([goal], exposure_ns + self._step_ns // 2, look)
+        return Plan(way, exposure_ns + self._step_ns // 2, look)
 
     def _wants_look(self, chase: _Chase, own: Place, now_ns: int, exposure_ns: int) -> bool:
         """Return whether to look at the next exposure, from `own`, where the sensor is then."""
         game, expected = self._deck.game, chase.pursuer.estimator.expect(exposure_ns)
-        if dist(own, expected) <= game.parameters.capture_m or game.area.nearest(expected) != expected:
+        if (dist(own, expected) <= game.parameters.capture_m or game.area.nearest(expected) != expected
+                or any(obstacle.depth_m(expected) > 0.0 for obstacle in self._obstacles)):
             return True
         way_m = self._v_max_mps * (exposure_ns - chase.newest.at_ns) * 1e-9
         if dist(own, chase.newest.place) - way_m > self._radius_m:
@@ -170,11 +175,21 @@ class AdaptivePursuit(Guidance):
                 break
         return chase.reach.nearest(goal, now_ns)
 
-    def _ahead(self, own: Place, goal: Place, after_ns: int) -> Place:
-        """Return where the sensor is on its way to `goal` after `after_ns`."""
-        way_m = dist(own, goal)
-        share = min(1.0, self._speed_mps * after_ns * 1e-9 / way_m) if way_m > 0 else 0.0
-        return own[0] + share * (goal[0] - own[0]), own[1] + share * (goal[1] - own[1])
+    def _way(self, own: Place, goal: Place) -> list[Place]:
+        """Return the waypoints to `goal`: straight if the leg is clear, else by cells."""
+        ground = self._deck.ground
+        return [goal] if ground.clear(own, goal) else ground.way(self._deck.graph(), own, goal)
+
+    def _ahead(self, own: Place, way: Sequence[Place], after_ns: int) -> Place:
+        """Return where the sensor is on its way after `after_ns`."""
+        left_m = self._speed_mps * after_ns * 1e-9
+        for to in way:
+            leg_m = dist(own, to)
+            if leg_m > left_m:
+                share = left_m / leg_m
+                return own[0] + share * (to[0] - own[0]), own[1] + share * (to[1] - own[1])
+            own, left_m = to, left_m - leg_m
+        return own
 
     @property
     def _now(self) -> _Chase:

@@ -4,6 +4,8 @@
     ugvs                those of the sensors that capture; the others are UAVs, which fly over platforms
     radius_m            radius of each sensor's field of view, by name
     area_x_m, area_y_m  from, to
+    obstacles           convex polygons, lists of corners [x, y] [m]: walls and boxes
+    zones               the same, of areas with poor communication; targets may enter them
     game                fields of `GameParameters`; all have defaults, times are in ns
 """
 
@@ -15,7 +17,10 @@ from math import isfinite
 from typing import Any
 
 from agents.bidding.bidding import sensors_of
+from agents.marco_polo.cells import Cells, Polygon
+from agents.marco_polo.checks import check_entrances, check_obstacles
 from agents.marco_polo.game_parameters import GameParameters
+from agents.marco_polo.ground import Ground
 from agents.marco_polo.reward import RewardWeights
 from agents.pursuit.law import Area
 
@@ -32,10 +37,20 @@ class Game:
     radius_m: Mapping[str, float]
     area: Area
     parameters: GameParameters
+    obstacles: tuple[Polygon, ...] = ()
+    zones: tuple[Polygon, ...] = ()
 
     def speed_mps(self, sensor: str) -> float:
         """Return the greatest speed of a sensor."""
         return self.parameters.ugv_mps if sensor in self.ugvs else self.parameters.uav_mps
+
+    def barriers(self, ugv: bool) -> list[Polygon]:
+        """Return what a sensor does not drive through: UAVs fly over obstacles, zones are virtual ones for both."""
+        return [*(self.obstacles if ugv else ()), *(self.zones if self.parameters.zones_are_obstacles else ())]
+
+    def ground(self, ugv: bool) -> Ground:
+        """Return where the platform of a UGV, or of a UAV, can drive."""
+        return Ground(Cells(self.area, self.parameters.cell_m), self.barriers(ugv), self.parameters.platform_m)
 
 
 def game_of(team: Mapping[str, Any]) -> Game:
@@ -62,7 +77,11 @@ def game_of(team: Mapping[str, Any]) -> Game:
         parameters = GameParameters(**{**table, **weights})
     except (TypeError, ValueError) as error:
         raise ValueError(f"team.game: {error}") from None
-    return Game(sensors, targets, frozenset(ugvs), dict(radius_m), _area(team), parameters)
+    area, obstacles, zones = _area(team), _polygons(team, "obstacles"), _polygons(team, "zones")
+    check_obstacles(obstacles, area, "team.obstacles")
+    check_obstacles(zones, area, "team.zones")
+    check_entrances(area, obstacles, "team.obstacles")
+    return Game(sensors, targets, frozenset(ugvs), dict(radius_m), area, parameters, obstacles, zones)
 
 
 def _names(team: Mapping[str, Any], key: str) -> tuple[str, ...]:
@@ -70,6 +89,18 @@ def _names(team: Mapping[str, Any], key: str) -> tuple[str, ...]:
     if not isinstance(found, Sequence) or isinstance(found, str) or len(set(found)) < len(found):
         raise ValueError(f"team.{key}={found}: expected a list of names, each once")
     return tuple(found)
+
+
+def _polygons(team: Mapping[str, Any], key: str) -> tuple[Polygon, ...]:
+    found = team.get(key, ())
+    if not isinstance(found, Sequence) or isinstance(found, str):
+        raise ValueError(f"team.{key}={found}: expected a list of polygons, each a list of corners [x, y]")
+    for number, corners in enumerate(found):
+        if not isinstance(corners, Sequence) or not all(
+                isinstance(corner, Sequence) and len(corner) == 2
+                and all(isinstance(value, int | float) for value in corner) for corner in corners):
+            raise ValueError(f"team.{key}[{number}]={corners}: expected a list of corners [x, y], in m")
+    return tuple(tuple((float(x), float(y)) for x, y in corners) for corners in found)
 
 
 def _area(team: Mapping[str, Any]) -> Area:

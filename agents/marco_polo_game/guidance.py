@@ -15,8 +15,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
-from agents.marco_polo.cells import Cells
 from agents.marco_polo.connectivity import ConnectivityGraph
+from agents.marco_polo.ground import Ground
 from agents.marco_polo.reward import Offer
 from agents.marco_polo_game.game_table import Game
 from agents.marco_polo_game.track import Seen, Track
@@ -39,7 +39,7 @@ class Deck:
     board: Board
     settings: Any               # the program's
     game: Game
-    cells: Cells
+    ground: Ground
     graph: Callable[[], ConnectivityGraph]
     standing: Callable[[], Mapping[str, Place]]     # places [m] of the other sensors that told last that they wait
 

@@ -1,7 +1,7 @@
 """Guides a pursuit by the track line (capturing policy of section 2.2.2).
 
     out of view    by cells to the first place of the track line that the UGV reaches before the target, or to the exit
-    in view        straight to that place
+    in view        straight to that place, if the way there is clear
 
 It plans anew every `update_ns`, and at each sight and detection. It gives up when the UGV is where the target was
 expected to leave the area, and that time has passed.
@@ -39,13 +39,10 @@ class PlainPursuit(Guidance):
         parameters, forecast, sight = self._deck.game.parameters, self._track.forecast(), self._track.sight
         again_ns = now_ns + parameters.update_ns
         goal = forecast.intercept(own, self._speed_mps, now_ns)
-        if sight is not None and now_ns - sight.at_ns <= 2 * self._deck.settings.exposure_ns:
+        if (sight is not None and now_ns - sight.at_ns <= 2 * self._deck.settings.exposure_ns
+                and self._deck.ground.clear(own, goal)):
             return Plan([goal], again_ns)
-        graph = self._deck.graph()
-        start = graph.nearest(own)
-        end = None if start is None else graph.nearest(goal, graph.reachable(start))
-        route = None if start is None or end is None else graph.route(start, end)
-        way = [] if route is None else [self._deck.cells.centroid(cell) for cell in route.cells[1:] or route.cells]
+        way = self._deck.ground.way(self._deck.graph(), own, goal)
         if now_ns >= forecast.leaves_ns and (not way or dist(own, way[-1]) <= parameters.cell_m):
             return None
         return Plan(way, again_ns)

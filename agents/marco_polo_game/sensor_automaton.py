@@ -3,7 +3,8 @@
     waiting --its bid for an investigation was the greatest--> investigating --k detections, too late, let go--> waiting
     waiting --its bid for a pursuit was the greatest--> pursuing --captured, the target is gone, let go--> waiting
 
-Only UGVs have the mode `pursuing`. A sensor that waits stands where it is.
+Only UGVs have the mode `pursuing`. A sensor that waits stands where it is. Where there are obstacles, or zones that are
+virtual ones, the domain of each mode is what the sensor's platform can occupy.
 Differs from the dissertation: Figure 2.3 ends neither an investigation nor a pursuit that finds nothing. Here an
 investigation ends at the latest time at which the target can be in its C-target, and a pursuit when the UGV is where
 the target was expected to leave, and that time has passed.
@@ -14,9 +15,10 @@ from __future__ import annotations
 from enum import IntEnum
 
 from agents.hybrid.automaton import Automaton, Edge, Mode
-from agents.hybrid.region import All, AnyOf, Between
+from agents.hybrid.region import All, AnyOf, Between, Where
 from agents.marco_polo_game.game_table import Game
 
+AT_OBSTACLE_M = 1e-6            # rounding of times to whole ns moves a sensor by less
 NOBODY = -1.0                   # variable `target` of a sensor that waits
 
 
@@ -41,6 +43,10 @@ def sensor_automaton(game: Game, captures: bool) -> Automaton:
     k, speed = parameters.detections, parameters.ugv_mps if captures else parameters.uav_mps
     waiting, investigating, pursuing = (mode.word for mode in GameMode)
     inside = All(Between("x", *game.area.x_m, tolerance=1e-6), Between("y", *game.area.y_m, tolerance=1e-6))
+    if game.barriers(captures):
+        ground = game.ground(captures)
+        inside = All(inside, Where("outside obstacles", ("x", "y"), lambda point: ground.clear(
+            (point["x"], point["y"]), (point["x"], point["y"]), slack_m=AT_OBSTACLE_M)))
     busy = All(inside, Between("target", 0, len(game.targets) - 1))
     moves = {"x": (-speed, speed), "y": (-speed, speed)}
     given_up = Between("given_up", 1, 1)

@@ -7,7 +7,7 @@ from typing import Any
 
 from agents.bidding.bidding_check import bidding_problems
 from agents.marco_polo.cells import Cells
-from agents.marco_polo.checks import check_area_coverage, check_pursuers
+from agents.marco_polo.checks import check_area_coverage, check_exits, check_pursuers, check_starts
 from agents.marco_polo_game.game_table import Game, game_of
 from agents.marco_polo_game.sensor_settings import SensorSettings
 from firmware_sim.scenario_view import Own, OwnAgent, ScenarioView
@@ -22,7 +22,7 @@ def game_problems(scenario: ScenarioView, own: Own[Any], captures: bool) -> Iter
         check_pursuers(len(game.ugvs), "team.ugvs")
         check_area_coverage(game.area, [game.radius_m[name] for name in game.sensors],
                             game.parameters.least_area_coverage, "team.game.least_area_coverage")
-        Cells(game.area, game.parameters.cell_m)
+        _check_layout(scenario, game)
     except ValueError as error:
         yield str(error)
         return
@@ -32,6 +32,18 @@ def game_problems(scenario: ScenarioView, own: Own[Any], captures: bool) -> Iter
                    if captures else f"team.ugvs={sorted(game.ugvs)}: {name} runs the program of a UAV")
         elif name in game.sensors:
             yield from _sensor_problems(scenario, game, name, agent)
+
+
+def _check_layout(scenario: ScenarioView, game: Game) -> None:
+    """Refuse starts in obstacles and zones, and exits that no UGV reaches."""
+    cells, platform_m = Cells(game.area, game.parameters.cell_m), game.parameters.platform_m
+    starts = {name: (float(given.get("x", 0.0)), float(given.get("y", 0.0))) for name in game.sensors
+              if name in scenario.agents and (plant := scenario.agents[name].plant) is not None
+              for given in [plant.parameters]}
+    check_starts(cells, starts, game.obstacles, game.zones, platform_m, frozenset(starts.keys() - game.ugvs), "agents")
+    if barriers := game.barriers(ugv=True):
+        check_exits(cells, {name: starts[name] for name in game.ugvs if name in starts}, barriers, (), platform_m,
+                    "team.obstacles")
 
 
 def _sensor_problems(scenario: ScenarioView, game: Game, name: str, agent: OwnAgent[SensorSettings]) -> Iterator[str]:

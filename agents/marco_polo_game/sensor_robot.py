@@ -3,7 +3,7 @@
     a target comes into view     a detection, which all sensors are told of; one for each sensor and target counts
     k - 1 detections             a bid window for an investigation: the winner goes to an observation cell and stands
     k detections                 the investigation is over; a bid window of the UGVs for the pursuit
-    a UGV within capture_m       grips the target, and has captured it when the target answers
+    a UGV within capture_m       grips the target, as it sees it, and has captured it when the target answers
 
 Where a deployed sensor drives, and when it gives up, is its `guidance`: `Investigation`, and `PURSUIT` of the program.
 A *stage* of a task is 2 a for an investigation and 2 a + 1 for a pursuit, a: attempts before it. Rewards are (2.4) as
@@ -13,7 +13,7 @@ second detection by the same sensor is not independent.
 Differs from the dissertation: Figure 2.3, line 44, offers UAVs for a pursuit, which the text forbids. Lines 22 and 28
 both remove a captured target; here any UGV in range captures a target with k detections, and the target's answer says
 which one did.
-Not modelled: obstacles and zones without radio, collisions of platforms, errors of a sensor's own place, sweeps.
+Not modelled: collisions of platforms that move, errors of a sensor's own place.
 """
 
 from __future__ import annotations
@@ -28,11 +28,10 @@ from agents.bidding.bid_frames import ModeMessage, Standing, Task
 from agents.bidding.bidding import Bidding
 from agents.hybrid.automaton import Automaton
 from agents.hybrid.modes import Modes
-from agents.marco_polo.cells import Cells, square
 from agents.marco_polo.connectivity import ConnectivityGraph
 from agents.marco_polo.reward import Offer, Sensor, investigation_offer, pursuit_offer
 from agents.marco_polo_game.game_table import game_of
-from agents.marco_polo_game.grip_frames import Grip, GripFrame, pack, unpack
+from agents.marco_polo_game.grip_frames import Grip, Held, pack, unpack
 from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, MakesGuidance
 from agents.marco_polo_game.investigation import Investigation
 from agents.marco_polo_game.mover import Mover
@@ -78,7 +77,7 @@ class SensorRobot:
         self._board, self._settings = board, settings
         game = self._game = game_of(board.team)
         self._parameters = game.parameters
-        self._cells = Cells(game.area, game.parameters.cell_m)
+        self._ground = game.ground(self.CAPTURES)
         self._mover = Mover(board, game.speed_mps(board.name))
         self._tracks = [Track(game.area, game.parameters) for _ in game.targets]
         self._places: dict[str, Place] = {}                     # of the other sensors, as they told
@@ -86,7 +85,7 @@ class SensorRobot:
         self._attempts: dict[tuple[int, Purpose], int] = {}     # that are over
         self._task: Task | None = None                          # for which it is deployed
         self._timer: Timer | None = None                        # of the next plan
-        deck = Deck(board, settings, game, self._cells, self._graph, self._standing)
+        deck = Deck(board, settings, game, self._ground, self._graph, self._standing)
         self._guidances: dict[Purpose, Guidance] = {Purpose.INVESTIGATION: Investigation(deck)}
         if self.CAPTURES:
             self._guidances[Purpose.PURSUIT] = self.PURSUIT(deck)
@@ -126,7 +125,7 @@ class SensorRobot:
         if track.detections >= self._parameters.detections and not track.captured:
             own = self._mover.place
             if self._grip is not None and dist(own, seen.place) <= self._parameters.capture_m:
-                self._grip.send(pack(GripFrame(Grip.GRIPS, target, self._game.sensors.index(self._board.name))))
+                self._grip.send(pack(Grip(target, self._game.sensors.index(self._board.name), *own)))
         self._sighted(target, track, seen)
         self._tell_guidance(target, seen)
 
@@ -211,9 +210,8 @@ class SensorRobot:
 
     def _graph(self) -> ConnectivityGraph:
         """Return the cells that this platform can occupy; UGVs are obstacles to each other."""
-        obstacles = [square(place, self._parameters.platform_m) for name, place in self._places.items()
-                     if self.CAPTURES and name in self._game.ugvs]
-        return ConnectivityGraph(self._cells, self._cells.free(obstacles, self._parameters.platform_m))
+        return self._ground.graph(place for name, place in self._places.items()
+                                  if self.CAPTURES and name in self._game.ugvs)
 
     def _standing(self) -> dict[str, Place]:
         return {name: place for name, place in self._places.items() if self._modes_told[name] == GameMode.WAITING}
@@ -279,7 +277,7 @@ class SensorRobot:
         frame = unpack(data)
         if frame is None or frame.target >= len(self._tracks) or frame.sensor >= len(self._game.sensors):
             self._board.count("unreadable grips")
-        elif frame.kind is Grip.HELD and not self._tracks[frame.target].captured:
+        elif isinstance(frame, Held) and not self._tracks[frame.target].captured:
             self._captured(frame.target, self._game.sensors[frame.sensor])
 
     def _captured(self, target: int, captor: str) -> None:
