@@ -3,12 +3,12 @@
     detections     of this UGV and of others, to the circle filter: expected place p(t) of the target
     way            straight to the first p(t) that the UGV reaches no later than the target; by cells if an obstacle
                    is in the way
-    look at F if   the policy of Figure 3.3 says so, and the target can be in view at F; or p(F) is within the capture
+    look at F if   the target can be in view at F, and the policy of Figure 3.3 says so, or p(F) is within the capture
                    distance, outside the area, or in an obstacle (section 3.4)
     left S         the reachable set of the target is empty (`reachable_set`); or the latest time at which a target of
                    the least speed is in S has passed, with probability STAY, as `agents.marco_polo.legs` has it
 
-Where p is not in the reachable set, the nearest place of the set stands for it: a look in vain has refuted p. A pursuit
+Where p(t) is not in the reachable set at t, the nearest place of the set stands for it: looks have refuted p. A pursuit
 that does not find the target by the latest time names the links that are lost by then (`link_watch`), else "left S".
 
 Differs from the dissertation: its policy keeps the target in view, and knows no capture; a UGV that captures has to see
@@ -154,26 +154,25 @@ class AdaptivePursuit(Guidance):
     def _wants_look(self, chase: _Chase, own: Place, now_ns: int, exposure_ns: int) -> bool:
         """Return whether to look at the next exposure, from `own`, where the sensor is then."""
         game, expected = self._deck.game, chase.pursuer.estimator.expect(exposure_ns)
-        if (dist(own, expected) <= game.parameters.capture_m or game.area.nearest(expected) != expected
-                or any(obstacle.depth_m(expected) > 0.0 for obstacle in self._obstacles)):
-            return True
         way_m = self._v_max_mps * (exposure_ns - chase.newest.at_ns) * 1e-9
         if dist(own, chase.newest.place) - way_m > self._radius_m:
             return False                            # it cannot be in view
+        if (dist(own, expected) <= game.parameters.capture_m or game.area.nearest(expected) != expected
+                or any(obstacle.depth_m(expected) > 0.0 for obstacle in self._obstacles)):
+            return True
         return chase.pursuer.step(now_ns, own).look_ns <= exposure_ns
 
     def _intercept(self, chase: _Chase, own: Place, now_ns: int) -> Place:
         """Return the first expected place, to `STEP_NS`, where the sensor is no later than the target.
 
         The last one within the area, if the target is expected to leave before."""
-        area = self._deck.game.area
-        goal = area.nearest(chase.pursuer.estimator.expect(now_ns))
-        for after_ns in range(0, self._across_ns, STEP_NS):
-            place = chase.pursuer.estimator.expect(now_ns + after_ns)
-            goal = area.nearest(place)
-            if goal != place or dist(own, goal) <= self._speed_mps * after_ns * 1e-9:
+        area, goal = self._deck.game.area, own
+        for at_ns in range(now_ns, now_ns + self._across_ns, STEP_NS):
+            place = chase.pursuer.estimator.expect(at_ns)
+            goal = chase.reach.nearest(area.nearest(place), at_ns)
+            if area.nearest(place) != place or dist(own, goal) <= self._speed_mps * (at_ns - now_ns) * 1e-9:
                 break
-        return chase.reach.nearest(goal, now_ns)
+        return goal
 
     def _way(self, own: Place, goal: Place) -> list[Place]:
         """Return the waypoints to `goal`: straight if the leg is clear, else by cells."""

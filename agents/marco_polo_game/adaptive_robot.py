@@ -7,16 +7,20 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Final
+from collections.abc import Iterator
+from typing import Any, ClassVar, Final
 
 from agents.bidding.bid_frames import Detection as Shared
+from agents.marco_polo_game.adaptive_check import adaptive_problems
 from agents.marco_polo_game.adaptive_pursuit import LEFT, AdaptivePursuit
 from agents.marco_polo_game.adaptive_settings import AdaptiveSettings
 from agents.marco_polo_game.guidance import MakesGuidance
 from agents.marco_polo_game.sensor_automaton import GameMode
 from agents.marco_polo_game.sensor_robot import Purpose, SensorRobot
+from agents.marco_polo_game.sensor_settings import SensorSettings
 from agents.marco_polo_game.track import Seen, Track
 from firmware_sim.board import Board
+from firmware_sim.scenario_view import Own, ScenarioView
 
 COUNTERS: Final = ("looks while idle", "looks in pursuit", "pursuits failed: left S", "pursuits failed: lost link",
                    "sights of targets that had left")
@@ -25,8 +29,12 @@ COUNTERS: Final = ("looks while idle", "looks in pursuit", "pursuits failed: lef
 class AdaptiveRobot(SensorRobot):
     """The program of both UGVs and UAVs."""
 
-    Settings = AdaptiveSettings
+    Settings: ClassVar[type[SensorSettings]] = AdaptiveSettings
     PURSUIT: ClassVar[MakesGuidance] = AdaptivePursuit
+
+    @classmethod
+    def check(cls, scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
+        yield from adaptive_problems(scenario, own, captures=cls.CAPTURES)
 
     def __init__(self, board: Board, settings: AdaptiveSettings) -> None:
         super().__init__(board, settings)

@@ -9,7 +9,7 @@ from agents.estimation.circle_filter import CircleFilter
 from agents.marco_polo_game.game_table import Game
 from agents.marco_polo_game.sensor_settings import SensorSettings
 from agents.pursuit.law import PursuitLaw
-from agents.pursuit.no_escape import least_escape_m
+from agents.pursuit.no_escape import SPARE_STEPS, least_escape_m
 from agents.pursuit.pursuer import Pursuer, adaptive_pursuer
 from agents.pursuit.zones import Zones
 
@@ -41,9 +41,10 @@ class AdaptiveSettings(SensorSettings):
         v_max_mps, step_ns = game.parameters.target_greatest_mps, self.exposure_ns
         escape_m = speed_mps * step_ns * 1e-9 + least_escape_m(v_max_mps, self.sigma_m, step_ns,
                                                                self.exposure_latency_ns)
-        if escape_m >= radius_m:
-            raise ValueError(f"team.radius_m.{name}={radius_m}: a target of {v_max_mps} m/s can leave the field of view "
-                             f"between two looks; take more than {escape_m:.4g} m")
+        least_m = escape_m + 2 * SPARE_STEPS * step_ns * 1e-9 * v_max_mps
+        if radius_m < least_m:
+            raise ValueError(f"team.radius_m.{name}={radius_m}: a target of {v_max_mps} m/s can leave the field of "
+                             f"view between two looks; take {least_m:.4g} m or more, or shorten exposure_ns={step_ns}")
         no_moving_m = 0.5 * (radius_m - escape_m)
         return adaptive_pursuer(
             CircleFilter(self.filter_window, rho_m=self.rho_m, v_max_mps=v_max_mps, sigma_m=self.sigma_m),

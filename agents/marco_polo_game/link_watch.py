@@ -7,7 +7,7 @@
     grip    the target was within the capture distance at a look, and no answer to the grip has come
 
 A link that works again is not lost any more. Names are those of the emulator, `medium: sender -> receiver`.
-Not modelled: obstacles that hide the target from the other sensor; a camera that is blind and says that it sees nothing.
+Not modelled: obstacles that hide the target from the other sensor; a blind camera, which says that it sees nothing.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class LinkWatch:
         self._unanswered, self._gripped = not answered, answered and within_capture
 
     def lost(self, seen: Mapping[str, Seen], standing: Mapping[str, Place], now_ns: int) -> list[str]:
-        """Return the lost links; `seen`: newest detection told by each sensor, `standing`: places of those that wait."""
+        """Return the lost links; `seen`: newest detection by each sensor, `standing`: places of those that wait."""
         found = [f"{self._radio}: {name} -> {self._own}" for name, place in sorted(standing.items())
                  if name in seen and name != self._own and self._is_silent(name, seen[name], place, now_ns)]
         if self._unanswered:

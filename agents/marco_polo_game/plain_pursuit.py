@@ -10,6 +10,7 @@ expected to leave the area, and that time has passed.
 from __future__ import annotations
 
 from math import dist
+
 from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, Plan
 from agents.marco_polo_game.track import Seen, Track
 from agents.pursuit import Place

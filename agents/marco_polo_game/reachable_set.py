@@ -73,7 +73,11 @@ class ReachableSet:
         return self._region.buffer(OUTER * way_m, quad_segs=QUADRANT).intersection(self._box)
 
     def nearest(self, place: Place, now_ns: int) -> Place:
-        """Return the place of X that is nearest to `place`; `place` itself if X is empty or contains it."""
+        """Return the place of X that is nearest to `place`.
+
+        `place` itself if X is empty or contains it, or if there has been no look since the newest detection."""
+        if not self._empty:
+            return place
         region = self.region(now_ns)
         if region.is_empty or region.covers(shapely.Point(place)):
             return place

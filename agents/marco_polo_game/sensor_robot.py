@@ -61,7 +61,7 @@ class Purpose(IntEnum):
 class SensorRobot:
     """The program of both UGVs and UAVs; `CAPTURES`: it is one of a UGV, which pursues and captures targets."""
 
-    Settings = SensorSettings
+    Settings: ClassVar[type[SensorSettings]] = SensorSettings
     CAPTURES: ClassVar[bool]
     PURSUIT: ClassVar[MakesGuidance] = PlainPursuit
 
