@@ -9,7 +9,7 @@
                    the least speed is in S has passed, with probability STAY, as `agents.marco_polo.legs` has it
 
 Where p(t) is not in the reachable set at t, the nearest place of the set stands for it: looks have refuted p. A pursuit
-that does not find the target by the latest time names the links that are lost by then (`link_watch`), else "left S".
+that ends without a capture names the links that failed it (`link_watch`); if none did, the target has just left S.
 
 Differs from the dissertation: its policy keeps the target in view, and knows no capture; a UGV that captures has to see
 the target, so it looks where it expects to capture. Before the target has come into view the policy would look at each
@@ -35,8 +35,10 @@ from agents.pursuit import Place
 from agents.pursuit.no_escape import NOISE_SIGMAS
 from agents.pursuit.pursuer import Pursuer
 
-LEFT: Final = "left S"
+LEFT: Final = "left S"                  # how the causes of failed pursuits begin
+LOST_LINK: Final = "lost link"
 STAY: Final = 0.99
+NEVER: Final = -1_000_000_000_000
 
 
 @dataclass
@@ -50,8 +52,10 @@ class _Chase:
     newest: Seen
     known_ns: set[int] = field(default_factory=set)     # times of the detections that the filter has
     latest_ns: int = 0                                  # at which the target can be in the area
-    asked_ns: int = -1                                  # exposure of the last look
-    answered_ns: int = -1                               # exposure of the last answer
+    asked_ns: int = NEVER                               # exposure of the last look
+    answered_ns: int = NEVER                            # exposure of the last answer
+    judged_ns: int = NEVER                              # exposure of the last look whose result is known
+    gripped_ns: int = NEVER                             # of a grip that the target cannot but have answered
 
 
 class AdaptivePursuit(Guidance):
@@ -61,11 +65,12 @@ class AdaptivePursuit(Guidance):
         self._radius_m, self._speed_mps = game.radius_m[name], game.speed_mps(name)
         self._v_max_mps = game.parameters.target_greatest_mps
         self._step_ns = deck.settings.exposure_ns
+        self._margin_m = NOISE_SIGMAS * deck.settings.sigma_m       # by which a detection may be off
         (west, east), (south, north) = game.area.x_m, game.area.y_m
         self._obstacles = [ConvexPolygon(corners) for corners in game.obstacles]
         self._across_ns = round(dist((west, south), (east, north)) / self._speed_mps * 1e9)
         self._chase: _Chase | None = None
-        self._lost, self._ends_ns = LEFT, 0
+        self._lost, self._ends_ns = "", 0
 
     @property
     def lost(self) -> str:
@@ -78,11 +83,10 @@ class AdaptivePursuit(Guidance):
     def begin(self, deployment: Deployment, now_ns: int) -> None:
         deck, settings, track = self._deck, self._deck.settings, deployment.track
         game, name = deck.game, deck.board.name
-        told_within_ns = settings.exposure_latency_ns + BidTiming(len(game.sensors), settings).silence_ns
-        links = LinkWatch(name, game.targets[deployment.target], (settings.radio, settings.view, settings.grip),
-                          game.radius_m, self._v_max_mps, NOISE_SIGMAS * settings.sigma_m, self._step_ns,
-                          told_within_ns, now_ns)
         seen = sorted({*track.seen.values(), *([track.sight] if track.sight else [])})
+        told_within_ns = 2 * self._step_ns + BidTiming(len(game.sensors), settings).silence_ns
+        links = LinkWatch(name, game.targets[deployment.target], (settings.radio, settings.view, settings.grip),
+                          told_within_ns, seen[-1].at_ns)
         self._chase = _Chase(track, settings.pursuer(game, name), ReachableSet(game.area, self._v_max_mps), links,
                              seen[0])
         for each in seen:
@@ -117,34 +121,45 @@ class AdaptivePursuit(Guidance):
                                 0.5e-9 * (parameters.turn_least_ns + parameters.turn_greatest_ns), STAY)
         return round(stay_s * 1e9)
 
-    def _judge_look(self, chase: _Chase, own: Place, now_ns: int) -> None:
-        """Take the result of the last look, if its answer was due by now and has not been taken."""
-        answered = chase.asked_ns == chase.answered_ns
-        in_view = chase.asked_ns in chase.known_ns
-        moved_m = self._speed_mps * (now_ns - chase.asked_ns) * 1e-9
-        if answered and not in_view and moved_m < self._radius_m:
-            chase.reach.not_seen(EmptyView(chase.asked_ns, own, self._radius_m - moved_m))
-        if now_ns >= chase.asked_ns + self._step_ns // 2:
-            sight, capture_m = chase.track.sight, self._deck.game.parameters.capture_m
-            chase.links.look(answered, sight is not None and sight.at_ns == chase.asked_ns
-                             and dist(own, sight.place) + moved_m <= capture_m)
+    def _judge_look(self, chase: _Chase, own: Place, now_ns: int) -> bool:
+        """Take the result of the last look; return whether it is known, so that another look may be asked for."""
+        if now_ns >= chase.gripped_ns + self._step_ns // 2 > 0:
+            chase.links.grip_failed()
+            chase.gripped_ns = NEVER
+        if chase.asked_ns < 0 or chase.judged_ns == chase.asked_ns:
+            return True
+        if chase.asked_ns == chase.answered_ns:
+            chase.judged_ns = chase.asked_ns
+            self._judge_answer(chase, own, now_ns)
+        elif now_ns >= chase.asked_ns + self._step_ns // 2:
+            chase.judged_ns = chase.asked_ns
+            chase.links.look_failed()
+        return chase.judged_ns == chase.asked_ns
+
+    def _judge_answer(self, chase: _Chase, own: Place, now_ns: int) -> None:
+        sight, since_s = chase.track.sight, (now_ns - chase.asked_ns) * 1e-9
+        if sight is not None and sight.at_ns == chase.asked_ns:
+            surely_m = self._deck.game.parameters.capture_m - self._margin_m - self._v_max_mps * since_s
+            if dist(own, sight.place) <= surely_m:
+                chase.gripped_ns = now_ns
+        elif self._speed_mps * since_s < self._radius_m:
+            chase.reach.not_seen(EmptyView(chase.asked_ns, own, self._radius_m - self._speed_mps * since_s))
 
     # --- the plan
 
     def plan(self, own: Place, now_ns: int) -> Plan | None:
         chase = self._now
         exposure_ns = (now_ns // self._step_ns + 1) * self._step_ns
-        if chase.asked_ns >= 0:
-            self._judge_look(chase, own, now_ns)
-        if chase.reach.left(now_ns):
-            self._lost, self._ends_ns = LEFT, now_ns
-            return None
-        if now_ns >= chase.latest_ns:
-            lost = chase.links.lost(chase.track.seen, self._deck.standing(), now_ns)
-            self._lost = f"lost link {', '.join(lost)}" if lost else LEFT
+        known = self._judge_look(chase, own, now_ns)
+        chase.links.listen(chase.track.seen, chase.track.out_of_view_ns, self._deck.scanning(), now_ns)
+        proven = chase.reach.left(now_ns)
+        if proven or now_ns >= chase.latest_ns:
+            self._ends_ns = min(now_ns, chase.latest_ns)
+            why = f"{LEFT}: {'looks found all empty that it can reach' if proven else 'no target stays longer'}"
+            self._lost = f"{LOST_LINK} {', '.join(chase.links.failed)}; {why}" if chase.links.failed else why
             return None
         way = self._way(own, self._intercept(chase, own, now_ns))
-        look = exposure_ns > chase.asked_ns and self._wants_look(
+        look = known and exposure_ns > chase.asked_ns and self._wants_look(
             chase, self._ahead(own, way, exposure_ns - now_ns), now_ns, exposure_ns)
         if look:
             chase.asked_ns = exposure_ns

@@ -11,7 +11,7 @@ The robot program keeps the track of the target, detects, bids, captures, and re
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -41,7 +41,7 @@ class Deck:
     game: Game
     ground: Ground
     graph: Callable[[], ConnectivityGraph]
-    standing: Callable[[], Mapping[str, Place]]     # places [m] of the other sensors that told last that they wait
+    scanning: Callable[[], Collection[str]]         # the other sensors that told last that they do not pursue
 
 
 @dataclass(frozen=True)

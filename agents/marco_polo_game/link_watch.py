@@ -1,52 +1,49 @@
-"""Which links a pursuing UGV has lost, as it can tell by itself: what has to come over them has not come.
+"""Which links fail a pursuing UGV, as it can tell by itself: what has to come over them does not come.
 
-    radio   a sensor that waits tells each sight of the target. It saw the target at y, a distance d from its place, so
-            it sees it at each exposure up to  t + (R - d - margin) / v_max;  the latest of these exposures that was
-            to be heard of by now has not been told
+    radio   another sensor has told a sight of the target and, within the time in which the next exposure was to be told
+            of, neither a sight nor that it has lost sight; sensors that pursue do not look at each exposure
     view    a look has no answer, not even that nothing is in view
     grip    the target was within the capture distance at a look, and no answer to the grip has come
 
-A link that works again is not lost any more. Names are those of the emulator, `medium: sender -> receiver`.
-Not modelled: obstacles that hide the target from the other sensor; a blind camera, which says that it sees nothing.
+Links that failed once in a pursuit are kept: the target may have got away meanwhile. Names are those of the emulator,
+`medium: sender -> receiver`. A sensor that is dead counts as a link.
+Not modelled: a blind camera, which says that it sees nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from math import dist
+from collections.abc import Collection, Mapping
 
 from agents.marco_polo_game.track import Seen
-from agents.pursuit import Place
 
 
 class LinkWatch:
-    def __init__(self, own: str, target: str, media: tuple[str, str, str], radius_m: Mapping[str, float],
-                 v_max_mps: float, margin_m: float, exposure_ns: int, told_within_ns: int, since_ns: int) -> None:
-        """`media`: names of radio, view and grip. `told_within_ns`: from an exposure until all have heard of it.
-        `since_ns`: exposures before are told of only if the target has come into view."""
+    def __init__(self, own: str, target: str, media: tuple[str, str, str], told_within_ns: int, since_ns: int) -> None:
+        """`media`: names of radio, view and grip. `told_within_ns`: from a sight until its sensor has told of the next
+        exposure. `since_ns`: sights from then on are followed by such news."""
         self._own, self._target = own, target
         self._radio, self._view, self._grip = media
-        self._radius_m, self._v_max_mps, self._margin_m = radius_m, v_max_mps, margin_m
-        self._exposure_ns, self._told_within_ns = exposure_ns, told_within_ns
-        self._since_ns = since_ns
-        self._unanswered = self._gripped = False
+        self._told_within_ns, self._since_ns = told_within_ns, since_ns
+        self.failed: list[str] = []                 # links, in the order in which they failed
 
-    def look(self, answered: bool, within_capture: bool) -> None:
-        """Take the result of a look, after the time that an answer and a grip need."""
-        self._unanswered, self._gripped = not answered, answered and within_capture
+    def look_failed(self) -> None:
+        """Note a look without an answer."""
+        self._note(f"{self._view}: {self._target} -> {self._own}")
 
-    def lost(self, seen: Mapping[str, Seen], standing: Mapping[str, Place], now_ns: int) -> list[str]:
-        """Return the lost links; `seen`: newest detection by each sensor, `standing`: places of those that wait."""
-        found = [f"{self._radio}: {name} -> {self._own}" for name, place in sorted(standing.items())
-                 if name in seen and name != self._own and self._is_silent(name, seen[name], place, now_ns)]
-        if self._unanswered:
-            found.append(f"{self._view}: {self._target} -> {self._own}")
-        if self._gripped:
-            found.append(f"{self._grip}: {self._own} -> {self._target}")
-        return found
+    def grip_failed(self) -> None:
+        """Note a grip without an answer."""
+        self._note(f"{self._grip}: {self._own} -> {self._target}")
 
-    def _is_silent(self, name: str, seen: Seen, place: Place, now_ns: int) -> bool:
-        inside_m = self._radius_m[name] - dist(seen.place, place) - self._margin_m
-        in_view_until_ns = seen.at_ns + int(inside_m / self._v_max_mps * 1e9)
-        newest_ns = min(in_view_until_ns, now_ns - self._told_within_ns) // self._exposure_ns * self._exposure_ns
-        return newest_ns > max(seen.at_ns, self._since_ns)
+    def listen(self, seen: Mapping[str, Seen], out_of_view_ns: Mapping[str, int], scanning: Collection[str],
+               now_ns: int) -> None:
+        """Judge the radio by the newest sight of each sensor, and when it told that it had lost sight.
+
+        `scanning` are the other sensors that look at each exposure."""
+        for name in scanning:
+            if name in seen and (self._since_ns <= seen[name].at_ns < now_ns - self._told_within_ns
+                                 and out_of_view_ns.get(name, -1) <= seen[name].at_ns):
+                self._note(f"{self._radio}: {name} -> {self._own}")
+
+    def _note(self, link: str) -> None:
+        if link not in self.failed:
+            self.failed.append(link)

@@ -85,7 +85,7 @@ class SensorRobot:
         self._attempts: dict[tuple[int, Purpose], int] = {}     # that are over
         self._task: Task | None = None                          # for which it is deployed
         self._timer: Timer | None = None                        # of the next plan
-        deck = Deck(board, settings, game, self._ground, self._graph, self._standing)
+        deck = Deck(board, settings, game, self._ground, self._graph, self._scanning)
         self._guidances: dict[Purpose, Guidance] = {Purpose.INVESTIGATION: Investigation(deck)}
         if self.CAPTURES:
             self._guidances[Purpose.PURSUIT] = self.PURSUIT(deck)
@@ -111,10 +111,14 @@ class SensorRobot:
         if sight is None:
             self._board.count("unreadable sights")
             return
-        if self._task is not None:
-            self._guidance.answered(sight.exposed_ns)
+        self._exposed(sight.exposed_ns)
         if isinstance(sight, Detection) and sight.name in self._game.targets:
             self._see(self._game.targets.index(sight.name), Seen(sight.exposed_ns, (sight.x_m, sight.y_m)))
+
+    def _exposed(self, at_ns: int) -> None:
+        """Note that the camera has exposed."""
+        if self._task is not None:
+            self._guidance.answered(at_ns)
 
     def _see(self, target: int, seen: Seen) -> None:
         track = self._tracks[target]
@@ -213,8 +217,8 @@ class SensorRobot:
         return self._ground.graph(place for name, place in self._places.items()
                                   if self.CAPTURES and name in self._game.ugvs)
 
-    def _standing(self) -> dict[str, Place]:
-        return {name: place for name, place in self._places.items() if self._modes_told[name] == GameMode.WAITING}
+    def _scanning(self) -> list[str]:
+        return [name for name, mode in self._modes_told.items() if mode != GameMode.PURSUING]
 
     def _deployed(self, task: Task, by: str) -> None:
         offer, track = self._offer(task), self._tracks[task.target]
