@@ -33,7 +33,7 @@ class ConvexPolygon:
     def way_m(self, place: Place, heading_rad: float) -> float:
         """Return how far a point comes from `place` until it enters the polygon; inf if it passes by.
 
-        From an edge, a heading that leads away is free, and one along the edge or inwards is not."""
+        From an edge, a heading that leads away is free, and one inwards is not; along the edge rounding decides."""
         enters, leaves = 0.0, inf
         ux, uy = cos(heading_rad), sin(heading_rad)
         for x, y, nx, ny in self._edges:

@@ -43,7 +43,7 @@ def _check_layout(scenario: ScenarioView, game: Game) -> None:
     check_starts(cells, starts, game.obstacles, game.zones, platform_m, frozenset(starts.keys() - game.ugvs), "agents")
     if barriers := game.barriers(ugv=True):
         check_exits(cells, {name: starts[name] for name in game.ugvs if name in starts}, barriers, (), platform_m,
-                    "team.obstacles")
+                    "team.obstacles" if len(barriers) == len(game.obstacles) else "team.obstacles, team.zones")
 
 
 def _sensor_problems(scenario: ScenarioView, game: Game, name: str, agent: OwnAgent[SensorSettings]) -> Iterator[str]:

@@ -5,7 +5,8 @@
     turn       the new heading is uniform within +-pi/2 of the *first* heading
     obstacle   a leg that meets one ends there, and the target turns into a heading whose next `platform_m` are free:
                a uniform one of those within +-pi/2 of the first heading (multiples of 5 degrees), else the one closest
-               to that half plane; the time to the next turn is drawn anew
+               to that half plane; the `TRAPPED`th time in a row any free heading, since a corner that is open
+               backwards only would hold the target for ever. The time to the next turn is drawn anew
 
 The target leaves where a leg meets the boundary. It may enter zones. Source: dissertation, (2.2), (2.3), section 2.4;
 section 3.4 has it that an evader makes "abrupt changes" at an obstacle, and does not say which.
@@ -28,6 +29,7 @@ from agents.marco_polo.track_line import TrackLine
 from agents.pursuit import Place
 from agents.pursuit.law import Area
 
+TRAPPED: Final = 4
 FANS: Final = (5.0, 0.5)        # degrees between the headings that a target at an obstacle tries; narrow gaps need more
 
 
@@ -69,12 +71,18 @@ class TargetPath:
         while any(obstacle.depth_m(place) >= 0.0 for obstacle in self._obstacles):
             place, inward_rad = entrance(area, rng.random())
         self._first_rad = inward_rad + rng.uniform(-0.5 * pi, 0.5 * pi)
+        self._avoided = 0                       # turns at obstacles since the last other one
         self.leg = self._leg(place, 0.0)
 
     def turn(self) -> Leg:
         """Begin the next leg where the last one ended, and return it."""
         place = self._area.nearest(self.leg.end)
-        off_rad = self._away(place) if self.leg.ending is Ending.AVOIDS else self._rng.uniform(-0.5 * pi, 0.5 * pi)
+        if self.leg.ending is Ending.AVOIDS:
+            self._avoided += 1
+            off_rad = self._away(place)
+        else:
+            self._avoided = 0
+            off_rad = self._rng.uniform(-0.5 * pi, 0.5 * pi)
         self.leg = self._leg(place, off_rad)
         return self.leg
 
@@ -98,6 +106,8 @@ class TargetPath:
             count = round(360.0 / step_deg)
             offs = [radians((number + 0.5) * step_deg - 180.0) for number in range(count)]
             free = [off for off in offs if self._free_m(place, self._first_rad + off) >= self._parameters.platform_m]
+            if free and self._avoided % TRAPPED == 0:
+                return self._rng.choice(free)
             if forward := [off for off in free if abs(off) < 0.5 * pi]:
                 return self._rng.choice(forward)
             if free:

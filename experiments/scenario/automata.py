@@ -35,17 +35,18 @@ def automata_of(agents: Mapping[str, Runs], team: Mapping[str, Any], folder: Pat
     return found
 
 
-def declared(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any], problems: Problems) -> list[str]:
-    """Return the agents whose programs declare an automaton; add a problem for each declaration that fails.
+def declaring(programs: Mapping[type, Mapping[str, Any]]) -> list[str]:
+    """Return the agents whose programs declare an automaton; `programs` maps each class to its agents."""
+    return [name for cls, settings_of in programs.items() if hasattr(cls, "automaton") for name in settings_of]
 
-    `programs` maps each class to the settings of its agents, None for settings with mistakes.
+
+def check_automata(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any], problems: Problems) -> None:
+    """Add a problem for each declaration that fails; `programs` maps each class to the settings of its agents.
+
+    Call it for a scenario in which the programs found no mistake: what they refuse may make a declaration fail.
     """
-    names = []
     for cls, settings_of in programs.items():
         if (declare := getattr(cls, "automaton", None)) is None:
-            continue
-        names += list(settings_of)
-        if problems.found:
             continue
         for name, settings in settings_of.items():
             try:
@@ -56,4 +57,3 @@ def declared(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any]
                 if not isinstance(found, Automaton):
                     problems.say(f"agents.{name}: {cls.__name__}.automaton returned {type(found).__name__}: expected "
                                  "an Automaton")
-    return names

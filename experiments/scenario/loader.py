@@ -16,7 +16,7 @@ from annotated_types import Ge, Gt
 
 from experiments.scenario import overrides as overriding
 from experiments.scenario.agents import Agents
-from experiments.scenario.automata import declared
+from experiments.scenario.automata import check_automata, declaring
 from experiments.scenario.costs import read_costs
 from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
@@ -92,7 +92,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     faults = read_faults(tables["faults"], agent_reader, agents, media, *((0, 1) if header is None else (
         header.seed, header.length_ns)), reading)
     derived = read_derived(tables["derived"], agents, reading)
-    automata = declared(agent_reader.programs, tables["team"], problems)
+    automata = declaring(agent_reader.programs)
     guaranteeing = Guarantees(reading, agents, media, gateways, derived, network.built, automata, *(
         (NEVER_NS, 1) if header is None else (header.length_ns, header.sample_period_ns)))
     guarantees = guaranteeing.read(tables["guarantees"])
@@ -109,6 +109,8 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
                         gateways, derived, implied(guarantees) | expect, guarantees, records, faults, costs,
                         header.question_signal, changes)
     _ask_programs(scenario, agent_reader.programs, problems)
+    problems.stop_if_any()
+    check_automata(agent_reader.programs, scenario.team, problems)
     problems.stop_if_any()
     return scenario
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from agents.marco_polo_game.grip_frames import Grip, GripFrame, pack, unpack
+from agents.marco_polo_game.grip_frames import Grip, Held, pack, unpack
 from firmware_sim.board import Board
 
 
@@ -12,6 +12,8 @@ from firmware_sim.board import Board
 class GripperSettings:
     number: int
     at_ns: int
+    x_m: float = 5.0            # where it says to be
+    y_m: float = 5.0
 
 
 class Gripper:
@@ -20,9 +22,9 @@ class Gripper:
     def __init__(self, board: Board, settings: GripperSettings) -> None:
         self._board = board
         self._port = board.port("grip", self._hear)
-        board.at(settings.at_ns, lambda: self._port.send(pack(GripFrame(Grip.GRIPS, 0, settings.number))))
+        board.at(settings.at_ns, lambda: self._port.send(pack(Grip(0, settings.number, settings.x_m, settings.y_m))))
 
     def _hear(self, data: bytes) -> None:
         frame = unpack(data)
-        if frame is not None and frame.kind is Grip.HELD:
+        if isinstance(frame, Held):
             self._board.count(f"held by {frame.sensor}")
