@@ -66,8 +66,7 @@ class Cells:
         ValueError for a place that is not finite."""
         if not (isfinite(place[0]) and isfinite(place[1])):
             raise ValueError(f"place {place} m: expected finite coordinates")
-        column = int((place[0] - self.area.x_m[0]) // self.side_m)
-        row = int((place[1] - self.area.y_m[0]) // self.side_m)
+        column, row = self._column_row(*place)
         return min(max(row, 0), self.rows - 1) * self.columns + min(max(column, 0), self.columns - 1)
 
     def centroid(self, cell: int) -> Place:
@@ -83,12 +82,25 @@ class Cells:
         x, y = self.centroids_m.T
         free = np.asarray((x - half >= self.area.x_m[0]) & (x + half <= self.area.x_m[1])
                           & (y - half >= self.area.y_m[0]) & (y + half <= self.area.y_m[1]))
-        squares = shapely.box(x - half, y - half, x + half, y + half)
         for corners in obstacles:
             polygon = shapely.Polygon(corners)
+            near = self._around(polygon.bounds, half)
+            at_x, at_y = x[near], y[near]
             shapely.prepare(polygon)
-            free &= ~shapely.intersects(polygon, squares)
+            free[near] &= ~shapely.intersects(polygon, shapely.box(at_x - half, at_y - half, at_x + half, at_y + half))
         return free
+
+    def _around(self, bounds: tuple[float, float, float, float], half_m: float) -> NDArray[np.intp]:
+        """Return the cells, and one more on each side, whose platform can overlap a box (west, south, east, north)."""
+        west, south, east, north = bounds
+        first_column, first_row = self._column_row(west - half_m, south - half_m)
+        last_column, last_row = self._column_row(east + half_m, north + half_m)
+        columns = np.arange(max(first_column - 1, 0), min(last_column + 2, self.columns))
+        rows = np.arange(max(first_row - 1, 0), min(last_row + 2, self.rows))
+        return (rows[:, None] * self.columns + columns).ravel()
+
+    def _column_row(self, x_m: float, y_m: float) -> tuple[int, int]:
+        return int((x_m - self.area.x_m[0]) // self.side_m), int((y_m - self.area.y_m[0]) // self.side_m)
 
 
 def square(centre: Place, side_m: float) -> Polygon:

@@ -13,13 +13,14 @@ Source: dissertation, section 2.2.2 ("we use the graph searching algorithm A*");
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from itertools import pairwise
 from math import sqrt
 from typing import Any, NamedTuple
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
+from scipy.ndimage import label
 
 from agents.marco_polo.cells import Cells, Mask
 from agents.pursuit import Place
@@ -33,7 +34,7 @@ class Route(NamedTuple):
 
 
 class ConnectivityGraph:
-    """The free cells of one sensor and their neighbours. Make a new one when obstacles move."""
+    """The free cells of one sensor and their neighbours. Make a new one when obstacles move; that costs little."""
 
     def __init__(self, cells: Cells, free: Mask) -> None:
         """`free` has shape (rows * columns,); ValueError for any other."""
@@ -41,19 +42,22 @@ class ConnectivityGraph:
             raise ValueError(f"free cells of shape {free.shape}: expected {(cells.rows * cells.columns,)}")
         self.cells = cells
         self.free = free
-        self._graph: Any = nx.Graph()
-        self._graph.add_nodes_from(np.flatnonzero(free).tolist())
-        grid, number = free.reshape(cells.rows, cells.columns), np.arange(free.size).reshape(cells.rows, cells.columns)
-        straight, diagonal = cells.side_m, cells.side_m * sqrt(2.0)
-        west, east, south, north = np.s_[:, :-1], np.s_[:, 1:], np.s_[:-1, :], np.s_[1:, :]
-        self._join(number[west], number[east], grid[west] & grid[east], straight)
-        self._join(number[south], number[north], grid[south] & grid[north], straight)
-        block = grid[:-1, :-1] & grid[:-1, 1:] & grid[1:, :-1] & grid[1:, 1:]
-        self._join(number[:-1, :-1], number[1:, 1:], block, diagonal)
-        self._join(number[:-1, 1:], number[1:, :-1], block, diagonal)
+        self._is_free: list[bool] = free.tolist()
+        self._graph = _all_cells(cells)
 
-    def _join(self, here: NDArray[np.intp], there: NDArray[np.intp], where: Mask, length_m: float) -> None:
-        self._graph.add_edges_from(zip(here[where].tolist(), there[where].tolist(), strict=True), weight=length_m)
+    def _length_m(self, here: int, there: int, edge: Mapping[str, Any]) -> float | None:
+        """Return the length of an edge of the graph of all cells; None, which hides it, if it is not free."""
+        length_m: float = edge["weight"]
+        if BEHIND in (here, there):
+            return length_m
+        free, columns = self._is_free, self.cells.columns
+        if not (free[here] and free[there]):
+            return None
+        (row, column), (next_row, next_column) = divmod(here, columns), divmod(there, columns)
+        if row != next_row and column != next_column \
+                and not (free[row * columns + next_column] and free[next_row * columns + column]):
+            return None
+        return length_m
 
     def route(self, start: int, goal: int) -> Route | None:
         """Return a shortest route between two cells; None if one is not free or there is no route."""
@@ -73,7 +77,8 @@ class ConnectivityGraph:
         ahead_m = self._least_m(missing_m)
         self._graph.add_weighted_edges_from((goal, BEHIND, length) for goal, length in missing_m.items())
         try:
-            found = nx.astar_path(self._graph, start, BEHIND, heuristic=lambda cell, _: ahead_m[cell])
+            found = nx.astar_path(self._graph, start, BEHIND, heuristic=lambda cell, _: ahead_m[cell],
+                                  weight=self._length_m)
         except nx.NetworkXNoPath:
             return None
         finally:
@@ -93,10 +98,11 @@ class ConnectivityGraph:
 
     def reachable(self, start: int) -> Mask:
         """Return which cells have a route from `start`, shape (rows * columns,); none if `start` is not free."""
-        found = np.zeros(self.free.size, dtype=bool)
-        if self.free[start]:
-            found[list(nx.node_connected_component(self._graph, start))] = True
-        return found
+        if not self.free[start]:
+            return np.zeros(self.free.size, dtype=bool)
+        # A diagonal edge needs both cells beside it, so who is connected follows from the straight edges alone.
+        parts, _ = label(self.free.reshape(self.cells.rows, self.cells.columns))
+        return np.asarray(parts.ravel() == parts.flat[start])
 
     def nearest(self, place: Place, among: Mask | None = None) -> int | None:
         """Return the free cell (of `among`, if given) whose centroid is nearest to a place; None if there is none.
@@ -108,3 +114,16 @@ class ConnectivityGraph:
         away = self.cells.centroids_m[candidates] - np.asarray(place)
         return int(candidates[np.argmin(np.sum(away ** 2, axis=1))])
 
+
+@lru_cache(maxsize=4)
+def _all_cells(cells: Cells) -> Any:
+    """Return the graph of all cells, free or not. It is shared: whoever adds to it takes it out again."""
+    graph: Any = nx.Graph()
+    number = np.arange(cells.rows * cells.columns).reshape(cells.rows, cells.columns)
+    graph.add_nodes_from(number.ravel().tolist())
+    straight, diagonal = cells.side_m, cells.side_m * sqrt(2.0)
+    for here, there, length_m in ((number[:, :-1], number[:, 1:], straight), (number[:-1], number[1:], straight),
+                                  (number[:-1, :-1], number[1:, 1:], diagonal),
+                                  (number[:-1, 1:], number[1:, :-1], diagonal)):
+        graph.add_edges_from(zip(here.ravel().tolist(), there.ravel().tolist(), strict=True), weight=length_m)
+    return graph

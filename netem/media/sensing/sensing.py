@@ -10,7 +10,8 @@ fixed at the origin and see all bodies, including the observer; observers in `ev
 Both together are motion capture.
 
 Invariants:
-- the ledger expects one copy for each body and each observer that looks at an exposure; requests are no frames;
+- the ledger expects one copy for each body and each observer that looks at an exposure, with `record_out_of_view` off
+  only for those in the field of view; requests are no frames;
 - an exposure F is evaluated at F + 1 ns, after all its poses and requests, and its detections arrive no earlier than
   F + latency >= F + 2 ns;
 - each pair (body, observer) has its own stream of noise, so a further observer does not change the draws of others.
@@ -63,6 +64,11 @@ class Sensing(Medium):
         self._numbers: Counter[str] = Counter()
         self._faults: dict[tuple[str, str], list[SensorFault]] = {}     # by (body, observer)
         self._counters = {node: Counter(dict.fromkeys(COUNTERS, 0)) for node in self.nodes}
+        self._neighbours: Callable[[Mapping[str, Body]], Callable[[Body], Iterable[str]]] | None = None
+        if not settings.record_out_of_view:
+            from netem.media.sensing.neighbours import neighbours_within
+
+            self._neighbours = neighbours_within(self._view.range_m)
 
     def links(self, until_ns: int) -> Sequence[tuple[str, str]]:
         return [*super().links(until_ns), *((node, node) for node in self._settings.links_to_themselves())]
@@ -116,10 +122,13 @@ class Sensing(Medium):
         for name in sorted(bodies):
             numbers[name] = self._numbers[name]
             self._numbers[name] += 1
+        in_reach = self._neighbours(bodies) if self._neighbours is not None else None
         for observer in sorted(looking):
-            self._look(observer, exposure_ns, bodies, numbers)
+            self._look(observer, exposure_ns, bodies, numbers, in_reach)
 
-    def _look(self, observer: str, exposure_ns: int, bodies: Mapping[str, Body], numbers: Mapping[str, int]) -> None:
+    def _look(self, observer: str, exposure_ns: int, bodies: Mapping[str, Body], numbers: Mapping[str, int],
+              in_reach: Callable[[Body], Iterable[str]] | None) -> None:
+        """`numbers`: of each body's frame, in the order of names; `in_reach`: names that a camera may have in view."""
         fixed = observer in self._settings.fixed_cameras
         carrier = self._settings.cameras.get(observer, observer)
         camera = ORIGIN if fixed else bodies.get(carrier)
@@ -131,14 +140,16 @@ class Sensing(Medium):
             camera = ORIGIN
         in_view = False
         arrival_ns = exposure_ns + self._settings.latency_ns
-        for name in sorted(bodies):
+        for name in numbers if in_reach is None else in_reach(camera):
             if not fixed and name in (observer, carrier):
                 continue
-            detection, cause = self._detection(observer, name, exposure_ns, bodies[name]), ""
+            fate, cause = self._view.fate(camera, bodies[name]), ""
+            if in_reach is not None and fate is Fate.OUT_OF_VIEW:
+                continue
+            detection = self._detection(observer, name, exposure_ns, bodies[name])
             frame = Frame(self.name, name, numbers[name], exposure_ns, pack_detection(detection), exposure_ns,
                           exposure_ns)
             self._ledger.expect(1, self.name)
-            fate = self._view.fate(camera, bodies[name])
             if fate is None and (name, observer) in self._faults:
                 found, cause = changed(detection, self._faults[name, observer])
                 if found is None:

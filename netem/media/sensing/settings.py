@@ -26,6 +26,7 @@ class SensingSettings(MediumSettings):
     fixed_cameras: tuple[str, ...] = ()                     # observers whose cameras are fixed, and see them as well
     every_exposure_to: tuple[str, ...] = ()                 # observers that need not request looks
     obstacles: tuple[Obstacle, ...] = ()
+    record_out_of_view: bool = True                         # False: no copy of a body that is out of view
 
     def __post_init__(self) -> None:
         if self.exposure_period_ns < 1:

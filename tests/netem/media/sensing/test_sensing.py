@@ -3,6 +3,8 @@ from math import sqrt
 from random import Random
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from netem.core.agenda import OFFER, SHOW, Agenda
 from netem.core.fate import Fate
@@ -175,3 +177,34 @@ def test_bytes_that_are_no_look_are_counted():
 def test_settings_that_make_no_sense_are_refused(wrong, says):
     with pytest.raises(ValueError, match=says):
         Bench(**wrong)
+
+
+places_m = st.tuples(*[st.floats(-3, 3).map(lambda value: round(value, 1))] * 2)
+
+
+@given(at_m=st.lists(places_m, min_size=1, max_size=9), range_m=st.sampled_from([None, 0.5, 1.0, 2.5]),
+       half_angle_deg=st.sampled_from([30.0, 180.0]), fixed=st.booleans())
+def test_without_records_of_what_is_out_of_view_the_others_and_the_news_stay_the_same(at_m, range_m, half_angle_deg,
+                                                                                      fixed):
+    def look(**settings):
+        nodes = [f"body_{number}" for number in range(len(at_m))]
+        bench = Bench(nodes, range_m=range_m, half_angle_deg=half_angle_deg, every_exposure_to=tuple(nodes),
+                      obstacles=(Obstacle((1.0, 1.0), 0.3),), fixed_cameras=(nodes[0],) if fixed else (), **settings)
+        for number, (node, (x_m, y_m)) in enumerate(zip(nodes, at_m, strict=True)):
+            bench.show(0, node, x_m, y_m, 0.0, 0.5 * number)
+        return bench.run()
+
+    full, short = look(), look(record_out_of_view=False)
+
+    fate = COLUMNS.index("fate")
+    assert short.news == full.news
+    assert short.ledger.rows == [row for row in full.ledger.rows if Fate(row[fate]) is not Fate.OUT_OF_VIEW]
+
+
+def test_a_body_at_the_very_edge_is_in_view_whether_the_others_are_recorded_or_not():
+    bench = Bench(range_m=0.1 + 0.2, every_exposure_to=("pursuer",), record_out_of_view=False)
+    bench.show(0, "evader", 0.1 + 0.2, 0.0, 0.0, 0.0)
+    bench.show(0, "pursuer", 0.0, 0.0, 0.0, 0.0)
+
+    assert [fate for fate in bench.run().fates() if fate is not Fate.DELIVERED] == []
+    assert len(bench.ledger.rows) == 1
