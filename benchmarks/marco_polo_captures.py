@@ -35,8 +35,8 @@ def main(plain: str, adaptive: str) -> None:
         captures.append(captured)
         totals.append((total, entered))
         print(f"{folder}: {total} of {entered} targets captured, {_shown(share(total, entered))}; a capture in {some} "
-              f"of {len(rows)} games, {_shown(share(some, len(rows)))}; {sum(not row['holds'] for row in rows)} games do "
-              "not hold")
+              f"of {len(rows)} games, {_shown(share(some, len(rows)))}; {sum(not row['holds'] for row in rows)} do not "
+              "hold")
         for figure in FIGURES:
             if figure in rows[0]:
                 print(f"  {figure}: {sum(row[figure] for row in rows):g}")
@@ -46,8 +46,8 @@ def main(plain: str, adaptive: str) -> None:
     paired = binomtest(more, max(1, more + fewer), 0.5, alternative="greater").pvalue
     (few, all_few), (many, all_many) = totals
     unpaired = fisher_exact([[many, all_many - many], [few, all_few - few]], alternative="greater").pvalue
-    print(f"of {len(seeds)} seeds {more} have more captures in {adaptive} and {fewer} fewer: sign test p = {paired:.2g}, "
-          f"unpaired p = {unpaired:.2g}")
+    print(f"of {len(seeds)} seeds {more} have more captures in {adaptive} and {fewer} fewer: sign test p = "
+          f"{paired:.2g}, unpaired p = {unpaired:.2g}")
 
 
 def _shown(found: Estimate) -> str:
