@@ -87,8 +87,8 @@ class AdaptivePursuit(Guidance):
         told_within_ns = 2 * self._step_ns + BidTiming(len(game.sensors), settings).silence_ns
         links = LinkWatch(name, game.targets[deployment.target], (settings.radio, settings.view, settings.grip),
                           told_within_ns, seen[-1].at_ns)
-        self._chase = _Chase(track, settings.pursuer(game, name), ReachableSet(game.area, self._v_max_mps), links,
-                             seen[0])
+        reach = ReachableSet(game.area, self._v_max_mps, self._margin_m)
+        self._chase = _Chase(track, settings.pursuer(game, name), reach, links, seen[0])
         for each in seen:
             self.saw(each)
 

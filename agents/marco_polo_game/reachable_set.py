@@ -1,6 +1,7 @@
 """Where a target can be, from its newest detection and from later looks that did not find it.
 
-    X(t_seen) = {y}        X(t + dt) = (X(t) + disk of radius v_max dt) intersected with S        {T_i(m) | y} of (3.4)
+    X(t_seen) = disk of radius e around y, e: by which a detection may be off                    {T_i(m) | y} of (3.4)
+    X(t + dt) = (X(t) + disk of radius v_max dt) intersected with S
     a look at t from q that does not find the target:   X(t) = X(t) without the disk of radius R around q
 
 The target has left the area S when X is empty. Shapes are polygons: a disk by which the set grows contains the true
@@ -8,7 +9,7 @@ one, and a disk that a look removes lies within it, so X always contains the tar
 
 Differs from the dissertation, whose reachable set knows no looks that saw nothing: it always contains y, and no
 pursuit would ever end.
-Not modelled: obstacles to the target; a least speed; headings that (2.3) rules out; noise of the detection.
+Not modelled: obstacles to the target; a least speed; headings that (2.3) rules out.
 """
 
 from __future__ import annotations
@@ -36,11 +37,12 @@ class EmptyView(NamedTuple):
 
 
 class ReachableSet:
-    def __init__(self, area: Area, v_max_mps: float) -> None:
+    def __init__(self, area: Area, v_max_mps: float, off_m: float = 0.0) -> None:
+        """`off_m`: e, 0 without noise."""
         (west, east), (south, north) = area.x_m, area.y_m
         self._area = area
         self._box = shapely.box(west, south, east, north)
-        self._v_max_mps = v_max_mps
+        self._v_max_mps, self._off_m = v_max_mps, off_m
         self._region: BaseGeometry = self._box          # X at `_at_ns`
         self._at_ns = self._seen_ns = -1
         self._empty: list[EmptyView] = []               # since the newest detection, in order of time
@@ -51,6 +53,8 @@ class ReachableSet:
             return
         self._seen_ns = self._at_ns = at_ns
         self._region = shapely.Point(*self._area.nearest(place))
+        if self._off_m > 0:
+            self._region = self._region.buffer(OUTER * self._off_m, quad_segs=QUADRANT).intersection(self._box)
         self._empty = [view for view in self._empty if view.at_ns > at_ns]
         for view in self._empty:
             self._remove(view)

@@ -168,14 +168,16 @@ def test_grips_without_an_answer_are_the_cause_if_the_target_gets_away() -> None
     assert chase.guidance.lost.startswith("lost link grip: ugv -> target; left S: looks found all empty")
 
 
-@pytest.mark.parametrize(("obstacles", "looks"), [
-    ((), False),
-    ((((5.18, 4.5), (5.5, 4.5), (5.5, 5.1), (5.18, 5.1)),), True),
-    ((((5.22, 4.5), (5.5, 4.5), (5.5, 5.1), (5.22, 5.1)),), False),
+@pytest.mark.parametrize(("away_m", "obstacles", "looks"), [
+    (0.6, (), False),
+    (0.6, (((5.18, 4.5), (5.5, 4.5), (5.5, 5.1), (5.18, 5.1)),), True),
+    (0.6, (((5.22, 4.5), (5.5, 4.5), (5.5, 5.1), (5.22, 5.1)),), False),
+    (0.53, (), True),                                   # at 4.4 s the UGV is 0.06 m nearer: it can capture the target
 ])
-def test_it_looks_where_the_prediction_meets_an_obstacle(obstacles: Any, looks: bool) -> None:
-    """After the three first looks the target, 0.6 m away, is surely in view for 0.18 s; at 4.4 s it is at x = 5.2."""
-    chase = Chase((5.0, 5.6), straight(2.0, 4.0, (5.0, 5.0), 0.5, 0.0), replace(GAME, obstacles=obstacles))
+def test_it_looks_where_the_prediction_meets_an_obstacle_or_the_capture(away_m: float, obstacles: Any,
+                                                                        looks: bool) -> None:
+    """After the three first looks the target is surely in view for 0.18 s or more; at 4.4 s it is at (5.2, 5)."""
+    chase = Chase((5.0, 5.0 + away_m), straight(2.0, 4.0, (5.0, 5.0), 0.5, 0.0), replace(GAME, obstacles=obstacles))
     for exposure_ns in (4100 * MS, 4200 * MS, 4300 * MS):
         x = 5.0 + 0.5e-9 * (exposure_ns - 4 * S)
         plan = chase.guidance.plan((x, 5.6), exposure_ns - 50 * MS)
@@ -185,10 +187,22 @@ def test_it_looks_where_the_prediction_meets_an_obstacle(obstacles: Any, looks: 
         chase.guidance.answered(exposure_ns)
         chase.guidance.saw(Seen(exposure_ns, (x, 5.0)))
 
-    plan = chase.guidance.plan((5.2, 5.6), 4350 * MS)
+    plan = chase.guidance.plan((5.2, 5.0 + away_m), 4350 * MS)
 
     assert plan is not None
     assert plan.look is looks
+
+
+def test_looks_in_vain_do_not_forbid_what_the_target_can_reach_until_it_is_met() -> None:
+    """The UGV is 1.3 m behind a target of 0.5 m/s: it meets it 1.3 / 0.7 s later, 0.93 m further on."""
+    chase = Chase((6.3, 5.0), straight(2.0, 4.0, (5.0, 5.0), -0.5, 0.0))
+
+    plans = [chase.step((5.0 - 0.05 * (k + 1), 5.0)) for k in range(3)]
+
+    assert chase.looks[0] == 4200 * MS
+    assert chase.sights_ns == []
+    assert plans[-1] is not None
+    assert plans[-1].way[0] == pytest.approx((5.0 - 0.5 * 1.3 / 0.7, 5.0), abs=0.1)
 
 
 def test_a_camera_that_is_too_short_sighted_is_refused_with_what_would_do() -> None:
@@ -196,6 +210,7 @@ def test_a_camera_that_is_too_short_sighted_is_refused_with_what_would_do() -> N
 
     with pytest.raises(ValueError, match=r"team\.radius_m\.ugv=0\.3: .* take 0\.694 m or more"):
         SETTINGS.pursuer(game, "ugv")
+    replace(SETTINGS, sure=False).pursuer(game, "ugv")
 
 
 @pytest.mark.parametrize(("change", "said"), [

@@ -84,12 +84,14 @@ steps = st.lists(st.tuples(st.floats(-pi, pi), st.floats(0.0, V_MAX_MPS), st.flo
                            st.booleans()), min_size=1, max_size=25)
 
 
-@given(st.floats(0.0, 10.0), st.floats(0.0, 10.0), steps)
+@given(st.floats(0.0, 10.0), st.floats(0.0, 10.0), steps, st.floats(0.0, 0.5), st.floats(-pi, pi))
 @settings(max_examples=60, deadline=None)
 def test_a_target_in_the_area_is_in_the_set_whatever_looks_do_not_see_it(
-        x: float, y: float, steps: list[tuple[float, float, float, float, bool]]) -> None:
-    """Each step lasts 0.4 s; a look from a drawn place follows it, and detects the target at times."""
-    reach = ReachableSet(AREA, V_MAX_MPS)
+        x: float, y: float, steps: list[tuple[float, float, float, float, bool]], off_m: float,
+        off_rad: float) -> None:
+    """Each step lasts 0.4 s; a look from a drawn place follows it, and at times detects the target, `off_m` off."""
+    reach = ReachableSet(AREA, V_MAX_MPS, off_m)
+    off_x, off_y = off_m * cos(off_rad), off_m * sin(off_rad)
     reach.seen(0, (x, y))
     for number, (heading_rad, speed_mps, look_x, look_y, detects) in enumerate(steps, 1):
         at_ns = number * 400 * MS
@@ -97,7 +99,7 @@ def test_a_target_in_the_area_is_in_the_set_whatever_looks_do_not_see_it(
         if dist((x, y), (look_x, look_y)) > RADIUS_M:
             reach.not_seen(EmptyView(at_ns, (look_x, look_y), RADIUS_M))
         elif detects:
-            reach.seen(at_ns, (x, y))
+            reach.seen(at_ns, (x + off_x, y + off_y))
 
         assert reach.region(at_ns).distance(shapely.Point(x, y)) < 1e-9
         assert not reach.left(at_ns)
