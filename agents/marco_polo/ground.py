@@ -41,8 +41,11 @@ class Ground:
         if not self._barriers:
             return True
         half = 0.5 * self._platform_m * (1.0 - TOUCHING) - slack_m
-        swept = shapely.MultiPoint([(x + dx, y + dy) for x, y in (start, end) for dx in (-half, half)
-                                    for dy in (-half, half)]).convex_hull
+        if start == end:
+            swept: shapely.Geometry = shapely.box(start[0] - half, start[1] - half, start[0] + half, start[1] + half)
+        else:
+            swept = shapely.MultiPoint([(x + dx, y + dy) for x, y in (start, end) for dx in (-half, half)
+                                        for dy in (-half, half)]).convex_hull
         return not any(shapely.intersects(barrier, swept) for barrier in self._barriers)
 
     def entry(self, graph: ConnectivityGraph, place: Place) -> int | None:

@@ -49,6 +49,7 @@ class Deployment:
     target: int                 # its number
     track: Track                # as the robot keeps it
     offer: Offer                # by which the sensor won
+    own: Place                  # where the sensor is [m]
 
 
 class Guidance(Protocol):

@@ -1,17 +1,19 @@
 """Guides an investigation: to the observation cell of the greatest reward, where the sensor stands or sweeps.
 
 With `sweeps` it moves to and fro across the C-target (section 2.1; Figure 2.3, line 42; `agents.marco_polo.sweep`), at
-the distance along the bisector at which its cell is, if that finds the target with a greater probability than standing
-there on the bisector does, from its arrival on.
+the distance along the bisector at which it finds the target with the greatest probability from its arrival on. The
+reward (2.4), by which its cell was chosen, does not count the time that the sensor needs to come there; the maneuver
+does, so it is often elsewhere.
 The investigation ends at the latest time at which the target can be in its C-target (`agents.marco_polo.legs`).
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import cycle, islice
 from math import dist
 from typing import Final
+
+import numpy as np
 
 from agents.marco_polo.c_target import CTarget
 from agents.marco_polo.legs import longest_stay_s
@@ -42,11 +44,9 @@ class Investigation(Guidance):
                                 0.5e-9 * (parameters.turn_least_ns + parameters.turn_greatest_ns))
         self._ends_ns = forecast.seen_ns + round(stay_s * 1e9)
         self._way = [self._deck.ground.cells.centroid(cell) for cell in deployment.offer.route.cells]
+        self._sweep = []
         if parameters.sweeps:
-            speed_mps = game.speed_mps(self._deck.board.name)
-            begin_ns = now_ns + round(deployment.offer.route.length_m / speed_mps * 1e9)
-            self._sweep = self._turns(target, self._way[-1], speed_mps, (begin_ns - forecast.seen_ns) * 1e-9,
-                                      (self._ends_ns - begin_ns) * 1e-9)
+            self._begin_sweep(target, deployment.own, now_ns, forecast.seen_ns)
 
     def plan(self, own: Place, now_ns: int) -> Plan | None:
         if now_ns >= self._ends_ns:
@@ -59,30 +59,38 @@ class Investigation(Guidance):
     def end(self) -> None:
         self._way, self._sweep = [], []
 
-    def _turns(self, target: CTarget, cell: Place, speed_mps: float, begin_s: float, lasts_s: float) -> list[Place]:
-        """Return the places between which the sensor goes to and fro until the end; none if standing is as good.
-
-        It is at its `cell` `begin_s` after the newest detection, and `lasts_s` before the end."""
-        parameters = self._deck.game.parameters
-        sweep = plan_sweep(target, max(0.0, float(target.along_and_across_m(cell)[0])), speed_mps)
-        target_mps = parameters.target_least_mps, parameters.target_greatest_mps
-        moving, standing = (sweep_probability(each, target.radius_m, target_mps, begin_s)
-                            for each in (sweep, replace(sweep, amplitude_m=0.0)))
-        if moving <= standing:
-            return []
-        right, left = (self._farthest(target, cell, sweep.along_m, side * sweep.amplitude_m) for side in (1.0, -1.0))
-        way_m = dist(right, left)
-        if way_m < parameters.cell_m or not self._deck.ground.clear(right, left):
-            return []
-        return list(islice(cycle((right, left)), 2 + max(0, int(speed_mps * lasts_s / way_m))))
-
-    def _farthest(self, target: CTarget, cell: Place, along_m: float, across_m: float) -> Place:
-        """Return the place nearest to the turn of the sweep whose platform is inside, with a clear leg from the cell.
+    def _begin_sweep(self, target: CTarget, own: Place, now_ns: int, seen_ns: int) -> None:
+        """Plan the way to the best maneuver, and its turns until the end; without a place for one, leave all as it is.
         """
-        area, half_m = self._deck.game.area, 0.5 * self._deck.game.parameters.platform_m
+        ground, parameters, graph = self._deck.ground, self._deck.game.parameters, self._deck.graph()
+        speed_mps = self._deck.game.speed_mps(self._deck.board.name)
+        target_mps = parameters.target_least_mps, parameters.target_greatest_mps
+        best = 0.0
+        for along_m in np.arange(0.0, target.depth_m(self._deck.game.area), parameters.cell_m).tolist():
+            sweep, centre = plan_sweep(target, along_m, speed_mps), target.place(along_m, 0.0)
+            begin_ns = now_ns + round(dist(own, centre) / speed_mps * 1e9)
+            found = sweep_probability(sweep, target.radius_m, target_mps, (begin_ns - seen_ns) * 1e-9)
+            if found <= best or not self._fits(centre):
+                continue
+            way = ground.way(graph, own, centre)
+            if not way or not ground.clear(way[-1], centre):
+                continue
+            right, left = (self._farthest(target, centre, along_m, side * sweep.amplitude_m) for side in (1.0, -1.0))
+            way_m, lasts_s = dist(right, left), (self._ends_ns - begin_ns) * 1e-9
+            turns = max(0, int(speed_mps * lasts_s / way_m)) + 2 if way_m > 0.0 else 1
+            best, self._way = found, [*way, centre]
+            self._sweep = list(islice(cycle((right, left)), turns))
+
+    def _fits(self, place: Place) -> bool:
+        """Return whether the platform is inside the area and overlaps no obstacle."""
+        (x, y), half_m, area = place, 0.5 * self._deck.game.parameters.platform_m, self._deck.game.area
+        corners = (x - half_m, y - half_m), (x + half_m, y + half_m)
+        return all(area.nearest(corner) == corner for corner in corners) and self._deck.ground.clear(place, place)
+
+    def _farthest(self, target: CTarget, centre: Place, along_m: float, across_m: float) -> Place:
+        """Return the turn of the sweep, or one nearer to its centre if walls or obstacles are in the way."""
         for share in SHARES:
-            x, y = place = target.place(along_m, share * across_m)
-            corners = (x - half_m, y - half_m), (x + half_m, y + half_m)
-            if all(area.nearest(corner) == corner for corner in corners) and self._deck.ground.clear(cell, place):
+            place = target.place(along_m, share * across_m)
+            if self._fits(place) and self._deck.ground.clear(centre, place):
                 return place
-        return cell
+        return centre

@@ -26,6 +26,7 @@ from agents.pursuit.law import Area
 
 QUADRANT: Final = 8                             # edges of a disk's polygon in a quarter of the circle
 OUTER: Final = 1.0 / cos(pi / (4 * QUADRANT))   # radius of a polygon that contains the disk of radius 1
+LEAST_M: Final = 1e-6                           # a disk that is much smaller has an empty polygon
 
 
 class EmptyView(NamedTuple):
@@ -54,7 +55,7 @@ class ReachableSet:
         self._seen_ns = self._at_ns = at_ns
         self._region = shapely.Point(*self._area.nearest(place))
         if self._off_m > 0:
-            self._region = self._region.buffer(OUTER * self._off_m, quad_segs=QUADRANT).intersection(self._box)
+            self._region = self._grown(self._off_m)
         self._empty = [view for view in self._empty if view.at_ns > at_ns]
         for view in self._empty:
             self._remove(view)
@@ -74,7 +75,7 @@ class ReachableSet:
         way_m = self._v_max_mps * (now_ns - self._at_ns) * 1e-9
         if self._seen_ns < 0 or not way_m > 0 or self._region.is_empty:
             return self._region
-        return self._region.buffer(OUTER * way_m, quad_segs=QUADRANT).intersection(self._box)
+        return self._grown(way_m)
 
     def nearest(self, place: Place, now_ns: int) -> Place:
         """Return the place of X that is nearest to `place`.
@@ -87,6 +88,9 @@ class ReachableSet:
             return place
         found, _ = ops.nearest_points(region, shapely.Point(place))
         return float(found.x), float(found.y)
+
+    def _grown(self, by_m: float) -> BaseGeometry:
+        return self._region.buffer(OUTER * max(by_m, LEAST_M), quad_segs=QUADRANT).intersection(self._box)
 
     def _remove(self, view: EmptyView) -> None:
         seen = shapely.Point(view.centre).buffer(view.radius_m, quad_segs=QUADRANT)

@@ -232,7 +232,7 @@ class SensorRobot:
                            f"{offer.detection:.4f}, gain {offer.coverage_gain:.4f}, way {offer.route.length_m:.2f} m",
                            by="" if by == self._board.name else by, before=before,
                            inputs={"of": task.target, "detections": track.detections})
-        self._guidance.begin(Deployment(task.target, track, offer), self._board.now_ns)
+        self._guidance.begin(Deployment(task.target, track, offer, self._mover.place), self._board.now_ns)
         self._plan()
 
     # --- deployed

@@ -10,6 +10,7 @@ from agents.marco_polo.checks import (
     check_area_coverage,
     check_bid_window,
     check_detections,
+    check_entrances,
     check_exits,
     check_obstacles,
     check_pursuers,
@@ -48,6 +49,18 @@ def test_more_area_coverage_than_the_radii_can_give():
     check_area_coverage(AREA, RADII, float(re.search(r"take ([0-9.]+) or less", text)[1]))
     assert "0.3338" in text
     assert "least_area_coverage=0.34" in text
+
+
+def test_obstacles_that_leave_targets_no_entrance():
+    walls = [((0.0, 0.0), (10.0, 0.0), (10.0, 1.0)), ((10.0, 0.0), (10.0, 10.0), (9.0, 10.0)),
+             ((0.0, 0.0), (0.0, 10.0), (0.5, 5.0)), ((0.0, 10.0), (9.7, 10.0), (5.0, 9.8))]     # but for the last 0.3 m
+
+    text = refusal(check_entrances, AREA, walls)
+
+    free_m = float(re.search(r"of it free, ([0-9.]+) m", text)[1])
+    assert free_m == 0.4
+    check_entrances(AREA, [*walls[:3], ((0.0, 10.0), (10.0 - 1.0 - free_m, 10.0), (5.0, 9.8))])
+    check_entrances(AREA, [])
 
 
 def test_an_obstacle_that_is_not_convex():

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Mapping
 from math import hypot
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
+import shapely
 
 from experiments.judge.run_data import RunData, load_run
 from experiments.run.runner import run
@@ -23,8 +26,9 @@ TARGETS = ("target_1", "target_2", "target_3")
 LOSSES = "impairments=[{on='radio: * -> *', kind='scripted_loss', lose_frames=[0], every=2}]"
 
 
-def played(out: Path, seed: int = SEED, *overrides: str, host: Any = "inline") -> tuple[RunData, Any]:
-    scenario = load(find("marco_polo"), seed=seed, overrides=overrides)
+def played(out: Path, seed: int = SEED, *overrides: str, host: Any = "inline",
+           name: str = "marco_polo") -> tuple[RunData, Any]:
+    scenario = load(find(name), seed=seed, overrides=overrides)
     summary = run(scenario, host=host, out=out, report=False).summary
     return load_run(out), summary
 
@@ -133,25 +137,118 @@ def test_a_pursuit_that_finds_nothing_ends(tmp_path: Path) -> None:
     assert ended[-1][2].endswith(": the target is not where it was expected to leave")
 
 
-def test_of_two_ugvs_that_grip_at_once_one_captures(tmp_path: Path) -> None:
+def gripped(out: Path, at_ns: tuple[int, int] = (2 * S, 2 * S), losses: int = 0, capture_m: float = 20.0,
+            impairments: Any = ()) -> Mapping[str, Mapping[str, int]]:
+    """Counters after two UGVs in the middle have gripped a target that is somewhere in the area."""
     grippers = {f"ugv_{number}": {"program": "tests.agents.marco_polo_game.grippers:Gripper", "media": ["grip"],
-                                  "parameters": {"number": number, "at_ns": 2 * S}} for number in (0, 1)}
+                                  "parameters": {"number": number, "at_ns": at_ns[number]}} for number in (0, 1)}
     target = {"program": "agents.marco_polo_game.target_robot:TargetRobot", "media": ["grip"],
-              "parameters": {"enter_ns": S}, "plant": {"fmu": "omnidirectional", "parameters": {"x": -5.0}}}
+              "parameters": {"enter_ns": S, "max_successive_losses": losses},
+              "plant": {"fmu": "omnidirectional", "parameters": {"x": -5.0}}}
     scenario = load_tables({
         "seed": 1, "length_ns": 3 * S, "agents": {"target": target, **grippers},
         "team": {"sensors": ["ugv_0", "ugv_1"], "ugvs": ["ugv_0", "ugv_1"], "targets": ["target"],
-                 "radius_m": {"ugv_0": 1.0, "ugv_1": 1.0}, "area_x_m": [0.0, 10.0], "area_y_m": [0.0, 10.0]},
-        "media": {"grip": {"kind": "broadcast_radio", "preset": "wifi_broadcast_80211b_1mbps", "decode": "local"}}},
-        "Question: who captures?", Path("grip.toml").absolute())
+                 "radius_m": {"ugv_0": 1.0, "ugv_1": 1.0}, "area_x_m": [0.0, 10.0], "area_y_m": [0.0, 10.0],
+                 "game": {"capture_m": capture_m}},
+        "media": {"grip": {"kind": "broadcast_radio", "preset": "wifi_broadcast_80211b_1mbps", "decode": "local"}},
+        "impairments": list(impairments)}, "Question: who captures?", Path("grip.toml").absolute())
+    assert run(scenario, host="inline", out=out, report=False).summary.holds
+    return load_run(out).counters
 
-    summary = run(scenario, host="inline", out=tmp_path / "run", report=False).summary
 
-    counters = load_run(tmp_path / "run").counters
-    assert summary.holds
+def test_of_two_ugvs_that_grip_at_once_one_captures(tmp_path: Path) -> None:
+    counters = gripped(tmp_path / "run")
+
     assert counters["target"]["captured"] == 1
-    assert {name: counters[name] for name in grippers} == {
+    assert {name: counters[name] for name in ("ugv_0", "ugv_1")} == {
         "ugv_0": {"held by 0": 1}, "ugv_1": {"held by 0": 1}}     # the first answer keeps the radio busy
+
+
+def test_a_target_does_not_answer_a_grip_from_beyond_the_capture_distance(tmp_path: Path) -> None:
+    counters = gripped(tmp_path / "run", capture_m=1.0)
+
+    assert counters["target"]["captured"] == 0
+    assert counters["target"]["grips out of reach"] == 2
+    assert counters["ugv_0"] == counters["ugv_1"] == {}
+
+
+@pytest.mark.parametrize("losses", [0, 1, 2])
+def test_an_answer_survives_as_many_losses_in_a_row_as_the_target_is_told(losses: int, tmp_path: Path) -> None:
+    lost = [{"on": "grip: target -> *", "kind": "scripted_loss", "lose_frames": list(range(2))}]
+
+    counters = gripped(tmp_path / "run", (2 * S, 4 * S), losses, impairments=lost)
+
+    assert counters["target"]["captured"] == 1
+    heard = {"held by 0": 1} if losses == 2 else {}
+    assert counters["ugv_0"] == counters["ugv_1"] == heard
+
+
+def places_of(data: RunData, name: str) -> dict[int, tuple[float, float]]:
+    table = data.signals[name]
+    columns = [list(table.names).index(axis) for axis in ("x", "y")]
+    return {int(at_ns): (float(x), float(y)) for at_ns, (x, y) in zip(
+        np.asarray(table.time_ns).tolist(), np.asarray(table.values)[:, columns].tolist(), strict=True)}
+
+
+@pytest.mark.parametrize("seed", [121, 1007])
+def test_robots_keep_out_of_obstacles_and_sensors_out_of_the_zone(seed: int, tmp_path: Path) -> None:
+    data, summary = played(tmp_path / "run", seed, name="marco_polo_zone")
+
+    assert summary.holds
+    team: Any = data.scenario["team"]
+    obstacles = shapely.union_all([shapely.Polygon(corners).buffer(-1e-6) for corners in team["obstacles"]])
+    zone = shapely.Polygon(team["zones"][0]).buffer(-1e-6)
+    for name in (*TARGETS, *team["sensors"]):
+        half_m = 0.25 if name in team["sensors"] else 0.0
+        there = shapely.union_all([shapely.box(x - half_m, y - half_m, x + half_m, y + half_m) if half_m
+                                   else shapely.Point(x, y) for x, y in places_of(data, name).values()])
+        assert name.startswith("uav") or not there.intersects(obstacles)
+        assert name in TARGETS or not there.intersects(zone)
+    moved = [name for name in team["sensors"] if len(set(places_of(data, name).values())) > 1]
+    assert moved
+
+
+@pytest.mark.parametrize("real", [True, False], ids=["zone without radio", "zone for planners alone"])
+def test_nobody_is_heard_from_the_zone_and_two_are_deployed(real: bool, tmp_path: Path) -> None:
+    """Without the virtual obstacle, in this game, a sensor drives into the zone after it has won."""
+    data, summary = played(tmp_path / "run", 1001, "team.game.zones_are_obstacles=false", "expect={}",
+                           *([] if real else ["media.radio.topology.zones=[]"]), name="marco_polo_zone")
+
+    team: Any = data.scenario["team"]
+    zone = shapely.Polygon(team["zones"][0])
+    places = {name: places_of(data, name) for name in team["sensors"]}
+    inside = {(name, at_ns) for name, found in places.items() for at_ns, place in found.items()
+              if zone.covers(shapely.Point(place))}
+    copies = pq.read_table(tmp_path / "run" / "ledger.parquet").to_pylist()
+    ends = [[(copy[end], copy["on_air_ns"] // (100 * MS) * 100 * MS) for end in ("sender", "receiver")]
+            for copy in copies if copy["medium"] == "radio" and copy["fate"] == "delivered"]
+    assert inside
+    assert summary.holds
+    assert any(end in inside for pair in ends for end in pair) is not real
+    assert (counted(data, "let go") > 0) is real
+
+
+def test_a_sweep_goes_to_and_fro_across_the_way_of_the_target(tmp_path: Path) -> None:
+    standing, _ = played(tmp_path / "standing", 1000)
+    data, summary = played(tmp_path / "sweeping", 1000, "team.game.sweeps=true")
+
+    assert summary.holds
+
+    def turned(of: RunData) -> int:
+        """How often an investigating sensor has turned round, by more than 150 degrees."""
+        turns = 0
+        for name, table in of.signals.items():
+            if not name.startswith("u"):
+                continue
+            columns = [list(table.names).index(axis) for axis in ("x", "y", "mode")]
+            values = np.asarray(table.values)[:, columns]
+            steps = np.diff(values[:, :2], axis=0)
+            dots = np.sum(steps[1:] * steps[:-1], axis=1)
+            lengths = np.hypot(*steps[1:].T) * np.hypot(*steps[:-1].T)
+            turns += int(np.sum((dots < -0.866 * lengths) & (lengths > 1e-4) & (values[1:-1, 2] == 1)))
+        return turns
+
+    assert turned(data) > turned(standing)
 
 
 @pytest.mark.parametrize(("override", "said"), [
@@ -165,6 +262,22 @@ def test_of_two_ugvs_that_grip_at_once_one_captures(tmp_path: Path) -> None:
     ("team.game={least_area_coverage=0.4}", "take 0.3337 or less"),
     ("team.game={cell_m=0.3}", "is not a whole number of cells"),
     ("team.game={speed=1}", "speed: expected keys among"),
+    ("team.obstacles=[[[1.0, 1.0], [4.0, 1.0], [4.0, 4.0], [3.0, 2.0]]]",
+     "team.obstacles[0]=(1, 1) (4, 1) (4, 4) (3, 2) m: not convex, corner (3, 2) m lies 0.707 m inside the convex "
+     "hull; take the hull, (1, 1) (4, 4) (4, 1) m"),
+    ("team.zones=[[[1.0, 1.0], [11.0, 1.0], [2.0, 3.0]]]", "team.zones[0]: corner (11, 1) m is outside the area; the "
+     "nearest place inside is (10, 1) m"),
+    ("team.obstacles=[[[1.0, 1.0], [2.0, 1.0]]]", "expected 3 or more corners"),
+    ("team.obstacles=[[1, 2]]", "team.obstacles[0]=[1, 2]: expected a list of corners [x, y], in m"),
+    ("team.zones=3", "team.zones=3: expected a list of polygons"),
+    ("team.obstacles=[[[4.5, 4.5], [5.5, 4.5], [5.5, 5.5], [4.5, 5.5]]]", "agents.ugv_3=(5, 5) m: its platform of "
+     "0.5 m overlaps obstacle 0 by 0.25 m2; the nearest cell that would do is at (4.75, 4.25) m"),
+    ("team.zones=[[[2.0, 2.0], [3.5, 2.0], [3.5, 4.0], [2.0, 4.0]]]", "agents.uav_1=(2.5, 2.5) m: its platform of "
+     "0.5 m overlaps zone 0 by 0.25 m2; the nearest cell that would do is at (2.25, 1.75) m"),
+    ("team.obstacles=[[[0, 9], [1, 9], [1, 9.5], [0, 9.5]], [[1, 9], [1.5, 9], [1.5, 10], [1, 10]]]",
+     "team.obstacles: the exit at (0.25, 9.75) m, and 1 more, is out of reach of all UGVs"),
+    ("team.obstacles=[[[0, 0], [10, 0], [10, 1]], [[10, 0], [10, 10], [9, 10]], [[0, 0], [0, 10], [0.5, 5]], "
+     "[[0, 10], [9.7, 10], [5, 9.8]]]", "leave 1% or more of it free, 0.4 m"),
     ("agents.target_1.parameters.enter_s=0", "(enter_ns=0): expected more than 1000000"),
     ("agents.uav_1.parameters.window_ms=100", "the bid window is shorter than its frames"),
 ])
