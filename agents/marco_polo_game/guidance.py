@@ -41,7 +41,7 @@ class Deck:
     game: Game
     ground: Ground
     graph: Callable[[], ConnectivityGraph]
-    scanning: Callable[[], Collection[str]]         # the other sensors that told last that they do not pursue
+    scanning: Callable[[], Collection[str]] = tuple     # the other sensors that told last that they do not pursue
 
 
 @dataclass(frozen=True)

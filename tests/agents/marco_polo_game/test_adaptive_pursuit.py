@@ -42,7 +42,8 @@ class Chase:
         self.track = Track(AREA, game.parameters)
         for number, seen in enumerate(detections):
             self.track.detected("uav" if seen is detections[-1] else f"other {number}", seen)
-        self.guidance.begin(Deployment(0, self.track, Offer(0.0, 0, Route([0], 0.0), 0.0, 0.0)), self.board.now_ns)
+        offer = Offer(0.0, 0, Route([0], 0.0), 0.0, 0.0)
+        self.guidance.begin(Deployment(0, self.track, offer, own), self.board.now_ns)
 
     def step(self, target: Place | None) -> Plan | None:
         """Go on to 50 ms after the next exposure, at which the target is at `target`; None: it is out of the area."""
