@@ -103,6 +103,15 @@ class Browser:
                        clickCount=1)
         self.settle()
 
+    def press(self, key: str) -> None:
+        """Press and release a key, such as "ArrowRight" or "Enter", where the focus is."""
+        code = {"Enter": 13, "ArrowLeft": 37, "ArrowRight": 39}[key]
+        text = {"text": "\r"} if key == "Enter" else {}
+        for kind in ("keyDown", "keyUp"):
+            self._call("Input.dispatchKeyEvent", session=True, type=kind, key=key, code=key,
+                       windowsVirtualKeyCode=code, **text)
+        self.settle()
+
     def picture(self, path: Path, *, whole: bool = True) -> None:
         found = self._call("Page.captureScreenshot", session=True, captureBeyondViewport=whole)
         path.write_bytes(base64.b64decode(found["data"]))

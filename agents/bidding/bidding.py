@@ -15,7 +15,7 @@ frames says so.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Final
@@ -42,6 +42,7 @@ from agents.bidding.bid_frames import (
 from agents.bidding.bid_timing import BiddingSettings, BidTiming
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
+from netem.records.event_fields import Value, written
 
 COUNTERS: Final = ("windows", "bids", "deployments", "let go", "awards acknowledged", "sensors silent",
                    "messages waiting", "unreadable frames")
@@ -61,13 +62,18 @@ class Bidding:
                  deploy: Callable[[Task, str], object], let_go: Callable[[Task, str, str], object],
                  detected: Callable[[str, Detection], object] = lambda sender, detection: None,
                  told_mode: Callable[[str, ModeMessage], object] = lambda sender, message: None,
-                 whereabouts: Callable[[], Whereabouts] = lambda: (0, 0.0, 0.0)) -> None:
-        """`detected` and `told_mode` get what others tell; `whereabouts` is what this sensor tells of itself."""
+                 whereabouts: Callable[[], Whereabouts] = lambda: (0, 0.0, 0.0),
+                 named: Callable[[Task], Mapping[str, Value]] = Task._asdict) -> None:
+        """`detected` and `told_mode` get what others tell; `whereabouts` is what this sensor tells of itself.
+
+        `named` returns what the records say of a task for which this sensor bids, beside the bid.
+        """
         self._names = sensors_of(board.team)
         self._board, self._number = board, self._names.index(board.name)
         self.timing = BidTiming(len(self._names), settings)
         self._reward, self._deploy, self._let_go = reward, deploy, let_go
         self._detected, self._told_mode, self._whereabouts = detected, told_mode, whereabouts
+        self._named = named
         self._window_ns = settings.window_ns
         self._auctions: dict[Task, Auction] = {}
         self._due: dict[tuple[object, ...], _Due] = {}
@@ -134,6 +140,7 @@ class Bidding:
         self._closes_at(auction, closes_ns)
         if reward > NO_BID:
             self._board.count("bids")
+            self._board.event("bid", written({**self._named(auction.task), "bid": reward, "epoch": epoch}))
         if reward > NO_BID or opener == self._number:
             self._post(("B", auction.task), partial(self._bid, auction, epoch, reward))
 

@@ -3,7 +3,7 @@
     target_path     the way of a target through the area                                             pure
     target_robot    program: enters, turns, leaves or is captured
     track           what a sensor knows of one target, and where it expects the target               pure
-    mover           drives an omnidirectional platform from waypoint to waypoint
+    movers          drive a platform along places: omnidirectional, differential drive on CAN, quadrotor on MAVLink
     sensor_robot    program: detects, bids, captures; `sensor_automaton` declares its modes
     guidance        where a deployed sensor drives: `investigation`, `plain_pursuit`
     adaptive_robot  program: a sensor robot that looks on request and pursues by the Adaptive Filter (section 3.4);

@@ -20,6 +20,7 @@ from agents.marco_polo.legs import longest_stay_s
 from agents.marco_polo.sweep import plan_sweep, sweep_probability
 from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, Plan
 from agents.pursuit import Place
+from netem.records.event_fields import OVER, written
 
 SHARES: Final = (1.0, 0.75, 0.5, 0.25)      # of the amplitude, if walls or obstacles are in the way of all of it
 
@@ -31,6 +32,7 @@ class Investigation(Guidance):
         self._deck = deck
         self._ends_ns = 0
         self._way: list[Place] = []
+        self._of = ""                           # name of the target
         self._sweep: list[Place] = []
 
     @property
@@ -43,6 +45,8 @@ class Investigation(Guidance):
         stay_s = longest_stay_s(target.depth_m(game.area), parameters.target_least_mps,
                                 0.5e-9 * (parameters.turn_least_ns + parameters.turn_greatest_ns))
         self._ends_ns = forecast.seen_ns + round(stay_s * 1e9)
+        self._of = game.targets[deployment.target]
+        self._deck.board.event("C-target", written({"target": self._of, "corners_m": target.outline(game.area)}))
         self._way = [self._deck.ground.cells.centroid(cell) for cell in deployment.offer.route.cells]
         self._sweep = []
         if parameters.sweeps:
@@ -57,6 +61,7 @@ class Investigation(Guidance):
         return Plan([*way, *self._sweep], self._ends_ns)
 
     def end(self) -> None:
+        self._deck.board.event(f"C-target{OVER}", written({"target": self._of}))
         self._way, self._sweep = [], []
 
     def _begin_sweep(self, target: CTarget, own: Place, now_ns: int, seen_ns: int) -> None:

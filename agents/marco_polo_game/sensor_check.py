@@ -9,6 +9,7 @@ from agents.bidding.bidding_check import bidding_problems
 from agents.marco_polo.cells import Cells
 from agents.marco_polo.checks import check_area_coverage, check_exits, check_pursuers, check_starts
 from agents.marco_polo_game.game_table import Game, game_of
+from agents.marco_polo_game.movers import Platform
 from agents.marco_polo_game.sensor_settings import SensorSettings
 from firmware_sim.scenario_view import Own, OwnAgent, ScenarioView
 from netem.media.answers import Camera
@@ -41,15 +42,14 @@ def _check_layout(scenario: ScenarioView, game: Game) -> None:
               if name in scenario.agents and (plant := scenario.agents[name].plant) is not None
               for given in [plant.parameters]}
     check_starts(cells, starts, game.obstacles, game.zones, platform_m, frozenset(starts.keys() - game.ugvs), "agents")
-    if barriers := game.barriers(ugv=True):
-        check_exits(cells, {name: starts[name] for name in game.ugvs if name in starts}, barriers, (), platform_m,
+    ugvs = {name: starts[name] for name in game.ugvs if name in starts}     # those that move a plant of their own
+    if ugvs and (barriers := game.barriers(ugv=True)):
+        check_exits(cells, ugvs, barriers, (), platform_m,
                     "team.obstacles" if len(barriers) == len(game.obstacles) else "team.obstacles, team.zones")
 
 
 def _sensor_problems(scenario: ScenarioView, game: Game, name: str, agent: OwnAgent[SensorSettings]) -> Iterator[str]:
     settings = agent.settings
-    if not agent.has_plant:
-        yield f"agents.{name}.plant: is missing; a sensor moves one: {{ fmu = \"omnidirectional\" }}"
     needed = [settings.view, *([settings.grip] if name in game.ugvs else [])]
     if absent := [medium for medium in needed if medium not in agent.media]:
         yield f"agents.{name}.media: lacks {', '.join(absent)}; it has {', '.join(agent.media) or 'none'}"
@@ -59,6 +59,9 @@ def _sensor_problems(scenario: ScenarioView, game: Game, name: str, agent: OwnAg
     if camera is None:
         yield f"agents.{name}.parameters.view={settings.view!r}: expected a medium of kind sensing"
         return
+    yield from settings.platform.problems(scenario, Platform(
+        name, agent.agent, camera.carrier, settings.view, game.speed_mps(name),
+        barriers=bool(game.barriers(name in game.ugvs))))
     if camera.period_ns != settings.exposure_ns:
         yield (f"agents.{name}.parameters.exposure_ns={settings.exposure_ns}: media.{settings.view} has exposures "
                f"every {camera.period_ns} ns; take the same")

@@ -30,11 +30,11 @@ from agents.hybrid.automaton import Automaton
 from agents.hybrid.modes import Modes
 from agents.marco_polo.connectivity import ConnectivityGraph
 from agents.marco_polo.reward import Offer, Sensor, investigation_offer, pursuit_offer
+from agents.marco_polo_game.drawn_ground import drawn_ground
 from agents.marco_polo_game.game_table import game_of
 from agents.marco_polo_game.grip_frames import Grip, Held, pack, unpack
 from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, MakesGuidance
 from agents.marco_polo_game.investigation import Investigation
-from agents.marco_polo_game.mover import Mover
 from agents.marco_polo_game.plain_pursuit import PlainPursuit
 from agents.marco_polo_game.sensor_automaton import NOBODY, GameMode, sensor_automaton
 from agents.marco_polo_game.sensor_check import game_problems
@@ -43,8 +43,10 @@ from agents.marco_polo_game.track import Seen, Track
 from agents.pursuit import Place
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
+from firmware_sim.ground_plan import GroundPlan
 from firmware_sim.scenario_view import Own, ScenarioView
 from netem.media.sensing.sight import LOOK, Detection, unpack_sight
+from netem.records.event_fields import Value, written
 
 MOST_STAGE: Final = 254
 COUNTERS: Final = ("detections", "investigations", "investigations without a detection", "pursuits",
@@ -69,35 +71,44 @@ class SensorRobot:
     def check(cls, scenario: ScenarioView, own: Own[SensorSettings]) -> Iterator[str]:
         return game_problems(scenario, own, captures=cls.CAPTURES)
 
+    @staticmethod
+    def ground_plan(settings: SensorSettings, team: Mapping[str, Any]) -> GroundPlan:
+        return drawn_ground(game_of(team))
+
     @classmethod
     def automaton(cls, settings: SensorSettings, team: Mapping[str, Any]) -> Automaton:
-        return sensor_automaton(game_of(team), captures=cls.CAPTURES)
+        game = game_of(team)
+        speed_mps = game.parameters.ugv_mps if cls.CAPTURES else game.parameters.uav_mps
+        return sensor_automaton(game, cls.CAPTURES, settings.platform.bounds(speed_mps))
 
     def __init__(self, board: Board, settings: SensorSettings) -> None:
         self._board, self._settings = board, settings
         game = self._game = game_of(board.team)
         self._parameters = game.parameters
         self._ground = game.ground(self.CAPTURES)
-        self._mover = Mover(board, game.speed_mps(board.name))
+        self._mover = settings.platform.mover(board, game.area, game.speed_mps(board.name))
         self._tracks = [Track(game.area, game.parameters) for _ in game.targets]
         self._places: dict[str, Place] = {}                     # of the other sensors, as they told
         self._modes_told: dict[str, int] = {}                   # of the other sensors, numbers of `GameMode`
         self._attempts: dict[tuple[int, Purpose], int] = {}     # that are over
         self._task: Task | None = None                          # for which it is deployed
         self._timer: Timer | None = None                        # of the next plan
+        self._offered: Offer | None = None                      # the last reward that the protocol asked for
         deck = Deck(board, settings, game, self._ground, self._graph, self._scanning)
         self._guidances: dict[Purpose, Guidance] = {Purpose.INVESTIGATION: Investigation(deck)}
         if self.CAPTURES:
             self._guidances[Purpose.PURSUIT] = self.PURSUIT(deck)
         self._view = board.port(settings.view, self._hear_view)
         self._grip = board.port(settings.grip, self._hear_grip) if self.CAPTURES else None
-        self._modes = Modes(board, sensor_automaton(game, self.CAPTURES), GameMode.WAITING.word, self._state)
+        self._modes = Modes(board, self.automaton(settings, board.team), GameMode.WAITING.word, self._state)
         self._bidding = Bidding(board, settings, reward=self._reward, deploy=self._deployed, let_go=self._let_go,
                                 detected=self._told_detection, told_mode=self._told_mode,
-                                whereabouts=lambda: (self._mode, *self._mover.place))
+                                whereabouts=lambda: (self._mode, *self._mover.place),
+                                named=lambda task: {**self._terms(task, self._offered),
+                                                    "for": Purpose(task.stage % 2).name.lower()})
         for counter in (*COUNTERS, *(f"detections of {target}" for target in game.targets)):
             board.count(counter, 0)
-        board.record_all([("x", "m"), ("y", "m"), ("mode", "1"), ("target", "1")], self._sample)
+        board.record_all([("x", "m"), ("y", "m"), ("mode", "1"), ("target", "1"), ("coasted", "m")], self._sample)
         self._bidding.tell_mode()
 
     @property
@@ -140,8 +151,8 @@ class SensorRobot:
         if track.detected(self._board.name, seen):
             self._board.count("detections")
             self._board.count(f"detections of {self._game.targets[target]}")
-            self._board.event("detection", f"{self._game.targets[target]}, number {track.detections}, at "
-                              f"({seen.place[0]:.3f}, {seen.place[1]:.3f}) m")
+            self._board.event("detection", written({"target": self._game.targets[target], "number": track.detections,
+                                                    "x_m": seen.place[0], "y_m": seen.place[1]}))
         self._bidding.share(Shared(target, track.detections, seen.at_ns, *seen.place))
         self._demand(target, "")
 
@@ -189,8 +200,14 @@ class SensorRobot:
     # --- bids
 
     def _reward(self, task: Task) -> float | None:
-        offer = self._offer(task)
+        offer = self._offered = self._offer(task)
         return None if offer is None else offer.reward
+
+    def _terms(self, task: Task, offer: Offer | None) -> dict[str, Value]:
+        """Return the target of a task and the terms of an offer for it, as named values of the records."""
+        target = {"target": self._game.targets[task.target]}
+        return {**target} if offer is None else {**target, "P_R": offer.detection, "gain": offer.coverage_gain,
+                                                 "way_m": offer.route.length_m}
 
     def _offer(self, task: Task) -> Offer | None:
         if self._mode is not GameMode.WAITING or task.target >= len(self._tracks):
@@ -228,8 +245,7 @@ class SensorRobot:
         pursuit = task.stage % 2 == Purpose.PURSUIT
         mode = GameMode.PURSUING if pursuit else GameMode.INVESTIGATING
         self._board.count("pursuits" if pursuit else "investigations")
-        self._modes.change(mode.word, f"bid {offer.reward:.4f} for {self._game.targets[task.target]}, P_R "
-                           f"{offer.detection:.4f}, gain {offer.coverage_gain:.4f}, way {offer.route.length_m:.2f} m",
+        self._modes.change(mode.word, written({**self._terms(task, offer), "bid": offer.reward}),
                            by="" if by == self._board.name else by, before=before,
                            inputs={"of": task.target, "detections": track.detections})
         self._guidance.begin(Deployment(task.target, track, offer, self._mover.place), self._board.now_ns)
@@ -289,7 +305,8 @@ class SensorRobot:
         task = self._task if self._pursues(target) else None
         if captor == self._board.name:
             self._board.count("captures")
-            self._board.event("capture", self._game.targets[target])
+            x, y = self._mover.place if (sight := self._tracks[target].sight) is None else sight.place
+            self._board.event("capture", written({"target": self._game.targets[target], "x_m": x, "y_m": y}))
             if task is None and (other := self._next(target, Purpose.PURSUIT)) is not None:
                 self._finish(other)
         if task is not None:
@@ -346,11 +363,12 @@ class SensorRobot:
 
     def _state(self) -> dict[str, float]:
         x, y = self._mover.place
-        return {"x": x, "y": y, "target": NOBODY if self._task is None else float(self._task.target)}
+        return {"x": x, "y": y, "target": NOBODY if self._task is None else float(self._task.target),
+                "coasted": self._mover.coasted_m}
 
     def _sample(self) -> Sequence[float]:
         state = self._state()
-        return [state["x"], state["y"], float(self._mode), state["target"]]
+        return [state["x"], state["y"], float(self._mode), state["target"], state["coasted"]]
 
 
 class UavRobot(SensorRobot):

@@ -40,11 +40,14 @@ def declaring(programs: Mapping[type, Mapping[str, Any]]) -> list[str]:
     return [name for cls, settings_of in programs.items() if hasattr(cls, "automaton") for name in settings_of]
 
 
-def check_automata(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any], problems: Problems) -> None:
-    """Add a problem for each declaration that fails; `programs` maps each class to the settings of its agents.
+def check_automata(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any],
+                   problems: Problems) -> dict[str, tuple[str, ...]]:
+    """Return the modes of each automaton, by agent, and add a problem for each declaration that fails.
 
-    Call it for a scenario in which the programs found no mistake: what they refuse may make a declaration fail.
+    `programs` maps each class to the settings of its agents. Call it for a scenario in which the programs found no
+    mistake: what they refuse may make a declaration fail.
     """
+    modes = {}
     for cls, settings_of in programs.items():
         if (declare := getattr(cls, "automaton", None)) is None:
             continue
@@ -54,6 +57,9 @@ def check_automata(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str
             except Exception as error:
                 problems.say(f"agents.{name}: {cls.__name__}.automaton failed: {type(error).__name__}: {error}")
             else:
-                if not isinstance(found, Automaton):
+                if isinstance(found, Automaton):
+                    modes[name] = tuple(found.modes)
+                else:
                     problems.say(f"agents.{name}: {cls.__name__}.automaton returned {type(found).__name__}: expected "
                                  "an Automaton")
+    return modes

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from annotated_types import Ge, Gt
+from msgspec.structs import replace
 
 from experiments.scenario import overrides as overriding
 from experiments.scenario.agents import Agents
@@ -23,6 +24,7 @@ from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
 from experiments.scenario.faults import read_faults
 from experiments.scenario.gateways import read_gateways
+from experiments.scenario.ground import ground_of
 from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
 from experiments.scenario.network import Network
@@ -107,12 +109,13 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
                         gateways, derived, implied(guarantees) | expect, guarantees, records, faults, costs,
-                        header.question_signal, changes)
+                        header.question_signal, changes=changes)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
-    check_automata(agent_reader.programs, scenario.team, problems)
+    modes = check_automata(agent_reader.programs, scenario.team, problems)
+    ground = ground_of(agent_reader.programs, scenario.team, problems)
     problems.stop_if_any()
-    return scenario
+    return replace(scenario, modes=modes, ground=ground) if modes or ground is not None else scenario
 
 
 def _written_at(document: Mapping[str, Any], place: Place) -> Place:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import msgspec
 
 from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.ground_plan import GroundPlan
 from netem.media.answers import FloorPlan
 
 Link = tuple[str, str, str]             # (medium, sender, receiver)
@@ -164,6 +165,8 @@ class Scenario(msgspec.Struct, frozen=True):
     faults: tuple[FaultSpec, ...] = ()
     costs: dict[str, CostSpec] = {}
     question_signal: str = ""           # "node.signal", each a pattern; "": the report shows outputs first
+    modes: dict[str, tuple[str, ...]] = {}      # of the automata that programs declare, by agent
+    ground: GroundPlan | None = None    # on which the team acts, if its programs declare it
     changes: dict[str, Any] = {}        # values that replaced those of the file at `path`, by their paths in it
 
     @property

@@ -33,7 +33,8 @@ NO_PROGRAM: Final = {
 _OF_A_SCENARIO: Final = ("scenario", "own"), "where `own` holds the agents that run this program, with their settings"
 QUESTIONS: Final = (
     ("check", *_OF_A_SCENARIO), ("prepare", *_OF_A_SCENARIO),
-    ("automaton", ("settings", "team"), "which returns the hybrid automaton of an agent with these settings"))
+    ("automaton", ("settings", "team"), "which returns the hybrid automaton of an agent with these settings"),
+    ("ground_plan", ("settings", "team"), "which returns the ground on which an agent with these settings acts"))
 
 
 def import_program(program: str, folder: Path) -> Callable[..., Any]:
@@ -154,7 +155,7 @@ def parameters_of(program: Callable[..., Any]) -> tuple[Shape | None, str]:
 
 
 def _complaint_about_questions(program: type) -> str:
-    """Return a problem of the signature of `check`, `prepare` or `automaton`, "" if there is none."""
+    """Return a problem of the signature of one of the `QUESTIONS`, "" if there is none."""
     for name, given, meaning in QUESTIONS:
         asked: Callable[..., Any] | None = getattr(program, name, None)
         if asked is None:

@@ -26,7 +26,11 @@ from experiments.judge.monitors.outcome import Standing
 from experiments.judge.run_data import RunData, load_run
 from experiments.judge.run_result import Verdict
 from experiments.show.report import series
+from experiments.show.report.event_tables import event_tables, told
 from experiments.show.report.facts import facts, failure_of, seconds, unfinished, windows
+from experiments.show.report.marks import Told, instants_ns, marks
+from experiments.show.report.modes import Stay, stay_tables, stays
+from experiments.show.report.modes import for_page as modes_for_page
 from experiments.show.report.moments import Moments, moments
 from experiments.show.report.palette import FATES, for_page
 from experiments.show.report.plane import plane
@@ -77,36 +81,42 @@ def write_report(run_dir: Path, plotly: Where = "auto") -> Path:
 def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> str:
     verdicts = verdicts_of(data)
     broke = moments(data, verdicts)
-    drawn = _drawn(data, broke)
+    events, in_modes = told(data), stays(data)
+    drawn = _drawn(data, broke, events, in_modes)
     listed = [event for event in data.events if event.kind != VIOLATED or not data.guarantees]
     guarantees = [outcome.standing for outcome in data.guarantees.values()]
     broken = [verdict for verdict in verdicts if not verdict.holds]
     records = record_files(run_dir)
     environment = Environment(loader=PackageLoader("experiments.show.report", "page"), autoescape=True,
                               undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"number": number, "seconds": seconds, "size": size, "code": code, "explained": explained}
+    environment.filters |= {"number": number, "seconds": seconds, "size": size, "code": code, "explained": explained,
+                            "milliseconds": milliseconds}
     return environment.get_template("report.html.j2").render(
         name=data.scenario.get("name") or run_dir.absolute().name, question=data.scenario.get("question") or "",
         verdicts=verdicts, broken=broken, missing=data.missing,
         notes=[note for note in (no_such_signal(data), *data.summary.get("warnings", ())) if note],
         failure=failure_of(data), reached_ns=data.length_ns,
         windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
-        table=series.node_table(data), guarantees=guarantees, moments=broke, kind_names=KIND_NAMES,
+        table=series.node_table(data), stay_tables=stay_tables(data, in_modes), event_tables=event_tables(events),
+        guarantees=guarantees, moments=broke, kind_names=KIND_NAMES,
         fates_shown=[(fate.value, fate.meaning, *FATES[fate]) for fate in Fate
                      if any(fate.value in link["fates"] for link in drawn["fates"])],
-        contents=_contents(verdicts, broken, guarantees, len(broke.shown), drawn, records),
+        contents=_contents(verdicts, broken, guarantees, len(broke.shown), drawn, records, bool(events)),
         events=listed_events(listed), event_total=len(listed), level_name=level_name, records=records,
         event_kinds=sorted(Counter(event.kind for event in data.events).items()),
         data_json=_for_script(drawn), plotly_address=plotly_address,
         plotly=None if plotly_address else Markup(plotly_source()), script=_script(), style=_text(PAGE / "report.css"))
 
 
-def _drawn(data: RunData, broke: Moments) -> Json:
+def _drawn(data: RunData, broke: Moments, events: Told, in_modes: Sequence[Stay]) -> Json:
     """Return the data that the page's script draws."""
+    shown_ns = [*broke.instants_ns, *instants_ns(events, [stay.from_ns for stay in in_modes])]
     return {"signals": question_first(data), "switching": series.switching(data), "violated": series.violated(data),
             "faulty": series.faulty(data),
             "spoken": series.spoken(data, broke.instants_ns), "fates": series.fates(data), "ages": series.ages(data),
-            "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, broke.instants_ns),
+            "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, shown_ns),
+            "modes": modes_for_page(data, in_modes),
+            "marks": marks(events, data.length_ns, data.run.get("dead_ns") or {}),
             "length_s": data.length_ns * 1e-9, "palette": for_page(),
             "meanings": {fate.value: fate.meaning for fate in Fate}, "delivered": Fate.DELIVERED.value,
             "moments": [{"t_s": moment.from_ns / 1e9, "words": f"{moment.what}, {moment.on}"}
@@ -114,7 +124,7 @@ def _drawn(data: RunData, broke: Moments) -> Json:
 
 
 def _contents(verdicts: Sequence[Verdict], broken: Sequence[Verdict], guarantees: Sequence[Standing], broke: int,
-              drawn: Json, records: Sequence[RecordFile]) -> list[tuple[str, str, str, bool]]:
+              drawn: Json, records: Sequence[RecordFile], told_any: bool) -> list[tuple[str, str, str, bool]]:
     """Return the entries of the contents: (id of the section, name, note, True if the note is about a failure)."""
     unmet = sum(not standing.as_expected for standing in guarantees)
     shown: list[tuple[bool, str, str, str, bool]] = [
@@ -124,6 +134,8 @@ def _contents(verdicts: Sequence[Verdict], broken: Sequence[Verdict], guarantees
         (bool(broke), "broke", "What broke, and when", str(broke), False),
         (True, "signals", "Signals over time", "", False),
         (bool(drawn["plane"]), "plane", "In the plane", "", False),
+        (bool(drawn["modes"]), "modes", "Modes over time", "", False),
+        (told_any, "told", "Events as tables", "", False),
         (True, "spoken", "Who spoke when", "", False),
         (True, "fates", "Fates by link", "", False),
         (True, "ages", "Age of information", "", False),
@@ -162,6 +174,11 @@ def verdicts_of(data: RunData) -> list[Verdict]:
 def number(value: float | None) -> str:
     """Return five significant digits, "" for an absent bound."""
     return "" if value is None else f"{value:.5g}"
+
+
+def milliseconds(time_ns: int) -> str:
+    """Return an instant in s, rounded to 1 ms."""
+    return f"{time_ns * 1e-9:.3f} s"
 
 
 def level_name(level: int) -> str:

@@ -25,6 +25,12 @@ CURVES: Final = (Pair("#0072b2", "#7f95ff"), Pair("#b97d00", "#e69f00"), Pair("#
                  Pair("#767676", "#a3a3a3"))
 VIOLATED: Final = Pair("#d55e00", "#ff7a2f")
 SWITCHED: Final = Pair("#c22fb2", "#f070e2")
+# Of modes: apart for readers with protanopia, deuteranopia and tritanopia too (`test_report_palette`).
+MODES: Final = (Pair("#d55e00", "#ff7a2f"), Pair("#5b2a86", "#d3b8ff"), Pair("#008a63", "#14c494"),
+                Pair("#8f8f8f", "#8d8d8d"), Pair("#0072b2", "#4f8dff"), Pair("#2b2b2b", "#f2f2f2"),
+                Pair("#663300", "#aa6644"), Pair("#aa00ee", "#aaff00"))
+MARKS: Final = (Pair("#b97d00", "#e6b800"), Pair("#c22fb2", "#f070e2"), Pair("#2b8fce", "#56c0f0"),
+                Pair("#5c6672", "#93a0ad"))       # of events in the plane
 LOW: Final = Pair("#6f95c4", "#4f7cc0")            # LOW to HIGH: a scale from few to many
 MIDDLE: Final = Pair("#3a6ea5", "#5fb6a8")
 HIGH: Final = Pair("#00204c", "#f5e663")
@@ -55,4 +61,4 @@ FATES: Final[Mapping[Fate, Pair]] = MappingProxyType({
 def for_page() -> dict[str, object]:
     """Return the palette for the page's script; the keys of fates are their values in the ledger."""
     return {"curves": CURVES, "violated": VIOLATED, "switched": SWITCHED, "low": LOW, "middle": MIDDLE,
-            "high": HIGH, "fates": {fate.value: pair for fate, pair in FATES.items()}}
+            "high": HIGH, "modes": MODES, "marks": MARKS, "fates": {fate.value: pair for fate, pair in FATES.items()}}

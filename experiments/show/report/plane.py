@@ -3,6 +3,7 @@
 A body is a node, or a [derived.NAME], with signals `x` and `y` in metres and perhaps a heading in rad, `theta`, `psi`,
 `yaw` or `heading`. `detection_x` and `detection_y` are the last detection of a node; each new pair is a point. Any
 other pair, such as `estimate_x` and `estimate_y` or `x_hat` and `y_hat`, is an estimate of its node.
+The ground is what the programs of the run declare (`firmware_sim.ground_plan`).
 A look is a copy on a medium with a floor plan, drawn at its exposure at the position of its body. Observers without
 requests, as of motion capture, have no looks. If there are too many, looks with the body out of view are left out.
 """
@@ -25,15 +26,19 @@ Json = dict[str, Any]
 HEADINGS = ("theta", "psi", "yaw", "heading")
 X = re.compile(r"(?:(?P<before>\w+)_)?x(?:_(?P<after>\w+))?")
 MOST_INSTANTS = 240
+MOST_ON_GROUND = 600        # of runs whose programs declare the ground: many robots that move at a time
 MOST_LOOKS = 5_000
 DETECTION = "detection"
+ROOM = 0.05         # around the declared area, as a share of its larger side
+Picture = tuple[tuple[float, float], tuple[float, float]]
 DIGITS = 6          # micrometres
 
 
 def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
-    """Return paths at common instants, `also_ns` included, fields of view, obstacles and looks.
+    """Return paths at common instants, `also_ns` included, fields of view, obstacles and looks, and the ground.
 
-    Returns None if no node records a position.
+    Where programs declare the ground, bodies outside the picture of its area have no position: a robot that is parked
+    there, or carried from there, leaves no path. Returns None if no node records a position.
     """
     tracks = [(node, name, table, columns) for node, table in sorted(data.signals.items()) if table.time_ns.size
               for name, columns in _places(table)]
@@ -41,13 +46,15 @@ def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
     if not bodies:
         return None
     last_ns = max(data.length_ns, *(int(table.time_ns[-1]) for _, _, table, _ in tracks))
-    instants_ns = np.linspace(0, last_ns, MOST_INSTANTS).astype(np.int64)
+    ground = data.scenario.get("ground")
+    instants_ns = np.linspace(0, last_ns, MOST_INSTANTS if ground is None else MOST_ON_GROUND).astype(np.int64)
     instants_ns = np.unique(np.append(instants_ns, np.array(also_ns, dtype=np.int64)).clip(0, last_ns))
     plans = {name: plan for name, medium in (data.scenario.get("media") or {}).items()
              if (plan := medium.get("floor_plan")) is not None}
     carriers = {observer: carrier for plan in plans.values() for observer, carrier in plan["carriers"].items()}
-    return {"instants_s": (instants_ns / 1e9).tolist(),
-            "bodies": [_track(node, table, columns, instants_ns) for node, _, table, columns in bodies],
+    picture = None if ground is None else _picture(ground)
+    return {"instants_s": (instants_ns / 1e9).tolist(), "ground": None if ground is None else _ground(ground),
+            "bodies": [_track(node, table, columns, instants_ns, picture) for node, _, table, columns in bodies],
             "believed": [_track(f"{node}: {name}", table, columns, instants_ns) | {"body": carriers.get(node, node)}
                          for node, name, table, columns in tracks if name and name != DETECTION],
             "detections": [_points(node, table, columns) | {"body": carriers.get(node, node)}
@@ -73,11 +80,30 @@ def _places(table: SignalTable) -> Iterator[tuple[str, tuple[str, ...]]]:
         yield what, (name, other) if heading is None else (name, other, heading)
 
 
-def _track(label: str, table: SignalTable, columns: tuple[str, ...], instants_ns: npt.NDArray[np.int64]) -> Json:
-    """Return a track with the last sample at or before each instant; None before the first sample."""
+def _picture(ground: Json) -> Picture:
+    """Return the sides of the picture: those of the area and some room around it."""
+    (west, east), (south, north) = ground["area_x_m"], ground["area_y_m"]
+    room = ROOM * max(east - west, north - south)
+    return (west - room, east + room), (south - room, north + room)
+
+
+def _ground(ground: Json) -> Json:
+    return {"area": [ground["area_x_m"], ground["area_y_m"]], "picture": _picture(ground),
+            "shapes": [{"what": shape["what"], "solid": shape["solid"], "x": [x for x, _ in shape["corners_m"]],
+                        "y": [y for _, y in shape["corners_m"]]} for shape in ground["shapes"]]}
+
+
+def _track(label: str, table: SignalTable, columns: tuple[str, ...], instants_ns: npt.NDArray[np.int64],
+           picture: Picture | None = None) -> Json:
+    """Return a track with the last sample at or before each instant; None before the first one and out of `picture`."""
     at = np.searchsorted(table.time_ns, instants_ns, side="right") - 1
-    values = [_plain(np.where(at >= 0, table.column(name)[np.maximum(at, 0)], np.nan)) for name in columns]
-    xs, ys = table.column(columns[0]), table.column(columns[1])
+    there, xs, ys = at >= 0, table.column(columns[0]), table.column(columns[1])
+    if picture is not None:
+        inside = np.logical_and.reduce([(low <= column) & (column <= high)
+                                        for column, (low, high) in zip((xs, ys), picture, strict=True)])
+        xs, ys = xs[inside], ys[inside]
+        there = there & inside[np.maximum(at, 0)]
+    values = [_plain(np.where(there, table.column(name)[np.maximum(at, 0)], np.nan)) for name in columns]
     kept = np.union1d(keep(xs), keep(ys))
     return {"label": label, "x": values[0], "y": values[1], "heading": values[2] if len(values) > 2 else None,
             "path_x": _plain(xs[kept]), "path_y": _plain(ys[kept])}

@@ -57,7 +57,9 @@ class SensingSettings(MediumSettings):
         return Camera(carrier if carried else None, self.view, self.exposure_period_ns, self.latency_ns, self.noise_m)
 
     def floor_plan(self) -> FloorPlan:
-        return FloorPlan(self.cameras, self.every_exposure_to, self.range_m, self.half_angle_deg, self.obstacles)
+        own = {name: name for name in self.every_exposure_to if name in self.bodies and name not in self.fixed_cameras}
+        return FloorPlan({**own, **self.cameras}, self.every_exposure_to, self.range_m, self.half_angle_deg,
+                         self.obstacles)
 
     def check_nodes(self, nodes: Sequence[str]) -> None:
         """Raise ValueError, one line a mistake, for names that are not those of `nodes` and for missing cameras."""

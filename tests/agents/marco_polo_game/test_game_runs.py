@@ -18,6 +18,7 @@ from experiments.judge.run_data import RunData, load_run
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, find, load
 from experiments.scenario.loader import load_tables
+from netem.records.event_fields import read
 
 S, MS = 1_000_000_000, 1_000_000
 EXPOSURE_NS, LATENCY_NS, WINDOW_NS, SLOT_NS = 100 * MS, 20 * MS, 150 * MS, 5 * MS
@@ -67,7 +68,7 @@ def test_sensors_detect_exactly_what_truth_puts_into_their_fields_of_view(tmp_pa
                        and hypot(x - places[sensor][at_ns][0], y - places[sensor][at_ns][1]) <= radius_m]
             if seen_ns:
                 expected.add((sensor, target, min(seen_ns) + LATENCY_NS))
-    found = {(node, detail.split(",")[0], time_ns) for node, time_ns, detail in told(data, "detection")}
+    found = {(node, read(detail)["target"], time_ns) for node, time_ns, detail in told(data, "detection")}
     assert len(expected) >= 8
     assert found == expected
 
@@ -94,7 +95,7 @@ def test_a_target_is_captured_once_by_a_ugv_that_touches_it(seed: int, tmp_path:
     data, summary = played(tmp_path / "run", seed)
 
     assert summary.holds
-    captures = told(data, "capture")
+    captures = [(node, time_ns, read(detail)["target"]) for node, time_ns, detail in told(data, "capture")]
     assert len({target for _, _, target in captures}) == len(captures) == counted(data, "captures")
     assert counted(data, "captured") == len(captures)
     for node, _, target in captures:
@@ -104,7 +105,7 @@ def test_a_target_is_captured_once_by_a_ugv_that_touches_it(seed: int, tmp_path:
     assert not [node for node, _, detail in told(data, "mode", "waiting -> pursuing") if node.startswith("uav")]
     for node, time_ns, detail in told(data, "mode", "waiting -> investigating"):
         target = TARGETS[int(float(detail.partition(" with of=")[2].partition(",")[0]))]
-        own = [at_ns for name, at_ns, _ in told(data, "detection", f"{target},") if name == node]
+        own = [at_ns for name, at_ns, _ in told(data, "detection", f"target={target} ") if name == node]
         assert all(at_ns > time_ns for at_ns in own)        # a second detection by it would not be independent
     assert counted(data, "captured") + counted(data, "left") <= counted(data, "entered") == 3
 

@@ -8,7 +8,7 @@ import pytest
 
 from experiments.judge.run_data import RunData, load_run
 from experiments.show.report import plane as plane_module
-from experiments.show.report.plane import MOST_INSTANTS, plane
+from experiments.show.report.plane import MOST_INSTANTS, MOST_ON_GROUND, plane
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.media.sensing.field_of_view import Obstacle
@@ -120,6 +120,31 @@ def test_motion_capture_is_no_look(tmp_path):
 def test_fields_of_view_ride_on_what_carries_the_camera(drawn):
     assert drawn["views"] == [{"observer": "companion", "carrier": "drive", "range_m": 2.0, "half_angle_deg": 60.0}]
     assert drawn["obstacles"] == [{"x": 1.0, "y": 2.0, "radius_m": 0.5}]
+
+
+def test_an_observer_among_the_bodies_carries_its_own_field_of_view():
+    pose = ("x", "y", "theta")
+    settings = SensingSettings(10 * MS, MS, range_m=1.5, bodies={"a": pose, "b": pose, "c": pose}, cameras={"eye": "b"},
+                               every_exposure_to=("a", "c", "eye", "d"), fixed_cameras=("c",))
+
+    assert settings.floor_plan().carriers == {"a": "a", "eye": "b"}
+
+
+def test_on_declared_ground_bodies_out_of_the_picture_have_no_place_and_no_path(tmp_path):
+    data = a_run(tmp_path / "run", {"evader": POSE})            # x = t, y = 1 + t
+    data.scenario["ground"] = {"area_x_m": [0.2, 0.6], "area_y_m": [0.0, 4.0], "shapes": [
+        {"what": "box", "corners_m": [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]], "solid": True}]}
+
+    found = plane(data)
+
+    assert found["ground"] == {"area": [[0.2, 0.6], [0.0, 4.0]], "picture": ((0.0, pytest.approx(0.8)), (-0.2, 4.2)),
+                               "shapes": [{"what": "box", "solid": True, "x": [0.0, 1.0, 1.0], "y": [0.0, 0.0, 2.0]}]}
+    (body,) = found["bodies"]
+    for t_s, x_m, y_m in zip(found["instants_s"], body["x"], body["y"], strict=True):
+        sampled = int(round(t_s * 1e9) // (10 * MS)) * 0.01
+        assert (x_m, y_m) == ((None, None) if sampled > 0.8 + 1e-9 else pytest.approx((sampled, sampled + 1), abs=1e-6))
+    assert max(body["path_x"]) == pytest.approx(0.8)
+    assert len(found["instants_s"]) == MOST_ON_GROUND
 
 
 def test_without_bodies_there_is_no_plane(tmp_path):

@@ -26,6 +26,7 @@ function showInstant(t_s, words, goTo) {
     drawSlots();
   }
   if (byId("interval")) drawIntervals();
+  if (byId("plot-modes")) drawModes();
   byId("instant-time").textContent = seconds(t_s);
   byId("instant-words").textContent = words || "";
   byId("instant").hidden = false;
@@ -39,7 +40,7 @@ function forgetInstant() {
   signalRange = null;
   byId("instant").hidden = true;
   document.querySelectorAll("[data-t].chosen").forEach((button) => button.classList.remove("chosen"));
-  [["signal", drawSignal], ["slot-from", drawSlots], ["interval", drawIntervals]].forEach(([id, draw]) => byId(id) && draw());
+  [["signal", drawSignal], ["slot-from", drawSlots], ["interval", drawIntervals], ["plot-modes", drawModes]].forEach(([id, draw]) => byId(id) && draw());
 }
 
 // To the next moment (sign 1) or the one before (-1) that has an instant.

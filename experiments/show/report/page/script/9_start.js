@@ -31,9 +31,14 @@ if (byId("slot-from")) {
 if (byId("plane-at")) {
   byId("plane-at").oninput = drawPlane;
   byId("plane-play").onclick = playPlane;
+  if (byId("plane-before")) {
+    byId("plane-before").onclick = () => nextTold(-1);
+    byId("plane-after").onclick = () => nextTold(1);
+  }
 }
 drawing("plot-signal", drawSignal);
 drawing("plot-plane", drawPlane);
+drawing("plot-modes", drawModes);
 drawing("plot-slots", drawSlots);
 drawing("plot-fates", drawFates);
 drawing("plot-ages", drawAges);
@@ -72,6 +77,9 @@ if (typeof Plotly === "undefined") {
   redraw();
   if (byId("plot-signal")) {
     byId("plot-signal").on("plotly_click", (event) => showInstant(event.points[0].x, "chosen in the chart of signals"));
+  }
+  if (byId("plot-modes")) {
+    byId("plot-modes").on("plotly_click", (event) => showInstant(event.points[0].customdata, "chosen in the modes over time"));
   }
   dark.addEventListener("change", redraw);
   narrow.addEventListener("change", redraw);
