@@ -41,6 +41,7 @@ class Task(NamedTuple):
 
 
 NO_TASK: Final = Task(255, 255)
+OUT_OF_VIEW: Final = 0      # number of a detection: the sender sees the target no more; x, y are the sender's place
 
 
 class Standing(IntEnum):
@@ -55,7 +56,7 @@ class Standing(IntEnum):
 
 class Detection(NamedTuple):
     target: int
-    number: int         # of detections of this target so far, as the sender knows
+    number: int         # of detections of this target so far, as the sender knows; or OUT_OF_VIEW
     seen_ns: int
     x_m: float
     y_m: float

@@ -6,6 +6,8 @@
     movers          drive a platform along places: omnidirectional, differential drive on CAN, quadrotor on MAVLink
     sensor_robot    program: detects, bids, captures; `sensor_automaton` declares its modes
     guidance        where a deployed sensor drives: `investigation`, `plain_pursuit`
+    adaptive_robot  program: a sensor robot that looks on request and pursues by the Adaptive Filter (section 3.4);
+                    `adaptive_pursuit` guides it, by `reachable_set` and `link_watch`
     game_table      the table [team] of a game
     grip_frames     the frames by which a UGV captures a target
 

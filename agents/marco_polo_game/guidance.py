@@ -2,6 +2,7 @@
 
     begin    the sensor has won the bid for a target        plan    anew at `Plan.again_ns`, and after what it is told
     saw      a sight of that target, or a detection of it by another sensor                  end     it waits again
+    answered its camera has exposed
 
 A sensor has one guidance for each purpose for which it is deployed, and the guidance serves one deployment at a time.
 The robot program keeps the track of the target, detects, bids, captures, and records modes; a guidance does none of it.
@@ -10,9 +11,9 @@ The robot program keeps the track of the target, detects, bids, captures, and re
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from agents.marco_polo.connectivity import ConnectivityGraph
 from agents.marco_polo.ground import Ground
@@ -28,6 +29,7 @@ class Plan(NamedTuple):
 
     way: Sequence[Place]        # waypoints [m]
     again_ns: int               # local time of the next plan, if none is asked for before
+    look: bool = False          # request the next exposure of a camera that exposes on request
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,7 @@ class Deck:
     game: Game
     ground: Ground
     graph: Callable[[], ConnectivityGraph]
+    scanning: Callable[[], Collection[str]] = tuple     # the other sensors that told last that they do not pursue
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,9 @@ class Deployment:
 
 
 class Guidance(Protocol):
-    lost: ClassVar[str]         # cause of the change of mode when `plan` returns None
+    @property
+    def lost(self) -> str:
+        """Return why `plan` has returned None, as the cause of the change of mode."""
 
     @property
     def ends_ns(self) -> int:
@@ -67,6 +72,10 @@ class Guidance(Protocol):
     def saw(self, seen: Seen) -> bool:
         """Take a sight or a detection that the track has already; return whether a new plan is needed."""
         return False
+
+    def answered(self, exposed_ns: int) -> None:
+        """Note that the sensor's camera exposed then; `saw` is told of the target, if it was in view."""
+        return
 
     @abstractmethod
     def end(self) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from itertools import cycle, islice
 from math import dist
-from typing import ClassVar, Final
+from typing import Final
 
 import numpy as np
 
@@ -26,7 +26,7 @@ SHARES: Final = (1.0, 0.75, 0.5, 0.25)      # of the amplitude, if walls or obst
 
 
 class Investigation(Guidance):
-    lost: ClassVar = "the target has left its C-target"
+    lost = "the target has left its C-target"
 
     def __init__(self, deck: Deck) -> None:
         self._deck = deck

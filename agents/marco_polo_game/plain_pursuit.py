@@ -10,7 +10,6 @@ expected to leave the area, and that time has passed.
 from __future__ import annotations
 
 from math import dist
-from typing import ClassVar
 
 from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, Plan
 from agents.marco_polo_game.track import Seen, Track
@@ -18,7 +17,7 @@ from agents.pursuit import Place
 
 
 class PlainPursuit(Guidance):
-    lost: ClassVar = "the target is not where it was expected to leave"
+    lost = "the target is not where it was expected to leave"
 
     def __init__(self, deck: Deck) -> None:
         self._deck = deck

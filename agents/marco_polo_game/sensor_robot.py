@@ -45,7 +45,7 @@ from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
 from firmware_sim.ground_plan import GroundPlan
 from firmware_sim.scenario_view import Own, ScenarioView
-from netem.media.sensing.sight import Detection, unpack_sight
+from netem.media.sensing.sight import LOOK, Detection, unpack_sight
 from netem.records.event_fields import Value, written
 
 MOST_STAGE: Final = 254
@@ -63,7 +63,7 @@ class Purpose(IntEnum):
 class SensorRobot:
     """The program of both UGVs and UAVs; `CAPTURES`: it is one of a UGV, which pursues and captures targets."""
 
-    Settings = SensorSettings
+    Settings: ClassVar[type[SensorSettings]] = SensorSettings
     CAPTURES: ClassVar[bool]
     PURSUIT: ClassVar[MakesGuidance] = PlainPursuit
 
@@ -89,15 +89,16 @@ class SensorRobot:
         self._mover = settings.platform.mover(board, game.area, game.speed_mps(board.name))
         self._tracks = [Track(game.area, game.parameters) for _ in game.targets]
         self._places: dict[str, Place] = {}                     # of the other sensors, as they told
+        self._modes_told: dict[str, int] = {}                   # of the other sensors, numbers of `GameMode`
         self._attempts: dict[tuple[int, Purpose], int] = {}     # that are over
         self._task: Task | None = None                          # for which it is deployed
         self._timer: Timer | None = None                        # of the next plan
         self._offered: Offer | None = None                      # the last reward that the protocol asked for
-        deck = Deck(board, settings, game, self._ground, self._graph)
+        deck = Deck(board, settings, game, self._ground, self._graph, self._scanning)
         self._guidances: dict[Purpose, Guidance] = {Purpose.INVESTIGATION: Investigation(deck)}
         if self.CAPTURES:
             self._guidances[Purpose.PURSUIT] = self.PURSUIT(deck)
-        board.port(settings.view, self._hear_view)
+        self._view = board.port(settings.view, self._hear_view)
         self._grip = board.port(settings.grip, self._hear_grip) if self.CAPTURES else None
         self._modes = Modes(board, self.automaton(settings, board.team), GameMode.WAITING.word, self._state)
         self._bidding = Bidding(board, settings, reward=self._reward, deploy=self._deployed, let_go=self._let_go,
@@ -120,8 +121,15 @@ class SensorRobot:
         sight = unpack_sight(data)
         if sight is None:
             self._board.count("unreadable sights")
-        elif isinstance(sight, Detection) and sight.name in self._game.targets:
+            return
+        self._exposed(sight.exposed_ns)
+        if isinstance(sight, Detection) and sight.name in self._game.targets:
             self._see(self._game.targets.index(sight.name), Seen(sight.exposed_ns, (sight.x_m, sight.y_m)))
+
+    def _exposed(self, at_ns: int) -> None:
+        """Note that the camera has exposed."""
+        if self._task is not None:
+            self._guidance.answered(at_ns)
 
     def _see(self, target: int, seen: Seen) -> None:
         track = self._tracks[target]
@@ -133,7 +141,11 @@ class SensorRobot:
             own = self._mover.place
             if self._grip is not None and dist(own, seen.place) <= self._parameters.capture_m:
                 self._grip.send(pack(Grip(target, self._game.sensors.index(self._board.name), *own)))
+        self._sighted(target, track, seen)
         self._tell_guidance(target, seen)
+
+    def _sighted(self, target: int, track: Track, seen: Seen) -> None:
+        """Do what a program adds at each sight of a target."""
 
     def _detect(self, target: int, track: Track, seen: Seen) -> None:
         if track.detected(self._board.name, seen):
@@ -222,6 +234,9 @@ class SensorRobot:
         return self._ground.graph(place for name, place in self._places.items()
                                   if self.CAPTURES and name in self._game.ugvs)
 
+    def _scanning(self) -> list[str]:
+        return [name for name, mode in self._modes_told.items() if mode != GameMode.PURSUING]
+
     def _deployed(self, task: Task, by: str) -> None:
         offer, track = self._offer(task), self._tracks[task.target]
         assert offer is not None                    # the protocol has just asked for the bid again
@@ -258,8 +273,15 @@ class SensorRobot:
         if plan is None:
             self._lost()
             return
+        if plan.look:
+            self._look("looks in pursuit")
         self._mover.go(plan.way)
         self._timer = self._board.at(plan.again_ns, self._plan)
+
+    def _look(self, counter: str) -> None:
+        """Request the next exposure of a camera that exposes on request."""
+        self._view.send(LOOK)
+        self._board.count(counter)
 
     def _lost(self) -> None:
         assert self._task is not None
@@ -333,7 +355,7 @@ class SensorRobot:
                 self._open(target, Purpose.PURSUIT)
 
     def _told_mode(self, sender: str, message: ModeMessage) -> None:
-        self._places[sender] = message.x_m, message.y_m
+        self._places[sender], self._modes_told[sender] = (message.x_m, message.y_m), message.mode
         if message.standing is Standing.FINISHED and message.task.target < len(self._tracks):
             self._over(message.task)
 

@@ -65,6 +65,7 @@ class Track:
     parameters: GameParameters
     seen: dict[str, Seen] = field(default_factory=dict)     # by sensor
     sight: Seen | None = None                               # this sensor's newest sight
+    out_of_view_ns: dict[str, int] = field(default_factory=dict)    # exposure at which another sensor lost sight of it
     investigated: bool = False                              # its investigation is over: it has k detections
     captured: bool = False
 
