@@ -66,20 +66,23 @@ class _Due:
 class Bidding:
     def __init__(self, board: Board, settings: BiddingSettings, *, reward: Callable[[Task], float | None],
                  deploy: Callable[[Task, str], object], let_go: Callable[[Task, str, str], object],
-                 detected: Callable[[str, Detection], object] = lambda sender, detection: None,
-                 told_mode: Callable[[str, ModeMessage], object] = lambda sender, message: None,
+                 detected: Callable[[str, Detection, str], object] = lambda origin, detection, teller: None,
+                 told_mode: Callable[[str, ModeMessage, str], object] = lambda origin, message, teller: None,
                  whereabouts: Callable[[], Whereabouts] = lambda: (0, 0.0, 0.0),
-                 named: Callable[[Task], Mapping[str, Value]] = Task._asdict) -> None:
+                 named: Callable[[Task], Mapping[str, Value]] = lambda task: {"target": task.target},
+                 terms: Callable[[Task], Mapping[str, Value]] = lambda task: {}) -> None:
         """`detected` and `told_mode` get what others tell; `whereabouts` is what this sensor tells of itself.
 
-        `named` returns what the records say of a task for which this sensor bids, beside the bid.
+        A message comes from its `origin`, in a frame of `teller`: the same sensor, or the neighbour that passed it on.
+        `named` returns what the records say of a task, beside its stage, and `terms` what they say of the bid for which
+        `reward` was asked last, beside the bid.
         """
         self._names = sensors_of(board.team)
         self._board, self._number = board, self._names.index(board.name)
         self.timing = BidTiming(len(self._names), settings)
         self._reward, self._deploy, self._let_go = reward, deploy, let_go
         self._detected, self._told_mode, self._whereabouts = detected, told_mode, whereabouts
-        self._named = named
+        self._named, self._terms = named, terms
         self._window_ns = settings.window_ns
         self._flood = Flood(self.timing.delivery_ns) if self.timing.floods else None
         self._auctions: dict[Task, Auction] = {}
@@ -143,11 +146,12 @@ class Bidding:
         reward = NO_BID if wanted is None else as_sent(wanted)
         auction.bids[self._number] = reward
         self._board.count("windows")
-        self._board.event("window open", f"{_named(auction)} by {self._names[opener]}, own bid {_shown(reward)}")
+        self._board.event("window open", written({**self._told_of(auction), "by": self._names[opener],
+                                                  "bid": "none" if reward == NO_BID else reward}))
         self._closes_at(auction, closes_ns)
         if reward > NO_BID:
             self._board.count("bids")
-            self._board.event("bid", written({**self._named(auction.task), "bid": reward, "epoch": epoch}))
+            self._board.event("bid", written({**self._told_of(auction), **self._terms(auction.task), "bid": reward}))
         if self._flood is not None:
             self._pass_on_bid(auction)
         elif reward > NO_BID or opener == self._number:
@@ -193,7 +197,7 @@ class Bidding:
         auction.own = reward
         auction.heard_by.clear()
         self._board.count("deployments")
-        self._board.event("deployed", f"{_named(auction)}, bid {_shown(reward)}")
+        self._board.event("deployed", written({**self._told_of(auction), "bid": reward}))
         epoch = auction.epoch
         self._post(("A", auction.task), self._flooded(
             lambda: None if auction.own is None or epoch is None else Award(auction.task, epoch, self._number, reward)))
@@ -224,7 +228,7 @@ class Bidding:
     def _release(self, auction: Auction, by: int, why: str) -> None:
         auction.own = None
         self._board.count("let go")
-        self._board.event("let go", f"{_named(auction)}: {why}")
+        self._board.event("let go", written({**self._told_of(auction), "by": self._names[by], "why": why}))
         self._say(auction, Standing.LET_GO)
         self._let_go(auction.task, self._names[by], why)
 
@@ -261,7 +265,7 @@ class Bidding:
         """Take what `origin` tells, in a frame of `teller`, which is another sensor if the message is flooded."""
         match message:
             case Detection():
-                self._detected(self._names[origin], message)
+                self._detected(self._names[origin], message, self._names[teller])
             case Award(task, epoch, winner, reward):
                 self._hear_deployed(self._auction(task), winner, epoch, reward, teller)
                 if self._flood is None:
@@ -269,7 +273,7 @@ class Bidding:
             case ModeMessage():
                 if message.standing is not Standing.FREE:
                     self._hear_mode(self._auction(message.task), origin, message, teller)
-                self._told_mode(self._names[origin], message)
+                self._told_mode(self._names[origin], message, self._names[teller])
 
     def _hear_greatest(self, auction: Auction, bidder: int, bid: Bid, teller: int) -> None:
         """Take the greatest bid that a neighbour knows of, and pass on what is news to this sensor."""
@@ -406,6 +410,10 @@ class Bidding:
         if len(parts) > 1:
             self._radio.send(b"".join(parts))
         self._arm()
+
+    def _told_of(self, auction: Auction) -> dict[str, Value]:
+        """Return a task and the epoch of its last window, as named values of the records."""
+        return {**self._named(auction.task), "stage": auction.task.stage, "epoch": auction.epoch or 0}
 
     def _auction(self, task: Task) -> Auction:
         found = self._auctions.get(task)

@@ -48,7 +48,7 @@ class BiddingRobot:
         self._targets = 0.0                     # for which it is deployed
         self._modes = Modes(board, self.automaton(settings, board.team), "waiting", lambda: {"targets": self._targets})
         self._bidding = Bidding(board, settings, reward=self._reward, deploy=self._deployed, let_go=self._waits,
-                                detected=lambda sender, detection: board.count("detections heard"),
+                                detected=lambda origin, detection, teller: board.count("detections heard"),
                                 told_mode=self._told_mode, whereabouts=lambda: (int(self._targets), 0.0, 0.0))
         for counter in ("detections heard", "modes heard", "deployed modes heard"):
             board.count(counter, 0)
@@ -94,7 +94,7 @@ class BiddingRobot:
         self._given_up.add(task)
         self._bidding.give_up(task, "given up")
 
-    def _told_mode(self, sender: str, message: ModeMessage) -> None:
+    def _told_mode(self, origin: str, message: ModeMessage, teller: str) -> None:
         self._board.count("deployed modes heard" if message.mode else "modes heard")
 
     def _change(self, mode: str, targets: float, cause: str, by: str) -> None:

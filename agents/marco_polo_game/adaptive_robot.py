@@ -69,11 +69,11 @@ class AdaptiveRobot(SensorRobot):
         super()._exposed(at_ns)
         self._answered_ns = at_ns
 
-    def _told_detection(self, sender: str, told: Shared) -> None:
+    def _told_detection(self, origin: str, told: Shared, teller: str) -> None:
         if told.number != OUT_OF_VIEW:
-            super()._told_detection(sender, told)
+            super()._told_detection(origin, told, teller)
         elif told.target < len(self._tracks):
-            self._tracks[told.target].out_of_view_ns[sender] = told.seen_ns
+            self._tracks[told.target].out_of_view_ns[origin] = told.seen_ns
 
     def _lost(self) -> None:
         if self._mode is GameMode.PURSUING:

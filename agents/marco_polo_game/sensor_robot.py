@@ -104,8 +104,7 @@ class SensorRobot:
         self._bidding = Bidding(board, settings, reward=self._reward, deploy=self._deployed, let_go=self._let_go,
                                 detected=self._told_detection, told_mode=self._told_mode,
                                 whereabouts=lambda: (self._mode, *self._mover.place),
-                                named=lambda task: {**self._terms(task, self._offered),
-                                                    "for": Purpose(task.stage % 2).name.lower()})
+                                named=self._named, terms=lambda task: self._terms(self._offered))
         for counter in (*COUNTERS, *(f"detections of {target}" for target in game.targets)):
             board.count(counter, 0)
         board.record_all([("x", "m"), ("y", "m"), ("mode", "1"), ("target", "1"), ("coasted", "m")], self._sample)
@@ -156,14 +155,15 @@ class SensorRobot:
         self._bidding.share(Shared(target, track.detections, seen.at_ns, *seen.place))
         self._demand(target, "")
 
-    def _told_detection(self, sender: str, told: Shared) -> None:
+    def _told_detection(self, origin: str, told: Shared, teller: str) -> None:
+        """Take the detection of sensor `origin`, which the frame of sensor `teller` has brought here."""
         if told.target >= len(self._tracks):
             return
         track = self._tracks[told.target]
-        if track.detected(sender, Seen(told.seen_ns, (told.x_m, told.y_m))) and self._board.name in track.seen:
-            self._demand(told.target, sender)
+        if track.detected(origin, Seen(told.seen_ns, (told.x_m, told.y_m))) and self._board.name in track.seen:
+            self._demand(told.target, teller)
         elif track.detections >= self._parameters.detections:
-            self._stop_investigating(told.target, sender)
+            self._stop_investigating(told.target, teller)
         self._tell_guidance(told.target, Seen(told.seen_ns, (told.x_m, told.y_m)))
 
     def _demand(self, target: int, by: str) -> None:
@@ -203,11 +203,17 @@ class SensorRobot:
         offer = self._offered = self._offer(task)
         return None if offer is None else offer.reward
 
-    def _terms(self, task: Task, offer: Offer | None) -> dict[str, Value]:
-        """Return the target of a task and the terms of an offer for it, as named values of the records."""
-        target = {"target": self._game.targets[task.target]}
-        return {**target} if offer is None else {**target, "P_R": offer.detection, "gain": offer.coverage_gain,
-                                                 "way_m": offer.route.length_m}
+    def _named(self, task: Task) -> dict[str, Value]:
+        """Return a task as named values of the records; a target that the team does not have by its number."""
+        targets = self._game.targets
+        return {"target": targets[task.target] if task.target < len(targets) else task.target,
+                "for": Purpose(task.stage % 2).name.lower()}
+
+    @staticmethod
+    def _terms(offer: Offer | None) -> dict[str, Value]:
+        """Return the terms of an offer as named values of the records."""
+        return {} if offer is None else {"P_R": offer.detection, "gain": offer.coverage_gain,
+                                         "way_m": offer.route.length_m}
 
     def _offer(self, task: Task) -> Offer | None:
         if self._mode is not GameMode.WAITING or task.target >= len(self._tracks):
@@ -245,7 +251,8 @@ class SensorRobot:
         pursuit = task.stage % 2 == Purpose.PURSUIT
         mode = GameMode.PURSUING if pursuit else GameMode.INVESTIGATING
         self._board.count("pursuits" if pursuit else "investigations")
-        self._modes.change(mode.word, written({**self._terms(task, offer), "bid": offer.reward}),
+        self._modes.change(mode.word, written({"target": self._game.targets[task.target],
+                                              **self._terms(offer), "bid": offer.reward}),
                            by="" if by == self._board.name else by, before=before,
                            inputs={"of": task.target, "detections": track.detections})
         self._guidance.begin(Deployment(task.target, track, offer, self._mover.place), self._board.now_ns)
@@ -354,8 +361,8 @@ class SensorRobot:
                     and track.forecast().leaves_ns > self._board.now_ns):
                 self._open(target, Purpose.PURSUIT)
 
-    def _told_mode(self, sender: str, message: ModeMessage) -> None:
-        self._places[sender], self._modes_told[sender] = (message.x_m, message.y_m), message.mode
+    def _told_mode(self, origin: str, message: ModeMessage, teller: str) -> None:
+        self._places[origin], self._modes_told[origin] = (message.x_m, message.y_m), message.mode
         if message.standing is Standing.FINISHED and message.task.target < len(self._tracks):
             self._over(message.task)
 
