@@ -6,6 +6,7 @@ it enters and the first that it leaves by.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from math import cos, hypot, inf, sin
 from typing import Final
@@ -29,6 +30,16 @@ class ConvexPolygon:
         """Return the distance from a place inside to the nearest edge; outside, minus the largest to the edges' lines.
         """
         return -max(nx * (place[0] - x) + ny * (place[1] - y) for x, y, nx, ny in self._edges)
+
+    def protrusion_m(self, extent_m: Callable[[float, float], float]) -> float:
+        """Return how far a convex shape protrudes over the line of an edge, at most; not above 0 if it is covered.
+
+        `extent_m(ux, uy)` is the greatest ux x + uy y of the shape, for a direction of length 1."""
+        return max(extent_m(nx, ny) - nx * x - ny * y for x, y, nx, ny in self._edges)
+
+    def gap_m(self, extent_m: Callable[[float, float], float]) -> float:
+        """Return how far such a shape is beyond the line of an edge, at most; not above 0 if no edge parts them."""
+        return max(-extent_m(-nx, -ny) - nx * x - ny * y for x, y, nx, ny in self._edges)
 
     def way_m(self, place: Place, heading_rad: float) -> float:
         """Return how far a point comes from `place` until it enters the polygon; inf if it passes by.

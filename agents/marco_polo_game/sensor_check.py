@@ -11,6 +11,7 @@ from agents.marco_polo.checks import check_area_coverage, check_exits, check_pur
 from agents.marco_polo_game.game_table import Game, game_of
 from agents.marco_polo_game.movers import Platform
 from agents.marco_polo_game.sensor_settings import SensorSettings
+from agents.marco_polo_game.zone_check import zone_problems
 from firmware_sim.scenario_view import Own, OwnAgent, ScenarioView
 from netem.media.answers import Camera
 
@@ -27,6 +28,8 @@ def game_problems(scenario: ScenarioView, own: Own[Any], captures: bool) -> Iter
     except ValueError as error:
         yield str(error)
         return
+    if (radio := scenario.media.get(next(iter(own.values())).settings.radio)) is not None:
+        yield from zone_problems(game, radio)
     for name, agent in own.items():
         if (name in game.ugvs) is not captures:
             yield (f"agents.{name}: runs the program of a UGV and is missing in team.ugvs={sorted(game.ugvs)}"

@@ -83,6 +83,13 @@ class Bodies(NamedTuple):
     outputs: Mapping[str, tuple[str, ...]]      # by node: outputs of its plant for x, y or x, y, z [m]
 
 
+class WeakArea(Protocol):
+    """A convex area on the ground whose links are weak."""
+
+    def extent_m(self, ux: float, uy: float) -> float:
+        """Return the greatest ux x + uy y [m] in the area, for a direction (ux, uy) of length 1."""
+
+
 class TopologyKind:
     """What the settings of every topology answer; the defaults are those of one that has no positions."""
 
@@ -96,6 +103,10 @@ class TopologyKind:
 
     def standing(self, nodes: Sequence[str]) -> Collection[str]:
         """Return those of `nodes` from whose constant positions the links follow."""
+        return ()
+
+    def weak_areas(self) -> Sequence[WeakArea]:
+        """Return the areas that weaken links, in the order of the settings."""
         return ()
 
     def located(self, at_m: Mapping[str, Position | None]) -> Collection[str]:

@@ -20,7 +20,7 @@ from functools import partial
 from math import dist, inf, isfinite, log10
 from typing import Final, Literal
 
-from netem.topology import Bodies, Position, Site, Topology, TopologyError, TopologyKind, reach
+from netem.topology import Bodies, Position, Site, Topology, TopologyError, TopologyKind, WeakArea, reach
 from netem.topology.moving_graph import MovingGraph
 from netem.topology.reach import Reach
 from netem.topology.shadowing import ShadowField, Shadowing
@@ -68,6 +68,9 @@ class PathLoss(TopologyKind):
 
     def standing(self, nodes: Sequence[str]) -> Collection[str]:
         return [node for node in nodes if node not in self.bodies]
+
+    def weak_areas(self) -> Sequence[WeakArea]:
+        return self.zones
 
     def located(self, at_m: Mapping[str, Position | None]) -> Collection[str]:
         return at_m.keys()          # `over` refuses nodes without one

@@ -34,6 +34,9 @@ class Rectangle:
     def holds(self, at_m: Position) -> bool:
         return all(low <= x <= high for low, x, high in zip(self.low_m, at_m, self.high_m, strict=False))
 
+    def extent_m(self, ux: float, uy: float) -> float:
+        return max(ux * self.low_m[0], ux * self.high_m[0]) + max(uy * self.low_m[1], uy * self.high_m[1])
+
     def weakens(self, one_m: Position, other_m: Position) -> bool:
         if self.holds(one_m) or self.holds(other_m):
             return True
@@ -67,6 +70,9 @@ class Circle:
 
     def holds(self, at_m: Position) -> bool:
         return dist(self.centre_m, tuple(at_m)[:2]) <= self.radius_m
+
+    def extent_m(self, ux: float, uy: float) -> float:
+        return ux * self.centre_m[0] + uy * self.centre_m[1] + self.radius_m * hypot(ux, uy)
 
     def weakens(self, one_m: Position, other_m: Position) -> bool:
         if self.holds(one_m) or self.holds(other_m):

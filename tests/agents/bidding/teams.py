@@ -13,6 +13,7 @@ from experiments.judge.run_data import RunData, load_run
 from experiments.run.runner import run
 from experiments.scenario.loader import load_tables
 from experiments.scenario.model import Scenario
+from netem.records.event_fields import read
 
 US, MS, S = 1_000, 1_000_000, 1_000_000_000
 DETECTED_NS = 7 * MS
@@ -98,7 +99,7 @@ class Ran:
 
     def deployed(self, target: int = 0) -> list[tuple[str, int]]:
         return [(node, time_ns) for node, time_ns, detail in self.told("deployed")
-                if detail.startswith(f"target {target} ")]
+                if (read(detail) or {}).get("target") == str(target)]
 
     def let_go(self) -> list[tuple[str, int]]:
         return [(node, time_ns) for node, time_ns, _ in self.told("let go")]

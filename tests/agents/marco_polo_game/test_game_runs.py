@@ -43,6 +43,12 @@ def told(data: RunData, kind: str, start: str = "") -> list[tuple[str, int, str]
             if event.kind == kind and event.detail.startswith(start)]
 
 
+def task_of(detail: str) -> tuple[str, ...]:
+    """A task and the epoch of its window, as an event of bidding names them."""
+    fields = read(detail)
+    return tuple(fields[name] for name in ("target", "for", "stage", "epoch"))
+
+
 def test_both_hosts_have_one_ledger(tmp_path: Path) -> None:
     _, inline = played(tmp_path / "inline")
     _, process = played(tmp_path / "process", host="process")
@@ -78,15 +84,14 @@ def test_one_sensor_is_deployed_for_each_task_within_a_window(losses: tuple[str,
     data, summary = played(tmp_path / "run", SEED, *losses)
 
     assert summary.holds
-    deployed = Counter(detail.rpartition(",")[0] for _, _, detail in told(data, "deployed"))
+    deployed = Counter(task_of(detail) for _, _, detail in told(data, "deployed"))
     assert deployed
     assert set(deployed.values()) == {1}
-    opened_ns: dict[str, int] = {}
+    opened_ns: dict[tuple[str, ...], int] = {}
     for _, time_ns, detail in told(data, "window open"):
-        opened_ns.setdefault(detail.partition(" by ")[0], time_ns)
+        opened_ns.setdefault(task_of(detail), time_ns)
     for _, time_ns, detail in told(data, "deployed"):
-        task = detail.rpartition(",")[0]
-        assert WINDOW_NS <= time_ns - opened_ns[task] <= WINDOW_NS + SLOT_NS
+        assert WINDOW_NS <= time_ns - opened_ns[task_of(detail)] <= WINDOW_NS + SLOT_NS
     assert counted(data, "let go") == 0
 
 
