@@ -290,3 +290,44 @@ def test_a_sweep_goes_to_and_fro_across_the_way_of_the_target(tmp_path: Path) ->
 def test_what_cannot_be_played_is_refused_with_what_would_do(override: str, said: str) -> None:
     with pytest.raises(ScenarioError, match=re.escape(said)):
         load(find("marco_polo"), overrides=[override])
+
+
+@pytest.mark.parametrize(("override", "said"), [
+    ("team.zones=[[[5.5, 4.0], [7.5, 4.0], [7.5, 6.5], [5.5, 6.5]]]",
+     "media.radio.topology.zones[0] (x 5.5 to 8, y 4 to 6.5 m): protrudes by 0.5 m from team.zones[0], so sensors "
+     "drive to where nobody hears them; have one of team.zones cover it, [[5.5, 4], [8, 4], [8, 6.5], [5.5, 6.5]] "
+     "would do, or leave out all of team.zones"),
+    ("team.zones=[[[5.5, 4.0], [8.0, 4.0], [8.0, 6.5], [5.5, 6.5]], [[0.1, 0.1], [0.8, 0.1], [0.8, 0.8]]]",
+     "team.zones[1]=(0.1, 0.1), (0.8, 0.1), (0.8, 0.8) m: meets none of media.radio.topology.zones, so planners avoid "
+     "a place where the radio works; give the radio a zone there, take this one out, or leave out all of "
+     "media.radio.topology.zones"),
+    ("media.radio.topology.zones=[{kind='circle', centre_m=[6.75, 5.0], radius_m=1.5, extra_loss_db=100.0}]",
+     "media.radio.topology.zones[0] (x 5.25 to 8.25, y 3.5 to 6.5 m): protrudes by 0.5 m from team.zones[0]"),
+])
+def test_a_zone_of_planners_or_radio_without_counterpart_is_refused(override: str, said: str) -> None:
+    with pytest.raises(ScenarioError, match=re.escape(said)) as refused:
+        load(find("marco_polo_zone"), overrides=[override])
+
+    assert str(refused.value).count("zones[") == said.count("zones[")       # one line of one zone
+
+
+@pytest.mark.parametrize("override", [
+    "team.zones=[]",                                            # either list may be left out
+    "media.radio.topology.zones=[]",
+    "media.radio.topology={kind='fixed', links=['* -> *']}",
+    "team.zones=[[[5.5, 3.9], [8.2, 4.0], [8.0, 7.0], [5.4, 6.5]]]",        # larger than that of the radio
+    "media.radio.topology.zones=[{kind='circle', centre_m=[6.75, 5.25], radius_m=1.25, extra_loss_db=100.0}]",
+    "media.radio.topology.zones=[{kind='rectangle', low_m=[6, 5], high_m=[7, 6], extra_loss_db=100.0}, "
+    "{kind='rectangle', low_m=[11, 5], high_m=[12, 6], extra_loss_db=100.0}]",      # where no sensor drives
+])
+def test_zones_of_planners_and_radio_that_agree_or_that_are_left_out_are_taken(override: str) -> None:
+    load(find("marco_polo_zone"), overrides=[override])
+
+
+def test_at_the_boundary_of_the_area_a_zone_of_the_radio_may_go_on() -> None:
+    corner = "team.zones=[[[9.0, 9.0], [10.0, 9.0], [10.0, 10.0], [9.0, 10.0]]]"
+    beyond = "media.radio.topology.zones=[{{kind='rectangle', low_m=[{}, 9], high_m=[99, 99], extra_loss_db=100.0}}]"
+
+    load(find("marco_polo_zone"), overrides=[corner, beyond.format(9.0)])
+    with pytest.raises(ScenarioError, match=re.escape("x 8.9 to 10, y 9 to 10 m")):
+        load(find("marco_polo_zone"), overrides=[corner, beyond.format(8.9)])

@@ -1,4 +1,4 @@
-from math import dist, hypot
+from math import cos, dist, hypot, sin
 
 import pytest
 from hypothesis import given
@@ -49,3 +49,13 @@ def test_a_zone_that_acts_on_the_ends_lets_a_path_pass():
 
     assert not wall.weakens((0.0, 0.0), (9.0, 0.0))
     assert wall.weakens((4.5, 0.0), (9.0, 0.0))
+
+
+@given(turn=st.floats(0, 6.3))
+def test_the_extent_of_a_zone_is_that_of_the_points_on_its_edge(turn):
+    ux, uy = cos(turn), sin(turn)
+    round_tank = [(4.0 + 2.0 * cos(k / 500), 3.0 + 2.0 * sin(k / 500)) for k in range(3142)]
+    corners = [(x, y) for x in (4.0, 5.0) for y in (-1.0, 1.0)]
+
+    for zone, points in ((WALL, corners), (TANK, round_tank)):
+        assert zone.extent_m(ux, uy) == pytest.approx(max(ux * x + uy * y for x, y in points), abs=2e-6)
