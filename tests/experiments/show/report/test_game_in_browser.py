@@ -169,11 +169,15 @@ def test_bids_are_words_at_their_bidders_at_their_instant(page: Browser, data: R
 
     words = next(trace for trace in traces(page) if trace.get("uid") == "words")
     shown = robots(page)
-    expected = {(f"bid {float(values['bid']):.3g}", *shown[node][2:]) for at_s, node, values in bids if at_s == first_s}
-    assert set(zip(words["text"], words["x"], words["y"], strict=True)) == expected
-    assert len(expected) > 1
+    bidders = {(f"bid {float(values['bid']):.3g}", *shown[node][2:]) for at_s, node, values in bids if at_s == first_s}
+    others = {("window open", *shown[node][2:]) for at_s, node, _ in fields(data, "window open")
+              if first_s - 1 < at_s <= first_s}
+    assert {(line, x, y) for text, x, y in zip(words["text"], words["x"], words["y"], strict=True)
+            for line in text.split("<br>")} == bidders | others
+    assert len(bidders) > 1
+    assert others
     told = page.run("[...document.querySelectorAll('#plane-told li')].map((item) => item.textContent)")
-    assert len([line for line in told if line.startswith("bid of")]) == len(expected)
+    assert len([line for line in told if line.startswith("bid of")]) == len(bidders)
 
 
 def test_the_modes_over_time_are_those_of_the_records(page: Browser, data: RunData) -> None:
@@ -245,7 +249,7 @@ def test_the_keyboard_steps_through_instants_and_events(page: Browser, data: Run
     page.press("ArrowRight")
 
     later = sorted({event.time_ns / 1e9 for event in data.events if event.time_ns and event.kind in (
-        "mode", "detection", "bid", "capture") and "inside -> inside" not in event.detail})
+        "mode", "detection", "window open", "bid", "deployed", "let go", "capture") and "inside -> inside" not in event.detail})
     assert first == pytest.approx(later[0])
     assert page.run("byId('plane-time').textContent.split(' ')[0]") == page.run(
         "String(+DATA.plane.instants_s[byId('plane-at').value].toFixed(3))")
