@@ -30,7 +30,7 @@ def deck(**game: Any) -> Deck:
                      "area_y_m": [0.0, 10.0], "radius_m": {"ugv": 1.0, "uav": 1.5}, "game": game,
                      "obstacles": obstacles})
     ground = found.ground(ugv=True)
-    board: Any = SimpleNamespace(name="ugv")
+    board: Any = SimpleNamespace(name="ugv", event=lambda *told: None)
     return Deck(board, SimpleNamespace(exposure_ns=100 * MS), found, ground, ground.graph)
 
 
