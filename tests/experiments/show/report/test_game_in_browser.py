@@ -249,7 +249,8 @@ def test_the_keyboard_steps_through_instants_and_events(page: Browser, data: Run
     page.press("ArrowRight")
 
     later = sorted({event.time_ns / 1e9 for event in data.events if event.time_ns and event.kind in (
-        "mode", "detection", "window open", "bid", "deployed", "let go", "capture") and "inside -> inside" not in event.detail})
+        "mode", "detection", "window open", "bid", "deployed", "let go", "capture")
+        and "inside -> inside" not in event.detail})
     assert first == pytest.approx(later[0])
     assert page.run("byId('plane-time').textContent.split(' ')[0]") == page.run(
         "String(+DATA.plane.instants_s[byId('plane-at').value].toFixed(3))")
