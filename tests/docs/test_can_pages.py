@@ -24,6 +24,7 @@ from firmware_sim.drive_controller.drive_messages import DriveMessages, DriveSta
 from netem.media.can.frame import CanFrame
 from netem.media.can.messages import CanMessage
 from netem.media.can.settings import CanSettings
+from tests.firmware_sim.board_bench import BoardBench
 
 DOCS = Path(__file__).parents[2] / "docs"
 MS = 1_000_000
@@ -122,12 +123,14 @@ def test_both_logs_of_a_run_hold_every_frame_that_got_through(folder: Path) -> N
 def test_the_python_of_the_records_page_reads_that_run(folder: Path, monkeypatch: pytest.MonkeyPatch,
                                                        capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(folder)
+    bench = BoardBench()
 
     for text in blocks("records.md", "python"):
-        exec(text.replace('["r1"]', '["drive"]').replace('"y"', '"x"'), {})
+        exec(text.replace('["r1"]', '["drive"]').replace('"y"', '"x"'), {"board": bench.board()})
 
     printed = capsys.readouterr().out
     assert "delivered" in printed
+    assert [kind for _, kind, _, _ in bench.until(1).events] == ["detection", "bid", "C-target", "C-target over"]
     assert f"{490 * MS}" in printed                     # the last sample
 
 
