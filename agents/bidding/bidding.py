@@ -417,7 +417,8 @@ class Bidding:
 def sensors_of(team: object) -> tuple[str, ...]:
     """Return the names of `team.sensors`, in the order of their numbers; ValueError if the list is missing or wrong."""
     names = team.get("sensors") if isinstance(team, dict) else None
-    if not isinstance(names, list | tuple) or not 1 < len(names) <= MOST_SENSORS or len(set(names)) < len(names):
+    if not isinstance(names, list | tuple) or not 1 < len(names) <= MOST_SENSORS or not all(
+            isinstance(name, str) for name in names) or len(set(names)) < len(names):
         raise ValueError(f"team.sensors={names}: expected 2 to {MOST_SENSORS} names, each once")
     return tuple(names)
 
