@@ -303,6 +303,8 @@ def test_a_sweep_goes_to_and_fro_across_the_way_of_the_target(tmp_path: Path) ->
     ("agents.target_1.plant.parameters.x=5.0", "agents.target_1=(5, 2) m: a target waits where no sensor sees it, more "
      "than 1.5 m outside the area; the nearest place that would do is (5, -1.6) m"),
     ("agents.target_1.parameters.enter_s=0", "(enter_ns=0): expected more than 1000000"),
+    ("agents.ugv_1.parameters.slot_ms=4", "agents.ugv_1.parameters.slot_ns=4000000: expected 5000000, as agents.uav_1 "
+     "has it: the slots of a team are the same"),
     ("agents.uav_1.parameters.window_ms=100", "the bid window is shorter than its frames"),
 ])
 def test_what_cannot_be_played_is_refused_with_what_would_do(override: str, said: str) -> None:
