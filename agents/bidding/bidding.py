@@ -9,10 +9,10 @@
 `reward(task)` returns this sensor's bid, None for none; it is asked when a window opens, and again before this sensor
 is deployed. `deploy(task, by)` and `let_go(task, by, why)` tell the program; `by` names the sensor that caused it.
 
-The sensor sends in its own slots only (`bid_timing`), nothing while nothing is due. While it is deployed, each of its
-frames says so. With `most_hops` above 1 it passes on what it hears: of bids the greatest that it knows of, whenever
-that changes or the window closes earlier than it knew; that a task is finished, when it learns so; all else as `flood`
-says.
+The sensor sends in its own slots only (`bid_timing`), and no frame while nothing is due. While it is deployed, each of
+its frames says so. With `most_hops` above 1 it passes messages on: the greatest bid that it knows of, whenever that bid
+changes or the window closes earlier than the sensor knew; the end of a task, when the sensor learns of it; detections,
+awards and modes by the rule of `flood`.
 """
 
 from __future__ import annotations

@@ -6,7 +6,8 @@ The caller passes what the scenario says and, as `place`, where it says so. A ch
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import floor, hypot, isfinite
+from itertools import pairwise
+from math import dist, floor, hypot, isfinite
 
 import numpy as np
 import shapely
@@ -19,6 +20,7 @@ from agents.pursuit import Place
 from agents.pursuit.law import Area
 
 LEAST_ENTRANCE = 0.01           # share of the boundary without obstacles
+LEAST_EDGE_M = 1e-6             # of a polygon: the direction of a shorter edge is that of rounding
 CONVEX = 1e-9                   # area that rounding may make, relative to that of the polygon
 
 
@@ -44,7 +46,7 @@ def check_area_coverage(area: Area, radii_m: ArrayLike, least: float, place: str
 
 
 def check_obstacles(obstacles: Sequence[Polygon], area: Area, place: str = "obstacles") -> None:
-    """Refuse a polygon with fewer than 3 corners, that crosses itself, is not convex, or protrudes from the area.
+    """Refuse a polygon that has fewer than 3 corners or the same one twice, is not convex, or protrudes from the area.
 
     Use it for zones as well."""
     for number, corners in enumerate(obstacles):
@@ -56,6 +58,10 @@ def check_obstacles(obstacles: Sequence[Polygon], area: Area, place: str = "obst
         hull = polygon.convex_hull
         if not isinstance(hull, shapely.Polygon) or hull.area <= 0.0:
             raise ValueError(f"{where}={_told(corners)}: the corners lie on a line; move at least 1 of them off it")
+        for corner, following in pairwise([*corners, corners[0]]):
+            if dist(corner, following) < LEAST_EDGE_M:
+                raise ValueError(f"{where}={_told(corners)}: corner {_told([following])} is given twice in a row, as "
+                                 "the last one comes before the first; leave one of them out")
         if not polygon.is_valid or hull.area - polygon.area > CONVEX * hull.area:
             inside = max((hull.exterior.distance(shapely.Point(corner)), corner) for corner in corners)
             why = (f"corner {_told([inside[1]])} lies {inside[0]:.3g} m inside the convex hull" if polygon.is_valid

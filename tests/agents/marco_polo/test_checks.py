@@ -79,6 +79,15 @@ def test_corners_that_bound_no_convex_polygon(corners, why):
     assert why in refusal(check_obstacles, [corners], AREA)
 
 
+@pytest.mark.parametrize("corners", [(*OBSTACLE, OBSTACLE[0]), (OBSTACLE[0], *OBSTACLE),
+                                     (*OBSTACLE, (OBSTACLE[0][0] + 1e-12, OBSTACLE[0][1]))])
+def test_a_corner_that_is_given_twice_in_a_row(corners):
+    text = refusal(check_obstacles, [corners], AREA)
+
+    assert "corner (3, 3) m is given twice in a row" in text
+    check_obstacles([OBSTACLE], AREA)
+
+
 def test_an_obstacle_that_protrudes():
     text = refusal(check_obstacles, [((9.0, 9.0), (11.0, 9.0), (9.0, 9.5))], AREA, place="zones")
 
