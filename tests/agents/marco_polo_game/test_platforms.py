@@ -14,6 +14,7 @@ import pytest
 from experiments.judge.run_data import RunData, load_run
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, find, load
+from netem.records.event_fields import read
 
 S = 1_000_000_000
 SCENARIO = "marco_polo_platforms"
@@ -65,7 +66,8 @@ def test_every_claim_of_the_automata_holds_and_targets_are_captured_by_ugvs(game
     data, summary = game
 
     assert summary.holds                            # with guarantee.executions.violations = 0
-    captures = [(event.node, event.time_ns, event.detail) for event in data.events if event.kind == "capture"]
+    captures = [(event.node, event.time_ns, read(event.detail)["target"]) for event in data.events
+                if event.kind == "capture"]
     assert len(captures) == 2
     for node, time_ns, target in captures:
         before_ns = time_ns // 100_000_000 * 100_000_000 - 100_000_000
