@@ -6,6 +6,7 @@ import re
 import sys
 from dataclasses import fields
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import can
@@ -24,6 +25,7 @@ from firmware_sim.drive_controller.drive_messages import DriveMessages, DriveSta
 from netem.media.can.frame import CanFrame
 from netem.media.can.messages import CanMessage
 from netem.media.can.settings import CanSettings
+from netem.records.event_fields import read
 
 DOCS = Path(__file__).parents[2] / "docs"
 MS = 1_000_000
@@ -122,10 +124,14 @@ def test_both_logs_of_a_run_hold_every_frame_that_got_through(folder: Path) -> N
 def test_the_python_of_the_records_page_reads_that_run(folder: Path, monkeypatch: pytest.MonkeyPatch,
                                                        capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(folder)
+    told: list[Any] = []
+    board = SimpleNamespace(event=lambda kind, detail: told.append((kind, read(detail))))
 
     for text in blocks("records.md", "python"):
-        exec(text.replace('["r1"]', '["drive"]').replace('"y"', '"x"'), {})
+        exec(text.replace('["r1"]', '["drive"]').replace('"y"', '"x"'), {"board": board})
 
+    assert [kind for kind, _ in told] == ["detection", "bid", "C-target", "C-target over"]
+    assert all("target_1" in values.values() for _, values in told)
     printed = capsys.readouterr().out
     assert "delivered" in printed
     assert f"{490 * MS}" in printed                     # the last sample
