@@ -23,6 +23,9 @@ class AgentView(Protocol):
     @property
     def program(self) -> str: ...
     @property
+    def parameters(self) -> Mapping[str, Any]:
+        """Those that the scenario gives, with times in ns; defaults of the program are not among them."""
+    @property
     def plant(self) -> Any | None: ...
     @property
     def at_m(self) -> tuple[float, ...] | None: ...

@@ -12,8 +12,9 @@ A task is a target and a stage, such as its number of detections so far; an epoc
 for a task, modulo 256. A bid of -inf opens a window and takes no part. A sender repeats a message in consecutive
 frames, all of which it sends in its own slots: so N^D losses in a row cannot lose all copies of one message, as they
 could if each message had frames of its own between those of others.
-With `most_hops` above 1 a sensor sends the greatest bid that it knows of, whoever's it is, and floods its other
-messages: who hears one with a stamp newer than the last passes it on as it is. A stamp is the origin's local time.
+With `most_hops` above 1 a sensor sends the greatest bid that it knows of, its own or another's, and floods its other
+messages: a sensor that hears one with a stamp newer than the last passes it on unchanged. A stamp is local time of the
+origin.
 Parsing never raises: it returns None for a frame that is cut, too long, or holds a number that cannot be.
 Not modelled: a checksum; the radio has one.
 """

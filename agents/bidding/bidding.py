@@ -9,10 +9,10 @@
 `reward(task)` returns this sensor's bid, None for none; it is asked when a window opens, and again before this sensor
 is deployed. `deploy(task, by)` and `let_go(task, by, why)` tell the program; `by` names the sensor that caused it.
 
-The sensor sends in its own slots only (`bid_timing`), nothing while nothing is due. While it is deployed, each of its
-frames says so. With `most_hops` above 1 it passes on what it hears: of bids the greatest that it knows of, whenever
-that changes or the window closes earlier than it knew; that a task is finished, when it learns so; all else as `flood`
-says.
+The sensor sends in its own slots only (`bid_timing`), and no frame while nothing is due. While it is deployed, each of
+its frames says so. With `most_hops` above 1 it passes messages on: the greatest bid that it knows of, whenever that bid
+changes or the window closes earlier than the sensor knew; the end of a task, when the sensor learns of it; detections,
+awards and modes by the rule of `flood`.
 """
 
 from __future__ import annotations
@@ -425,7 +425,8 @@ class Bidding:
 def sensors_of(team: object) -> tuple[str, ...]:
     """Return the names of `team.sensors`, in the order of their numbers; ValueError if the list is missing or wrong."""
     names = team.get("sensors") if isinstance(team, dict) else None
-    if not isinstance(names, list | tuple) or not 1 < len(names) <= MOST_SENSORS or len(set(names)) < len(names):
+    if not isinstance(names, list | tuple) or not 1 < len(names) <= MOST_SENSORS or not all(
+            isinstance(name, str) for name in names) or len(set(names)) < len(names):
         raise ValueError(f"team.sensors={names}: expected 2 to {MOST_SENSORS} names, each once")
     return tuple(names)
 

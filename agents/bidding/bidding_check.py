@@ -21,27 +21,33 @@ def bidding_problems(scenario: ScenarioView, own: Own[BiddingSettings]) -> Itera
         yield f"team.sensors: {', '.join(unknown)}: no such agents; there are {', '.join(scenario.agents)}"
     yield from (f"agents.{name}: is not in team.sensors, {', '.join(sensors)}; a sensor that bids has a number there"
                 for name in own if name not in sensors)
-    first = next(iter(own.values())).settings
+    lead = next((name for name in sensors if name in scenario.agents
+                 and "slot_ns" in scenario.agents[name].parameters), next(iter(own)))
+    given = scenario.agents[lead].parameters
+    expected = {key: given.get(key, field.default) for key, field in BiddingSettings.__dataclass_fields__.items()}
     for name, agent in own.items():
-        differs = [key for key in BiddingSettings.__dataclass_fields__
-                   if getattr(agent.settings, key) != getattr(first, key)]
-        yield from (f"agents.{name}.parameters.{key}={getattr(agent.settings, key)}: expected {getattr(first, key)}, "
-                    f"as agents.{next(iter(own))} has it: the slots of a team are the same" for key in differs)
+        yield from (f"agents.{name}.parameters.{key}={getattr(agent.settings, key)}: expected {value}, as agents."
+                    f"{lead} has it: the slots of a team are the same" for key, value in expected.items()
+                    if getattr(agent.settings, key) != value)
+    if lead not in own:
+        return                          # the check of its program judges what is the same for all
+    first = own[lead].settings
     medium = scenario.media.get(first.radio)
     if medium is None or medium.settings.radio() is None:
         yield f"media.{first.radio}: bidding needs a broadcast_radio of this name, or its name as parameter radio"
         return
     if absent := [name for name in sensors if name in scenario.agents and name not in medium.nodes]:
         yield f"media.{first.radio}: lacks {', '.join(absent)}: each sensor needs a port on it"
-    yield from _slot_problems(scenario, medium, BidTiming(len(sensors), first))
+    yield from _slot_problems(scenario, medium, BidTiming(len(sensors), first), f"agents.{lead}.parameters")
 
 
-def _slot_problems(scenario: ScenarioView, medium: MediumView, timing: BidTiming) -> Iterator[str]:
+def _slot_problems(scenario: ScenarioView, medium: MediumView, timing: BidTiming, place: str) -> Iterator[str]:
+    """Yield what is wrong with the parameters at `place`, which are those of all sensors of the team."""
     settings, radio, size = timing.settings, medium.settings.radio(), timing.most_bytes
     if medium.settings.mac_defers:
         yield f'media.{medium.name}.mac="{medium.settings.mac}": expected "none", a slot decides who may send'
     if radio.max_payload_bytes is not None and size > radio.max_payload_bytes:
-        yield (f"most_tasks={settings.most_tasks}: a frame of so many tasks has up to {size} bytes, media."
+        yield (f"{place}.most_tasks={settings.most_tasks}: a frame of so many tasks has up to {size} bytes, media."
                f"{medium.name} carries {radio.max_payload_bytes}; take fewer, or a radio with longer frames")
     clocks = {name: scenario.agents[name].clock for name in medium.nodes if name in scenario.agents}
     ppm = [clock.drift_ppm for clock in clocks.values()]
@@ -49,24 +55,24 @@ def _slot_problems(scenario: ScenarioView, medium: MediumView, timing: BidTiming
     apart_ns = max(offsets_ns) - min(offsets_ns) + ceil((max(ppm) - min(ppm)) * 1e-6 * scenario.length_ns)
     needed_ns = radio.airtime_ns(size) + radio.receive_latency_ns + apart_ns
     if settings.slot_ns < needed_ns:
-        yield (f"slot_ns={settings.slot_ns}: shorter than a frame of {size} bytes: {radio.airtime_ns(size)} ns on the "
-               f"air, {radio.receive_latency_ns} ns of latency, {apart_ns} ns between the clocks; take at least "
-               f"{needed_ns} ns")
-    yield from _hop_problems(scenario, medium, timing)
+        yield (f"{place}.slot_ns={settings.slot_ns}: shorter than a frame of {size} bytes: "
+               f"{radio.airtime_ns(size)} ns on the air, {radio.receive_latency_ns} ns of latency, {apart_ns} ns "
+               f"between the clocks; take at least {needed_ns} ns")
+    yield from _hop_problems(scenario, medium, timing, place)
     least_ns = timing.least_window_ns + ceil(round(timing.least_window_ns * (max(ppm) - min(ppm)) * 1e-6, 6))
     if settings.window_ns < least_ns:
         hops = f", for each of {settings.most_hops} hops" if timing.floods else ""
-        yield (f"window_ns={settings.window_ns}: the bid window is shorter than its frames: {timing.frames} rounds of "
-               f"{timing.sensors} slots of {settings.slot_ns} ns until all have heard of it{hops}, and as many until "
-               f"all have heard the bids; take at least {least_ns} ns")
+        yield (f"{place}.window_ns={settings.window_ns}: the bid window is shorter than its frames: "
+               f"{timing.frames} rounds of {timing.sensors} slots of {settings.slot_ns} ns until all have "
+               f"heard of it{hops}, and as many until all have heard the bids; take at least {least_ns} ns")
     delayed = _delays(scenario, medium.name, size, timing.round_ns)
     if (most_ns := max(delayed.values(), default=0)) > settings.delay_ns:
-        place = max(delayed, key=lambda name: delayed[name])
-        yield (f"delay_ns={settings.delay_ns}: {place} delays a copy by up to {most_ns} ns; take that much, which "
-               "lengthens the window")
+        by = max(delayed, key=lambda name: delayed[name])
+        yield (f"{place}.delay_ns={settings.delay_ns}: {by} delays a copy by up to {most_ns} ns; take that much, "
+               "which lengthens the window")
 
 
-def _hop_problems(scenario: ScenarioView, medium: MediumView, timing: BidTiming) -> Iterator[str]:
+def _hop_problems(scenario: ScenarioView, medium: MediumView, timing: BidTiming, place: str) -> Iterator[str]:
     """Yield how many hops sensors of a radio with a constant graph are apart, if that is more than `most_hops`."""
     from agents.radio_topology import topology_of
 
@@ -90,8 +96,8 @@ def _hop_problems(scenario: ScenarioView, medium: MediumView, timing: BidTiming)
     apart, one, other = max((hops, one, other) for one, ways in nx.all_pairs_shortest_path_length(graph)
                             for other, hops in ways.items())
     if apart > timing.settings.most_hops:
-        yield (f"most_hops={timing.settings.most_hops}: on media.{medium.name} {other} hears {one} over {apart} hops; "
-               f"take {apart}, which lengthens the window")
+        yield (f"{place}.most_hops={timing.settings.most_hops}: on media.{medium.name} {other} hears {one} over "
+               f"{apart} hops; take {apart}, which lengthens the window")
 
 
 def _delays(scenario: ScenarioView, medium: str, size_bytes: int, every_ns: int) -> Mapping[str, int]:

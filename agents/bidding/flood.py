@@ -1,4 +1,4 @@
-"""Which flooded messages a sensor has heard already: it passes on what is newer than the last of its kind, once.
+"""Memory of flooded messages: a sensor takes a message, and passes it on, if it is newer than the last of its key.
 
     heard (origin, key, stamp) --newer than the last stamp of (origin, key)--> take it, and pass it on
                                --not newer----------------------------------> drop it: a duplicate, or overtaken

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import inf, isfinite
+from math import inf, isfinite, sqrt
 
 import numpy as np
 import shapely
@@ -26,6 +26,7 @@ Polygon = Sequence[Place]       # corners [m] in either direction, the last is n
 Mask = NDArray[np.bool_]
 
 TOUCHING = 1e-9                 # overlap of a platform with an obstacle, relative to its side, that counts as touching
+MOST_CELLS = 250_000            # whose obstacle map and connectivity graph take seconds
 WHOLE = 1e-9                    # relative deviation of the area's sides from whole numbers of cells
 
 
@@ -39,6 +40,11 @@ class Cells:
     def __post_init__(self) -> None:
         if not 0 < self.side_m < inf:
             raise ValueError(f"cell_m={self.side_m}: expected more than 0")
+        (west, east), (south, north) = self.area.x_m, self.area.y_m
+        area_m2 = (east - west) * (north - south)
+        if (cells := area_m2 / self.side_m ** 2) > MOST_CELLS * (1 + WHOLE):
+            raise ValueError(f"cell_m={self.side_m}: makes {cells:.3g} cells, and {MOST_CELLS} are the most; take "
+                             f"{sqrt(area_m2 / MOST_CELLS):.4g} m or more")
         for name, (low, high) in (("width", self.area.x_m), ("height", self.area.y_m)):
             count = max(1, round((high - low) / self.side_m))
             if abs((high - low) / self.side_m - count) > WHOLE * count:

@@ -6,7 +6,8 @@ The caller passes what the scenario says and, as `place`, where it says so. A ch
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import floor, hypot, isfinite
+from itertools import pairwise
+from math import dist, floor, hypot, isfinite
 
 import numpy as np
 import shapely
@@ -19,14 +20,15 @@ from agents.pursuit import Place
 from agents.pursuit.law import Area
 
 LEAST_ENTRANCE = 0.01           # share of the boundary without obstacles
+LEAST_EDGE_M = 1e-6             # of a polygon: the direction of a shorter edge is that of rounding
 CONVEX = 1e-9                   # area that rounding may make, relative to that of the polygon
 
 
-def check_detections(k: int, place: str = "detections") -> None:
-    """Refuse k below 2: an investigation needs a detection before it, and ends with one."""
-    if k < 2:
-        raise ValueError(f"{place}={k}: an investigation begins at detection k - 1 and ends at detection k, so k is at "
-                         "least 2; take 3, as the dissertation does")
+def check_detections(k: int, sensors: int, place: str = "detections") -> None:
+    """Refuse more detections of a target than there are sensors: those of one sensor are not independent."""
+    if k > sensors:
+        raise ValueError(f"{place}={k}: independent detections are of different sensors, and there are {sensors}; take "
+                         f"{sensors} or less")
 
 
 def check_pursuers(ugvs: int, place: str = "sensors") -> None:
@@ -44,17 +46,22 @@ def check_area_coverage(area: Area, radii_m: ArrayLike, least: float, place: str
 
 
 def check_obstacles(obstacles: Sequence[Polygon], area: Area, place: str = "obstacles") -> None:
-    """Refuse a polygon with fewer than 3 corners, that crosses itself, is not convex, or protrudes from the area.
+    """Refuse a polygon that has fewer than 3 corners or the same one twice, is not convex, or protrudes from the area.
 
     Use it for zones as well."""
     for number, corners in enumerate(obstacles):
         where = f"{place}[{number}]"
         if len(corners) < 3 or not all(isfinite(x) and isfinite(y) for x, y in corners):
-            raise ValueError(f"{where}={_told(corners)}: expected 3 or more corners with finite coordinates")
+            told = _told(corners) if corners else "no corners"
+            raise ValueError(f"{where}={told}: expected 3 or more corners with finite coordinates")
         polygon = shapely.Polygon(corners)
         hull = polygon.convex_hull
         if not isinstance(hull, shapely.Polygon) or hull.area <= 0.0:
             raise ValueError(f"{where}={_told(corners)}: the corners lie on a line; move at least 1 of them off it")
+        for corner, following in pairwise([*corners, corners[0]]):
+            if dist(corner, following) < LEAST_EDGE_M:
+                raise ValueError(f"{where}={_told(corners)}: corner {_told([following])} is given twice in a row, as "
+                                 "the last one comes before the first; leave one of them out")
         if not polygon.is_valid or hull.area - polygon.area > CONVEX * hull.area:
             inside = max((hull.exterior.distance(shapely.Point(corner)), corner) for corner in corners)
             why = (f"corner {_told([inside[1]])} lies {inside[0]:.3g} m inside the convex hull" if polygon.is_valid
@@ -132,18 +139,6 @@ def check_exits(cells: Cells, ugv_starts: Mapping[str, Place], obstacles: Sequen
     raise ValueError(f"{place}: the exit at {_told([exit_place])}, and {len(missed) - 1} more, is out of reach of all "
                      f"UGVs, {sorted(ugv_starts)}; the nearest place within is {_told([to])}, {away:.3g} m away: "
                      f"open a gap of {max(platform_m, cells.side_m):g} m between them, or start a UGV beyond")
-
-
-def check_bid_window(window_ns: int, bidders: int, airtime_ns: int, repetitions: int = 1, latency_ns: int = 0,
-                     place: str = "bid_window_ns") -> None:
-    """Refuse a bid window in which the bids of all sensors do not fit one after another.
-
-    `airtime_ns` is that of one bid, `repetitions` how often each is sent (N^D + 1 for N^D losses in a row),
-    `latency_ns` the time from the end of a bid to its receipt."""
-    needed_ns = bidders * repetitions * airtime_ns + latency_ns
-    if window_ns < needed_ns:
-        raise ValueError(f"{place}={window_ns}: {bidders} bids of {airtime_ns} ns, each {repetitions} times, and "
-                         f"{latency_ns} ns of latency take {needed_ns} ns; take {needed_ns} or more")
 
 
 def _told(places: Sequence[Place]) -> str:

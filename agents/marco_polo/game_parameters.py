@@ -28,8 +28,6 @@ class GameParameters:
     turn_greatest_ns: int = 5 * SECOND_NS
     capture_m: float = 0.5                          # distance at which a UGV captures: two platforms that touch
     update_ns: int = SECOND_NS                      # from one computation of the obstacle and coverage maps to the next
-    position_noise_m: float = 0.1                   # standard deviation of a detection's x and y in games with noise
-    velocity_noise_mps: float = 0.05                # of a target's vx and vy in games with noise
     zones_are_obstacles: bool = True                # zones of poor communication are virtual obstacles for planners
     sweeps: bool = False                            # a sensor that investigates moves to and fro across the C-target
     investigation: RewardWeights = INVESTIGATION
@@ -43,9 +41,6 @@ class GameParameters:
                      "update_ns"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise ValueError(f"{name}={getattr(self, name)}: expected more than 0")
-        for name in ("position_noise_m", "velocity_noise_mps"):
-            if not (isfinite(getattr(self, name)) and getattr(self, name) >= 0):
-                raise ValueError(f"{name}={getattr(self, name)}: expected 0 or more")
         if not 0 < self.cone_content < 1:
             raise ValueError(f"cone_content={self.cone_content}: expected 0 < cone_content < 1, as 0.5")
         if not 0 <= self.detection_threshold < 1:

@@ -6,7 +6,7 @@
     look at F if   the target can be in view at F, and the policy of Figure 3.3 says so, or p(F) is within the capture
                    distance, outside the area, or in an obstacle (section 3.4)
     left S         the reachable set of the target is empty (`reachable_set`); or the latest time at which a target of
-                   the least speed is in S has passed, with probability STAY, as `agents.marco_polo.legs` has it
+                   the least speed is in S has passed, with probability 0.99 (`guidance.longest_stay_ns`)
 
 Where p(t) is not in the reachable set at t, the nearest place of the set stands for it: looks have refuted p. A pursuit
 that ends without a capture names the links that failed it (`link_watch`); if none did, the target has just left S.
@@ -26,8 +26,7 @@ from typing import Final
 from agents.bidding.bid_timing import BidTiming
 from agents.marco_polo.c_target import CTarget
 from agents.marco_polo.convex_polygon import ConvexPolygon
-from agents.marco_polo.legs import longest_stay_s
-from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, Plan
+from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, Plan, longest_stay_ns
 from agents.marco_polo_game.link_watch import LinkWatch
 from agents.marco_polo_game.reachable_set import EmptyView, ReachableSet
 from agents.marco_polo_game.track import STEP_NS, Seen, Track
@@ -37,7 +36,6 @@ from agents.pursuit.pursuer import Pursuer
 
 LEFT: Final = "left S"                  # how the causes of failed pursuits begin
 LOST_LINK: Final = "lost link"
-STAY: Final = 0.99
 NEVER: Final = -1_000_000_000_000
 
 
@@ -115,11 +113,8 @@ class AdaptivePursuit(Guidance):
         self._now.answered_ns = exposed_ns
 
     def _longest_stay_ns(self, track: Track) -> int:
-        parameters = self._deck.game.parameters
-        ahead = CTarget(track.forecast().track, self._radius_m, parameters.cone_content)
-        stay_s = longest_stay_s(ahead.depth_m(self._deck.game.area), parameters.target_least_mps,
-                                0.5e-9 * (parameters.turn_least_ns + parameters.turn_greatest_ns), STAY)
-        return round(stay_s * 1e9)
+        game = self._deck.game
+        return longest_stay_ns(CTarget(track.forecast().track, self._radius_m, game.parameters.cone_content), game)
 
     def _judge_look(self, chase: _Chase, own: Place, now_ns: int) -> bool:
         """Take the result of the last look; return whether it is known, so that another look may be asked for."""

@@ -4,17 +4,18 @@
     ugvs                those of the sensors that capture; the others are UAVs, which fly over platforms
     radius_m            radius of each sensor's field of view, by name
     area_x_m, area_y_m  from, to
-    obstacles           convex polygons, lists of corners [x, y] [m]: walls and boxes
+    obstacles           convex polygons, lists of corners [x, y] in m: walls and boxes
     zones               the same, of areas with poor communication; targets may enter them
-    game                fields of `GameParameters`; all have defaults, times are in ns
+    game                fields of `GameParameters` and, in its tables of weights, of `RewardWeights`; all have
+                        defaults, times are in ns
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from math import isfinite
-from typing import Any
+from typing import Any, Final, TypeVar
 
 from agents.bidding.bidding import sensors_of
 from agents.marco_polo.cells import Cells, Polygon
@@ -25,8 +26,8 @@ from agents.marco_polo.reward import RewardWeights
 from agents.pursuit.law import Area
 
 MOST_TARGETS = 255
-WEIGHTS = ("investigation", "pursuit")          # keys that are tables of weights
-KEYS = frozenset(field.name for field in fields(GameParameters))
+DEFAULTS: Final = GameParameters()
+Table = TypeVar("Table", GameParameters, RewardWeights)
 
 
 @dataclass(frozen=True)
@@ -66,17 +67,9 @@ def game_of(team: Mapping[str, Any]) -> Game:
     if not isinstance(radius_m, Mapping) or set(radius_m) != set(sensors):
         raise ValueError(f"team.radius_m={radius_m}: expected one radius for each of {', '.join(sensors)}")
     for name, radius in radius_m.items():
-        if not (isinstance(radius, int | float) and isfinite(radius) and radius > 0):
-            raise ValueError(f"team.radius_m.{name}={radius}: expected more than 0")
-    table = team.get("game", {})
-    if not isinstance(table, Mapping) or (unknown := sorted(table.keys() - KEYS)):
-        raise ValueError(f"team.game: {', '.join(unknown) if isinstance(table, Mapping) else table}: expected keys "
-                         f"among {', '.join(sorted(KEYS))}")
-    try:
-        weights = {name: RewardWeights(**table[name]) for name in WEIGHTS if name in table}
-        parameters = GameParameters(**{**table, **weights})
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"team.game: {error}") from None
+        if not (_is_number(radius) and isfinite(radius) and radius > 0):
+            raise ValueError(f"team.radius_m.{name}={radius}: expected a number above 0, in m")
+    parameters = _changed(DEFAULTS, team.get("game", {}), "team.game")
     area, obstacles, zones = _area(team), _polygons(team, "obstacles"), _polygons(team, "zones")
     check_obstacles(obstacles, area, "team.obstacles")
     check_obstacles(zones, area, "team.zones")
@@ -84,9 +77,43 @@ def game_of(team: Mapping[str, Any]) -> Game:
     return Game(sensors, targets, frozenset(ugvs), dict(radius_m), area, parameters, obstacles, zones)
 
 
+def _changed(defaults: Table, table: Any, place: str) -> Table:
+    """Return `defaults` with the values of `table` in place of theirs; ValueError for other keys, types or values."""
+    keys = {field.name for field in fields(defaults)}
+    if not isinstance(table, Mapping) or (unknown := sorted(table.keys() - keys)):
+        told = f": {', '.join(unknown)}" if isinstance(table, Mapping) else f"={table}"
+        raise ValueError(f"{place}{told}: expected keys among {', '.join(sorted(keys))}")
+    values = {key: _value(getattr(defaults, key), given, f"{place}.{key}") for key, given in table.items()}
+    try:
+        return replace(defaults, **values)
+    except ValueError as error:
+        raise ValueError(f"{place}: {error}") from None
+
+
+def _value(default: Any, given: Any, place: str) -> Any:
+    """Return a value of the type of `default`; ValueError if `given` is none."""
+    match default:
+        case RewardWeights():
+            return _changed(default, given, place)
+        case bool():
+            fits, expected = isinstance(given, bool), "true or false"
+        case int():
+            fits, expected = isinstance(given, int) and not isinstance(given, bool), "a whole number"
+        case _:
+            fits, expected = _is_number(given), "a number"
+    if not fits:
+        raise ValueError(f"{place}={given}: expected {expected}")
+    return given
+
+
+def _is_number(found: Any) -> bool:
+    return isinstance(found, int | float) and not isinstance(found, bool)
+
+
 def _names(team: Mapping[str, Any], key: str) -> tuple[str, ...]:
     found = team.get(key)
-    if not isinstance(found, Sequence) or isinstance(found, str) or len(set(found)) < len(found):
+    if not isinstance(found, Sequence) or isinstance(found, str) or not all(
+            isinstance(name, str) for name in found) or len(set(found)) < len(found):
         raise ValueError(f"team.{key}={found}: expected a list of names, each once")
     return tuple(found)
 
@@ -98,7 +125,7 @@ def _polygons(team: Mapping[str, Any], key: str) -> tuple[Polygon, ...]:
     for number, corners in enumerate(found):
         if not isinstance(corners, Sequence) or not all(
                 isinstance(corner, Sequence) and len(corner) == 2
-                and all(isinstance(value, int | float) for value in corner) for corner in corners):
+                and all(_is_number(value) for value in corner) for corner in corners):
             raise ValueError(f"team.{key}[{number}]={corners}: expected a list of corners [x, y], in m")
     return tuple(tuple((float(x), float(y)) for x, y in corners) for corners in found)
 
@@ -107,8 +134,8 @@ def _area(team: Mapping[str, Any]) -> Area:
     sides = []
     for key in ("area_x_m", "area_y_m"):
         found = team.get(key)
-        if not isinstance(found, Sequence) or len(found) != 2:
-            raise ValueError(f"team.{key}={found}: expected [from, to]")
+        if not isinstance(found, Sequence) or len(found) != 2 or not all(map(_is_number, found)):
+            raise ValueError(f"team.{key}={found}: expected [from, to], in m")
         sides.append((float(found[0]), float(found[1])))
     try:
         return Area(*sides)

@@ -1,11 +1,15 @@
-"""What guides a sensor while it is deployed: where it drives, and when it gives up.
+"""A guidance decides where a deployed sensor drives, and when it gives its target up.
 
-    begin    the sensor has won the bid for a target        plan    anew at `Plan.again_ns`, and after what it is told
-    saw      a sight of that target, or a detection of it by another sensor                  end     it waits again
-    answered its camera has exposed
+The robot program calls
+    begin       when the sensor has won the bid for a target
+    plan        after `begin`, at `Plan.again_ns`, and whenever `saw` asks for it
+    saw         at each sight of that target, and at each detection of it that another sensor tells
+    answered    when the sensor's own camera has exposed
+    end         when the sensor waits again
 
-A sensor has one guidance for each purpose for which it is deployed, and the guidance serves one deployment at a time.
-The robot program keeps the track of the target, detects, bids, captures, and records modes; a guidance does none of it.
+A sensor has one guidance for each purpose for which it is deployed, and a guidance serves one deployment at a time. The
+robot program keeps the track of the target, detects, bids, captures and records modes; a guidance does none of these.
+`longest_stay_ns` is the time limit of both an investigation and an adaptive pursuit.
 """
 
 from __future__ import annotations
@@ -15,8 +19,10 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
+from agents.marco_polo.c_target import CTarget
 from agents.marco_polo.connectivity import ConnectivityGraph
 from agents.marco_polo.ground import Ground
+from agents.marco_polo.legs import longest_stay_s
 from agents.marco_polo.reward import Offer
 from agents.marco_polo_game.game_table import Game
 from agents.marco_polo_game.track import Seen, Track
@@ -34,7 +40,9 @@ class Plan(NamedTuple):
 
 @dataclass(frozen=True)
 class Deck:
-    """What a guidance has of its robot; `graph()` returns the cells that the platform can occupy at present."""
+    """The parts of the robot program that a guidance uses.
+
+    `graph()` returns the cells that the platform can occupy at present."""
 
     board: Board
     settings: Any               # the program's
@@ -84,3 +92,12 @@ class Guidance(Protocol):
 
 class MakesGuidance(Protocol):
     def __call__(self, deck: Deck) -> Guidance: ...
+
+
+def longest_stay_ns(target: CTarget, game: Game) -> int:
+    """Return the time after its detection at which a target of the least speed has left its C-target, or the area.
+
+    It has left by then with the probability that `agents.marco_polo.legs.longest_stay_s` assumes, 0.99."""
+    parameters = game.parameters
+    leg_s = 0.5e-9 * (parameters.turn_least_ns + parameters.turn_greatest_ns)
+    return round(longest_stay_s(target.depth_m(game.area), parameters.target_least_mps, leg_s) * 1e9)

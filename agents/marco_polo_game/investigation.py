@@ -16,9 +16,8 @@ from typing import Final
 import numpy as np
 
 from agents.marco_polo.c_target import CTarget
-from agents.marco_polo.legs import longest_stay_s
 from agents.marco_polo.sweep import plan_sweep, sweep_probability
-from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, Plan
+from agents.marco_polo_game.guidance import Deck, Deployment, Guidance, Plan, longest_stay_ns
 from agents.pursuit import Place
 from netem.records.event_fields import OVER, written
 
@@ -42,9 +41,7 @@ class Investigation(Guidance):
     def begin(self, deployment: Deployment, now_ns: int) -> None:
         game, parameters, forecast = self._deck.game, self._deck.game.parameters, deployment.track.forecast()
         target = CTarget(forecast.track, game.radius_m[self._deck.board.name], parameters.cone_content)
-        stay_s = longest_stay_s(target.depth_m(game.area), parameters.target_least_mps,
-                                0.5e-9 * (parameters.turn_least_ns + parameters.turn_greatest_ns))
-        self._ends_ns = forecast.seen_ns + round(stay_s * 1e9)
+        self._ends_ns = forecast.seen_ns + longest_stay_ns(target, game)
         self._of = game.targets[deployment.target]
         self._deck.board.event("C-target", written({"target": self._of, "corners_m": target.outline(game.area)}))
         self._way = [self._deck.ground.cells.centroid(cell) for cell in deployment.offer.route.cells]

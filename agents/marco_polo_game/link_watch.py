@@ -1,4 +1,4 @@
-"""Which links fail a pursuing UGV, as it can tell by itself: what has to come over them does not come.
+"""Links of a pursuing UGV that have failed: the UGV infers this from messages that are due and do not arrive.
 
     radio   another sensor has told a sight of the target and, within the time in which the next exposure was to be told
             of, neither a sight nor that it has lost sight; sensors that pursue do not look at each exposure

@@ -7,7 +7,7 @@ from typing import Any
 
 from agents.bidding.bidding_check import bidding_problems
 from agents.marco_polo.cells import Cells
-from agents.marco_polo.checks import check_area_coverage, check_exits, check_pursuers, check_starts
+from agents.marco_polo.checks import check_area_coverage, check_detections, check_exits, check_pursuers, check_starts
 from agents.marco_polo_game.game_table import Game, game_of
 from agents.marco_polo_game.movers import Platform
 from agents.marco_polo_game.sensor_settings import SensorSettings
@@ -22,6 +22,7 @@ def game_problems(scenario: ScenarioView, own: Own[Any], captures: bool) -> Iter
     try:
         game = game_of(scenario.team)
         check_pursuers(len(game.ugvs), "team.ugvs")
+        check_detections(game.parameters.detections, len(game.sensors), "team.game.detections")
         check_area_coverage(game.area, [game.radius_m[name] for name in game.sensors],
                             game.parameters.least_area_coverage, "team.game.least_area_coverage")
         _check_layout(scenario, game)
@@ -40,7 +41,10 @@ def game_problems(scenario: ScenarioView, own: Own[Any], captures: bool) -> Iter
 
 def _check_layout(scenario: ScenarioView, game: Game) -> None:
     """Refuse starts in obstacles and zones, and exits that no UGV reaches."""
-    cells, platform_m = Cells(game.area, game.parameters.cell_m), game.parameters.platform_m
+    try:
+        cells, platform_m = Cells(game.area, game.parameters.cell_m), game.parameters.platform_m
+    except ValueError as error:
+        raise ValueError(f"team.game.{error}") from None
     starts = {name: (float(given.get("x", 0.0)), float(given.get("y", 0.0))) for name in game.sensors
               if name in scenario.agents and (plant := scenario.agents[name].plant) is not None
               for given in [plant.parameters]}

@@ -7,8 +7,8 @@
 
 Where a deployed sensor drives, and when it gives up, is its `guidance`: `Investigation`, and `PURSUIT` of the program.
 A *stage* of a task is 2 a for an investigation and 2 a + 1 for a pursuit, a: attempts before it. Rewards are (2.4) as
-`agents.marco_polo.reward` repairs it. Whoever has detected the target itself bids for no investigation of it, since a
-second detection by the same sensor is not independent.
+`agents.marco_polo.reward` repairs it. A sensor that has detected the target itself does not bid for an investigation of
+it, since a second detection by the same sensor is not independent.
 
 Differs from the dissertation: Figure 2.3, line 44, offers UAVs for a pursuit, which the text forbids. Lines 22 and 28
 both remove a captured target; here any UGV in range captures a target with k detections, and the target's answer says

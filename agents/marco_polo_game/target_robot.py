@@ -24,7 +24,7 @@ from agents.hybrid.automaton import Automaton, Edge, Mode
 from agents.hybrid.modes import Modes
 from agents.hybrid.region import All, AnyOf, Between, Where
 from agents.marco_polo.convex_polygon import ConvexPolygon
-from agents.marco_polo_game.game_table import game_of
+from agents.marco_polo_game.game_table import Game, game_of
 from agents.marco_polo_game.grip_frames import Grip, Held, pack, unpack
 from agents.marco_polo_game.target_path import Ending, TargetPath
 from agents.pursuit import Place
@@ -35,6 +35,7 @@ from firmware_sim.scenario_view import Own, ScenarioView
 CARRIED_NS: Final = 1_000_000
 AT_BOUNDARY_M: Final = 1e-6         # rounding of times to whole ns moves a target by less; of obstacles as well
 ANSWERS_APART_NS: Final = 5_000_000
+CLEAR_OF_VIEWS_M: Final = 0.1       # of the place that is named for a target that a sensor would see while it waits
 UNDER_WAY: Final = ("inside", "avoiding")
 
 
@@ -119,6 +120,8 @@ class TargetRobot:
                 yield f"team.targets={list(game.targets)}: {name} is missing; frames number the targets by this list"
             if not agent.has_plant:
                 yield f"agents.{name}.plant: is missing; a target moves one: {{ fmu = \"omnidirectional\" }}"
+            else:
+                yield from _seen_while_it_waits(game, name, agent.agent.plant)
             if agent.settings.grip not in agent.media:
                 yield f"agents.{name}.media: lacks {agent.settings.grip!r}, on which UGVs capture"
 
@@ -197,3 +200,15 @@ class TargetRobot:
     def _state(self) -> dict[str, float]:
         x, y = self._place()
         return {"x": x, "y": y}
+
+
+def _seen_while_it_waits(game: Game, name: str, plant: Any) -> Iterator[str]:
+    """Yield a problem if a sensor can see the start of a target, from some place in the area."""
+    (west, east), (south, north), most_m = game.area.x_m, game.area.y_m, max(game.radius_m.values())
+    x, y = place = float(plant.parameters.get("x", 0.0)), float(plant.parameters.get("y", 0.0))
+    if dist(place, game.area.nearest(place)) <= most_m:
+        away_m = most_m + CLEAR_OF_VIEWS_M
+        near = min(((west - away_m, y), (east + away_m, y), (x, south - away_m), (x, north + away_m)),
+                   key=lambda other: dist(place, other))
+        yield (f"agents.{name}=({x:g}, {y:g}) m: a target waits where no sensor sees it, more than {most_m:g} m "
+               f"outside the area; the nearest place that would do is ({near[0]:g}, {near[1]:g}) m, move it there")

@@ -1,9 +1,9 @@
 """Movers: how a sensor of the Marco Polo game drives its platform along places, and what its automaton may claim of it.
 
     Mover            go(places), stop(), place, coasted_m          what the program of a sensor uses
-    MoverSettings    makes the mover, says its bounds and what is wrong with a scenario
+    MoverSettings    mover(), bounds(), problems()                 what the scenario gives of it, and the checks of it
 
-A mover of a platform with inertia does not stand still when it is told to stop: it brakes. `Bounds` says how far.
+A platform with inertia does not stand still when its mover is told to stop: it brakes. `Bounds` limits how far it goes.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@
     stop         the waypoint is where the ramp of the autopilot comes to rest from the present velocity
     place        what the vehicle reported last, carried on with the velocity that it reported; its start before that
 
-Until OFFBOARD the vehicle goes nowhere, and then to the last place that it was told. Places are x east, y north;
+Before OFFBOARD the mover sends no waypoint; afterwards the vehicle flies to the last one. Places are x east, y north;
 MAVLink has north, east, down. Way to rest from v, at the ramp's acceleration a and with a delay r from a waypoint to
 the vehicle's motion: v r + v^2 / (2 a), and `error_m` by which the vehicle leaves its ramp. That, and `over_share`, are
 properties of the autopilot's loops, measured and not derived: 0.12 m and 0.35 while it flies to and fro at 2 m/s.

@@ -27,7 +27,7 @@ from experiments.judge.run_data import RunData, load_run
 from experiments.judge.run_result import Verdict
 from experiments.show.report import series
 from experiments.show.report.event_tables import event_tables, told
-from experiments.show.report.facts import facts, failure_of, seconds, unfinished, windows
+from experiments.show.report.facts import facts, failure_of, milliseconds, seconds, unfinished, windows
 from experiments.show.report.marks import Told, instants_ns, marks
 from experiments.show.report.modes import Stay, stay_tables, stays
 from experiments.show.report.modes import for_page as modes_for_page
@@ -174,11 +174,6 @@ def verdicts_of(data: RunData) -> list[Verdict]:
 def number(value: float | None) -> str:
     """Return five significant digits, "" for an absent bound."""
     return "" if value is None else f"{value:.5g}"
-
-
-def milliseconds(time_ns: int) -> str:
-    """Return an instant in s, rounded to 1 ms."""
-    return f"{time_ns * 1e-9:.3f} s"
 
 
 def level_name(level: int) -> str:

@@ -62,5 +62,10 @@ def _times(factor: float | None) -> str | None:
     return f"{factor:.1f} x real time" if factor else None
 
 
+def milliseconds(time_ns: int) -> str:
+    """Return an instant in s, rounded to 1 ms."""
+    return f"{time_ns * 1e-9:.3f} s"
+
+
 def seconds(time_ns: int) -> str:
     return f"{time_ns * 1e-9:.9f}".rstrip("0").rstrip(".") + " s"

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from experiments.show.report.event_tables import Fields, heading, short
+from experiments.show.report.facts import milliseconds
 from netem.records import event_fields
 from netem.records.events import Event
 
@@ -73,4 +74,4 @@ def _first(fields: Fields) -> str:
 def _text(event: Event, fields: Fields) -> str:
     hidden = (event_fields.CORNERS, event_fields.X, event_fields.Y)
     values = ", ".join(f"{heading(name)} {short(value)}" for name, value in fields.items() if name not in hidden)
-    return f"{event.kind} of {event.node} at {event.time_ns / 1e9:.3f} s" + (f": {values}" if values else "")
+    return f"{event.kind} of {event.node} at {milliseconds(event.time_ns)}" + (f": {values}" if values else "")

@@ -26,9 +26,9 @@ def test_a_window_shorter_than_its_frames_is_refused_with_the_number_that_would_
 
     said = refused(Team(FOUR, 2, parameters={"window_ns": needed_ns - 1}))
 
-    assert said == (f"window_ns={needed_ns - 1}: the bid window is shorter than its frames: 3 rounds of 4 slots of "
-                    "600000 ns until all have heard of it, and as many until all have heard the bids; take at least "
-                    f"{needed_ns} ns")
+    assert said == (f"agents.s0.parameters.window_ns={needed_ns - 1}: the bid window is shorter than its "
+                    "frames: 3 rounds of 4 slots of 600000 ns until all have heard of it, and as many until all have "
+                    f"heard the bids; take at least {needed_ns} ns")
     Team(FOUR, 2, parameters={"window_ns": needed_ns}).scenario()
 
 
@@ -43,16 +43,17 @@ def test_a_window_shorter_than_its_hops_is_refused_with_the_number_that_would_do
 
     said = refused(replace(team, parameters={"window_ns": needed_ns - 1}))
 
-    assert said == (f"window_ns={needed_ns - 1}: the bid window is shorter than its frames: 3 rounds of 4 slots of "
-                    f"{slot_ns} ns until all have heard of it, for each of 3 hops, and as many until all have heard "
-                    f"the bids; take at least {needed_ns} ns")
+    assert said == (f"agents.s0.parameters.window_ns={needed_ns - 1}: the bid window is shorter than its "
+                    f"frames: 3 rounds of 4 slots of {slot_ns} ns until all have heard of it, for each of 3 hops, and "
+                    f"as many until all have heard the bids; take at least {needed_ns} ns")
     replace(team, parameters={"window_ns": needed_ns}).scenario()
 
 
 @pytest.mark.parametrize("hops", [1, 2])
 def test_sensors_further_apart_than_the_hops_are_refused_with_the_number_that_would_do(hops: int):
     assert refused(Team(FOUR, links=LINE, hops=hops)).endswith(
-        f"most_hops={hops}: on media.radio s0 hears s3 over 3 hops; take 3, which lengthens the window")
+        f"agents.s0.parameters.most_hops={hops}: on media.radio s0 hears s3 over 3 hops; take 3, which "
+        "lengthens the window")
     Team(FOUR, links=LINE, hops=3).scenario()
 
 
@@ -102,7 +103,7 @@ def test_clocks_that_drift_apart_need_longer_slots_and_windows():
     ({"media": {"radio": RADIO | {"max_payload_bytes": 68}}}, "a frame of so many tasks has up to 69 bytes"),
     ({"media": {"other": RADIO}}, "media.radio: bidding needs a broadcast_radio of this name"),
     ({"impairments": [{"on": "radio: s0 -> s1", "kind": "delay", "delay_ms": 3}]},
-     "delay_ns=0: impairments[0] delays a copy by up to 3000000 ns"),
+     "agents.s0.parameters.delay_ns=0: impairments[0] delays a copy by up to 3000000 ns"),
 ])
 def test_what_no_team_can_keep_is_refused(changes: dict[str, Any], said: str):
     assert re.search(re.escape(said), refused(Team(FOUR), **changes))

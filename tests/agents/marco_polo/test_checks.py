@@ -8,7 +8,6 @@ import pytest
 from agents.marco_polo.cells import Cells
 from agents.marco_polo.checks import (
     check_area_coverage,
-    check_bid_window,
     check_detections,
     check_entrances,
     check_exits,
@@ -35,10 +34,10 @@ def refusal(check, *arguments, **more):
     return str(raised.value)
 
 
-def test_k_below_two_and_a_team_without_ugv():
-    assert "detections=1:" in refusal(check_detections, 1)
-    assert "2" in refusal(check_detections, 1)
-    check_detections(2)
+def test_k_above_the_number_of_sensors_and_a_team_without_ugv():
+    assert "detections=8:" in refusal(check_detections, 8, 7)
+    assert "take 7 or less" in refusal(check_detections, 8, 7)
+    check_detections(7, 7)
     assert "team.sensors: 0 UGVs" in refusal(check_pursuers, 0, place="team.sensors")
     check_pursuers(1)
 
@@ -78,6 +77,15 @@ def test_an_obstacle_that_is_not_convex():
     (((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)), "on a line"), (((0.0, 0.0), (1.0, 0.0), (0.0, float("nan"))), "finite")])
 def test_corners_that_bound_no_convex_polygon(corners, why):
     assert why in refusal(check_obstacles, [corners], AREA)
+
+
+@pytest.mark.parametrize("corners", [(*OBSTACLE, OBSTACLE[0]), (OBSTACLE[0], *OBSTACLE),
+                                     (*OBSTACLE, (OBSTACLE[0][0] + 1e-12, OBSTACLE[0][1]))])
+def test_a_corner_that_is_given_twice_in_a_row(corners):
+    text = refusal(check_obstacles, [corners], AREA)
+
+    assert "corner (3, 3) m is given twice in a row" in text
+    check_obstacles([OBSTACLE], AREA)
 
 
 def test_an_obstacle_that_protrudes():
@@ -136,20 +144,11 @@ def test_exits_of_ugvs_that_start_in_no_free_cell():
     assert places(text)[-1] == (0.25, 0.25)
 
 
-def test_a_bid_window_shorter_than_its_frames():
-    text = refusal(check_bid_window, 20_000_000, 7, 1_500_000, repetitions=2, latency_ns=100_000)
-
-    assert "bid_window_ns=20000000" in text
-    needed = int(re.search(r"take (\d+) or more", text)[1])
-    assert needed == 7 * 2 * 1_500_000 + 100_000
-    check_bid_window(needed, 7, 1_500_000, repetitions=2, latency_ns=100_000)
-
-
 @pytest.mark.parametrize(("change", "why"), [
     ({"detections": 1}, "k is 2 or more"), ({"cell_m": 0.0}, "cell_m=0.0"), ({"cone_content": 1.0}, "cone_content"),
     ({"detection_threshold": 1.0}, "detection_threshold"), ({"least_area_coverage": 1.1}, "least_area_coverage"),
     ({"target_least_mps": 0.8}, "take 0.8 or more"), ({"turn_greatest_ns": 1}, "take 2000000000 or more"),
     ({"ugv_mps": 0.7}, "make it faster"), ({"uav_mps": 1.2}, "more than 1.2"), ({"update_ns": 0}, "update_ns"),
-    ({"ugv_mps": float("nan")}, "ugv_mps=nan"), ({"position_noise_m": -0.1}, "0 or more")])
+    ({"ugv_mps": float("nan")}, "ugv_mps=nan")])
 def test_constants_that_make_no_game(change, why):
     assert why in refusal(replace, GameParameters(), **change)

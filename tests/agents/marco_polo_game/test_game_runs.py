@@ -14,6 +14,8 @@ import pyarrow.parquet as pq
 import pytest
 import shapely
 
+from agents.marco_polo.reward import RewardWeights
+from agents.marco_polo_game.game_table import game_of
 from experiments.judge.run_data import RunData, load_run
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, find, load
@@ -284,12 +286,45 @@ def test_a_sweep_goes_to_and_fro_across_the_way_of_the_target(tmp_path: Path) ->
      "team.obstacles: the exit at (0.25, 9.75) m, and 1 more, is out of reach of all UGVs"),
     ("team.obstacles=[[[0, 0], [10, 0], [10, 1]], [[10, 0], [10, 10], [9, 10]], [[0, 0], [0, 10], [0.5, 5]], "
      "[[0, 10], [9.7, 10], [5, 9.8]]]", "leave 1% or more of it free, 0.4 m"),
+    ("team.obstacles=[[]]", "team.obstacles[0]=no corners: expected 3 or more corners"),
+    ("team.game={detections=8}", "team.game.detections=8: independent detections are of different sensors, and there "
+     "are 7; take 7 or less"),
+    ("team.game={detections=2.5}", "team.game.detections=2.5: expected a whole number"),
+    ("team.game={turn_least_ns=2.5}", "team.game.turn_least_ns=2.5: expected a whole number"),
+    ("team.game={cell_m='small'}", "team.game.cell_m=small: expected a number"),
+    ("team.game={cell_m=true}", "team.game.cell_m=True: expected a number"),
+    ("team.game={sweeps=3}", "team.game.sweeps=3: expected true or false"),
+    ("team.game={cell_m=1e-6}", "team.game.cell_m=1e-06: makes 1e+14 cells, and 250000 are the most; take 0.02 m or"),
+    ("team.game={investigation=3}", "team.game.investigation=3: expected keys among coverage, detection, distance"),
+    ("team.game={investigation={detect=1}}", "team.game.investigation: detect: expected keys among coverage"),
+    ("team.game={pursuit={distance=-1}}", "team.game.pursuit: reward weight distance=-1: expected 0 or more"),
+    ("team.game={pursuit={distance='far'}}", "team.game.pursuit.distance=far: expected a number"),
+    ("team.ugvs=[1, 2]", "team.ugvs=[1, 2]: expected a list of names, each once"),
+    ("team.ugvs=[['ugv_1']]", "team.ugvs=[['ugv_1']]: expected a list of names, each once"),
+    ("team.sensors=[1, 2]", "team.sensors=[1, 2]: expected 2 to 254 names, each once"),
+    ("team.area_x_m='10'", "team.area_x_m=10: expected [from, to], in m"),
+    ("team.area_x_m=[[0.0], 10.0]", "team.area_x_m=[[0.0], 10.0]: expected [from, to], in m"),
+    ("team.radius_m.uav_1=true", "team.radius_m.uav_1=True: expected a number above 0, in m"),
+    ("agents.target_1.plant.parameters.x=5.0", "agents.target_1=(5, 2) m: a target waits where no sensor sees it, more "
+     "than 1.5 m outside the area; the nearest place that would do is (5, -1.6) m"),
     ("agents.target_1.parameters.enter_s=0", "(enter_ns=0): expected more than 1000000"),
+    ("agents.ugv_1.parameters.slot_ms=4", "agents.ugv_1.parameters.slot_ns=4000000: expected 5000000, as agents.uav_1 "
+     "has it: the slots of a team are the same"),
     ("agents.uav_1.parameters.window_ms=100", "the bid window is shorter than its frames"),
 ])
 def test_what_cannot_be_played_is_refused_with_what_would_do(override: str, said: str) -> None:
     with pytest.raises(ScenarioError, match=re.escape(said)):
         load(find("marco_polo"), overrides=[override])
+
+
+def test_the_place_that_is_named_for_a_target_and_the_cell_would_do() -> None:
+    load(find("marco_polo"), overrides=["agents.target_1.plant.parameters={x=5.0, y=-1.6}", "team.game={detections=7}"])
+
+
+def test_weights_that_are_not_given_are_the_defaults() -> None:
+    team = load(find("marco_polo"), overrides=["team.game={pursuit={distance=2}}"]).team
+
+    assert game_of(team).parameters.pursuit == RewardWeights(detection=0.2, coverage=0.2, distance=2)
 
 
 @pytest.mark.parametrize(("override", "said"), [
