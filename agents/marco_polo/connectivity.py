@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from itertools import pairwise
-from math import sqrt
+from math import fsum, sqrt
 from typing import Any, NamedTuple
 
 import networkx as nx
@@ -84,7 +84,7 @@ class ConnectivityGraph:
         finally:
             self._graph.remove_node(BEHIND)
         way = found[:-1]
-        return Route(way, sum(self._graph.edges[edge]["weight"] for edge in pairwise(way)))
+        return Route(way, fsum(self._graph.edges[edge]["weight"] for edge in pairwise(way)))
 
     def _least_m(self, missing_m: Mapping[int, float]) -> list[float]:
         """Lower bounds of the length from each cell to the node behind the goals; the last element is that node's."""

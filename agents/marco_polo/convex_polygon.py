@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from math import cos, hypot, inf, sin
+from math import cos, fsum, hypot, inf, sin
 from typing import Final
 
 from agents.marco_polo.cells import Polygon
@@ -21,7 +21,7 @@ class ConvexPolygon:
     """`corners` [m] go round in either direction; edges have a length."""
 
     def __init__(self, corners: Polygon) -> None:
-        turned = sum(x * v - u * y for (x, y), (u, v) in pairwise([*corners, corners[0]]))
+        turned = fsum(x * v - u * y for (x, y), (u, v) in pairwise([*corners, corners[0]]))
         ring = list(corners) if turned > 0 else list(reversed(corners))
         self._edges = [(x, y, (v - y) / length, (x - u) / length)           # a point, and the outward normal
                        for (x, y), (u, v) in pairwise([*ring, ring[0]]) for length in [hypot(u - x, v - y)]]

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, cos, inf, pi, sin
+from math import atan2, cos, fsum, inf, pi, sin
 
 from agents.pursuit import Place
 from agents.pursuit.law import Area
@@ -57,18 +57,18 @@ def fit_track(detections: Sequence[Place], area: Area | None = None) -> TrackLin
     if count == 1:
         assert area is not None
         return TrackLine(detections[0], _inward(detections[0], area), detections[0])
-    x = sum(place[0] for place in detections) / count
-    y = sum(place[1] for place in detections) / count
-    sxx = sum((place[0] - x) ** 2 for place in detections)
-    syy = sum((place[1] - y) ** 2 for place in detections)
-    sxy = sum((place[0] - x) * (place[1] - y) for place in detections)
+    x = fsum(place[0] for place in detections) / count
+    y = fsum(place[1] for place in detections) / count
+    sxx = fsum((place[0] - x) ** 2 for place in detections)
+    syy = fsum((place[1] - y) ** 2 for place in detections)
+    sxy = fsum((place[0] - x) * (place[1] - y) for place in detections)
     if not sxx + syy > 0.0:
         raise ValueError(f"{count} detections, all at {detections[0]} m: a track line needs 2 different places; "
                          "leave out repeated detections")
     heading = 0.5 * atan2(2.0 * sxy, sxx - syy)
     ux, uy = cos(heading), sin(heading)
     lengths = [(place[0] - x) * ux + (place[1] - y) * uy for place in detections]
-    advance = sum((number - 0.5 * (count - 1)) * length for number, length in enumerate(lengths))
+    advance = fsum((number - 0.5 * (count - 1)) * length for number, length in enumerate(lengths))
     if advance < 0.0:               # the slope of length over order of time
         heading += pi if heading <= 0.0 else -pi
         ux, uy, lengths = -ux, -uy, [-length for length in lengths]
