@@ -1,10 +1,11 @@
-"""How the cost of a Marco Polo game grows with its size: `python -m benchmarks.marco_polo_scale [GAMES] [LENGTH_S]`.
+"""What a Marco Polo game costs as it grows: `python -m benchmarks.marco_polo_scale [GAMES] [LENGTH_S] [all]`.
 
 Games of 5, 10, 20 and 40 sensors, half as many targets, and 22.5 m^2 of area for each sensor, so that the density of
 robots is that of 40 sensors on 30 x 30 m. A fifth of the sensors are UAVs. All hear each other on the radio. Prints for
 each size, in medians over GAMES seeds (3): processor time of the run's loop for each robot and simulated second, the
 number of frames, how many nodes had each in range, and the processor time for each frame. Frames are those of the
-radios, and the exposures of each body, which cost whether somebody has it in view or not.
+radios, and the exposures of each body, which cost whether somebody has it in view or not. With `all` the cameras record
+every pair of camera and body, in range or not.
 """
 
 from __future__ import annotations
@@ -106,10 +107,11 @@ def cost(tables: dict[str, Any]) -> tuple[float, int, int]:
     return spent[1] - spent[0], len(sent) + round(exposures), len(copies)
 
 
-def main(games: int = 3, length_s: float = 60.0) -> None:
+def main(games: int = 3, length_s: float = 60.0, record: str = "") -> None:
+    keys = {"record_out_of_view": record == "all"}
     print("sensors targets  us/robot/s   frames  in range  us/frame")
     for sensors in SIZES:
-        costs = [cost(game(sensors, sensors // 2, seed, length_s)) for seed in range(1, games + 1)]
+        costs = [cost(game(sensors, sensors // 2, seed, length_s, **keys)) for seed in range(1, games + 1)]
         robots = sensors + sensors // 2
         each = [median(column) for column in zip(*[(spent / robots / length_s * 1e6, frames, copies / frames,
                                                     spent / frames * 1e6)
@@ -118,4 +120,4 @@ def main(games: int = 3, length_s: float = 60.0) -> None:
 
 
 if __name__ == "__main__":
-    main(*(kind(value) for kind, value in zip((int, float), sys.argv[1:], strict=False)))
+    main(*(kind(value) for kind, value in zip((int, float, str), sys.argv[1:], strict=False)))

@@ -1,4 +1,4 @@
-"""What one sensor knows of one task: whether its bid window is open, which bids it has heard, and who is deployed.
+"""The state that a sensor keeps of one task: its bid window, the bids that it has heard, and who is deployed.
 
 *Invariants*
 - `closes_ns` is not None exactly while the window is open; then the sensor is not deployed;

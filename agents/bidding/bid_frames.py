@@ -46,7 +46,7 @@ OUT_OF_VIEW: Final = 0      # number of a detection: the sender sees the target 
 
 
 class Standing(IntEnum):
-    """What a MODE message says about its sender's part in the task."""
+    """The part that the sender of a MODE message has in the task."""
 
     DEPLOYED = 0        # it is deployed for the task
     HEARD = 1           # it has heard the award of the task

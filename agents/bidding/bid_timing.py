@@ -92,7 +92,7 @@ class BidTiming:
 
     @property
     def apart_ns(self) -> int:
-        """What the closes of one window at two sensors are apart, at most."""
+        """The time [ns] by which two sensors close the same window apart, at most."""
         return self.settings.most_hops * self.transit_ns
 
     @property

@@ -183,7 +183,7 @@ class Bidding:
         auction.close()
         winner = auction.winner()
         if winner is None:
-            self._board.warn("nobody bids", f"{_named(auction)}: no sensor sent a bid within the window")
+            self._board.warn("nobody bids", f"{_named(auction)}: the sensor heard no bid in the window and has none")
         elif winner != self._number:
             self._hold(auction, winner, auction.bids[winner])
         elif self._reward(auction.task) is None:

@@ -117,7 +117,7 @@ class ConnectivityGraph:
 
 @lru_cache(maxsize=4)
 def _all_cells(cells: Cells) -> Any:
-    """Return the graph of all cells, free or not. It is shared: whoever adds to it takes it out again."""
+    """Return the graph of all cells, free or not. All sensors share it: a caller that adds a node removes it again."""
     graph: Any = nx.Graph()
     number = np.arange(cells.rows * cells.columns).reshape(cells.rows, cells.columns)
     graph.add_nodes_from(number.ravel().tolist())

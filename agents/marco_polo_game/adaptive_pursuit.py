@@ -41,7 +41,9 @@ NEVER: Final = -1_000_000_000_000
 
 @dataclass
 class _Chase:
-    """What one deployment knows of its target. Invariant: `newest` is the newest detection that the filter has."""
+    """Knowledge that a UGV has of its target during one deployment.
+
+    Invariant: `newest` is the newest detection that the filter has."""
 
     track: Track
     pursuer: Pursuer

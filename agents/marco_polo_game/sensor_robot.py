@@ -54,7 +54,7 @@ COUNTERS: Final = ("detections", "investigations", "investigations without a det
 
 
 class Purpose(IntEnum):
-    """What a sensor is deployed for: the stage of its task modulo 2."""
+    """The purpose for which the team deploys a sensor: the stage of the sensor's task modulo 2."""
 
     INVESTIGATION = 0
     PURSUIT = 1

@@ -34,7 +34,7 @@ FANS: Final = (5.0, 0.5)        # degrees between the headings that a target at 
 
 
 class Ending(Enum):
-    """What the target does at the end of a leg."""
+    """The ways in which a leg of a target can end."""
 
     TURNS = "turns"             # as (2.3) has it
     AVOIDS = "avoids"           # turns at an obstacle

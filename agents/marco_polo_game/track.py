@@ -1,4 +1,4 @@
-"""What one sensor knows of one target: the newest detection by each sensor, and where it expects the target to be.
+"""The track that a sensor keeps of one target: the newest detection by each sensor, and the place that they predict.
 
 Independent detections are those of different sensors, so their number is the number of sensors that have detected the
 target; a sensor that sees it again replaces its own detection. Until it leaves along the track line, the target is

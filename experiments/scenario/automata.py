@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from agents.hybrid.automaton import Automaton
+from experiments.scenario.declarations import declared
 from experiments.scenario.own_modules import class_for
 from experiments.scenario.problems import Problems
 from firmware_sim.program_settings import build_settings
@@ -47,19 +48,4 @@ def check_automata(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str
     `programs` maps each class to the settings of its agents. Call it for a scenario in which the programs found no
     mistake: what they refuse may make a declaration fail.
     """
-    modes = {}
-    for cls, settings_of in programs.items():
-        if (declare := getattr(cls, "automaton", None)) is None:
-            continue
-        for name, settings in settings_of.items():
-            try:
-                found = declare(settings, team)
-            except Exception as error:
-                problems.say(f"agents.{name}: {cls.__name__}.automaton failed: {type(error).__name__}: {error}")
-            else:
-                if isinstance(found, Automaton):
-                    modes[name] = tuple(found.modes)
-                else:
-                    problems.say(f"agents.{name}: {cls.__name__}.automaton returned {type(found).__name__}: expected "
-                                 "an Automaton")
-    return modes
+    return {name: tuple(found.modes) for name, found in declared("automaton", Automaton, programs, team, problems)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from experiments.scenario.declarations import declared
 from experiments.scenario.problems import Problems
 from firmware_sim.ground_plan import GroundPlan, joined
 
@@ -15,19 +16,5 @@ def ground_of(programs: Mapping[type, Mapping[str, Any]], team: Mapping[str, Any
 
     `programs` maps each class to the settings of its agents.
     """
-    plans: dict[GroundPlan, None] = {}
-    for cls, settings_of in programs.items():
-        if (declare := getattr(cls, "ground_plan", None)) is None:
-            continue
-        for name, settings in settings_of.items():
-            try:
-                found = declare(settings, team)
-            except Exception as error:
-                problems.say(f"agents.{name}: {cls.__name__}.ground_plan failed: {type(error).__name__}: {error}")
-                continue
-            if isinstance(found, GroundPlan):
-                plans[found] = None
-            else:
-                problems.say(f"agents.{name}: {cls.__name__}.ground_plan returned {type(found).__name__}: expected "
-                             "a GroundPlan")
+    plans = dict.fromkeys(plan for _, plan in declared("ground_plan", GroundPlan, programs, team, problems))
     return joined(list(plans))

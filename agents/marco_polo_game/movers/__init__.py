@@ -36,7 +36,7 @@ class Mover(Protocol):
 
 
 class Bounds(NamedTuple):
-    """What holds for every platform of a mover, whatever the program tells it: the claims of a sensor's automaton."""
+    """Limits that no platform of a mover exceeds, whatever the program tells it; a sensor's automaton claims them."""
 
     speed_mps: float            # the place changes by no more than this, along each axis, between two samples
     outside_m: float            # the place is no farther outside the area
@@ -44,7 +44,7 @@ class Bounds(NamedTuple):
 
 
 class Platform(NamedTuple):
-    """What a scenario says of one sensor and its platform, for the checks of a mover."""
+    """One sensor and the platform that carries it, as a scenario gives them to the checks of a mover."""
 
     sensor: str
     agent: AgentView            # of the sensor

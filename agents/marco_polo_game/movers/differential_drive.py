@@ -28,7 +28,7 @@ from math import atan2, copysign, cos, dist, isfinite, pi, remainder, sqrt
 from typing import Final
 
 from agents.marco_polo_game.movers import Bounds, Platform, Stop
-from agents.marco_polo_game.movers.plants import plant_problems, told_otherwise
+from agents.marco_polo_game.movers.plants import Remote, carrier_of, plant_problems, remote_problems, told_otherwise
 from agents.marco_polo_game.movers.way import braking, corner_mps, room_m, straightened
 from agents.pursuit import Place
 from agents.pursuit.law import Area
@@ -191,27 +191,18 @@ class DifferentialDriveSettings:
         return Bounds(speed_mps + 2 * self.wheel_mps2 * self.period_ns * 1e-9, rest_m, rest_m)
 
     def problems(self, scenario: ScenarioView, platform: Platform) -> Iterator[str]:
-        name, agent = platform.sensor, platform.agent
-        if platform.barriers:
-            yield (f"agents.{name}.parameters.drive: its platform cuts corners and brakes, and does not keep clear of "
-                   "team.obstacles and team.zones; leave them out, or give it an omnidirectional plant")
-        if agent.plant is not None:
-            yield (f"agents.{name}.plant: this sensor has a plant and drives another one over {self.can}; give it "
-                   "the plant or the parameter drive")
-        if self.can not in agent.media:
-            yield (f"agents.{name}.parameters.drive.can={self.can!r}: no such port; it is on {', '.join(agent.media)}; "
-                   "add a medium of kind can, with this sensor and its drive controller")
+        name = platform.sensor
+        yield from remote_problems(scenario, platform, Remote("drive", "drives", "can", self.can, "can",
+                                                              "drive controller", "platform"))
+        if self.can in platform.agent.media:
+            yield from wheel_problems(scenario, name)
+        if (carrier := carrier_of(scenario, platform, self.can)) is None:
             return
-        yield from wheel_problems(scenario, name)
-        carrier = platform.carrier
-        drive = None if carrier is None else scenario.agents.get(carrier)
-        if carrier is None or drive is None or carrier == name or self.can not in drive.media:
-            yield (f"media.{platform.view}.cameras: the camera of {name} is on {carrier or 'no body'}; it rides on the "
-                   f"platform that {name} drives: write {name} = the drive controller on {self.can}")
-        elif drive.plant is None:
+        plant = scenario.agents[carrier].plant
+        if plant is None:
             yield f"agents.{carrier}.plant: is missing; {name} drives it: {{ fmu = \"unicycle\", preset = \"p3at\" }}"
         else:
-            yield from plant_problems(carrier, drive.plant, INPUTS, "unicycle")
+            yield from plant_problems(carrier, plant, INPUTS, "unicycle")
             yield from self._plant_problems(scenario, platform, carrier)
 
     def _plant_problems(self, scenario: ScenarioView, platform: Platform, carrier: str) -> Iterator[str]:

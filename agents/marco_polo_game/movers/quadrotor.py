@@ -22,7 +22,7 @@ from math import dist, hypot, isfinite, pi, remainder
 from typing import Final
 
 from agents.marco_polo_game.movers import Bounds, Platform, Stop
-from agents.marco_polo_game.movers.plants import plant_problems, told_otherwise
+from agents.marco_polo_game.movers.plants import Remote, carrier_of, plant_problems, remote_problems, told_otherwise
 from agents.marco_polo_game.movers.way import straightened
 from agents.pursuit import Place
 from agents.pursuit.flight_plan import FlightPlan
@@ -158,26 +158,16 @@ class QuadrotorSettings:
         return Bounds((1 + self.over_share) * speed_mps, self.error_m, rest_m + self.error_m)
 
     def problems(self, scenario: ScenarioView, platform: Platform) -> Iterator[str]:
-        name, agent = platform.sensor, platform.agent
-        if platform.barriers:
-            yield (f"agents.{name}.parameters.flight: its platform cuts corners and brakes, and does not keep clear of "
-                   "team.obstacles and team.zones; leave them out, or give it an omnidirectional plant")
-        if agent.plant is not None:
-            yield (f"agents.{name}.plant: this sensor has a plant and flies another one over {self.link}; give it "
-                   "the plant or the parameter flight")
-        if self.link not in agent.media:
-            yield (f"agents.{name}.parameters.flight.link={self.link!r}: no such port; it is on "
-                   f"{', '.join(agent.media)}; add a medium of kind serial_line, with this sensor and its autopilot")
+        name = platform.sensor
+        yield from remote_problems(scenario, platform, Remote("flight", "flies", "link", self.link, "serial_line",
+                                                              "autopilot", "vehicle"))
+        if (carrier := carrier_of(scenario, platform, self.link)) is None:
             return
-        carrier = platform.carrier
-        vehicle = None if carrier is None else scenario.agents.get(carrier)
-        if carrier is None or vehicle is None or carrier == name or self.link not in vehicle.media:
-            yield (f"media.{platform.view}.cameras: the camera of {name} is on {carrier or 'no body'}; it rides on the "
-                   f"vehicle that {name} flies: write {name} = the autopilot on {self.link}")
-        elif vehicle.plant is None:
+        plant = scenario.agents[carrier].plant
+        if plant is None:
             yield (f"agents.{carrier}.plant: is missing; {name} flies it: "
                    "{ fmu = \"quadrotor\", preset = \"hummingbird\" }")
         else:
-            yield from plant_problems(carrier, vehicle.plant, INPUTS, "quadrotor")
-            yield from told_otherwise(carrier, vehicle.plant, dict(zip(("x", "y"), self.start, strict=False)),
+            yield from plant_problems(carrier, plant, INPUTS, "quadrotor")
+            yield from told_otherwise(carrier, plant, dict(zip(("x", "y"), self.start, strict=False)),
                                       f"agents.{name}.parameters.flight.start")

@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
-from experiments.judge.run_data import RunData, load_run
-from experiments.run.runner import run
+from experiments.judge.run_data import RunData
 from experiments.scenario import ScenarioError, find, load
+from tests.agents.marco_polo_game.games import counted, told
+from tests.agents.marco_polo_game.games import played as play
 
 EXPOSURE_NS = 100_000_000
 CAPTURES, LEAVES = 1113, 1001       # seeds: a UAV makes the third detection 2.4 m from the UGV, and 3.7 m from it
@@ -18,17 +19,7 @@ CAPTURES, LEAVES = 1113, 1001       # seeds: a UAV makes the third detection 2.4
 
 def played(out: Path, seed: int, *overrides: str, name: str = "marco_polo_adaptive",
            host: Any = "inline") -> tuple[RunData, Any]:
-    summary = run(load(find(name), seed=seed, overrides=overrides), host=host, out=out, report=False).summary
-    return load_run(out), summary
-
-
-def counted(data: RunData, counter: str) -> int:
-    return sum(counters.get(counter, 0) for counters in data.counters.values())
-
-
-def told(data: RunData, kind: str, start: str = "") -> list[tuple[str, int, str]]:
-    return [(event.node, event.time_ns, event.detail) for event in data.events
-            if event.kind == kind and event.detail.startswith(start)]
+    return play(out, name, *overrides, seed=seed, host=host)
 
 
 def lossy(*links: str) -> str:

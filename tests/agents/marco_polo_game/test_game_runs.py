@@ -21,6 +21,8 @@ from experiments.run.runner import run
 from experiments.scenario import ScenarioError, find, load
 from experiments.scenario.loader import load_tables
 from netem.records.event_fields import read
+from tests.agents.marco_polo_game.games import counted, told
+from tests.agents.marco_polo_game.games import played as play
 
 S, MS = 1_000_000_000, 1_000_000
 EXPOSURE_NS, LATENCY_NS, WINDOW_NS, SLOT_NS = 100 * MS, 20 * MS, 150 * MS, 5 * MS
@@ -31,18 +33,7 @@ LOSSES = "impairments=[{on='radio: * -> *', kind='scripted_loss', lose_frames=[0
 
 def played(out: Path, seed: int = SEED, *overrides: str, host: Any = "inline",
            name: str = "marco_polo") -> tuple[RunData, Any]:
-    scenario = load(find(name), seed=seed, overrides=overrides)
-    summary = run(scenario, host=host, out=out, report=False).summary
-    return load_run(out), summary
-
-
-def counted(data: RunData, counter: str) -> int:
-    return sum(counters.get(counter, 0) for counters in data.counters.values())
-
-
-def told(data: RunData, kind: str, start: str = "") -> list[tuple[str, int, str]]:
-    return [(event.node, event.time_ns, event.detail) for event in data.events
-            if event.kind == kind and event.detail.startswith(start)]
+    return play(out, name, *overrides, seed=seed, host=host)
 
 
 def task_of(detail: str) -> tuple[str, ...]:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from experiments.judge.run_data import RunData, load_run
-from experiments.run.runner import run
+from experiments.judge.run_data import RunData
 from experiments.scenario import ScenarioError, find, load
 from netem.records.event_fields import read
+from tests.agents.marco_polo_game.games import played as play
 
 S = 1_000_000_000
 SCENARIO = "marco_polo_platforms"
@@ -29,8 +29,7 @@ def game(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunData, Any]:
 
 
 def played(out: Path, name: str, *overrides: str, host: Any = "inline") -> tuple[RunData, Any]:
-    summary = run(load(find(name), seed=SEED, overrides=overrides), host=host, out=out, report=False).summary
-    return load_run(out), summary
+    return play(out, name, *overrides, seed=SEED, host=host)
 
 
 def columns(data: RunData, node: str, *names: str) -> dict[int, list[float]]:
