@@ -57,6 +57,7 @@ class ArduPilotGuest:
         self._body = Body(board, settings.motors)
         self._telemetry = Telemetry(board, settings.telemetry)
         self._socket = Datagrams(self._name, loopback_address("listen", settings.listen), "listen")
+        board.at_end(self._socket.close)
         self._last: Servos | None = None
         self._answer = b""                  # to the last frame
         for counter in ("steps", "frames repeated", "frames lost", "unreadable datagrams"):

@@ -70,7 +70,7 @@ class Caller:
         try:
             self._connection.sendall(data)
         except TimeoutError:
-            raise GuestFailure(f"{self._name}: the autopilot has not read for {within_s:g} s what it was sent") from None
+            raise GuestFailure(f"{self._name}: the autopilot has read nothing for {within_s:g} s") from None
         except OSError:
             raise self._left() from None
 
@@ -86,6 +86,11 @@ class Caller:
         if not data:
             raise self._left()
         return data
+
+    def close(self) -> None:
+        self._listener.close()
+        if self._connection is not None:
+            self._connection.close()
 
     def _left(self) -> GuestFailure:
         return GuestFailure(f"{self._name}: the autopilot has closed its connection; see its own output for the "
@@ -134,6 +139,9 @@ class Datagrams:
                 self._socket.sendto(data, self.peer)
                 return True
         return False
+
+    def close(self) -> None:
+        self._socket.close()
 
 
 def _text(address: Address) -> str:

@@ -77,6 +77,7 @@ class Px4Guest:
         self._sensors = Sensors(settings.sensors, board.rng)
         self._telemetry = Telemetry(board, settings.telemetry)
         self._caller = Caller(self._name, loopback_address("listen", settings.listen))
+        board.at_end(self._caller.close)
         self._reader = FrameReader()
         self._sequence = 0
         self._boot_us = 0                       # PX4's time when the node's clock read 0

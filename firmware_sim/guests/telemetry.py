@@ -42,6 +42,8 @@ class Telemetry:
         self._port = None if name is None else board.port(name, self._heard)
         self._socket = None if name is None else Datagrams(
             f"agents.{board.name}", loopback_address("telemetry.listen", settings.listen), "telemetry.listen")
+        if self._socket is not None:
+            board.at_end(self._socket.close)
         for counter in ("telemetry sent", "telemetry received", "telemetry without guest"):
             board.count(counter, 0)
 
