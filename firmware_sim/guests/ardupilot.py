@@ -98,6 +98,7 @@ class ArduPilotGuest:
 
     def _note_gap(self, before: Servos | None, now: Servos) -> None:
         if before is None:
+            self._telemetry.begin()
             self._board.event("guest connected", f"ArduPilot at {now.rate_hz} Hz")
         elif now.count < before.count:
             self._board.warn("guest reset", f"ArduPilot counts frames from {now.count} again, after {before.count}")

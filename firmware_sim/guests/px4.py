@@ -8,9 +8,9 @@ PX4 takes its time from `time_usec` of HIL_SENSOR: that of its boot, then that t
 drift of the node's clock is that of PX4's, and booting takes no virtual time. The answer to a step is the first
 HIL_ACTUATOR_CONTROLS whose `time_usec` is that of the step or later; the commands of an older one are used, too.
 
-An armed PX4 that does not answer within `answer_within_s` of the wall clock flies on with its last commands, which is
-counted and an event. PX4 need not answer each step while it is disarmed: then the node waits for the duration of a
-step. `gone_after_s` without any answer while armed end the run.
+The node waits for an answer for `answer_within_s` of the wall clock. An armed PX4 that has not answered by then flies on
+with its last commands, which is counted and an event; `gone_after_s` without any answer end the run. A disarmed one need
+not answer each step: from its first silence on the node waits only for the duration of a step, until it answers again.
 
 Not modelled: an airspeed sensor, a lidar, RC input. Nothing here has met a real PX4: docs/guests.md.
 """
@@ -84,6 +84,7 @@ class Px4Guest:
         self._due_ns = {"HIL_GPS": 0, "HEARTBEAT": 0}
         self._every_ns = {"HIL_GPS": settings.gps_period_ns, "HEARTBEAT": HEARTBEAT_NS}
         self._armed = False
+        self._answers = False                   # it has answered the last step
         self._silent_s = 0.0                    # time waited in vain since the last answer, while armed
         for counter in ("steps", "steps without answer", "noise bytes from PX4"):
             board.count(counter, 0)
@@ -113,7 +114,9 @@ class Px4Guest:
                                    f"{self._settings.connect_within_s:g} s of sensors; is it PX4 built for simulation "
                                    "(make px4_sitl), with lockstep?")
         self._boot_us += step_us                # the time of HIL_SENSOR only grows
+        self._answers = True
         self._due_ns = dict.fromkeys(self._due_ns, 0)
+        self._telemetry.begin()
         self._board.event("guest booted", f"PX4 answered after {self._boot_us * 1e-6:g} s of its time")
 
     def _step(self) -> None:
@@ -121,9 +124,11 @@ class Px4Guest:
         now_ns = board.now_ns
         time_us = self._boot_us + now_ns // 1_000
         self._tell(time_us, now_ns)
-        wait_s = self._settings.answer_within_s if self._armed else max(SHORTEST_WAIT_S, self._settings.step_ns * 1e-9)
+        wait_s = (self._settings.answer_within_s if self._armed or self._answers else
+                  max(SHORTEST_WAIT_S, self._settings.step_ns * 1e-9))
         board.count("steps")
-        if self._answered(time_us, wait_s):
+        self._answers = self._answered(time_us, wait_s)
+        if self._answers:
             self._silent_s = 0.0
         elif self._armed:
             self._missed(wait_s)

@@ -4,7 +4,8 @@
           <--UDP--        <--at its arrival----
 
 A datagram gets the instant of the step at which the node takes it, so a message of the guest is late by less than a
-step. The guest's messages of one step are all there when its answer to that step is: both pass through the loopback.
+step. What it sent before the first step is dropped. The guest's messages of one step are all there when its answer to
+that step is: both pass through the loopback.
 """
 
 from __future__ import annotations
@@ -46,6 +47,12 @@ class Telemetry:
             board.at_end(self._socket.close)
         for counter in ("telemetry sent", "telemetry received", "telemetry without guest"):
             board.count(counter, 0)
+
+    def begin(self) -> None:
+        """Drop what has arrived: how much a guest says before its first step depends on when it was started."""
+        if self._socket is not None:
+            while self._socket.receive_all():
+                pass
 
     def pass_on(self) -> None:
         """Send on the medium what has arrived from the guest."""

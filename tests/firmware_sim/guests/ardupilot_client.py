@@ -35,7 +35,7 @@ def main(port: int, telemetry_port: int, goal_m: float, what: str = "") -> None:
     physics.settimeout(1.0)
     telemetry = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     telemetry.setblocking(False)
-    seen = {"answers": 0, "steps_right": True, "height_m": 0.0, "copies": 0, "heard": 0, "rest_z": None, "times_s": 0.0}
+    seen = {"answers": 0, "resent": 0, "copies": 0, "steps_right": True, "height_m": 0.0, "heard": 0, "rest_z": None}
     four, last_s, count = [0.0] * 4, None, 0
     rng = random.Random(5)
     while True:
@@ -62,8 +62,9 @@ def main(port: int, telemetry_port: int, goal_m: float, what: str = "") -> None:
                 answer = physics.recv(65536)
                 break
             except TimeoutError:
-                tries += 1
-            except ConnectionRefusedError:          # nobody listens yet, or any more
+                seen["resent"] += 1                 # the physics has it, and will answer both
+                tries += seen["answers"] > 0
+            except ConnectionRefusedError:          # nobody listens yet, or any more; the frame is lost
                 tries += seen["answers"] > 0
                 time.sleep(0.01)
         if not answer:
@@ -84,7 +85,7 @@ def main(port: int, telemetry_port: int, goal_m: float, what: str = "") -> None:
         down = numbers(text, "", "position")[2]
         velocity = numbers(text, "", "velocity")
         seen["rest_z"] = numbers(text, "imu", "accel_body")[2] if seen["rest_z"] is None else seen["rest_z"]
-        seen["height_m"], seen["times_s"] = -down, now_s
+        seen["height_m"] = -down
         four = commands(-down, -velocity[2], numbers(text, "", "quaternion"), numbers(text, "imu", "gyro"), goal_m)
         try:
             while telemetry.recv(4096):
