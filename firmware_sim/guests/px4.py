@@ -8,9 +8,10 @@ PX4 takes its time from `time_usec` of HIL_SENSOR: that of its boot, then that t
 drift of the node's clock is that of PX4's, and booting takes no virtual time. The answer to a step is the first
 HIL_ACTUATOR_CONTROLS whose `time_usec` is that of the step or later; the commands of an older one are used, too.
 
-The node waits for an answer for `answer_within_s` of the wall clock. An armed PX4 that has not answered by then flies on
-with its last commands, which is counted and an event; `gone_after_s` without any answer end the run. A disarmed one need
-not answer each step: from its first silence on the node waits only for the duration of a step, until it answers again.
+The node waits for an answer for `answer_within_s` of the wall clock. An armed PX4 that has not answered by then flies
+on with its last commands, which is counted and an event; `gone_after_s` without any answer end the run. A disarmed one
+need not answer each step: from its first silence on the node waits only for the duration of a step, until it answers
+again.
 
 Not modelled: an airspeed sensor, a lidar, RC input. Nothing here has met a real PX4: docs/guests.md.
 """
