@@ -7,7 +7,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 
 import pytest
 import zenoh
@@ -36,6 +36,7 @@ class Wire:
 
     def __init__(self) -> None:
         self.batches: list[bytes] = []
+        self._ends: tuple[socket.socket, ...] = ()
         with closing(socket.socket()) as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
@@ -47,15 +48,21 @@ class Wire:
     def close(self) -> None:
         self.caller.close()
         self.listener.close()
-        self._relay.close()
+        for each in (self._relay, *self._ends):
+            each.close()
 
     def _accept(self, port: int) -> None:
         near, _ = self._relay.accept()
         far = socket.create_connection(("127.0.0.1", port))
+        self._ends = near, far
         for source, sink in ((near, far), (far, near)):
             threading.Thread(target=self._pump, args=(source, sink), daemon=True).start()
 
     def _pump(self, source: socket.socket, sink: socket.socket) -> None:
+        with suppress(OSError):         # the other side has closed
+            self._copy(source, sink)
+
+    def _copy(self, source: socket.socket, sink: socket.socket) -> None:
         waiting = b""
         while data := source.recv(65536):
             sink.sendall(data)
@@ -65,15 +72,20 @@ class Wire:
                 waiting = waiting[2 + size:]
         sink.shutdown(socket.SHUT_WR)
 
-    def of(self, act: Callable[[], object], marker: bytes) -> bytes:
-        """Return the network messages of the batch that `act` causes and that contains `marker`."""
+    def of(self, act: Callable[[], object], marker: bytes, batches: int = 1) -> bytes:
+        """Return the network messages of the batch that `act` causes and that contains `marker`, and of those that
+        follow, `batches` in all or fewer if there come no more.
+        """
         self.batches.clear()
         act()
         end = time.monotonic() + WITHIN_S
         while time.monotonic() < end:
-            for batch in list(self.batches):
-                if batch[0] & 0x1F == FRAME and marker in batch:
-                    return _payload(batch)
+            frames = [batch for batch in list(self.batches) if batch[0] & 0x1F == FRAME]
+            found = [index for index, batch in enumerate(frames) if marker in batch]
+            if found and len(frames) - found[0] >= batches:
+                return b"".join(map(_payload, frames[found[0]:found[0] + batches]))
+            if found and time.monotonic() > end - WITHIN_S + 1.0:
+                batches = 1
             time.sleep(0.01)
         raise AssertionError(f"no batch with {marker!r} among {self.batches}")
 
@@ -208,7 +220,7 @@ def test_declarations(wire: Wire, declare: Callable[[zenoh.Session], object], en
     kept = []
     key = f"d/{ {Entity.SUBSCRIBER: 'sub', Entity.QUERYABLE: 'qbl', Entity.TOKEN: 'tok'}[entity]}"
 
-    theirs = wire.of(lambda: kept.append(declare(wire.caller)), key.encode())
+    theirs = wire.of(lambda: kept.append(declare(wire.caller)), key.encode(), batches=2)
 
     # Theirs: the declaration of the key with a number, then that of the entity, which names the key by its number.
     keys, entities = theirs.split(b"\x9e\x21\x08")[1:]
