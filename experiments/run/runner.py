@@ -42,6 +42,7 @@ from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
 from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.own_modules import class_for
 from experiments.scenario.standing_robots import standing_robots
+from experiments.scenario.zenoh_ways import specification as zenoh_of
 from firmware_sim.program_settings import build_settings
 from firmware_sim.scenario_view import OwnAgent
 from fmus.build import build_model, model_folder, own_models
@@ -419,7 +420,8 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock,
                                     _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
                                     folder, agent.program in blocking, _own_frames(scenario, agent),
-                                    _can_buses(scenario, agent), _shown(scenario, agent), agent.name in mortal)
+                                    _can_buses(scenario, agent), _shown(scenario, agent), agent.name in mortal,
+                                    zenoh_of(scenario, agent) if agent.program in blocking else None)
             for name, agent in scenario.agents.items()}
 
 
