@@ -239,5 +239,5 @@ def test_an_address_that_is_taken_is_named_with_the_remedy(made: Callable[..., H
     gateway = made().gateway
     port = gateway.listening[1]
     with pytest.raises(OSError, match=rf"gateways.other: cannot listen on 127.0.0.1:{port}: Address already in use; "
-                       "end the program or run that has it, or listen on another port, 0 for one that the system choos"):
+                       "end the program or run that has it, or listen on another port, 0 for one that the system"):
         UdpGateway("other", "line", UdpSettings("{}:{}".format(*gateway.listening)))
