@@ -9,6 +9,7 @@ from netem.core.kinds import Kinds
 GATEWAYS: Final = Kinds({
     "udp": "netem.gateways.udp:UdpGateway",
     "tcp": "netem.gateways.tcp:TcpGateway",
+    "can": "netem.media.can.can_gateway:CanGateway",
     "serial": "netem.gateways.serial_port:SerialGateway",
 })
 USUAL: Final = "udp"                # the default of `kind`
