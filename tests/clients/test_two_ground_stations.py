@@ -6,17 +6,21 @@ import json
 import socket
 import subprocess
 import sys
+import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 from experiments.judge.run_data import RunData, load_run
 from experiments.run.runner import run
-from experiments.scenario import load
+from experiments.scenario import find, load
 from experiments.scenario.document import read
 from experiments.scenario.loader import load_tables
 from experiments.scenario.model import Scenario
 
+HERE = Path(__file__).parent
+MAVPROXY = Path(sys.executable).with_name("mavproxy.py")
 QUADROTOR = Path(__file__).parents[1] / "cases" / "mav_two_gcs" / "quad_two.toml"
 LENGTH_S = 15.0            # of the run, within which both start and talk
 TALKS_S = 5.0
@@ -130,4 +134,52 @@ def test_two_ports_of_one_autopilot_pass_on_what_the_others_have_to_know(tmp_pat
     check(told)
     assert [each["kinds"]["COMMAND_ACK"] for each in told] == [each["mine"] for each in told]
     assert [each["others"] for each in told] == [[251], [250]]              # their heartbeats are passed on
+    assert data.counters["quadrotor"]["mavlink frames passed on"] > 10
+
+
+@pytest.mark.skipif(find_spec("mavsdk") is None or not MAVPROXY.exists(), reason="needs the extra clients")
+def test_mavproxy_watches_over_tcp_while_mavsdk_flies_over_udp(start, tmp_path: Path) -> None:
+    map_port, script_port = free_port(socket.SOCK_STREAM), free_port()
+    scenario = tmp_path / "map_and_script.toml"
+    scenario.write_text(find("quadrotor_udp").read_text().partition("[media.telemetry]")[0] + f"""
+[agents.quadrotor.parameters.mavlink]
+ports = ["gcs", "companion"]
+[media.gcs]
+kind = "serial_line"
+baud_bps = 921_600
+buffer_bytes = 4096
+[media.companion]
+kind = "serial_line"
+baud_bps = 921_600
+buffer_bytes = 4096
+[gateways.map]
+medium = "gcs"
+kind = "tcp"
+listen = "127.0.0.1:{map_port}"
+[gateways.script]
+medium = "companion"
+listen = "127.0.0.1:0"
+peer = "127.0.0.1:{script_port}"
+""")
+    run_of = start([str(Path(sys.executable).with_name("marconet")), "run", str(scenario), "--real-time", "--no-report",
+                    "--out", str(tmp_path / "run")], tmp_path)
+    time.sleep(3.0)
+    station = start([sys.executable, str(MAVPROXY), f"--master=tcp:127.0.0.1:{map_port}", "--mav20",
+                     "--default-modules=param,arm,mode,cmdlong,misc,link", "--logfile=station.tlog",
+                     f"--state-basedir={tmp_path}"], tmp_path)
+    station.until("Received [0-9]+ parameters")
+    pilot = start([sys.executable, str(HERE / "fly_a_square_with_mavsdk.py"), f"udpin://127.0.0.1:{script_port}", "1.5",
+                   "2.0"], tmp_path)
+    station.until("ARMED")
+    pilot.until('"what": "landed"', 90.0)
+    station.until("DISARMED")
+    station.type_until("param show NAV_ACC_RAD", "NAV_ACC_RAD")
+    station.end()
+    code = pilot.end(interrupt=False)
+    run_of.end()
+    data = load_run(tmp_path / "run")
+
+    assert code == 0
+    assert data.counters["map"]["connections"] == 1
+    assert data.counters["map"]["messages not sent"] == 0
     assert data.counters["quadrotor"]["mavlink frames passed on"] > 10
