@@ -79,6 +79,9 @@ class RadioSettings(MediumSettings):
     def datagram_format(self) -> DatagramFormat:
         return DatagramFormat(self.radio().max_payload_bytes, addressed=False)
 
+    def longest_frame_bytes(self) -> int | None:
+        return self.radio().max_payload_bytes
+
     def poses(self) -> Mapping[str, ShownPose]:
         period_ns, bodies = self.topology.moving()
         return {node: ShownPose(period_ns, outputs, "m") for node, outputs in bodies.items()}
