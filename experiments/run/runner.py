@@ -191,6 +191,9 @@ class _Run:
             gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event,
                                             longest_bytes=scenario.media[spec.medium].settings.longest_frame_bytes())
                         for spec in scenario.gateways.values()]
+            for gateway in gateways:
+                gateway.join((*scenario.agents, *scenario.gateways),
+                             scenario.media[gateway.medium].settings.datagram_format())
             self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s
         self.started_processor_s = self.processor_s = 0.0
