@@ -54,6 +54,7 @@ from netem.core.random_streams import stream
 from netem.emulator.conductor import Conductor, Recorders
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
+from netem.gateways import Gateway, Tell
 from netem.gateways.pace import Pace
 from netem.gateways.table import GATEWAYS
 from netem.impairments.traced import Trace
@@ -188,13 +189,7 @@ class _Run:
         records.begin(self.network.media)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         if real_time:
-            gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event,
-                                            longest_bytes=scenario.media[spec.medium].settings.longest_frame_bytes())
-                        for spec in scenario.gateways.values()]
-            for gateway in gateways:
-                gateway.join((*scenario.agents, *scenario.gateways),
-                             scenario.media[gateway.medium].settings.datagram_format())
-            self.conductor.pace = Pace(gateways, self._wall_clock_event)
+            self.conductor.pace = Pace(_open_gateways(scenario, self._gateway_event), self._wall_clock_event)
         self.started_s = self.ended_s = command_s
         self.started_processor_s = self.processor_s = 0.0
         self.kept_s = command_s
@@ -403,6 +398,21 @@ class _Run:
         if self.on_progress is not None:
             self.on_progress(Progress(self.conductor.reached_ns, self.scenario.length_ns,
                                       time.monotonic() - self.started_s, self.conductor.windows, {}, nodes, waited_s))
+
+
+def _open_gateways(scenario: Scenario, event: Tell) -> list[Gateway]:
+    """Return the gateways; if one cannot be opened, those before it are closed again."""
+    names = (*scenario.agents, *scenario.gateways)
+    with ExitStack() as opened:
+        gateways: list[Gateway] = []
+        for spec in scenario.gateways.values():
+            medium = scenario.media[spec.medium].settings
+            gateways.append(GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=event,
+                                                longest_bytes=medium.longest_frame_bytes()))
+            opened.callback(gateways[-1].close)
+            gateways[-1].join(names, medium.datagram_format())
+        opened.pop_all()
+    return gateways
 
 
 def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
