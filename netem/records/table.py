@@ -9,6 +9,8 @@ from netem.core.kinds import Kinds
 RECORDERS: Final = Kinds({
     "candump": "netem.media.can.can_log:Candump",
     "blf": "netem.media.can.can_log:Blf",
+    "frames": "netem.records.frames_file:FrameRecorder",
+    "pcapng": "netem.records.pcapng:PcapngRecorder",
     "events": "netem.records.events_file:EventRecorder",
     "signals": "netem.records.signals:SignalRecorder",
 })

@@ -10,6 +10,7 @@ from typing import ClassVar, Final, Literal
 from netem.media import MediumSettings, Shown
 from netem.media.can.bit_clock import BitClock
 from netem.media.can.bit_errors import BitErrorSettings
+from netem.media.can.captured import captured
 from netem.media.can.dbc_file import read_dbc
 from netem.media.can.dbc_messages import declared_by
 from netem.media.can.messages import CanMessage, by_priority, periodic, response_times_ns
@@ -32,6 +33,7 @@ class CanLogSettings:
 @dataclass(frozen=True)
 class CanSettings(MediumSettings):
     carries_can_frames: ClassVar = True
+    link_type: ClassVar = 227                               # CAN_SOCKETCAN
     strikable: ClassVar = frozenset({"links", "bus"})
     bit_rate_bps: int
     data_bit_rate_bps: int | None = None                    # of CAN FD; None: classical CAN only
@@ -72,6 +74,10 @@ class CanSettings(MediumSettings):
         if self.messages_only and not self.messages and self.dbc is None:
             raise ValueError("messages_only=true: no messages are declared, so every frame would be malformed")
         self._check_messages()
+
+    @staticmethod
+    def captured(data: bytes) -> bytes:
+        return captured(data)
 
     def with_declared(self, nodes: Sequence[str]) -> CanSettings:
         """Return the settings with the messages of the DBC file added to `messages`, whose own entries take precedence.
