@@ -56,7 +56,7 @@ class CanSettings(MediumSettings):
     overload: Literal["refuse", "report"] = "refuse"        # if the declared messages need more than the bit rate
 
     load_window_ns: int = 100_000_000
-    log: tuple[Literal["candump", "blf"], ...] = ()
+    log: tuple[Literal["candump", "blf", "asc", "trc", "csv"], ...] = ()
 
     def __post_init__(self) -> None:
         if not 1 <= self.bit_rate_bps <= FASTEST_NOMINAL_BPS:
@@ -69,6 +69,9 @@ class CanSettings(MediumSettings):
             raise ValueError(f"queue_frames={self.queue_frames}: expected at least 1")
         if self.restart_delay_ns < 0:
             raise ValueError(f"restart_delay_ns={self.restart_delay_ns}: expected 0 or more")
+        if "trc" in self.log and self.data_bit_rate_bps is not None:
+            raise ValueError("log: \"trc\" has no frames of CAN FD, which data_bit_rate_bps allows; use \"asc\" or "
+                             "\"blf\"")
         if self.load_window_ns < 1:
             raise ValueError(f"load_window_ns={self.load_window_ns}: expected more than 0")
         if self.messages_only and not self.messages and self.dbc is None:
