@@ -31,11 +31,10 @@ ADAPTERS = {
     "can": {"firmware_sim/can_interface/bus.py", "firmware_sim/can_interface/other_interfaces.py",      # to programs
             "netem/media/can/can_log.py", "netem/media/can/can_log_reader.py"},      # into log files, and from them
     "cantools": {"netem/media/can/dbc_file.py"},
-    "pcapng": {"netem/records/pcapng_file.py"},
     "pymavlink": {"firmware_sim/mavlink/dialect.py"},
     "pydantic": {"experiments/scenario/foreign_types.py"},
 }
-HEAVY = ("pydantic", "pyarrow", "click", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap", "pcapng")
+HEAVY = ("pydantic", "pyarrow", "click", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap")
 FILES = [str(path.relative_to(ROOT)) for package in BELOW for path in sorted((ROOT / package).rglob("*.py"))]
 
 

@@ -1,4 +1,4 @@
-"""Plays recorded frames on a port: each is sent at its recorded time plus an offset, on the local clock, once or in a loop.
+"""Plays recorded frames on a port, each at its recorded time plus an offset, on the local clock, once or in a loop.
 
     file --frames chosen by the settings--> (time, bytes) in order of time --at time + offset--> port
 

@@ -30,6 +30,7 @@ from netem.records.frames_file import KIND as FRAMES
 from netem.records.frames_file import KeptFrame, frame_table, frames_of
 from netem.records.journal import GrowingFile
 from netem.records.part_file import part_of, publish, write_whole
+from netem.records.pcapng_file import Interface, PcapngWriter
 
 FILE: Final = "frames.pcapng"
 DISSECTOR: Final = "marconet.lua"
@@ -71,8 +72,6 @@ class PcapngRecorder(Recorder):
         """Nothing: the frames are those of the recorder `frames`."""
 
     def finish(self) -> None:
-        from netem.records.pcapng_file import Interface, PcapngWriter  # late: only this recorder needs the library
-
         path, media = self.place.folder / FILE, self.place.media
         table, fates = frame_table(self.place.recorded), FrameFates(self.place.recorded / LEDGER)
         captured = [name for name in media if not self.settings.media or name in self.settings.media]
