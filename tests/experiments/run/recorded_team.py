@@ -43,7 +43,7 @@ TABLES: Final[dict[str, Any]] = {
               "bus": {"kind": "can", "bit_rate_bps": 500_000, "log": EVERY_LOG},
               "line": {"kind": "serial_line", "baud_bps": 115_200}},
     "impairments": [{"on": "radio: a -> b", "kind": "bernoulli_loss", "loss_ratio": 0.5},
-                    {"on": "radio: a -> c", "kind": "duplicate", "duplicate_ratio": 0.5, "delay_ms": 3},
+                    {"on": "radio: a -> c", "kind": "duplicate", "duplicate_ratio": 0.5, "extra_delay_ms": 3},
                     {"on": "radio: b -> a", "kind": "delay", "delay_ms": 30}]}
 
 
