@@ -37,7 +37,7 @@ KINDS: Final = (
     Kind("*.csv", "frames of a CAN bus", "`can.CSVReader` of python-can, or a spreadsheet"),
     Kind(frames_file.FILE, "the bytes of every frame on the air", PYTHON),
     Kind("*.pcapng", "frames as they were on the air, with sender and fates",
-         "`wireshark -X lua_script:marconet.lua FILE`, or tshark"),
+         "Wireshark, as `wireshark -X lua_script:marconet.lua FILE`, or tshark"),
     Kind("*.lua", "dissector of the capture for Wireshark", "any editor"),
     Kind("*.tlog", "MAVLink frames with their times", "QGroundControl, MAVProxy, or `mavlogdump.py` of pymavlink"),
 )
