@@ -3,8 +3,8 @@
     record: microseconds since 1970 (uint64, big endian), then one MAVLink frame                    any number of them
 
 For each node two files: `MEDIUM.NODE.sent.tlog` has what the node sent, at the first bit on the air, and
-`MEDIUM.NODE.heard.tlog` what reached it from all others, at its arrival. A frame that only the first file of one node
-has, and not the second of another, was lost on the way. Time is that of the run, whose start is 1970, in whole us.
+`MEDIUM.NODE.heard.tlog` what reached it from all others, at its arrival. A frame that the first file of one node has,
+and the second of another has not, was lost on the way. Time is that of the run, whose start is 1970, in whole us.
 
 A frame of the medium may hold several MAVLink frames or, on a serial line, a part of one, whose time is then that of its
 last part. Left out are copies of the fate `delivered corrupt`, of which the records have only the original bytes.
@@ -156,5 +156,5 @@ def read_tlog(path: Path) -> Iterator[Logged]:
 
 
 def _damaged(path: Path, number: int, at: int, why: str) -> BadLog:
-    return BadLog(f"{path}: behind frame {number}, at byte {at}: {why}: it is no MAVLink telemetry log (.tlog), or it was "
-                  "cut off; `mavlogdump.py` shows what can be read")
+    return BadLog(f"{path}: behind frame {number}, at byte {at}: {why}: it is no MAVLink telemetry log (.tlog), or it "
+                  "was cut off; `mavlogdump.py` shows what can be read")

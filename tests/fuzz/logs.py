@@ -15,6 +15,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -57,10 +58,8 @@ def read(path: Path) -> None:
     if path.suffix == ".pcapng":
         for packet in read_packets(path):
             if packet.link_type == 227:
-                try:
+                with suppress(MalformedFrame):
                     offered(packet.data)
-                except MalformedFrame:
-                    pass
     elif path.suffix == ".tlog":
         list(read_tlog(path))
     elif path.suffix == ".parquet":

@@ -43,8 +43,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_kept_frames_are_those_of_the_ledger_with_their_bytes(run: Path) -> None:
     kept = list(frames_of(frame_table(run)))
 
-    rows = {(row["medium"], row["sender"], row["number"]): row for row in read_ledger(run / "ledger.parquet").to_pylist()
-            if row["on_air_ns"] >= 0}
+    ledger = read_ledger(run / "ledger.parquet").to_pylist()
+    rows = {(row["medium"], row["sender"], row["number"]): row for row in ledger if row["on_air_ns"] >= 0}
     assert {frame.medium for frame in kept} == {"radio", "bus", "line"}
     assert len(kept) == len(rows) > 150
     for frame in kept:
@@ -69,7 +69,7 @@ def test_what_is_exported_is_what_the_run_wrote_byte_for_byte(run: Path, tmp_pat
     files = sorted(path.name for path in tmp_path.iterdir())
     assert (code, told.splitlines()) == (0, [f"{kind}: {tmp_path / name}" for name in files])
     assert files == (["frames.pcapng", "marconet.lua"] if kind == "pcapng"
-                     else [f"bus.{dict(candump='log').get(kind, kind)}"])
+                     else ["bus." + {"candump": "log"}.get(kind, kind)])
     for name in files:
         assert (tmp_path / name).read_bytes() == (run / name).read_bytes()
 
@@ -121,7 +121,8 @@ def test_slots_are_numbered_if_their_length_is_given(tmp_path: Path) -> None:
 def test_one_medium_alone(run: Path, tmp_path: Path) -> None:
     assert command("export", str(run), "--as", "pcapng", "--medium", "bus", "--out", str(tmp_path))[0] == 0
 
-    assert {(packet.interface, packet.link_type) for packet in read_packets(tmp_path / "frames.pcapng")} == {("bus", 227)}
+    packets = read_packets(tmp_path / "frames.pcapng")
+    assert {(packet.interface, packet.link_type) for packet in packets} == {("bus", 227)}
 
 
 @pytest.mark.parametrize(("words", "told"), [

@@ -43,13 +43,14 @@ TABLES: dict[str, Any] = {
     "agents": {"v1": {"program": "vehicle:Vehicle"}, "v2": {"program": "vehicle:Vehicle"},
                "v3": {"program": "vehicle:Silent"}},
     "impairments": [{"on": "radio: v1 -> v2", "kind": "bernoulli_loss", "loss_ratio": 0.4},
-                    {"on": "radio: v1 -> v3", "kind": "delay", "delay_ms": 16, "jitter_ms": 15, "distribution": "uniform"}]}
+                    {"on": "radio: v1 -> v3", "kind": "delay", "delay_ms": 16, "jitter_ms": 15,
+                     "distribution": "uniform"}]}
 RADIO = {"radio": {"kind": "broadcast_radio", "preset": "ideal", "bit_rate_bps": 1_000_000}}
 SERIAL = {"radio": {"kind": "serial_line", "baud_bps": 921_600, "chunk_bytes": 7}}
 
 
 def logged(path: Path) -> list[tuple[int, str, int, int]]:
-    """(time in us, message, system, sequence number) of each frame, by pymavlink."""
+    """Return (time in us, message, system, sequence number) of each frame, by pymavlink."""
     connection = mavutil.mavlink_connection(str(path), dialect="common")
     found = []
     while (message := connection.recv_match()) is not None:

@@ -1,4 +1,4 @@
-"""A recorded log drives a run again: the frames on the air are equal at equal instants; wrong files and settings say why."""
+"""A recorded log drives a run again: frames are on the air at equal instants; wrong files and settings say why."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ def on_air(frames: list[KeptFrame], medium: str) -> list[tuple[int, int, bytes]]
 
 @pytest.mark.parametrize("medium", ["radio", "bus", "line"])
 @pytest.mark.parametrize("host", ["inline", "process"])
-def test_a_capture_is_on_the_air_again_at_equal_instants(recorded: Path, tmp_path: Path, medium: str, host: str) -> None:
+def test_a_capture_is_on_the_air_again_at_equal_instants(recorded: Path, tmp_path: Path, medium: str, host: str
+                                                         ) -> None:
     first = [frame for frame in frames_of(frame_table(recorded)) if frame.medium == medium]
     senders = ["a"] if medium == "line" else []         # both ends of a line send at the same time
 
@@ -78,7 +79,7 @@ def test_senders_offset_and_loop(recorded: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", EVERY_LOG)
 def test_a_log_of_a_bus_is_handed_out_at_its_times(recorded: Path, tmp_path: Path, kind: str) -> None:
-    log = recorded / f"bus.{dict(candump='log').get(kind, kind)}"
+    log = recorded / ("bus." + {"candump": "log"}.get(kind, kind))
 
     again = play(tmp_path, CAN_LOG, media={"bus": {"kind": "can", "bit_rate_bps": 500_000}}, file=str(log),
                  identifiers=[2, 0x1ABCDE2])
@@ -138,7 +139,7 @@ def test_a_tlog_of_a_run_is_on_the_air_again(tmp_path: Path) -> None:
     (CAPTURE, {"file": "frames.pcapng", "interface": "rodio"}, "interface=rodio: not in"),
     (CAPTURE, {"file": "frames.pcapng", "interface": "radio", "senders": ["z"]}, "senders=z: not in"),
     (CAPTURE, {"file": "frames.pcapng", "interface": "bus"}, "radio is no CAN bus; name a port that fits"),
-    (CAPTURE, {"file": "frames.pcapng", "interface": "radio", "port": "bus"}, "port=bus: expected one of the media that"),
+    (CAPTURE, {"file": "frames.pcapng", "interface": "radio", "port": "bus"}, "port=bus: expected one of the media"),
     (CAPTURE, {"file": "frames.pcapng", "interface": "radio", "offset_s": -1}, "before the start: raise offset_ns"),
     (CAPTURE, {"file": "frames.pcapng", "interface": "radio", "loop_every_ms": 3}, "expected more than the"),
     (CAN_LOG, {"file": "frames.pcapng"}, "whose name ends in one of .log, .blf, .asc, .trc, .csv"),
