@@ -3,10 +3,10 @@
     record: microseconds since 1970 (uint64, big endian), then one MAVLink frame                    any number of them
 
 For each node two files: `MEDIUM.NODE.sent.tlog` has what the node sent, at the first bit on the air, and
-`MEDIUM.NODE.heard.tlog` what reached it from all others, at its arrival. A frame that the first file of one node has,
-and the second of another has not, was lost on the way. Time is that of the run, whose start is 1970, in whole us.
+`MEDIUM.NODE.heard.tlog` what reached it from all others, at its arrival. What the first file of one node has and the
+second of another has not was lost on the way. Time is that of the run, whose start is 1970, in whole us.
 
-A frame of the medium may hold several MAVLink frames or, on a serial line, a part of one, whose time is then that of its
+A frame of the medium may hold several MAVLink frames or, on a serial line, a part of one; its time is then that of its
 last part. Left out are copies of the fate `delivered corrupt`, of which the records have only the original bytes.
 
 A node without a MAVLink frame has no file. Source: the format is that of mavlogdump.py and MAVProxy.

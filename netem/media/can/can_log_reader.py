@@ -6,16 +6,18 @@ of many types for others; each becomes a `BadCanLog`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from math import isfinite
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import IO, Any, Final, NamedTuple
 
 import can
 
 from netem.media.can.frame import CanFrame, pack
 
-FORMATS: Final = (".log", ".blf", ".asc", ".trc", ".csv")
+READERS: Final[Mapping[str, Callable[[Any], Iterable[can.Message]]]] = {
+    ".log": can.CanutilsLogReader, ".blf": can.BLFReader, ".asc": can.ASCReader, ".trc": can.TRCReader,
+    ".csv": can.CSVReader}
 NS_PER_S: Final = 1e9
 LATEST_S: Final = 9.2e9             # beyond it a time in ns has more than 63 bits
 
@@ -34,12 +36,13 @@ class BadCanLog(ValueError):
 
 def read_can_log(path: Path) -> Iterator[LoggedFrame]:
     """Yield the frames of the log at `path` in the order of the file. Raises BadCanLog, OSError."""
-    if path.suffix.lower() not in FORMATS:
-        raise BadCanLog(f"{path}: expected a log of a CAN bus whose name ends in one of {', '.join(FORMATS)}")
+    suffix = path.suffix.lower()
+    if suffix not in READERS:
+        raise BadCanLog(f"{path}: expected a log of a CAN bus whose name ends in one of {', '.join(READERS)}")
     number = 0
     try:
-        with can.LogReader(path) as reader:
-            for message in reader:
+        with _opened(path, suffix) as file:             # a reader that raises leaves open what it has opened itself
+            for message in READERS[suffix](file):
                 number += 1
                 yield LoggedFrame(_time_ns(message), "" if message.channel is None else str(message.channel),
                                   b"" if message.is_error_frame else pack(_frame(message)))
@@ -49,6 +52,10 @@ def read_can_log(path: Path) -> Iterator[LoggedFrame]:
         why = " ".join(str(error).split())[:200] or type(error).__name__
         raise BadCanLog(f"{path}: behind frame {number}: {why}: it is no {path.suffix} log of a CAN bus, or it was cut "
                         "off; keep the part before, or log anew") from error
+
+
+def _opened(path: Path, suffix: str) -> IO[Any]:
+    return path.open("rb") if suffix == ".blf" else path.open(encoding="utf-8", errors="replace")
 
 
 def _time_ns(message: can.Message) -> int:
