@@ -129,7 +129,7 @@ def broken(count: int, seed: int) -> list[Broken]:
         for name, index, data in mutants(files, count, seed):
             path = Path(place, name)
             path.write_bytes(data)
-            began_s = time.monotonic()
+            began_s = time.process_time()
             try:
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore")
@@ -139,8 +139,8 @@ def broken(count: int, seed: int) -> list[Broken]:
                     found.append(Broken(name, index, f"more than one line, or without the file: {error}"))
             except Exception:
                 found.append(Broken(name, index, traceback.format_exc()))
-            if time.monotonic() - began_s > SLOW_S:
-                found.append(Broken(name, index, f"took {time.monotonic() - began_s:.1f} s"))
+            if time.process_time() - began_s > SLOW_S:
+                found.append(Broken(name, index, f"took {time.process_time() - began_s:.1f} s"))
     return found
 
 
