@@ -23,7 +23,7 @@ from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
 from experiments.scenario.faults import read_faults
-from experiments.scenario.gateways import read_gateways
+from experiments.scenario.gateways import check_media, read_gateways
 from experiments.scenario.ground import ground_of
 from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
@@ -89,6 +89,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
               for name, table in tables["agents"].items()}
     gateways = read_gateways(tables["gateways"], agents, on_media, reading)
     media = {name: network.medium(name, table, agents, gateways) for name, table in tables["media"].items()}
+    check_media(gateways, media, reading)
     network.check_names(table.get("name") if isinstance(table, dict) else None for table in tables["impairments"])
     impairments = tuple(network.impairment(table, ("impairments", index), media)
                         for index, table in enumerate(tables["impairments"]))

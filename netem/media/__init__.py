@@ -78,6 +78,10 @@ class MediumSettings:
         """Return the data for a view of the medium from above; None if there is nothing to draw."""
         return None
 
+    def longest_frame_bytes(self) -> int | None:
+        """Return the length of the longest frame that the medium takes; None: it has no limit."""
+        return None
+
     def radio(self) -> RadioPreset | None:
         """Return the radio that sends and receives the frames; None if the medium is no radio channel."""
         return None

@@ -77,6 +77,9 @@ class RadioSettings(MediumSettings):
         return replace(preset, **_given(self, RadioPreset, besides="csma"),
                        csma=replace(preset.csma, **_given(self.csma, type(preset.csma))))
 
+    def longest_frame_bytes(self) -> int | None:
+        return self.radio().max_payload_bytes
+
     def poses(self) -> Mapping[str, ShownPose]:
         period_ns, bodies = self.topology.moving()
         return {node: ShownPose(period_ns, outputs, "m") for node, outputs in bodies.items()}

@@ -42,6 +42,7 @@ class CanSettings(MediumSettings):
     queue_frames: int = 32                                  # of each node
     own_frames_to: tuple[str, ...] = ()                     # nodes that receive their own frames after transmission
     error_messages_to: tuple[str, ...] = ()                 # nodes that get messages about their controller's state
+    error_frames_from: tuple[str, ...] = ()                 # nodes that may offer an error message: it is an error flag
 
     at_bus_off: Literal["drop", "keep"] = "drop"            # treatment of the frames that wait
     recovery: Literal["automatic", "never"] = "automatic"   # from bus-off
@@ -143,7 +144,7 @@ class CanSettings(MediumSettings):
         if medium in nodes:
             lines.append(f"the medium {medium} and a node on it have one name; rename one")
         there = f"no such node on this bus; there are {', '.join(nodes)}"
-        for key in ("own_frames_to", "error_messages_to"):
+        for key in ("own_frames_to", "error_messages_to", "error_frames_from"):
             lines += [f"{key}={node}: {there}" for node in getattr(self, key) if node not in nodes]
         lines += [f"messages: {name}: sender={message.sender}: {there}" for name, message in self.messages.items()
                   if message.sender not in nodes]
