@@ -57,6 +57,7 @@ if TYPE_CHECKING:
 MS = 1_000_000
 TOLD_AFTER_NS = ((0, 10 * MS), (50 * MS, 100 * MS), (200 * MS, 400 * MS))      # [from, to) of each telling
 ANSWERED_WITHIN_NS = 50 * MS    # to the request of a session that opens
+HANDLED_WITHIN_NS = MS          # of a query, from its arrival to the queryables
 SHAKEN = 0.1                    # of `keep_alive_ns`, the largest deviation of a repetition
 
 
@@ -93,7 +94,7 @@ class Station:
         self._attached: dict[str, Attached] = {}
         self._gone: list[tuple[int, LocalEntity]] = []      # (until when [ns of the oscillator], former queryable)
         self._lease_ns = lease_ns
-        self._inbox: Inbox[tuple[str, bytes]] = Inbox(program)
+        self._inbox: Inbox[Callable[[], None]] = Inbox(program)
         self._timers = Timers(program)
         self.known = Neighbours(lease_ns, self.after, program.oscillator.now_ns, self._appeared, self._vanished)
         for medium in specification.media:
@@ -118,7 +119,7 @@ class Station:
         self._requests += 1
         return self._requests
 
-    def after(self, delay_ns: int, action: Callable[[], None]) -> None:
+    def after(self, delay_ns: int, action: Callable[[], object]) -> None:
         self._timers.after(delay_ns, action)
 
     # --- declarations of this node
@@ -240,9 +241,9 @@ class Station:
 
     def _receive(self) -> None:
         while True:
-            arrived = self._inbox.take(None)
-            if arrived is not None:
-                self._take(*arrived)
+            handle = self._inbox.take(None)
+            if handle is not None:
+                handle()
 
     def _take(self, medium: str, data: bytes) -> None:
         attached, node = self._attached[medium], self.program.node
@@ -274,13 +275,14 @@ class Station:
                     attached.told = True
                     self.after(int(self.rng.random() * ANSWERED_WITHIN_NS), partial(self._tell_all, attached))
             case Request():
-                self._request(attached, sender, message)
+                # Not at once: all who answer would send at one instant, and on a radio collide each time.
+                handle = partial(self._request, attached, sender, message, KeyExpr(message.key))
+                self.after(int(self.rng.random() * HANDLED_WITHIN_NS), partial(self._inbox.put, handle))
             case Response() | ResponseFinal():
                 self._answered(message, (attached.medium.name, sender))
 
-    def _request(self, attached: Attached, sender: int, request: Request) -> None:
+    def _request(self, attached: Attached, sender: int, request: Request, key: KeyExpr) -> None:
         """Let the queryables of this node answer; send the final if one has gone that the sender may still count on."""
-        key = KeyExpr(request.key)
         complete = request.target == 2
         queryables = [entity for session in self.sessions for entity in session.entities
                       if entity.entity is Entity.QUERYABLE and entity.takes_from(None)
@@ -380,7 +382,7 @@ class Station:
 
     def _arrived(self, medium: str, data: bytes) -> None:
         if not self.ends:
-            self._inbox.put((medium, data))
+            self._inbox.put(partial(self._take, medium, data))
 
     def _medium_of(self, key: KeyExpr) -> Attached:
         """Return the medium of the first way that intersects `key`; raises NoMedium if there is none."""
