@@ -71,6 +71,7 @@ from netem.wire.level import Level
 from netem.wire.messages import Hello
 
 HostName = Literal["process", "inline"]
+FOR_ZENOH = "firmware_sim.zenoh_programs.replaced"      # imported once instead of in every node
 OWN_PROGRAMS = ("agents.", "firmware_sim.")         # packages whose modules only define names when imported
 KEEP_EVERY_S = 0.7          # largest age of the records on the disk; the conductor may be 0.1 s late
 # The records hold up to 231 000 objects in memory, rows of a chunk of the ledger and buffered samples, and none of them
@@ -463,6 +464,8 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
         random.Random(shuffle_start).shuffle(order)
     # -P: modules are imported from the installation or the scenario's folder, not from the current folder
     programs = sorted({specification.program.partition(":")[0] for specification in specifications.values()})
+    if any(specification.zenoh is not None and specification.zenoh.media for specification in specifications.values()):
+        programs.append(FOR_ZENOH)
     return ProcessHost([sys.executable, "-P", "-m", "experiments.run.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
