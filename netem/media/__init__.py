@@ -16,7 +16,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 if TYPE_CHECKING:
-    from netem.media.answers import Camera, FloorPlan, SerialFormat, ShownPose
+    from netem.media.answers import Camera, DatagramFormat, FloorPlan, SerialFormat, ShownPose
     from netem.media.radio_presets import RadioPreset
 
 
@@ -84,6 +84,10 @@ class MediumSettings:
 
     def radio(self) -> RadioPreset | None:
         """Return the radio that sends and receives the frames; None if the medium is no radio channel."""
+        return None
+
+    def datagram_format(self) -> DatagramFormat | None:
+        """Return how a port takes datagrams of any bytes; None if it takes none."""
         return None
 
     def serial_format(self) -> SerialFormat | None:
