@@ -45,6 +45,7 @@ class AgentSpec(msgspec.Struct, frozen=True):
     plant: PlantSpec | None
     at_m: tuple[float, ...] | None
     media: tuple[str, ...]
+    sockets: dict[str, str] = {}        # medium -> "bare", "ip" or "ADDRESS/BITS", see socket_addresses.py
 
 
 def positions(nodes: Iterable[str], agents: Mapping[str, AgentSpec]) -> dict[str, tuple[float, ...] | None]:

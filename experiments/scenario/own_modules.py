@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import builtins
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from hashlib import blake2b
 from importlib import import_module
 from importlib.abc import MetaPathFinder
@@ -50,6 +51,24 @@ def class_for(path: str, folder: Path) -> Any:
     return getattr(module_for(module_name, folder), class_name)
 
 
+@contextmanager
+def copies_for(node: str, folder: Path) -> Iterator[Callable[[str], Any]]:
+    """Give a function like `class_for` whose modules of the folder are copies for `node` alone; forget them afterwards."""
+    finder = _ModulesBeside(folder.absolute(), node)
+    sys.meta_path.insert(0, finder)
+
+    def copied(path: str) -> Any:
+        module_name, _, name = path.partition(":")
+        return getattr(finder.module(module_name), name)
+
+    try:
+        yield copied
+    finally:
+        sys.meta_path.remove(finder)
+        for name in [name for name in sys.modules if name.partition(".")[0].endswith(finder.tag)]:
+            del sys.modules[name]
+
+
 def imported_from(folder: Path) -> bool:
     """Return whether this process has imported a module beside a scenario in `folder`."""
     tag = _modules_in(folder.absolute()).tag
@@ -58,7 +77,7 @@ def imported_from(folder: Path) -> bool:
 
 def _modules_in(folder: Path) -> _ModulesBeside:
     for finder in sys.meta_path:
-        if isinstance(finder, _ModulesBeside) and finder.folder == folder:
+        if isinstance(finder, _ModulesBeside) and finder.folder == folder and not finder.node:
             return finder
     found = _ModulesBeside(folder)
     sys.meta_path.insert(0, found)          # before the finder of the path, which knows the files but not the names
@@ -66,11 +85,13 @@ def _modules_in(folder: Path) -> _ModulesBeside:
 
 
 class _ModulesBeside(MetaPathFinder):
-    """Finds the modules of one folder, for names that end in the tag of the folder."""
+    """Finds the modules of one folder, for names that end in the tag of the folder and of the node whose copies they are."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, node: str = "") -> None:
         self.folder = folder
-        self.tag = "@" + blake2b(str(folder).encode(), digest_size=6).hexdigest()
+        self.node = node
+        whose = f"{folder}\0{node}" if node else str(folder)
+        self.tag = "@" + blake2b(whose.encode(), digest_size=6).hexdigest()
         self._kinds: dict[str, str] = {}
         self.builtins = {**vars(builtins), "__import__": self._import}
 

@@ -239,6 +239,9 @@ class Node:
         return Hello(self.name, min(max(self.env.next_ns(), self._soft_ns), self._next_show_ns),
                      min(self._firm_ns, self._next_show_ns), list(self.ports), self._former or self._signals, quiet)
 
+    def leave(self) -> None:
+        """End what the program runs besides its events; the node is killed, and its host goes on."""
+
     def counters(self) -> dict[str, int]:
         """Return the counters of the program so far."""
         return dict(self._counters)

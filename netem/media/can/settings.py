@@ -32,6 +32,7 @@ class CanLogSettings:
 @dataclass(frozen=True)
 class CanSettings(MediumSettings):
     carries_can_frames: ClassVar = True
+    carries_datagrams: ClassVar = False
     strikable: ClassVar = frozenset({"links", "bus"})
     bit_rate_bps: int
     data_bit_rate_bps: int | None = None                    # of CAN FD; None: classical CAN only
