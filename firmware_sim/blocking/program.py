@@ -25,7 +25,7 @@ from random import Random
 from signal import SIG_DFL, SIG_IGN, SIGINT, SIGTERM, default_int_handler
 from threading import Thread
 from typing import Any, Final
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, WeakSet
 
 from simpy.events import Event
 
@@ -66,6 +66,7 @@ class BlockingProgram:
         self.interfaces = tuple(interfaces)         # media that its sockets use
         self.shared: dict[tuple[str, str], Any] = {}    # data that an adapter keeps for the whole program
         self.random = Random(board.rng.getrandbits(64))     # what the functions of the module `random` draw from
+        self.files: WeakSet[Any] = WeakSet()        # its open sockets, closed with its last thread
         self.os_threads: WeakKeyDictionary[Thread, ProgramThread] = WeakKeyDictionary()
         self._load = load
         self._parameters = dict(parameters or {})
@@ -115,6 +116,8 @@ class BlockingProgram:
             if not thread.ended and not thread.abandon():
                 print(f"{thread.name} did not end with the run", file=sys.stderr, flush=True)
         self._running = None
+        for file in list(self.files):
+            file.close()
 
     # --- calls of the program's threads
 

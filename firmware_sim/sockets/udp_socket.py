@@ -124,6 +124,7 @@ class UdpSocket(VirtualSocket):
     def send(self, data: Any, flags: int = 0) -> int:
         if self.peer is None:
             self.check_here()
+            self._bind_if_unbound()
             raise OSError(errno.EDESTADDRREQ, os.strerror(errno.EDESTADDRREQ))
         return self._send(data, self.peer)
 
@@ -138,6 +139,7 @@ class UdpSocket(VirtualSocket):
     def _send(self, data: Any, to: Address) -> int:
         self.check_here()
         found = bytes(memoryview(data))
+        self._bind_if_unbound()             # Linux does so before its checks
         if len(found) > LONGEST_PAYLOAD:
             raise OSError(errno.EMSGSIZE, os.strerror(errno.EMSGSIZE))
         if to[1] == 0:
@@ -145,7 +147,6 @@ class UdpSocket(VirtualSocket):
         destination = self.stack.resolve(to[0])
         if self._is_broadcast(destination) and not self.getsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-        self._bind_if_unbound()
         if destination != EVERYWHERE:           # an answer to a broadcast comes from one host
             self.sent_to = str(destination), to[1]
         self.stack.send(self, found, destination, to[1])

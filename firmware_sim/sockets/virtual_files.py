@@ -61,6 +61,7 @@ class VirtualSocket(socket.socket):
         self.watchers: list[ProgramThread] = []
         super().__init__(family, kind, proto)
         FILES[self.fileno()] = self
+        program.files.add(self)
 
     def readable(self) -> bool:
         """Return whether a call that receives would return at once."""
@@ -75,7 +76,10 @@ class VirtualSocket(socket.socket):
         """Wait until it is readable; raise what a socket with this time-out raises if it is not in time."""
         self.check_here()
         timeout = self.gettimeout()
-        wait_ns = 0 if flags & socket.MSG_DONTWAIT else None if timeout is None else duration_ns(timeout)
+        if timeout is None:                 # with a time-out Python waits before it calls the system, which gets the flag
+            wait_ns = 0 if flags & socket.MSG_DONTWAIT else None
+        else:
+            wait_ns = duration_ns(timeout)
         program = self.program
         if not self.readable() and wait_ns == 0:
             program.note_call()
@@ -103,6 +107,11 @@ class VirtualSocket(socket.socket):
 
     def leave(self) -> None:
         """Take the socket out of the emulator; it is being closed."""
+
+    def __del__(self) -> None:
+        """Close the real socket without the warning of a plain one; nothing is connected to it."""
+        if self.fileno() >= 0:
+            super()._real_close()               # type: ignore[misc]
 
     def _real_close(self, _ss: Any = socket.socket.__base__) -> None:
         FILES.pop(self.fileno(), None)
