@@ -103,9 +103,13 @@ class Stack:
     def name_of(self, address: IPv4Address) -> str | None:
         return next((interface.hosts[address] for interface in self.interfaces if address in interface.hosts), None)
 
-    def is_own(self, address: IPv4Address) -> bool:
-        """Return whether a socket may be bound to `address`."""
-        return address in LOOPBACK or any(address == interface.address for interface in self.interfaces)
+    def own_address(self, host: str) -> IPv4Address:
+        """Return the address that a socket is bound to by the name `host`; OSError if the node does not have it."""
+        address = self.resolve(host)
+        if address in (ANY, EVERYWHERE) or address in LOOPBACK or any(address == one.address for one in self.interfaces):
+            return address
+        raise OSError(errno.EADDRNOTAVAIL, f"{os.strerror(errno.EADDRNOTAVAIL)}: {address} is no address of node "
+                                           f"{self.program.node.name} ({self._networks()})")
 
     def route(self, destination: IPv4Address, bound: IPv4Address) -> Route:
         """Return the way to `destination` for a socket bound to the address `bound`; OSError if there is none."""
@@ -136,12 +140,7 @@ class Stack:
     # --- ports
 
     def bind(self, one: UdpSocket, address: IPv4Address, port: int) -> None:
-        """Give a socket its local address; 0 as port chooses one."""
-        if not 0 <= port <= LAST_PORT:
-            raise OverflowError("bind(): port must be 0-65535.")
-        if address not in (ANY, EVERYWHERE) and not self.is_own(address):
-            raise OSError(errno.EADDRNOTAVAIL, f"{os.strerror(errno.EADDRNOTAVAIL)}: {address} is no address of node "
-                                               f"{self.program.node.name} ({self._networks()})")
+        """Give a socket its local address; 0 as port chooses one. OSError if another socket has it."""
         if port == 0:
             port = self._free_port()
         for other in self.sockets:

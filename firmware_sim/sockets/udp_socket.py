@@ -80,9 +80,10 @@ class UdpSocket(VirtualSocket):
     def bind(self, address: Any) -> None:
         self.check_here()
         host, port = _checked(address, "bind")
+        found = self.stack.own_address(host)
         if self.port:
             raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
-        self.stack.bind(self, self.stack.resolve(host), port)
+        self.stack.bind(self, found, port)
 
     def connect(self, address: Any) -> None:
         self.check_here()
