@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.judge.run_files import STANDING
+from experiments.judge.run_files import RUN
 from experiments.run.runner import run
 from experiments.scenario import load
 from netem.wire.errors import NodeFailure
@@ -147,7 +147,7 @@ def test_both_hosts_leave_the_same_ledger_and_count_the_same(tmp_path, program, 
                for name, host in (("p", "process"), ("i", "inline"), ("again", "inline"))]
 
     assert len({result.summary.ledger_hash for result in results}) == 1
-    assert len({str(STANDING.read(result.folder)["counters"]) for result in results}) == 1
+    assert len({str(RUN.read(result.folder)["counters"]) for result in results}) == 1
     assert results[0].summary.frames["delivered"] >= 10
 
 
