@@ -192,6 +192,9 @@ def _begin_blocking(specification: NodeSpecification, node: Any, board: Board, a
     folder = Path(specification.folder)
     find: Callable[[str], Any] = partial(class_for, folder=folder)
     if copy:
+        from experiments.run.shared_state import shared_state_restored
+
+        at_end.enter_context(shared_state_restored(folder))
         find = at_end.enter_context(copies_for(f"{specification.name}/{copy}", folder))
     program = at_end.enter_context(running_script(
         node, board, specification.clock, specification.program, folder,

@@ -69,10 +69,15 @@ def copies_for(node: str, folder: Path) -> Iterator[Callable[[str], Any]]:
             del sys.modules[name]
 
 
+def modules_beside(folder: Path) -> list[ModuleType]:
+    """Return the modules beside a scenario in `folder` that this process has imported."""
+    tag = _modules_in(folder.absolute()).tag
+    return [module for name, module in list(sys.modules.items()) if name.partition(".")[0].endswith(tag)]
+
+
 def imported_from(folder: Path) -> bool:
     """Return whether this process has imported a module beside a scenario in `folder`."""
-    tag = _modules_in(folder.absolute()).tag
-    return any(name.partition(".")[0].endswith(tag) for name in sys.modules)
+    return bool(modules_beside(folder))
 
 
 def _modules_in(folder: Path) -> _ModulesBeside:

@@ -9,11 +9,11 @@ import time
 from ipaddress import IPv4Address
 
 import pytest
-from tests.firmware_sim.sockets.conftest import BARE, LAN, run
 
 from firmware_sim.sockets.udp_packet import UdpPacket, pack_ip, unpack_ip
 from firmware_sim.sockets.virtual_files import NotInVirtualTime
 from netem.wire.instants import NEVER_NS
+from tests.firmware_sim.sockets.conftest import BARE, LAN, run
 
 MS = 1_000_000
 HERE, THERE = IPv4Address("10.0.0.1"), IPv4Address("10.0.0.2")

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+
 from tests.firmware_sim.sockets.conftest import LAN, run
 
 HOST = "127.0.0.1"
