@@ -179,8 +179,8 @@ class _Run:
         self.ledger = records.open_ledger(lambda: self.conductor.passed_ns)
         self.guarantees = GuaranteeWatch(scenario, self.feed)
         self.programs = ExitStack()             # threads of blocking programs and what they replaced, inline
-        self.host = _host(host, self.specifications, self.programs, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
-                          under_way, self._waits)
+        self.host = _host(host, self.specifications, self.programs, self.folder, scenario.node_timeout_s,
+                          shuffle_start, real_time, under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
         self.replayed = None if replay is None else replay.links(self.ledger, self.conductor.deliver)
         self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed, trace)
@@ -449,15 +449,15 @@ def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription],
     return PlantSpecification(plant, parameters, step_ns, idle)
 
 
-def _host(host: HostName, specifications: Mapping[str, NodeSpecification], programs: ExitStack, folder: Path,
+def _host(host: HostName, specifications: Mapping[str, NodeSpecification], at_end: ExitStack, folder: Path,
           timeout_s: float, shuffle_start: int | None, real_time: bool, under_way: UnderWay | None,
           waits: Callable[[Sequence[str], float], None]) -> Host:
     if host == "inline":
         under_way = under_way or UnderWay(shared=False)
-        return InlineHost({name: partial(build_node, specification, programs, under_way, own_process=False)
+        return InlineHost({name: partial(build_node, specification, at_end, under_way, own_process=False)
                            for name, specification in specifications.items()},
                           None if real_time else OutsideGuard(ENTRANCES), under_way, timeout_s, waits,
-                          lambda name, life: build_node(specifications[name], programs, under_way, life,
+                          lambda name, life: build_node(specifications[name], at_end, under_way, life,
                                                         own_process=False))
     order = list(specifications)
     if shuffle_start is not None:

@@ -3,8 +3,8 @@
     os.environ                                      as before
     packages that modules beside the scenario use   a name of theirs that was bound anew has its former value
 
-So the next run in the process finds what this one found. Not taken back: what is kept inside objects (a cache, a list of
-handlers), new names, and the state of libraries in C. Nodes of one run still share all of it.
+So the next run in the process finds what this one found. Not taken back: what is kept inside objects (a cache, a list
+of handlers), new names, and the state of libraries in C. Nodes of one run still share all of it.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def shared_state_restored(folder: Path) -> Iterator[None]:
 
 
 def _packages_used(folder: Path) -> set[str]:
-    """Return the packages that the modules beside the scenario import from, without the standard library and marconet."""
+    """Return the packages from which modules beside the scenario import, but the standard library and marconet."""
     used = {_package_of(value) for module in modules_beside(folder) for value in vars(module).values()}
     return used - sys.stdlib_module_names - {"", "agents", "experiments", "firmware_sim", "fmus", "marconet", "netem"}
 

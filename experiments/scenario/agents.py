@@ -76,7 +76,8 @@ class Agents:
                 attached = media
         if found.at_m is not None and len(found.at_m) not in (2, 3):
             self.problems.add((*place, "at_m"), "expected [x, y] or [x, y, z]", list(found.at_m))
-        return AgentSpec(name, found.program, parameters, found.clock, plant, found.at_m, tuple(attached), found.sockets)
+        return AgentSpec(name, found.program, parameters, found.clock, plant, found.at_m, tuple(attached),
+                         found.sockets)
 
     def _plant(self, table: PlantTable, written: Mapping[str, Any], place: Place) -> PlantSpec | None:
         try:

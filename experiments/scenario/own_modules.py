@@ -53,7 +53,7 @@ def class_for(path: str, folder: Path) -> Any:
 
 @contextmanager
 def copies_for(node: str, folder: Path) -> Iterator[Callable[[str], Any]]:
-    """Give a function like `class_for` whose modules of the folder are copies for `node` alone; forget them afterwards."""
+    """Give a function like `class_for` whose modules of the folder are copies for `node`; forget them afterwards."""
     finder = _ModulesBeside(folder.absolute(), node)
     sys.meta_path.insert(0, finder)
 
@@ -90,7 +90,7 @@ def _modules_in(folder: Path) -> _ModulesBeside:
 
 
 class _ModulesBeside(MetaPathFinder):
-    """Finds the modules of one folder, for names that end in the tag of the folder and of the node whose copies they are."""
+    """Finds the modules of one folder, for names that end in the tag of the folder and, of copies, of their node."""
 
     def __init__(self, folder: Path, node: str = "") -> None:
         self.folder = folder

@@ -35,8 +35,8 @@ def check_sockets(agents: Mapping[str, AgentSpec], media: Mapping[str, MediumSpe
                 problems.add((*place, name), complaint, written)
         bare = [name for name, written in agent.sockets.items() if written == BARE]
         if len(bare) > 1:
-            problems.add(place, f"{' and '.join(bare)} are both bare, so a datagram could mean either: give one of them "
-                                "addresses")
+            problems.add(place, f"{' and '.join(bare)} are both bare, so a datagram could mean either: give one of "
+                                "them addresses")
     for name in media:
         for agent_name, complaint, written in _complaints_about_network(name, agents, list(media)):
             problems.add(("agents", agent_name, "sockets", name), complaint, written)
@@ -108,16 +108,18 @@ def _complaints_about_network(medium: str, agents: Mapping[str, AgentSpec],
     """Yield (agent, complaint, value) where agents on one medium contradict each other."""
     modes = {name: agent.sockets[medium] for name, agent in agents.items() if medium in agent.sockets}
     first, *others = modes or {"": ""}
+    there = f"{first} has {modes.get(first)!r} on this medium"
     for name in others:
         if (modes[name] == BARE) != (modes[first] == BARE):
-            yield name, f"{first} has {modes[first]!r} on this medium: bare or with addresses, the same for all", modes[name]
+            yield name, f"{there}: bare or with addresses, the same for all", modes[name]
         elif (modes[name] == AUTOMATIC) != (modes[first] == AUTOMATIC):
-            yield name, f"{first} has {modes[first]!r} on this medium: automatic addresses for all or for none", modes[name]
+            yield name, f"{there}: automatic addresses for all or for none", modes[name]
     found = _addresses(medium, agents, media)
     taken: dict[object, str] = {}
     for name, address in found.items():
-        if address.network != next(iter(found.values())).network:
-            yield name, f"{next(iter(found))} is in {next(iter(found.values())).network}: one network for all", modes[name]
+        network = next(iter(found.values())).network
+        if address.network != network:
+            yield name, f"{next(iter(found))} is in {network}: one network for all", modes[name]
         elif address.ip in taken:
             yield name, f"{taken[address.ip]} has this address", modes[name]
         taken.setdefault(address.ip, name)

@@ -160,11 +160,11 @@ def library_in_virtual_time(*, everywhere: bool = False) -> Iterator[None]:
 
     `everywhere`: as in `Replacements.in_place`. The lock of all thread pools becomes one for each program.
     """
-    pools = concurrent.futures.thread
-    lock = pools._global_shutdown_lock          # type: ignore[attr-defined]
+    pools: Any = concurrent.futures.thread
+    lock = pools._global_shutdown_lock
     with _replacements.in_place(everywhere=everywhere):
-        pools._global_shutdown_lock = LockByThread(lock)            # type: ignore[attr-defined]
+        pools._global_shutdown_lock = LockByThread(lock)
         try:
             yield
         finally:
-            pools._global_shutdown_lock = lock  # type: ignore[attr-defined]
+            pools._global_shutdown_lock = lock

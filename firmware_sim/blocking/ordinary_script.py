@@ -29,14 +29,14 @@ def running_script(node: BlockingNode, board: Board, clock: ClockSettings, name:
                    own_process: bool) -> Iterator[BlockingProgram]:
     """Load the program `name` and begin it. It ends with the last grant of its node, at the latest with this context.
 
-    When the context ends before, a program in a process of its own gets a Ctrl-C, one that shares the process just ends.
+    When the context ends before, a program in a process of its own gets a Ctrl-C; one that shares it just ends.
     """
     with _standard_streams(name), library_in_virtual_time(everywhere=not own_process), sockets_in_virtual_time(
             everywhere=not own_process):
         if own_process:
             sys.path.append(str(folder.absolute()))
-        program = node.program = BlockingProgram(node, board, clock, load, parameters, can_buses, own_frames, interfaces,
-                                                 name)
+        program = node.program = BlockingProgram(node, board, clock, load, parameters, can_buses, own_frames,
+                                                 interfaces, name)
         try:
             program.begin()
             yield program

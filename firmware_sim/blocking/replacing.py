@@ -1,7 +1,7 @@
 """Replaces names of the standard library while blocking programs run, and puts them back afterwards.
 
-A replacement acts by the thread that calls it: a thread of a blocking program gets the virtual function, with its program
-as the first argument, every other thread the real one. A function kept after the end goes on like that.
+A replacement acts by the thread that calls it: a thread of a blocking program gets the virtual function, with its
+program as the first argument, every other thread the real one. A function kept after the end goes on like that.
 
 Several programs of one process (host `inline`) share the replacements: the last to end puts everything back.
 """
@@ -25,7 +25,8 @@ OUR_PACKAGES: Final = frozenset({"agents", "experiments", "firmware_sim", "fmus"
 class Replacements:
     """`constructors` are classes whose `__new__` is replaced, by a function that decides itself whose thread calls."""
 
-    def __init__(self, names: Sequence[Replacement], constructors: Sequence[tuple[type, Callable[..., Any]]] = ()) -> None:
+    def __init__(self, names: Sequence[Replacement],
+                 constructors: Sequence[tuple[type, Callable[..., Any]]] = ()) -> None:
         self._names = names
         self._constructors = constructors
         self._programs = 0
@@ -56,7 +57,7 @@ class Replacements:
             if isinstance(place, ModuleType):
                 kept[id(real)] = real, getattr(place, name)
         for cls, construct in self._constructors:
-            cls.__new__ = construct             # type: ignore[method-assign, assignment]
+            cls.__new__ = construct             # type: ignore[method-assign]
         for module in _importers() if everywhere else ():
             for name, value in list(vars(module).items()):
                 if id(value) in kept and kept[id(value)][0] is value:

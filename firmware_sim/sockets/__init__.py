@@ -1,4 +1,4 @@
-"""Sockets and asyncio of blocking programs (`firmware_sim/blocking`), in virtual time: datagrams become frames of a medium.
+"""Sockets and asyncio of blocking programs (`firmware_sim/blocking`) in virtual time: datagrams are frames of media.
 
     socket.socket(AF_INET, SOCK_DGRAM) --> udp_socket.py --> stack.py --> udp_packet.py --> port of the node
     select, poll, selectors, asyncio   --> readiness.py: a thread waits until one of several sockets is readable

@@ -5,8 +5,8 @@
     asyncio    the event loop of the library with such a selector; signals; starting child processes is refused
 
 An event loop needs no class of its own: it makes its selector by `selectors.DefaultSelector`, wakes itself by a pair of
-sockets and reads `time.monotonic`. The class `socket.socket` stays what it is, so that names kept before and `isinstance`
-are right: its constructor chooses by the thread that calls it.
+sockets and reads `time.monotonic`. The class `socket.socket` stays what it is, so that names kept before and
+`isinstance` are right: its constructor chooses by the thread that calls it.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ _new_selector = selectors.BaseSelector.__new__
 _getaddrinfo, _gethostbyname, _gethostname = socket.getaddrinfo, socket.gethostbyname, socket.gethostname
 _gethostbyname_ex, _gethostbyaddr, _socketpair = socket.gethostbyname_ex, socket.gethostbyaddr, socket.socketpair
 _poll = select.poll
-NO_MEDIUM: Final = ('say in the scenario which medium carries its datagrams, [agents.NAME] sockets = { MEDIUM = "ip" }, '
-                    "or run it with --real-time")
+NO_MEDIUM: Final = ('say in the scenario which medium carries its datagrams, [agents.NAME] sockets = { MEDIUM = "ip" '
+                    "}, or run it with --real-time")
 NO_TCP: Final = "there is no TCP in virtual time: use UDP, or run the scenario with --real-time"
 NO_CHILD: Final = "its pipes would wait for the operating system; use asyncio.to_thread with subprocess.run"
 SELECTORS: Final = tuple(getattr(selectors, name) for name in ("SelectSelector", "PollSelector", "EpollSelector",
@@ -198,13 +198,13 @@ SOCKETS: Final[list[Replacement]] = [
 ]
 CONSTRUCTORS: Final[list[tuple[type, Callable[..., Any]]]] = [
     (socket.socket, _socket),
-    (selectors._BaseSelectorImpl, _selector),           # type: ignore[attr-defined]
+    (selectors._BaseSelectorImpl, _selector),
 ]
 _replacements: Final = Replacements(SOCKETS, CONSTRUCTORS)
 
 
 @contextmanager
 def sockets_in_virtual_time(*, everywhere: bool = False) -> Iterator[None]:
-    """Within this context threads of blocking programs get these sockets; `everywhere` as in `Replacements.in_place`."""
+    """Within this context threads of blocking programs get these sockets; `everywhere`: see `Replacements.in_place`."""
     with _replacements.in_place(everywhere=everywhere):
         yield

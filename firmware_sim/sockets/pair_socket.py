@@ -1,6 +1,6 @@
 """One end of `socket.socketpair()` in a blocking program: bytes or datagrams to the other end, within the program.
 
-Its buffer has no limit, so sending never waits. A wait for such a socket is no wait for a frame: the promise stays firm.
+Its buffer has no limit, so sending never waits. A wait for such a socket is none for a frame: the promise stays firm.
 """
 
 from __future__ import annotations

@@ -128,11 +128,11 @@ class VirtualPoll:
                 for fd, events in found.items()]
 
 
-class VirtualSelector(selectors._BaseSelectorImpl):     # type: ignore[name-defined, misc]   # as those of the library
+class VirtualSelector(selectors._BaseSelectorImpl):
     """What `selectors.DefaultSelector()` returns to a blocking program, its event loops included."""
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         keys = self.get_map()
-        wanted = {fd: key.events for fd, key in keys.items()}
-        found = ready(this_program(), wanted, timeout)
-        return [(keys[fd], events) for fd, events in found.items()]
+        by_fd = {key.fd: key for key in keys.values()}
+        found = ready(this_program(), {fd: key.events for fd, key in by_fd.items()}, timeout)
+        return [(by_fd[fd], events) for fd, events in found.items()]

@@ -106,7 +106,7 @@ class Stack:
     def own_address(self, host: str) -> IPv4Address:
         """Return the address that a socket is bound to by the name `host`; OSError if the node does not have it."""
         address = self.resolve(host)
-        if address in (ANY, EVERYWHERE) or address in LOOPBACK or any(address == one.address for one in self.interfaces):
+        if address in LOOPBACK or address in (ANY, EVERYWHERE, *(one.address for one in self.interfaces)):
             return address
         raise OSError(errno.EADDRNOTAVAIL, f"{os.strerror(errno.EADDRNOTAVAIL)}: {address} is no address of node "
                                            f"{self.program.node.name} ({self._networks()})")

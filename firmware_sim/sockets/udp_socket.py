@@ -1,9 +1,9 @@
 """A UDP socket of a blocking program (IPv4), whose datagrams are frames of a medium.
 
-Calls, errors and defaults are those of Linux's `udp(7)` and `socket(7)`. A datagram takes its bytes and `OVERHEAD_BYTES`
-of the receive buffer (SO_RCVBUF), about what Linux takes; one that does not fit is dropped and counted.
+Calls, errors and defaults are those of Linux's `udp(7)` and `socket(7)`. A datagram takes its bytes and
+`OVERHEAD_BYTES` of the receive buffer (SO_RCVBUF), about what Linux takes; one without room is dropped and counted.
 
-Sending never waits. Options that only matter to a real network (SO_PRIORITY, IP_TOS, IP_TTL) are kept and have no effect.
+Sending never waits. Options that only matter to a real network (SO_PRIORITY, IP_TOS, IP_TTL) are kept without effect.
 """
 
 from __future__ import annotations
@@ -163,7 +163,7 @@ class UdpSocket(VirtualSocket):
     def recvfrom(self, bufsize: int, flags: int = 0) -> tuple[bytes, Any]:
         if bufsize < 0:
             raise ValueError("negative buffersize in recvfrom")
-        data, source, length = self._take(bufsize, flags)
+        data, source, _length = self._take(bufsize, flags)
         return data, source
 
     def recv(self, bufsize: int, flags: int = 0) -> bytes:

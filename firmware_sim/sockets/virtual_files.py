@@ -76,10 +76,10 @@ class VirtualSocket(socket.socket):
         """Wait until it is readable; raise what a socket with this time-out raises if it is not in time."""
         self.check_here()
         timeout = self.gettimeout()
-        if timeout is None:                 # with a time-out Python waits before it calls the system, which gets the flag
-            wait_ns = 0 if flags & socket.MSG_DONTWAIT else None
-        else:
-            wait_ns = duration_ns(timeout)
+        if timeout is not None:             # Python waits before it calls the system, which gets the flag
+            flags = 0
+        at_once = bool(flags & socket.MSG_DONTWAIT)
+        wait_ns = None if timeout is None and not at_once else duration_ns(timeout or 0.0)
         program = self.program
         if not self.readable() and wait_ns == 0:
             program.note_call()
@@ -102,8 +102,8 @@ class VirtualSocket(socket.socket):
         if self.fileno() < 0:
             raise OSError(errno.EBADF, "Bad file descriptor")
         if running() is not self.program:
-            raise OSError(errno.EINVAL, f"{self.what} of node {self.program.node.name}: used in a thread that is none of "
-                                        "its program; start threads with threading.Thread")
+            raise OSError(errno.EINVAL, f"{self.what} of node {self.program.node.name}: used in a thread that is none "
+                                        "of its program; start threads with threading.Thread")
 
     def leave(self) -> None:
         """Take the socket out of the emulator; it is being closed."""

@@ -205,8 +205,9 @@ def test_no_system_call_binds_connects_or_sends_on_an_ip_socket(tmp_path):
     if subprocess.run([*traced, "true"], capture_output=True).returncode:
         pytest.skip("strace may not trace here")
 
-    subprocess.run([*traced, sys.executable, "-m", "marconet.command_line", "run", str(tmp_path / "s" / "s.toml"), "--host", "inline",
-                    "--out", str(tmp_path / "o"), "--no-report"], check=True, capture_output=True, timeout=120)
+    subprocess.run([*traced, sys.executable, "-m", "marconet.command_line", "run", str(tmp_path / "s" / "s.toml"),
+                    "--host", "inline", "--out", str(tmp_path / "o"), "--no-report"], check=True, capture_output=True,
+                   timeout=120)
 
     calls = log.read_text()
     sockets = re.findall(r"socket\(AF_INET, SOCK_DGRAM.*?\) = (\d+)", calls)
@@ -218,8 +219,8 @@ def test_no_system_call_binds_connects_or_sends_on_an_ip_socket(tmp_path):
 @pytest.mark.parametrize("host", ["inline", "process"])
 def test_tcp_and_sockets_without_a_medium_are_refused_with_the_remedy(tmp_path, host):
     for program, sockets, words in (
-            ("tcp", 'air = "ip"', "connecting an IP socket to 127.0.0.1:9 goes past the emulator: .*; there is no TCP in "
-                                  "virtual time: use UDP"),
+            ("tcp", 'air = "ip"', "connecting an IP socket to 127.0.0.1:9 goes past the emulator: .*; there is no TCP "
+                                  "in virtual time: use UDP"),
             ("to_the_real_world", "", r"sending on an IP socket to 127.0.0.1:9 goes past .*; say in the scenario which "
                                       r"medium carries its datagrams, \[agents.NAME\] sockets = ")):
         made = scenario(tmp_path / program, program, "port = 9", sockets=sockets)

@@ -273,14 +273,15 @@ def test_what_is_not_there_is_refused_by_name_and_told_in_the_run(begin, call, w
 
     report = run(begin(main, LAN))
 
-    assert len(errors) == 2 and what in errors[0]
+    assert len(errors) == 2
+    assert what in errors[0]
     assert [event[1] for event in report.events] == ["not in virtual time"]      # once
     assert what in report.events[0][2]
 
 
 def test_promises_of_a_program_that_only_waits_for_a_pair_of_sockets_are_firm(begin):
     def main():
-        here, there = socket.socketpair()
+        _here, there = socket.socketpair()
         there.recv(1)
 
     assert run(begin(main, LAN), MS).firm_ns == NEVER_NS

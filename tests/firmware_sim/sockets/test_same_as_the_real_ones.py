@@ -63,7 +63,7 @@ def a_long_datagram_is_cut_and_its_rest_is_gone(told: Told) -> None:
 
 
 def timeouts_and_blocking(told: Told) -> None:
-    here, there, address = pair()
+    here, there, _address = pair()
     with here, there:
         told.append((there.gettimeout(), there.getblocking(), there.timeout))
         there.settimeout(0.02)
@@ -122,8 +122,8 @@ def options(told: Told) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
         one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 10_000)
         one.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-        told.append((one.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF), one.getsockopt(
-            socket.SOL_SOCKET, socket.SO_TYPE) == socket.SOCK_DGRAM, one.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)))
+        told.append([one.getsockopt(socket.SOL_SOCKET, option) for option in (
+            socket.SO_RCVBUF, socket.SO_BROADCAST, socket.SO_TYPE, socket.SO_ERROR)])
         told.append((isinstance(one, socket.socket), one.family, one.type, one.proto))
         told.append(error_of(one.setsockopt, socket.SOL_SOCKET, socket.SO_RCVBUF, "much"))
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from firmware_sim.sockets.udp_packet import UdpPacket, pack_ip, pack_udp, unpack_ip, unpack_udp
 
 ADDRESSES = st.integers(0, 2**32 - 1).map(IPv4Address)
-PACKETS = st.builds(UdpPacket, ADDRESSES, st.integers(1, 65535), ADDRESSES, st.integers(1, 65535), st.binary(max_size=40))
+PORTS = st.integers(1, 65535)
+PACKETS = st.builds(UdpPacket, ADDRESSES, PORTS, ADDRESSES, PORTS, st.binary(max_size=40))
 
 
 def word_by_word(data: bytes) -> int:
@@ -29,7 +30,8 @@ def test_what_is_packed_is_read_again_and_28_bytes_longer_than_the_payload(packe
 
     assert unpack_ip(data) == packet
     assert len(data) == 28 + len(packet.payload)
-    assert data[:2] == b"\x45\x00" and data[8:10] == b"\x40\x11"
+    assert data[:2] == b"\x45\x00"
+    assert data[8:10] == b"\x40\x11"
 
 
 @given(PACKETS)
