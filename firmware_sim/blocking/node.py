@@ -14,10 +14,6 @@ if TYPE_CHECKING:
 class BlockingNode(Node):
     program: BlockingProgram | None = None
 
-    def leave(self) -> None:
-        if self.program is not None:
-            self.program.abandon()
-
     def advance(self, grant: Grant) -> Report:
         report = super().advance(grant)
         if grant.last and self.program is not None:

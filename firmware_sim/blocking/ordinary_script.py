@@ -37,6 +37,8 @@ def running_script(node: BlockingNode, board: Board, clock: ClockSettings, name:
             sys.path.append(str(folder.absolute()))
         program = node.program = BlockingProgram(node, board, clock, load, parameters, can_buses, own_frames,
                                                  interfaces, name)
+        if not own_process:
+            node.at_end(program.abandon)        # a fault may kill the node before the run ends
         try:
             program.begin()
             yield program
