@@ -16,7 +16,7 @@ from functools import wraps
 from types import ModuleType
 from typing import Any, Final
 
-from firmware_sim.blocking.here import running
+from firmware_sim.blocking.program_thread import OF_THIS_THREAD
 
 Replacement = tuple[Any, str, Callable[..., Any]]       # (module or class, name, function of program and arguments)
 OUR_PACKAGES: Final = frozenset({"agents", "experiments", "firmware_sim", "fmus", "marconet", "netem"})
@@ -79,7 +79,7 @@ def by_thread(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable
     """Return a function that calls `virtual` in threads of blocking programs, `real` in all others."""
     @wraps(real)
     def either(*args: Any, **kwargs: Any) -> Any:
-        program = running()
+        program = OF_THIS_THREAD.program
         return real(*args, **kwargs) if program is None else virtual(program, *args, **kwargs)
 
     return either
