@@ -22,16 +22,13 @@ import os
 import socket
 from functools import partial
 from ipaddress import IPv4Address, IPv4Network
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Any, Final, NamedTuple, Protocol
 
 from firmware_sim.blocking.program import BlockingProgram
 from firmware_sim.sockets.interface import EVERYWHERE, LOOPBACK, Interface
 from firmware_sim.sockets.udp_packet import UdpPacket, pack_ip, pack_udp, unpack_ip, unpack_udp
 from firmware_sim.sockets.virtual_files import refuse
 from netem.media.packet_network.datagram import EVERYONE, Datagram, pack, unpack
-
-if TYPE_CHECKING:
-    from firmware_sim.sockets.udp_socket import UdpSocket
 
 Address = tuple[str, int]
 
@@ -43,6 +40,23 @@ LAST_PORT: Final = 65_535
 NOBODY: Final = ("127.0.0.1", 1)        # where a bare datagram comes from, for a socket that has not sent any
 COUNTERS: Final = ("malformed", "no_socket", "rx_dropped")
 IP_COUNTERS: Final = ("no_host", "other_address")
+
+
+class Bound(Protocol):
+    """What the stack asks of a socket (`udp_socket.py`), and sets when it binds it."""
+
+    address: IPv4Address
+    port: int
+    peer: Address | None
+    sent_to: Address | None
+
+    def takes(self, packet: UdpPacket, source: Address) -> bool: ...
+
+    def takes_bare(self) -> bool: ...
+
+    def receive(self, data: bytes, source: Address) -> bool: ...
+
+    def shares_port_with(self, other: Any) -> bool: ...
 
 
 class Route(NamedTuple):
@@ -68,7 +82,7 @@ class Stack:
 
     def __init__(self, program: BlockingProgram) -> None:
         self.program = program
-        self.sockets: list[UdpSocket] = []              # those with a local port, in the order of binding
+        self.sockets: list[Bound] = []              # those with a local port, in the order of binding
         self.bare: str | None = None                    # medium of bare datagrams
         self.interfaces: list[IpInterface] = []
         self.hosts: dict[str, IPv4Address] = {}
@@ -139,7 +153,7 @@ class Stack:
 
     # --- ports
 
-    def bind(self, one: UdpSocket, address: IPv4Address, port: int) -> None:
+    def bind(self, one: Bound, address: IPv4Address, port: int) -> None:
         """Give a socket its local address; 0 as port chooses one. OSError if another socket has it."""
         if port == 0:
             port = self._free_port()
@@ -150,7 +164,7 @@ class Stack:
         one.address, one.port = address, port
         self.sockets.append(one)
 
-    def release(self, one: UdpSocket) -> None:
+    def release(self, one: Bound) -> None:
         if one in self.sockets:
             self.sockets.remove(one)
 
@@ -166,7 +180,7 @@ class Stack:
 
     # --- sending
 
-    def send(self, one: UdpSocket, data: bytes, destination: IPv4Address, port: int) -> None:
+    def send(self, one: Bound, data: bytes, destination: IPv4Address, port: int) -> None:
         if self.goes_bare(destination):
             assert self.bare is not None
             self.program.send(self.bare, data)
