@@ -187,7 +187,8 @@ class _Run:
         records.begin(self.network.media)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         if real_time:
-            gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event)
+            gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event,
+                                            longest_bytes=scenario.media[spec.medium].settings.longest_frame_bytes())
                         for spec in scenario.gateways.values()]
             self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s

@@ -23,7 +23,7 @@ from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
 from experiments.scenario.faults import read_faults
-from experiments.scenario.gateways import read_gateways
+from experiments.scenario.gateways import check_media, read_gateways
 from experiments.scenario.ground import ground_of
 from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
@@ -47,6 +47,7 @@ class Header:
     sample_period_ns: Annotated[int, Ge(0)] = 10_000_000      # 0: no samples
     node_timeout_s: Annotated[float, Gt(0)] = 30.0            # wall-clock time, in seconds
     question_signal: str = ""                                 # "node.signal", shown first in the report
+    record: str | tuple[str, ...] = ()                        # recorders with their default settings, as "frames"
 
 
 def load(source: Path, **changes: Any) -> Scenario:
@@ -89,6 +90,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
               for name, table in tables["agents"].items()}
     gateways = read_gateways(tables["gateways"], agents, on_media, reading)
     media = {name: network.medium(name, table, agents, gateways) for name, table in tables["media"].items()}
+    check_media(gateways, media, reading)
     check_sockets(agents, media, agent_reader.blocking, problems)
     network.check_names(table.get("name") if isinstance(table, dict) else None for table in tables["impairments"])
     impairments = tuple(network.impairment(table, ("impairments", index), media)
@@ -101,7 +103,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
         (NEVER_NS, 1) if header is None else (header.length_ns, header.sample_period_ns)))
     guarantees = guaranteeing.read(tables["guarantees"])
     recorded = [*agents, *gateways, *derived, *media]
-    records = read_records(tables["records"], reading)
+    records = read_records(() if header is None else header.record, tables["records"], media, reading)
     costs = read_costs(tables["costs"], [*agents, *derived, *media], media, derived, reading)
     expect = read_expect(tables["expect"], recorded, media, guarantees, guaranteeing.known(costs), reading)
     if header is not None:

@@ -32,11 +32,17 @@ class MediumSettings:
     """Questions that the settings of every kind of medium answer before the run, with defaults."""
 
     strikable: ClassVar[frozenset[str]] = frozenset({"links"})      # parts that faults strike: Fault.strikes
+    link_type: ClassVar[int] = 151                  # of its frames in captures: USER4, by the list of tcpdump.org
     carries_can_frames: ClassVar[bool] = False      # True: a program opens its port with python-can
     carries_datagrams: ClassVar[bool] = True        # False: a frame cannot be the datagram of a socket
     addressed: ClassVar[bool] = False               # True: a frame begins as packet_network/datagram.py says
     shows_bodies: ClassVar[bool] = False            # True: a copy is a sight of its sender, who sent nothing
     poses_key: ClassVar[Sequence[str]] = ("bodies",)    # where a scenario names what `poses` returns
+
+    @staticmethod
+    def captured(data: bytes) -> bytes:
+        """Return the bytes of a frame as captures of `link_type` hold them; of b"", those of an error frame."""
+        return data
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
         """Return tables of bounds and load, computed before the run, for the medium `medium` between `nodes`."""
@@ -72,6 +78,10 @@ class MediumSettings:
 
     def floor_plan(self) -> FloorPlan | None:
         """Return the data for a view of the medium from above; None if there is nothing to draw."""
+        return None
+
+    def longest_frame_bytes(self) -> int | None:
+        """Return the length of the longest frame that the medium takes; None: it has no limit."""
         return None
 
     def radio(self) -> RadioPreset | None:

@@ -34,6 +34,7 @@ class CarrierSenseSettings:
 
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
+    link_type: ClassVar = 147               # USER0
     strikable: ClassVar = frozenset({"links", "channel", "carriers"})
     poses_key: ClassVar[Sequence[str]] = ("topology", "bodies")
 
@@ -75,6 +76,9 @@ class RadioSettings(MediumSettings):
         preset = PRESETS[self.preset]
         return replace(preset, **_given(self, RadioPreset, besides="csma"),
                        csma=replace(preset.csma, **_given(self.csma, type(preset.csma))))
+
+    def longest_frame_bytes(self) -> int | None:
+        return self.radio().max_payload_bytes
 
     def poses(self) -> Mapping[str, ShownPose]:
         period_ns, bodies = self.topology.moving()
