@@ -41,7 +41,7 @@ class UdpSocket(VirtualSocket):
         self.port = 0                           # 0: not bound
         self.peer: Address | None = None        # of `connect`
         self.sent_to: Address | None = None     # destination of the last `sendto`
-        self._queue: deque[tuple[bytes, Address]] = deque()
+        self._datagrams: deque[tuple[bytes, Address]] = deque()
         self._queued_bytes = 0
         self._shut = False                      # no more receiving, after `shutdown`
         super().__init__(self.stack.program, socket.AF_INET, type, max(proto, 0))
@@ -49,7 +49,7 @@ class UdpSocket(VirtualSocket):
     # --- what the stack asks
 
     def readable(self) -> bool:
-        return bool(self._queue) or self._shut
+        return bool(self._datagrams) or self._shut
 
     def takes(self, packet: UdpPacket, source: Address) -> bool:
         """Return whether a datagram is for this socket."""
@@ -66,7 +66,7 @@ class UdpSocket(VirtualSocket):
         size = len(data) + OVERHEAD_BYTES
         if self._queued_bytes and self._queued_bytes + size > self.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF):
             return False
-        self._queue.append((data, source))
+        self._datagrams.append((data, source))
         self._queued_bytes += size
         self.note_readable()
         return True
@@ -183,11 +183,11 @@ class UdpSocket(VirtualSocket):
     def _take(self, size: int, flags: int) -> tuple[bytes, Address | None, int]:
         """Return at most `size` bytes of the oldest datagram, where it comes from, and the length to report."""
         self.await_readable(flags)
-        if not self._queue:
+        if not self._datagrams:
             return b"", None, 0                 # after `shutdown`
-        data, source = self._queue[0]
+        data, source = self._datagrams[0]
         if not flags & socket.MSG_PEEK:
-            self._queue.popleft()
+            self._datagrams.popleft()
             self._queued_bytes -= len(data) + OVERHEAD_BYTES
         return data[:size], source, len(data) if flags & socket.MSG_TRUNC else min(size, len(data))
 
