@@ -38,9 +38,10 @@ from experiments.run.replay import Replay, told
 from experiments.run.run_folder import RunFolder
 from experiments.run.run_records import FolderRecords, RunRecords
 from experiments.run.wall_clock_sleep import sleep_refused
-from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
+from experiments.scenario.blocking_programs import is_blocking
 from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.own_modules import class_for
+from experiments.scenario.socket_addresses import interfaces_of
 from experiments.scenario.standing_robots import standing_robots
 from experiments.scenario.zenoh_ways import specification as zenoh_of
 from firmware_sim.program_settings import build_settings
@@ -92,12 +93,10 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
     scenario's impairments, and its faults act instead of the scenario's. A `trace` notes what impairments do to each
     copy.
-    Raises NeedsProcess, NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop or ConservationError
+    Raises NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop or ConservationError
     after it, with the records written.
     """
     command_s = time.monotonic()
-    if host == "inline":
-        refuse_blocking(scenario)
     if scenario.gateways and not real_time:
         raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take "
                             "part, which needs real time: run it with --real-time")
@@ -181,8 +180,9 @@ class _Run:
         self.feed = records.feed
         self.ledger = records.open_ledger(lambda: self.conductor.passed_ns)
         self.guarantees = GuaranteeWatch(scenario, self.feed)
-        self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
-                          under_way, self._waits)
+        self.programs = ExitStack()             # threads of blocking programs and what they replaced, inline
+        self.host = _host(host, self.specifications, self.programs, self.folder, scenario.node_timeout_s,
+                          shuffle_start, real_time, under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
         self.replayed = None if replay is None else replay.links(self.ledger, self.conductor.deliver)
         self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed, trace)
@@ -273,6 +273,7 @@ class _Run:
         for step in self.records.finishing():
             self._step(step)
         self._step(lambda: self.records.write_standing(self._standing(reached_ns)))
+        self._step(self.programs.close)
         self._step(self.host.stop)
         self._step(self.at_end.close)
         if self.conductor.pace is not None:
@@ -423,7 +424,8 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
                                     _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
                                     folder, agent.program in blocking, _own_frames(scenario, agent),
                                     _can_buses(scenario, agent), _shown(scenario, agent), agent.name in mortal,
-                                    zenoh_of(scenario, agent) if agent.program in blocking else None)
+                                    zenoh_of(scenario, agent) if agent.program in blocking else None,
+                                    interfaces_of(scenario, agent))
             for name, agent in scenario.agents.items()}
 
 
@@ -451,15 +453,16 @@ def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription],
     return PlantSpecification(plant, parameters, step_ns, idle)
 
 
-def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
-          shuffle_start: int | None, real_time: bool, under_way: UnderWay | None,
+def _host(host: HostName, specifications: Mapping[str, NodeSpecification], at_end: ExitStack, folder: Path,
+          timeout_s: float, shuffle_start: int | None, real_time: bool, under_way: UnderWay | None,
           waits: Callable[[Sequence[str], float], None]) -> Host:
     if host == "inline":
         under_way = under_way or UnderWay(shared=False)
-        return InlineHost({name: partial(build_node, specification, record=under_way)
+        return InlineHost({name: partial(build_node, specification, at_end, under_way, own_process=False)
                            for name, specification in specifications.items()},
                           None if real_time else OutsideGuard(ENTRANCES), under_way, timeout_s, waits,
-                          lambda name, life: build_node(specifications[name], record=under_way, life=life))
+                          lambda name, life: build_node(specifications[name], at_end, under_way, life,
+                                                        own_process=False))
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)

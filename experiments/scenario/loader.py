@@ -33,6 +33,7 @@ from experiments.scenario.question_signal import check_question_signal
 from experiments.scenario.records import read_records
 from experiments.scenario.sections import SECTIONS, Reading
 from experiments.scenario.shape import shape_of
+from experiments.scenario.socket_addresses import check_sockets
 from experiments.scenario.zenoh_ways import check_ways
 from firmware_sim.scenario_view import OwnAgent
 from netem.wire.instants import NEVER_NS
@@ -92,6 +93,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     media = {name: network.medium(name, table, agents, gateways) for name, table in tables["media"].items()}
     check_ways(agents, media, problems)
     check_media(gateways, media, reading)
+    check_sockets(agents, media, agent_reader.blocking, problems)
     network.check_names(table.get("name") if isinstance(table, dict) else None for table in tables["impairments"])
     impairments = tuple(network.impairment(table, ("impairments", index), media)
                         for index, table in enumerate(tables["impairments"]))

@@ -46,6 +46,7 @@ class AgentSpec(msgspec.Struct, frozen=True):
     at_m: tuple[float, ...] | None
     media: tuple[str, ...]
     zenoh: tuple[tuple[str, str], ...] = ()     # (key expression, medium); (): the only medium that can carry Zenoh
+    sockets: dict[str, str] = {}        # medium -> "bare", "ip" or "ADDRESS/BITS", see socket_addresses.py
 
 
 def positions(nodes: Iterable[str], agents: Mapping[str, AgentSpec]) -> dict[str, tuple[float, ...] | None]:
