@@ -54,6 +54,7 @@ from netem.emulator.conductor import Conductor, Recorders
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
 from netem.gateways.pace import Pace
+from netem.gateways.real_time_process import EMULATOR_PRIORITY, NODE_PRIORITY, in_real_time
 from netem.gateways.table import GATEWAYS
 from netem.impairments.traced import Trace
 from netem.node.outside_guard import OutsideGuard
@@ -84,14 +85,15 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
         under_way: UnderWay | None = None, replay: Replay | None = None, trace: Trace | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs) and, with `report`, write `report.html`.
 
-    `progress` is called during the run. `real_time` runs at the pace of the wall clock, as gateways require.
+    `progress` is called during the run. `real_time` runs at the pace of the wall clock, as the scenario's
+    table [real_time] says; gateways require it.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
     `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
     what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
     scenario's impairments, and its faults act instead of the scenario's. A `trace` notes what impairments do to each
     copy.
-    Raises NeedsProcess, NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop or ConservationError
-    after it, with the records written.
+    Raises NeedsProcess, NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop, Overrun or
+    ConservationError after it, with the records written.
     """
     command_s = time.monotonic()
     if host == "inline":
@@ -179,8 +181,9 @@ class _Run:
         self.feed = records.feed
         self.ledger = records.open_ledger(lambda: self.conductor.passed_ns)
         self.guarantees = GuaranteeWatch(scenario, self.feed)
+        self.schedules = real_time and scenario.real_time.scheduling == "real_time"
         self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
-                          under_way, self._waits)
+                          NODE_PRIORITY if self.schedules else 0, under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
         self.replayed = None if replay is None else replay.links(self.ledger, self.conductor.deliver)
         self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed, trace)
@@ -189,7 +192,8 @@ class _Run:
         if real_time:
             gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event)
                         for spec in scenario.gateways.values()]
-            self.conductor.pace = Pace(gateways, self._wall_clock_event)
+            self.conductor.pace = Pace(gateways, self._wall_clock_event, scenario.real_time)
+        self.not_allowed: list[str] = []            # of real-time scheduling and locked memory
         self.started_s = self.ended_s = command_s
         self.started_processor_s = self.processor_s = 0.0
         self.kept_s = command_s
@@ -215,7 +219,10 @@ class _Run:
                                       self._may_kill)
                 self.at_end.callback(injection.close)
             self.started_s, self.started_processor_s = time.monotonic(), time.process_time()
-            self.conductor.run()
+            with ExitStack() as scheduled:
+                if self.schedules:
+                    self.not_allowed = scheduled.enter_context(in_real_time(EMULATOR_PRIORITY))
+                self.conductor.run()
             self.ended_s = time.monotonic()
             self.network.finish(self.conductor.end_ns)
             if self.conductor.ended_by:
@@ -360,7 +367,7 @@ class _Run:
 
     def _warnings(self) -> list[str]:
         of_records = [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
-        return [*standing_robots(self.scenario), *of_records]
+        return [*standing_robots(self.scenario), *self.not_allowed, *of_records]
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
         """Return the units of the signals of each agent and medium."""
@@ -376,9 +383,12 @@ class _Run:
         assert self.conductor.pace is not None
         self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail, level)
 
-    def _real_time(self) -> dict[str, int] | None:
-        """Return the lateness of a run in real time; None in virtual time."""
-        return None if self.conductor.pace is None else self.conductor.pace.lateness.figures()
+    def _real_time(self) -> Json | None:
+        """Return lateness and pace of a run in real time; None in virtual time."""
+        if self.conductor.pace is None:
+            return None
+        return {**self.conductor.pace.figures(), "scheduling": self.scenario.real_time.scheduling,
+                "not_allowed": self.not_allowed}
 
     def _event_on_medium(self, event: Event) -> None:
         if event.time_ns < self.conductor.end_ns:   # a medium may report events after the end of the run
@@ -448,7 +458,7 @@ def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription],
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
-          shuffle_start: int | None, real_time: bool, under_way: UnderWay | None,
+          shuffle_start: int | None, real_time: bool, priority: int, under_way: UnderWay | None,
           waits: Callable[[Sequence[str], float], None]) -> Host:
     if host == "inline":
         under_way = under_way or UnderWay(shared=False)
@@ -464,7 +474,8 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
     return ProcessHost([sys.executable, "-P", "-m", "experiments.run.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
-                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, waiting=waits)
+                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, priority=priority,
+                       waiting=waits)
 
 
 def _end_in_words(conductor: Conductor) -> str:
