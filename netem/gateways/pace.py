@@ -38,6 +38,7 @@ from netem.wire.level import Level
 
 MOST_AT_ONCE: Final = 100           # messages that one wait takes from one gateway
 MOST_WHEN_OVERDUE: Final = 1        # the same if the instant is overdue; others wait in the system's buffer
+SPIN_NS: Final = 150_000            # the last part of a wait, in which this thread polls instead of sleeping
 FINEST_RATE: Final = 1_000_000      # largest denominator of the rate as a fraction
 
 
@@ -122,9 +123,11 @@ class Pace:
         while True:
             now_ns = self._send_due()
             overdue = now_ns >= next_ns
-            if not overdue:
-                self._timer.set(self.due_ns(min(next_ns, self._leaving[0][0]) if self._leaving else next_ns))
-            ready = self._selector.select(0 if overdue else None)
+            due_ns = self.due_ns(min(next_ns, self._leaving[0][0]) if self._leaving else next_ns)
+            spins = overdue or time.monotonic_ns() >= due_ns - SPIN_NS
+            if not spins:
+                self._timer.set(due_ns - SPIN_NS)
+            ready = self._selector.select(0 if spins else None)
             heard, called = self._attend_to(ready, MOST_WHEN_OVERDUE if overdue else MOST_AT_ONCE)
             reached = not called and self.now_ns() >= next_ns
             if reached:
