@@ -1,11 +1,14 @@
 """How exactly a run in real time keeps its instants: sleeps, five robots at 300 Hz, and a delay of 5 ms end to end.
 
-    python -m benchmarks.real_time [--repeat 3]
+    python -m benchmarks.real_time [--repeat 3] [--drift-minutes 10]
 
 1. Lateness of a wait for an absolute instant: by the time-out of a selector, by `select`, and by `Timer`.
 2. Lateness of the deliveries of five robots, each a process, that send to one another and to a UDP gateway at 300 Hz.
 3. One-way delay between two UDP sockets outside, over two gateways and a packet network with a delay of 5 ms; beside it
    the delay between two sockets of the loopback, and over `tc netem` in a network namespace if the kernel has it.
+
+With `--drift-minutes` only this: a robot sends outside at 10 Hz for so long, and the arrivals at a socket outside, by
+CLOCK_MONOTONIC, are fitted with a line, whose slope is the drift of the run.
 
 The machine's load is printed, as every figure depends on it.
 """
@@ -121,7 +124,12 @@ print(*delays)
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else None)
     parser.add_argument("--repeat", type=int, default=3)
-    repeat = parser.parse_args(arguments).repeat
+    parser.add_argument("--drift-minutes", type=float, default=0.0)
+    given = parser.parse_args(arguments)
+    if given.drift_minutes:
+        _drift(given.drift_minutes * 60)
+        return
+    repeat = given.repeat
     for turn in range(repeat):
         print(f"--- turn {turn + 1} of {repeat}, load {os.getloadavg()[0]:.2f} on {os.cpu_count()} cores")
         for scheduling in ("usual", "SCHED_FIFO"):
@@ -170,6 +178,27 @@ def _waits(count: int, step_ms: float, wait: Callable[[int], object]) -> list[in
     return late_ns
 
 
+def _drift(length_s: float) -> None:
+    load_before, every_s = os.getloadavg()[0], 0.1
+    with tempfile.TemporaryDirectory() as place, Drain() as outside:
+        folder = Path(place)
+        (folder / "beacon.py").write_text(PROGRAM)
+        robot = ('[agents.r]\nprogram = "beacon:Beacon"\n'
+                 f"parameters = {{ period_ns = {round(every_s * 1e9)}, offset_ns = 0 }}\n")
+        (folder / "one.toml").write_text(TEAM.format(length_s=length_s, port=outside.port) + robot)
+        summary = run(load(folder / "one.toml"), host="inline", out=folder / "run", report=False,
+                      real_time=True).summary
+    came_s = np.array(outside.came_ns) * 1e-9
+    due_s = every_s * np.arange(len(came_s))
+    late_s = came_s - came_s[0] - due_s
+    ppm = np.polyfit(due_s, late_s, 1)[0] * 1e6
+    tenth = len(late_s) // 10
+    print(f"{length_s:g} s, {len(came_s)} frames outside, load {load_before:.2f} to {os.getloadavg()[0]:.2f}: drift "
+          f"{ppm:+.4f} ppm, median lateness of the first tenth {np.median(late_s[:tenth]) * 1e3:+.3f} ms, of the "
+          f"last {np.median(late_s[-tenth:]) * 1e3:+.3f} ms (from that of the first frame); wall time "
+          f"{summary.wall_s:.4f} s; worst {np.max(late_s) * 1e3:.3f} ms")
+
+
 def _team() -> None:
     with tempfile.TemporaryDirectory() as place, Drain() as outside:
         folder = Path(place)
@@ -177,7 +206,7 @@ def _team() -> None:
         period_ns = round(1e9 / RATE_HZ)
         robots = "".join(f'[agents.r{k}]\nprogram = "beacon:Beacon"\nparameters = {{ period_ns = {period_ns}, '
                          f"offset_ns = {k * period_ns // ROBOTS} }}\n" for k in range(ROBOTS))
-        (folder / "team.toml").write_text(TEAM.format(length_s=LENGTH_S, port=outside) + robots)
+        (folder / "team.toml").write_text(TEAM.format(length_s=LENGTH_S, port=outside.port) + robots)
         summary = run(load(folder / "team.toml"), out=folder / "run", report=False, real_time=True).summary
     found = summary.real_time or {}
     late = found["deliveries"]
@@ -189,21 +218,24 @@ def _team() -> None:
 
 
 class Drain:
-    """A socket outside that takes what a gateway sends; yields its port."""
+    """A socket outside at `port` that takes what a gateway sends; `came_ns` are the arrivals by the monotonic clock."""
 
-    def __enter__(self) -> int:
+    def __enter__(self) -> Drain:
+        self.came_ns: list[int] = []
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", 0))
         self._socket.settimeout(0.2)
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._take)
         self._thread.start()
-        return int(self._socket.getsockname()[1])
+        self.port = int(self._socket.getsockname()[1])
+        return self
 
     def _take(self) -> None:
         while not self._over.is_set():
             with suppress(TimeoutError):
                 self._socket.recv(65536)
+                self.came_ns.append(time.monotonic_ns())
 
     def __exit__(self, *exception: object) -> None:
         self._over.set()
