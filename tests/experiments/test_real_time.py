@@ -89,15 +89,21 @@ def test_somebody_outside_is_answered_after_the_airtimes(tmp_path: Path, host):
     assert data.run["real_time"]["instants"] > 20
 
 
-def test_without_gateways_real_time_leaves_the_same_ledger_and_takes_its_time(tmp_path: Path):
-    scenario = load(find("output_sync"), duration_s=0.3)
+@pytest.mark.parametrize(("name", "length_s", "rate"), [
+    ("output_sync", 0.3, 1.0), ("three_servos_slow_bus", 0.4, 2.0), ("tracking_lossy", 0.4, 2.0),
+    ("marco_polo_zone", 0.5, 2.0), ("hummingbird_chases_rovio", 0.3, 0.5), ("faults_output_sync", None, 1000.0)])
+@pytest.mark.parametrize("host", ["inline", "process"])
+def test_without_gateways_real_time_leaves_the_same_ledger_and_takes_its_time(
+        tmp_path: Path, host, name, length_s, rate):
+    """At 1000 virtual seconds a second no machine keeps the pace, so every instant is late."""
+    scenario = load(find(name), duration_s=length_s, overrides=[f"real_time.rate={rate}"])
 
     fast = run(scenario, host="inline", out=tmp_path / "fast", report=False).summary
-    paced = run(scenario, host="inline", out=tmp_path / "paced", report=False, real_time=True).summary
+    paced = run(scenario, host=host, out=tmp_path / "paced", report=False, real_time=True).summary
 
     assert paced.ledger_hash == fast.ledger_hash
-    assert paced.wall_s >= 0.3
-    assert fast.wall_s < 0.3
+    assert paced.frames == fast.frames
+    assert paced.wall_s >= scenario.length_ns / 1e9 / rate
 
 
 def test_gateways_need_real_time(tmp_path: Path):

@@ -28,6 +28,7 @@ from experiments.judge.run_result import Verdict
 from experiments.show.report import series
 from experiments.show.report.event_tables import event_tables, told
 from experiments.show.report.facts import facts, failure_of, milliseconds, seconds, unfinished, windows
+from experiments.show.report.lateness import lateness
 from experiments.show.report.marks import Told, instants_ns, marks
 from experiments.show.report.modes import Stay, stay_tables, stays
 from experiments.show.report.modes import for_page as modes_for_page
@@ -115,7 +116,7 @@ def _drawn(data: RunData, broke: Moments, events: Told, in_modes: Sequence[Stay]
             "faulty": series.faulty(data),
             "spoken": series.spoken(data, broke.instants_ns), "fates": series.fates(data), "ages": series.ages(data),
             "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, shown_ns),
-            "modes": modes_for_page(data, in_modes),
+            "modes": modes_for_page(data, in_modes), "lateness": lateness(data),
             "marks": marks(events, data.length_ns, data.run.get("dead_ns") or {}),
             "length_s": data.length_ns * 1e-9, "palette": for_page(),
             "meanings": {fate.value: fate.meaning for fate in Fate}, "delivered": Fate.DELIVERED.value,
@@ -140,6 +141,7 @@ def _contents(verdicts: Sequence[Verdict], broken: Sequence[Verdict], guarantees
         (True, "fates", "Fates by link", "", False),
         (True, "ages", "Age of information", "", False),
         (True, "gaps", "Time between transmissions", "", False),
+        (bool(drawn["lateness"]), "lateness", "Lateness", "", False),
         (True, "nodes", "Nodes", "", False),
         (True, "events", "Events", "", False),
         (bool(records), "records", "Records", "", False),
