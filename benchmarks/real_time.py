@@ -8,7 +8,8 @@
    the delay between two sockets of the loopback, and over `tc netem` in a network namespace if the kernel has it.
 
 With `--drift-minutes` only this: a robot sends outside at 10 Hz for so long, and the arrivals at a socket outside, by
-CLOCK_MONOTONIC, are fitted with a line, whose slope is the drift of the run.
+CLOCK_MONOTONIC, are fitted with a line, whose slope is the drift of the run. It is fitted to the medians of 100
+stretches, as a single frame may be late by the load of the machine.
 
 The machine's load is printed, as every figure depends on it.
 """
@@ -191,7 +192,9 @@ def _drift(length_s: float) -> None:
     came_s = np.array(outside.came_ns) * 1e-9
     due_s = every_s * np.arange(len(came_s))
     late_s = came_s - came_s[0] - due_s
-    ppm = np.polyfit(due_s, late_s, 1)[0] * 1e6
+    stretches = np.array_split(np.arange(len(late_s)), 100)
+    ppm = np.polyfit([np.median(due_s[stretch]) for stretch in stretches],
+                     [np.median(late_s[stretch]) for stretch in stretches], 1)[0] * 1e6
     tenth = len(late_s) // 10
     print(f"{length_s:g} s, {len(came_s)} frames outside, load {load_before:.2f} to {os.getloadavg()[0]:.2f}: drift "
           f"{ppm:+.4f} ppm, median lateness of the first tenth {np.median(late_s[:tenth]) * 1e3:+.3f} ms, of the "
