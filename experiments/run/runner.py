@@ -42,6 +42,7 @@ from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
 from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.own_modules import class_for
 from experiments.scenario.standing_robots import standing_robots
+from firmware_sim.mavlink.timesync import Timesync
 from firmware_sim.program_settings import build_settings
 from firmware_sim.scenario_view import OwnAgent
 from fmus.build import build_model, model_folder, own_models
@@ -56,6 +57,7 @@ from netem.faults.schedule import Occurrence
 from netem.gateways.pace import Pace
 from netem.gateways.real_time_process import EMULATOR_PRIORITY, NODE_PRIORITY, in_real_time
 from netem.gateways.table import GATEWAYS
+from netem.gateways.time_watch import SIGNALS, TimeWatch
 from netem.impairments.traced import Trace
 from netem.node.outside_guard import OutsideGuard
 from netem.records.events import Event
@@ -192,7 +194,10 @@ class _Run:
         if real_time:
             gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event)
                         for spec in scenario.gateways.values()]
-            self.conductor.pace = Pace(gateways, self._wall_clock_event, scenario.real_time)
+            self.conductor.pace = Pace(gateways, self._wall_clock_event, scenario.real_time, {
+                spec.name: TimeWatch(Timesync(), partial(self._sample_of_gateway, spec.name), spec.timesync,
+                                     partial(self._device_clock_set, spec.name))
+                for spec in scenario.gateways.values()})
         self.not_allowed: list[str] = []            # of real-time scheduling and locked memory
         self.started_s = self.ended_s = command_s
         self.started_processor_s = self.processor_s = 0.0
@@ -209,6 +214,8 @@ class _Run:
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.feed.declare(name, hellos[name].signals)
+            for name in self.scenario.gateways:
+                self.feed.declare(name, SIGNALS)
             self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
             refuse_unrecorded(self.scenario, self._recorded(hellos))
             self.network.observe(self.feed, self._event_on_medium)
@@ -374,10 +381,19 @@ class _Run:
         found: dict[str, Sequence[tuple[str, str]]] = {
             name: medium.signals for name, medium in self.network.media.items()}
         found |= {name: hellos[name].signals for name in self.scenario.agents}
+        found |= dict.fromkeys(self.scenario.gateways, SIGNALS)
         return {name: dict(signals) for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str, level: Level) -> None:
         self.feed.event(Event(time_ns, "", kind, detail, level, wall_clock=True))
+
+    def _sample_of_gateway(self, gateway: str, time_ns: int, values: Sequence[float]) -> None:
+        if time_ns <= self.conductor.end_ns:
+            self.conductor.recorders.sample(gateway, time_ns, values)
+
+    def _device_clock_set(self, gateway: str) -> None:
+        self._gateway_event("device clock set", f"gateways.{gateway}: the clock of the device outside was set, or the "
+                            "device started anew; its offset and drift are estimated anew", Level.WARNING)
 
     def _gateway_event(self, kind: str, detail: str, level: Level) -> None:
         assert self.conductor.pace is not None

@@ -68,6 +68,7 @@ class GatewaySpec(msgspec.Struct, frozen=True):
     medium: str
     kind: str
     settings: Any                       # an instance of GATEWAYS[kind].Settings
+    timesync: bool = False              # it asks the device for its clock
 
 
 class ImpairmentSpec(msgspec.Struct, frozen=True):

@@ -33,6 +33,7 @@ from typing import Any, Final, NamedTuple
 from netem.gateways import Gateway
 from netem.gateways.lateness import Lateness
 from netem.gateways.real_time_settings import RealTimeSettings
+from netem.gateways.time_watch import ASK_EVERY_NS, TimeWatch
 from netem.gateways.timer import Timer
 from netem.wire.level import Level
 
@@ -71,6 +72,7 @@ class Pace:
     gateways: Iterable[Gateway] = ()
     event: Callable[[int, str, str, Level], None] = lambda time_ns, kind, detail, level: None
     settings: RealTimeSettings = field(default_factory=RealTimeSettings)
+    watches: Mapping[str, TimeWatch] = field(default_factory=dict)          # by gateway
     lateness: Lateness = field(default_factory=Lateness, init=False)        # of instants
     deliveries: Lateness = field(default_factory=Lateness, init=False)
     overruns: int = field(default=0, init=False)        # sequences of events that are later than the limit
@@ -84,7 +86,7 @@ class Pace:
         self._selector.register(self._timer, selectors.EVENT_READ, None)
         for name, gateway in self._by_name.items():
             self._selector.register(gateway.fileno(), selectors.EVENT_READ, name)
-        self._leaving: list[tuple[int, int, str, bytes]] = []       # a heap by time, then order
+        self._leaving: list[tuple[int, int, str, bytes | None]] = []    # a heap by time, then order; None: to ask
         self._taken = 0
         self._began_ns = time.monotonic_ns()
         self._behind = False
@@ -100,6 +102,8 @@ class Pace:
     def start(self) -> None:
         """Make the present virtual time 0."""
         self._began_ns = time.monotonic_ns()
+        for name in sorted(name for name, watch in self.watches.items() if watch.asks):
+            self._leave_at(ASK_EVERY_NS, name, None)
 
     def now_ns(self) -> int:
         """Return the virtual time that the wall clock has reached, rounded down."""
@@ -111,8 +115,7 @@ class Pace:
 
     def take(self, gateway: str, arrival_ns: int, data: bytes) -> None:
         """Keep a frame that arrives at a gateway at `arrival_ns`, to send it then."""
-        heapq.heappush(self._leaving, (arrival_ns, self._taken, gateway, data))
-        self._taken += 1
+        self._leave_at(arrival_ns, gateway, data)
 
     def delivered(self, due_ns: int) -> None:
         """Note that a node has just answered the grant with a frame that is due at `due_ns`."""
@@ -161,14 +164,36 @@ class Pace:
         for call in calls:
             call()
         speaking = [self._by_name[name] for name in sorted(name for name in found if name in self._by_name)]
-        return [FromOutside(gateway.name, gateway.medium, data)
-                for gateway in speaking for data in gateway.receive(most)], bool(calls)
+        heard = [FromOutside(gateway.name, gateway.medium, data) for gateway in speaking
+                 for data in gateway.receive(most) if self._enters(gateway.name, data)]
+        return heard, bool(calls)
+
+    def _enters(self, gateway: str, data: bytes) -> bool:
+        """Let the watch of the gateway see a message; return whether it goes on to the medium."""
+        watch = self.watches.get(gateway)
+        return watch is None or watch.enters(data, self.now_ns(), self._clock_ns())
+
+    def _clock_ns(self) -> int:
+        """Return the time of the wall clock since the start of the run."""
+        return time.monotonic_ns() - self._began_ns
+
+    def _leave_at(self, time_ns: int, gateway: str, data: bytes | None) -> None:
+        heapq.heappush(self._leaving, (time_ns, self._taken, gateway, data))
+        self._taken += 1
 
     def _send_due(self) -> int:
         """Send the frames that are due; return the present virtual time [ns]."""
         now_ns = self.now_ns()
         while self._leaving and self._leaving[0][0] <= now_ns:
             arrival_ns, _, gateway, data = heapq.heappop(self._leaving)
+            watch = self.watches.get(gateway)
+            if data is None:
+                assert watch is not None
+                self._by_name[gateway].send(watch.ask(self.now_ns(), self._clock_ns()))
+                self._leave_at(max(arrival_ns, now_ns) + ASK_EVERY_NS, gateway, None)
+                continue
+            if watch is not None:
+                watch.leaves(data, arrival_ns, self.now_ns(), self._clock_ns())
             self._by_name[gateway].send(data)
             late_ns = time.monotonic_ns() - self.due_ns(arrival_ns)
             self.deliveries.add(late_ns)

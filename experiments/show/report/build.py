@@ -23,6 +23,7 @@ from experiments.judge.frame_copies import LedgerUnreadable
 from experiments.judge.metrics import evaluate
 from experiments.judge.monitors.judge import VIOLATED
 from experiments.judge.monitors.outcome import Standing
+from experiments.judge.round_trips import round_trips
 from experiments.judge.run_data import RunData, load_run
 from experiments.judge.run_result import Verdict
 from experiments.show.report import series
@@ -98,6 +99,7 @@ def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> s
         notes=[note for note in (no_such_signal(data), *data.summary.get("warnings", ())) if note],
         failure=failure_of(data), reached_ns=data.length_ns,
         windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
+        round_trips=round_trips(data),
         table=series.node_table(data), stay_tables=stay_tables(data, in_modes), event_tables=event_tables(events),
         guarantees=guarantees, moments=broke, kind_names=KIND_NAMES,
         fates_shown=[(fate.value, fate.meaning, *FATES[fate]) for fate in Fate
