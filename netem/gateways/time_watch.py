@@ -37,8 +37,8 @@ class Asker(IntEnum):
 
 # The clock is the device's minus the run's. `due`, `sent` and `came` are virtual time: when the message that left was
 # due, when it left, when the one that entered came; `entered` is the number of its frame on the medium, -1 for none.
-SIGNALS: Final = (("clock_offset", "s"), ("clock_offset_bound", "s"), ("clock_drift", "ppm"),
-                  ("clock_drift_bound", "ppm"), ("asked_by", "1"), ("due", "s"), ("sent", "s"), ("came", "s"),
+SIGNALS: Final = (("device_offset", "s"), ("device_offset_bound", "s"), ("device_drift", "ppm"),
+                  ("device_drift_bound", "ppm"), ("asked_by", "1"), ("due", "s"), ("sent", "s"), ("came", "s"),
                   ("entered", "1"))
 
 
