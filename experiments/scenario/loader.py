@@ -47,6 +47,7 @@ class Header:
     sample_period_ns: Annotated[int, Ge(0)] = 10_000_000      # 0: no samples
     node_timeout_s: Annotated[float, Gt(0)] = 30.0            # wall-clock time, in seconds
     question_signal: str = ""                                 # "node.signal", shown first in the report
+    record: str | tuple[str, ...] = ()                        # recorders with their default settings, as "frames"
 
 
 def load(source: Path, **changes: Any) -> Scenario:
@@ -100,7 +101,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
         (NEVER_NS, 1) if header is None else (header.length_ns, header.sample_period_ns)))
     guarantees = guaranteeing.read(tables["guarantees"])
     recorded = [*agents, *gateways, *derived, *media]
-    records = read_records(tables["records"], reading)
+    records = read_records(() if header is None else header.record, tables["records"], media, reading)
     real_time = reading.tables.read(shape_of(RealTimeSettings), tables["real_time"], ("real_time",), (),
                                     RealTimeSettings).made
     costs = read_costs(tables["costs"], [*agents, *derived, *media], media, derived, reading)
