@@ -44,6 +44,7 @@ from experiments.scenario.own_modules import class_for
 from experiments.scenario.socket_addresses import interfaces_of
 from experiments.scenario.standing_robots import standing_robots
 from experiments.scenario.zenoh_ways import specification as zenoh_of
+from firmware_sim.mavlink.timesync import Timesync
 from firmware_sim.program_settings import build_settings
 from firmware_sim.scenario_view import OwnAgent
 from fmus.build import build_model, model_folder, own_models
@@ -56,7 +57,9 @@ from netem.emulator.conductor import Conductor, Recorders
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
 from netem.gateways.pace import Pace
+from netem.gateways.real_time_process import EMULATOR_PRIORITY, NODE_PRIORITY, in_real_time
 from netem.gateways.table import GATEWAYS
+from netem.gateways.time_watch import SIGNALS, TimeWatch
 from netem.impairments.traced import Trace
 from netem.node.outside_guard import OutsideGuard
 from netem.records.events import Event
@@ -87,14 +90,15 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
         under_way: UnderWay | None = None, replay: Replay | None = None, trace: Trace | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs) and, with `report`, write `report.html`.
 
-    `progress` is called during the run. `real_time` runs at the pace of the wall clock, as gateways require.
+    `progress` is called during the run. `real_time` runs at the pace of the wall clock, as the scenario's
+    table [real_time] says; gateways require it.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
     `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
     what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
     scenario's impairments, and its faults act instead of the scenario's. A `trace` notes what impairments do to each
     copy.
-    Raises NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop or ConservationError
-    after it, with the records written.
+    Raises NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop, Overrun or ConservationError after it,
+    with the records written.
     """
     command_s = time.monotonic()
     if scenario.gateways and not real_time:
@@ -181,8 +185,9 @@ class _Run:
         self.ledger = records.open_ledger(lambda: self.conductor.passed_ns)
         self.guarantees = GuaranteeWatch(scenario, self.feed)
         self.programs = ExitStack()             # threads of blocking programs and what they replaced, inline
+        self.schedules = real_time and scenario.real_time.scheduling == "real_time"
         self.host = _host(host, self.specifications, self.programs, self.folder, scenario.node_timeout_s,
-                          shuffle_start, real_time, under_way, self._waits)
+                          shuffle_start, real_time, NODE_PRIORITY if self.schedules else 0, under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
         self.replayed = None if replay is None else replay.links(self.ledger, self.conductor.deliver)
         self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed, trace)
@@ -192,7 +197,11 @@ class _Run:
             gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event,
                                             longest_bytes=scenario.media[spec.medium].settings.longest_frame_bytes())
                         for spec in scenario.gateways.values()]
-            self.conductor.pace = Pace(gateways, self._wall_clock_event)
+            self.conductor.pace = Pace(gateways, self._wall_clock_event, scenario.real_time, {
+                spec.name: TimeWatch(Timesync(), partial(self._sample_of_gateway, spec.name), spec.timesync,
+                                     partial(self._device_clock_set, spec.name))
+                for spec in scenario.gateways.values()})
+        self.not_allowed: list[str] = []            # of real-time scheduling and locked memory
         self.started_s = self.ended_s = command_s
         self.started_processor_s = self.processor_s = 0.0
         self.kept_s = command_s
@@ -208,6 +217,8 @@ class _Run:
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.feed.declare(name, hellos[name].signals)
+            for name in self.scenario.gateways:
+                self.feed.declare(name, SIGNALS)
             self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
             refuse_unrecorded(self.scenario, self._recorded(hellos))
             self.network.observe(self.feed, self._event_on_medium)
@@ -218,7 +229,10 @@ class _Run:
                                       self._may_kill)
                 self.at_end.callback(injection.close)
             self.started_s, self.started_processor_s = time.monotonic(), time.process_time()
-            self.conductor.run()
+            with ExitStack() as scheduled:
+                if self.schedules:
+                    self.not_allowed = scheduled.enter_context(in_real_time(EMULATOR_PRIORITY))
+                self.conductor.run()
             self.ended_s = time.monotonic()
             self.network.finish(self.conductor.end_ns)
             if self.conductor.ended_by:
@@ -364,25 +378,37 @@ class _Run:
 
     def _warnings(self) -> list[str]:
         of_records = [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
-        return [*standing_robots(self.scenario), *of_records]
+        return [*standing_robots(self.scenario), *self.not_allowed, *of_records]
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
         """Return the units of the signals of each agent and medium."""
         found: dict[str, Sequence[tuple[str, str]]] = {
             name: medium.signals for name, medium in self.network.media.items()}
         found |= {name: hellos[name].signals for name in self.scenario.agents}
+        found |= dict.fromkeys(self.scenario.gateways, SIGNALS)
         return {name: dict(signals) for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str, level: Level) -> None:
         self.feed.event(Event(time_ns, "", kind, detail, level, wall_clock=True))
 
+    def _sample_of_gateway(self, gateway: str, time_ns: int, values: Sequence[float]) -> None:
+        if time_ns <= self.conductor.end_ns:
+            self.conductor.recorders.sample(gateway, time_ns, values)
+
+    def _device_clock_set(self, gateway: str) -> None:
+        self._gateway_event("device clock set", f"gateways.{gateway}: the clock of the device outside was set, or the "
+                            "device started anew; its offset and drift are estimated anew", Level.WARNING)
+
     def _gateway_event(self, kind: str, detail: str, level: Level) -> None:
         assert self.conductor.pace is not None
         self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail, level)
 
-    def _real_time(self) -> dict[str, int] | None:
-        """Return the lateness of a run in real time; None in virtual time."""
-        return None if self.conductor.pace is None else self.conductor.pace.lateness.figures()
+    def _real_time(self) -> Json | None:
+        """Return lateness and pace of a run in real time; None in virtual time."""
+        if self.conductor.pace is None:
+            return None
+        return {**self.conductor.pace.figures(), "scheduling": self.scenario.real_time.scheduling,
+                "not_allowed": self.not_allowed}
 
     def _event_on_medium(self, event: Event) -> None:
         if event.time_ns < self.conductor.end_ns:   # a medium may report events after the end of the run
@@ -454,7 +480,7 @@ def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription],
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], at_end: ExitStack, folder: Path,
-          timeout_s: float, shuffle_start: int | None, real_time: bool, under_way: UnderWay | None,
+          timeout_s: float, shuffle_start: int | None, real_time: bool, priority: int, under_way: UnderWay | None,
           waits: Callable[[Sequence[str], float], None]) -> Host:
     if host == "inline":
         under_way = under_way or UnderWay(shared=False)
@@ -473,7 +499,8 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], at_en
     return ProcessHost([sys.executable, "-P", "-m", "experiments.run.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
-                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, waiting=waits)
+                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, priority=priority,
+                       waiting=waits)
 
 
 def _end_in_words(conductor: Conductor) -> str:
