@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 if TYPE_CHECKING:
     from netem.media.answers import Camera, FloorPlan, SerialFormat, ShownPose
     from netem.media.radio_presets import RadioPreset
+    from netem.topology import WeakArea
 
 
 class Shown(NamedTuple):
@@ -71,6 +72,10 @@ class MediumSettings:
     def floor_plan(self) -> FloorPlan | None:
         """Return the data for a view of the medium from above; None if there is nothing to draw."""
         return None
+
+    def weak_areas(self) -> Sequence[WeakArea]:
+        """Return the areas on the ground that weaken links."""
+        return ()
 
     def radio(self) -> RadioPreset | None:
         """Return the radio that sends and receives the frames; None if the medium is no radio channel."""
