@@ -294,7 +294,7 @@ class _Run:
             self._step(lambda: self.records.write_guarantees(
                 self.guarantees.judge(self.records.copies(), reached_ns, self.conductor.dead_ns)))
         if self.live is not None:
-            self._step(self.live.finish)
+            self._step(partial(self.live.finish, reached_ns))
         for step in self.records.finishing():
             self._step(step)
         self._step(lambda: self.records.write_standing(self._standing(reached_ns)))

@@ -50,11 +50,11 @@ class LiveRun:
             print(f"no page was opened within {PAGE_WITHIN_S:g} s: the run goes as fast as it can until one is",
                   file=sys.stderr)
 
-    def finish(self) -> None:
-        """Leave the run, which is at its end, and show the rest."""
+    def finish(self, reached_ns: int) -> None:
+        """Leave the run, which has come to `reached_ns` and no further, and show the rest."""
         if self._attended is not None:
             self._leave()
-            self._update()
+            self._update(reached_ns)
 
     def _leave(self) -> None:
         if self._attended is not None:
@@ -72,7 +72,7 @@ class LiveRun:
             match message:
                 case Ask():
                     if self._server.takes_more:
-                        self._update()
+                        self._update(self._now_ns())
                 case Watching(pages):
                     if self._steering is not None:
                         self._steering.watched(pages)
@@ -115,14 +115,14 @@ class LiveRun:
         return answer
 
     def _now_ns(self) -> int:
-        return max(self._conductor.passed_ns, self._conductor.reached_ns)
+        conductor, pace = self._conductor, self._conductor.pace
+        now_ns = max(conductor.passed_ns, conductor.reached_ns)
+        return now_ns if pace is None else min(max(now_ns, pace.now_ns()), conductor.end_ns)
 
-    def _update(self) -> None:
+    def _update(self, now_ns: int) -> None:
         assert self._ledger is not None
         self._ledger.keep()
-        now_ns, steering, pace = self._now_ns(), self._steering, self._conductor.pace
-        if pace is not None:
-            now_ns = min(max(now_ns, pace.now_ns()), self._conductor.end_ns)
+        steering, pace = self._steering, self._conductor.pace
         new, changed = self._tally.links()
         self._server.send(Update(
             now_ns, self._speed(now_ns), steering is not None and steering.paused,

@@ -21,6 +21,8 @@ def scene_of(scenario: Scenario, site: Site, folder: str, *, real_time: bool) ->
         "name": scenario.name, "question": scenario.question, "seed": scenario.seed, "folder": folder,
         "end_ns": scenario.length_ns, "real_time": real_time, "palette": for_page(),
         "fates": {fate.value: fate.meaning for fate in FATES},
+        "arrived": [fate.value for fate in FATES if fate.arrived],
+        "unseen": [fate.value for fate in FATES if fate.unseen],
         "nodes": [{"name": name, "program": agent.program, "at": None if agent.at_m is None else [*agent.at_m][:2]}
                   for name, agent in scenario.agents.items()],
         "media": {name: medium.kind for name, medium in scenario.media.items()},

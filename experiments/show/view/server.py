@@ -4,13 +4,14 @@ It listens on 127.0.0.1 only. A page gets the scene, one update with all that ha
 Commands of one page are carried out one after another. A page whose updates pile up is dropped; it connects again by
 itself and gets all anew.
 
-The process ends when the run says its end or closes the pair of sockets, and is killed if the run is.
+The process ends when the run says its end, closes the pair of sockets, or ends in any other way.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
+import os
 import signal
 import socket
 import sys
@@ -253,7 +254,7 @@ def _response(status: HTTPStatus, body: bytes, kind: str = "text/plain") -> Resp
 def _why_not(error: Exception, port: int) -> str:
     if isinstance(error, ImportError):
         return "--foxglove: needs the package foxglove-sdk: pip install 'marconet[foxglove]'"
-    why = error.strerror if isinstance(error, OSError) else str(error)
+    why = os.strerror(error.errno).lower() if isinstance(error, OSError) and error.errno else str(error)
     return f"--view {port}: cannot listen at 127.0.0.1:{port}: {why}: name another port, or none for any free one"
 
 
@@ -269,8 +270,8 @@ async def _connected(run: socket.socket) -> AsyncIterator[tuple[asyncio.StreamRe
 
 async def _main(run: socket.socket) -> None:
     async with _connected(run) as (reader, writer):
-        line = await reader.readline()
-        if line:
+        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, reader.feed_eof)     # the run is gone
+        if line := await reader.readline():
             start = to_server.decode(line)
             assert isinstance(start, Start)
             await ViewServer(reader, writer, start).run()

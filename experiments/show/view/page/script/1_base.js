@@ -4,7 +4,6 @@ const RUN = {scene: null, now_ns: 0, links: [], counts: [], at: {}, away: {}, ev
              lateness: null, ended: null, chosen: null, told: 0};
 const MOST_EVENTS = 200, MOST_LINKS_IN_TABLE = 30;
 const LEVELS = {1: "debug", 2: "info", 3: "warning", 4: "error", 5: "fatal"};
-const ARRIVED = new Set(["delivered", "delivered corrupt"]);
 
 const byId = (id) => document.getElementById(id);
 const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
@@ -30,7 +29,10 @@ function span(ns) {
 }
 
 const sum = (values) => Object.values(values).reduce((total, value) => total + value, 0);
-const arrivedOf = (fates) => Object.entries(fates).reduce((total, [fate, copies]) => total + (ARRIVED.has(fate) ? copies : 0), 0);
+const arrived = (fate) => RUN.scene.arrived.includes(fate), unseen = (fate) => RUN.scene.unseen.includes(fate);
+// Of the copies that were to arrive: looks at which there was nothing to be seen are none of them.
+const arrivedOf = (fates) => sum(Object.fromEntries(Object.entries(fates).filter(([fate]) => arrived(fate))));
+const meantOf = (fates) => sum(Object.fromEntries(Object.entries(fates).filter(([fate]) => !unseen(fate))));
 const ageOf = (count) => count.newest_ns < 0 ? -1 : Math.max(0, RUN.now_ns - count.newest_ns);
 
 // A canvas of this size in CSS pixels, sharp on every screen, cleared.

@@ -11,12 +11,12 @@ function noteOnMap(changed, at, before, first) {
       let worst = null, most = 0;
       Object.entries(count.fates).forEach(([fate, copies]) => {
         const more = copies - (old[fate] || 0);
-        if (more <= 0) return;
-        if (ARRIVED.has(fate)) MAP.lit.set(`${sender} ${receiver} +`, {sender, receiver, fate, at: now});
+        if (more <= 0 || unseen(fate)) return;
+        MAP.spoke.set(sender, now);
+        if (arrived(fate)) MAP.lit.set(`${sender} ${receiver} +`, {sender, receiver, fate, at: now});
         else if (more > most) [worst, most] = [fate, more];
       });
       if (worst) MAP.lit.set(`${sender} ${receiver} -`, {sender, receiver, fate: worst, at: now});
-      MAP.spoke.set(sender, now);
     });
   }
   Object.entries(at).forEach(([node, [x, y]]) => {
@@ -75,7 +75,7 @@ function placeNodes(width, height) {
     const at = positionOf(node);
     if (!at) return stray.push(node);
     const [x, y] = pixel(at[0], at[1]);
-    if (x < 0 || x > width || y < 0 || y > height) outside += 1;
+    if (RUN.scene.ground && (at[0] < box.west || at[0] > box.east || at[1] < box.south || at[1] > box.north)) outside += 1;
     else placed.set(node.name, {x, y, heading: at[2], index});
   });
   const indexOf = (node) => nodes.indexOf(node);
@@ -159,8 +159,8 @@ function drawLit(pen, view, now) {
     const dx = to.x - from.x, dy = to.y - from.y, far = Math.hypot(dx, dy);
     pen.strokeStyle = pen.fillStyle = fateColour(lit.fate);
     pen.globalAlpha = left * Math.max(0.16, many * 0.85);
-    pen.lineWidth = ARRIVED.has(lit.fate) ? 1.8 : 1.4;
-    pen.setLineDash(ARRIVED.has(lit.fate) ? [] : [6, 4]);
+    pen.lineWidth = arrived(lit.fate) ? 1.8 : 1.4;
+    pen.setLineDash(arrived(lit.fate) ? [] : [6, 4]);
     if (far < 14) {
       pen.beginPath();
       pen.arc(from.x, from.y - 14, 7, 0, 2 * Math.PI);
@@ -303,7 +303,7 @@ function drawMap() {
   const notes = [];
   if (!MAP.box) notes.push("No node has a position: they stand in a circle.");
   else if (view.stray) notes.push(`In a row below: ${view.stray} without a position.`);
-  if (view.outside) notes.push(`${view.outside} outside the picture.`);
+  if (view.outside) notes.push(`${view.outside} outside the area, not drawn.`);
   notes.push("A link lights up when copies end on it: whole if they arrived, dashed if not, in the colour of the fate.");
   byId("map-note").textContent = notes.join(" ");
   if (MAP.lit.size || MAP.spoke.size) drawMapSoon();

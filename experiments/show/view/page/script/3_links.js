@@ -74,7 +74,8 @@ function drawLinkTable(shown) {
     }
     const cells = [...row.cells].slice(several ? 2 : 1), total = sum(count.fates), bar = cells[2].firstChild;
     cells[0].textContent = total.toLocaleString("en");
-    cells[1].textContent = total ? `${(100 * arrivedOf(count.fates) / total).toFixed(1)} %` : "";
+    const meant = meantOf(count.fates);
+    cells[1].textContent = meant ? `${(100 * arrivedOf(count.fates) / meant).toFixed(1)} %` : "–";
     cells[3].textContent = span(ageOf(count));
     const parts = age ? [[Math.max(0, ageOf(count)) / oldest, pick(RUN.scene.palette.middle), span(ageOf(count))]]
       : Object.keys(RUN.scene.fates).filter((fate) => count.fates[fate])
@@ -135,9 +136,9 @@ function drawMatrix(shown) {
   pen.textAlign = "left";
   LINKS.cells = [];
   cells.forEach((cell) => {
-    const total = sum(cell.fates), x = side + receivers.indexOf(cell.receiver) * size, y = side + senders.indexOf(cell.sender) * size;
+    const total = meantOf(cell.fates), x = side + receivers.indexOf(cell.receiver) * size, y = side + senders.indexOf(cell.sender) * size;
     pen.fillStyle = age ? cell.newest_ns < 0 ? css("--line") : mix(low, high, Math.min(1, Math.log1p(ageOf(cell) / 1e6) / oldest))
-      : mix(bad, good, total ? arrivedOf(cell.fates) / total : 0);
+      : total ? mix(bad, good, arrivedOf(cell.fates) / total) : css("--line");
     pen.fillRect(x, y, size - 1, size - 1);
     LINKS.cells.push({x, y, size, cell});
   });
