@@ -62,7 +62,7 @@ class LiveRun:
             self._attended = None
 
     def _hear(self) -> None:
-        messages = self._server.receive()
+        messages, asked = self._server.receive(), False
         if messages is None:
             self._leave()
             if self._steering is not None:
@@ -71,8 +71,7 @@ class LiveRun:
         for message in messages:
             match message:
                 case Ask():
-                    if self._server.takes_more:
-                        self._update(self._now_ns())
+                    asked = True
                 case Watching(pages):
                     if self._steering is not None:
                         self._steering.watched(pages)
@@ -80,6 +79,8 @@ class LiveRun:
                     self._server.send(self._do(message))
                 case _:
                     pass
+        if asked and self._server.takes_more:
+            self._update(self._now_ns())
 
     def _do(self, command: Command) -> Answer:
         answer = Answer(command.client, command.request)

@@ -118,10 +118,9 @@ class ServerProcess:
 
     def close(self, within_s: float = ENDS_WITHIN_S) -> None:
         """Let the server pass on what it has, then end it."""
-        if within_s:
+        with suppress(OSError):
             self.socket.settimeout(within_s)
-            with suppress(OSError):
-                self.socket.sendall(self._unsent)
+            self.socket.sendall(self._unsent)
         self.socket.close()
         try:
             self._process.wait(within_s)

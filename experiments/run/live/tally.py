@@ -6,15 +6,15 @@ once for each update. What it holds does not grow with the length of the run.
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from operator import itemgetter
 from typing import Any, Final
 
 from experiments.scenario.model import Scenario
 from experiments.show.positions import places
+from experiments.show.view.latest_events import LatestEvents
 from experiments.show.view.messages import LinkCounts, TimedEvent
-from experiments.show.view.standing import MOST_EVENTS
 from netem.core.fate import Fate
 from netem.records import Feed
 from netem.records.events import Event
@@ -45,7 +45,7 @@ class Tally:
         self._counts: list[LinkCounts] = []
         self._told_links = 0
         self._changed: dict[int, None] = {}
-        self._events: deque[TimedEvent] = deque(maxlen=MOST_EVENTS)
+        self._events = LatestEvents()
         feed.copies.append(self._add_copies)
         feed.declared.append(self._declare)
         feed.samples.append(self._add_sample)
@@ -61,7 +61,7 @@ class Tally:
 
     def _add_event(self, event: Event) -> None:
         self.events_total += 1
-        self._events.append((event.time_ns, event.node, event.kind, event.detail, int(event.level)))
+        self._events.add((event.time_ns, event.node, event.kind, event.detail, int(event.level)))
 
     def _declare(self, node: str, signals: Sequence[tuple[str, str]]) -> None:
         names = [name for name, _ in signals]
@@ -112,7 +112,5 @@ class Tally:
                 if node in self._names}
 
     def events(self) -> list[TimedEvent]:
-        """Return the latest events since the last call."""
-        events = list(self._events)
-        self._events.clear()
-        return events
+        """Return the latest events of each kind since the last call."""
+        return self._events.take()

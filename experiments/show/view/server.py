@@ -52,6 +52,7 @@ if TYPE_CHECKING:
 
 ADDRESS: Final = "127.0.0.1"
 ASK_EVERY_S: Final = 0.1
+ASK_AGAIN_S: Final = 0.2
 MOST_PAGES: Final = 16
 MOST_UPDATES_WAITING: Final = 30            # of one page, beside what the system buffers; then it is dropped
 LONGEST_COMMAND: Final = 65536              # bytes
@@ -198,7 +199,10 @@ class ViewServer:
             self._tell_pages(line_of(End("The run was broken off: its process has ended.", False, [], "")))
 
     async def _ask(self) -> None:
-        """Ask for an update every ASK_EVERY_S, or as soon as the last one has come if that takes longer."""
+        """Ask for an update every ASK_EVERY_S, and at once if the last one took longer.
+
+        One that does not come is asked for again, as the run sends the rest of a long one when it is asked.
+        """
         await self._scene.wait()
         while True:
             if not self._watching():
@@ -207,7 +211,9 @@ class ViewServer:
             asked_s = time.monotonic()
             self._updated.clear()
             self._tell_run(Ask())
-            await self._updated.wait()
+            with suppress(TimeoutError):
+                async with asyncio.timeout(ASK_AGAIN_S):
+                    await self._updated.wait()
             await asyncio.sleep(max(0.0, asked_s + ASK_EVERY_S - time.monotonic()))
 
     async def _count_pages(self) -> None:

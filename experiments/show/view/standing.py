@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections import deque
-from typing import Any, Final
+from typing import Any
 
 import msgspec
 
-from experiments.show.view.messages import LinkCounts, TimedEvent, Update
-
-MOST_EVENTS: Final = 300            # shown in a page
+from experiments.show.view.latest_events import LatestEvents
+from experiments.show.view.messages import LinkCounts, Update
 
 
 class Standing:
@@ -18,18 +16,19 @@ class Standing:
         self._links: list[tuple[str, str, str]] = []
         self._counts: dict[int, LinkCounts] = {}
         self._at: dict[str, Any] = {}
-        self._events: deque[TimedEvent] = deque(maxlen=MOST_EVENTS)
+        self._events = LatestEvents()
 
     def add(self, update: Update) -> None:
         self.last = update
         self._links.extend(update.links)
         self._counts.update((counts[0], counts) for counts in update.changed)
         self._at.update(update.at)
-        self._events.extend(update.events)
+        for event in update.events:
+            self._events.add(event)
 
     def whole(self) -> Update | None:
         """Return one update with all of them; None before the first."""
         if self.last is None:
             return None
         return msgspec.structs.replace(self.last, links=self._links, changed=list(self._counts.values()), at=self._at,
-                                       events=list(self._events), samples={})
+                                       events=self._events.all(), samples={})

@@ -84,7 +84,7 @@ def test_virtual_time_stands_still_in_a_pause_and_goes_at_the_speed_that_was_cho
     assert len(still) > 3
     assert len({update["now_ns"] for update in still}) == 1
     # 15 updates at 0.1 s or more apart: a virtual time of 0.75 s; a busy machine makes it slower, never faster
-    assert 0 < slow[-1]["now_ns"] - slow[0]["now_ns"]
+    assert slow[-1]["now_ns"] > slow[0]["now_ns"]
     assert all(update["speed"] < 0.5 * 1.5 for update in slow[8:])
     assert fast[-1]["now_ns"] - fast[0]["now_ns"] > 3 * (slow[-1]["now_ns"] - slow[0]["now_ns"])
 
@@ -123,8 +123,8 @@ def test_faults_from_a_page_repeat_the_run(tmp_path: Path, host: str) -> None:
 def test_marconet_fault_reaches_a_run_with_a_view(tmp_path: Path) -> None:
     with viewed(scenario_in(tmp_path, 500.0), tmp_path / "run") as shown, client_of(shown) as client:
         client.ask("pause")
-        said = subprocess.run([*MARCONET, "fault", str(tmp_path / "run"), "kill", "on=a"], capture_output=True, text=True,
-                              timeout=WITHIN_S, check=False)
+        said = subprocess.run([*MARCONET, "fault", str(tmp_path / "run"), "kill", "on=a"], capture_output=True,
+                              text=True, timeout=WITHIN_S, check=False)
         client.ask("go")
         event = client.until("update", lambda update: any(kind == "fault" for _, _, kind, _, _ in update["events"]))
 
@@ -231,14 +231,14 @@ def test_garbage_from_a_page_is_answered_and_the_run_goes_on(tmp_path: Path) -> 
             assert answer["error"].startswith("expected a command as JSON"), garbage
         with connect(shown.live) as flooding:
             flooding.send("x" * 100_000)
-            with pytest.raises(ConnectionClosed):
-                while True:
-                    flooding.recv(timeout=WITHIN_S)
+            with pytest.raises(ConnectionClosed, match="1009"):
+                list(flooding)
         assert client.until("end")["holds"]
 
 
 def test_a_run_that_is_killed_is_told_to_pages_and_leaves_no_process(tmp_path: Path) -> None:
-    with viewed(scenario_in(tmp_path, 500.0), tmp_path / "run", "--host", "inline") as shown, client_of(shown) as client:
+    scenario = scenario_in(tmp_path, 500.0)
+    with viewed(scenario, tmp_path / "run", "--host", "inline") as shown, client_of(shown) as client:
         server, = [pid for pid in descendants(shown.process.pid) if b"view.server" in command_of(pid)]
         parent, = children(shown.process.pid) or [0]
         for pid in (parent, shown.process.pid):
@@ -314,4 +314,5 @@ def test_a_view_without_a_port_does_not_take_the_scenario_for_one() -> None:
 
     context: Any = command.make_context("run", ["--view", "output_sync", "--foxglove", "8765"])
 
-    assert (context.params["view"], context.params["foxglove"], context.params["sources"]) == (0, 8765, ("output_sync",))
+    given = context.params
+    assert (given["view"], given["foxglove"], given["sources"]) == (0, 8765, ("output_sync",))

@@ -82,7 +82,8 @@ class Client:
     def ask(self, what: str, **more: Any) -> Json:
         """Give a command and return its answer."""
         self.requests += 1
-        self.connection.send(json.dumps({"type": "command", "client": 0, "request": self.requests, "what": what, **more}))
+        self.connection.send(json.dumps({"type": "command", "client": 0, "request": self.requests, "what": what,
+                                         **more}))
         return self.until("answer", lambda answer: answer["request"] == self.requests)
 
     def fault(self, kind: str, **keys: str) -> Json:

@@ -2,7 +2,7 @@
 // What the run has told so far. Times are virtual, in nanoseconds; positions in metres.
 const RUN = {scene: null, now_ns: 0, links: [], counts: [], at: {}, away: {}, events: [], eventsTotal: 0, paused: false, wanted: null, speed: 0,
              lateness: null, ended: null, chosen: null, told: 0};
-const MOST_EVENTS = 200, MOST_LINKS_IN_TABLE = 30;
+const MOST_OF_A_KIND = 30, MOST_LINKS_IN_TABLE = 30;
 const LEVELS = {1: "debug", 2: "info", 3: "warning", 4: "error", 5: "fatal"};
 
 const byId = (id) => document.getElementById(id);

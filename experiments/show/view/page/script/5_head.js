@@ -26,15 +26,21 @@ function whatOf(kind, detail) {
   return cell;
 }
 
+// A frequent kind does not push a rare one out.
+const rowsOfKind = new Map();
+
 function addEvents(events) {
   const body = byId("events").tBodies[0];
   events.forEach(([time_ns, node, kind, detail, level]) => {
     const row = element("tr", "", LEVELS[level] || "");
     row.append(element("td", seconds(time_ns), "n"), element("td", node, "name"), whatOf(kind, detail));
     body.prepend(row);
+    const same = rowsOfKind.get(kind) || rowsOfKind.set(kind, []).get(kind);
+    same.push(row);
+    if (same.length > MOST_OF_A_KIND) same.shift().remove();
   });
-  while (body.rows.length > MOST_EVENTS) body.lastElementChild.remove();
-  byId("event-count").textContent = RUN.eventsTotal > MOST_EVENTS ? `the last ${MOST_EVENTS} of ${RUN.eventsTotal.toLocaleString("en")}` : RUN.eventsTotal || "none yet";
+  const shown = body.rows.length, total = RUN.eventsTotal;
+  byId("event-count").textContent = total > shown ? `${shown} of ${total.toLocaleString("en")}: the latest of each kind` : total || "none yet";
 }
 
 function drawLateness() {

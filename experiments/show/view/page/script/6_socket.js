@@ -18,6 +18,7 @@ function take(message) {
       Object.assign(RUN, {links: [], counts: [], at: {}, away: {}, now_ns: 0, ended: null});
       first = true;
       byId("events").tBodies[0].replaceChildren();
+      rowsOfKind.clear();
       byId("name").textContent = document.title = RUN.scene.name;
       document.title = `${RUN.scene.name}: live view`;
       byId("question").textContent = byId("question").title = RUN.scene.question;
