@@ -68,7 +68,7 @@ class Batch:
 
     def run(self, sources: Sequence[str], seed: int | None, duration_s: float | None, overrides: Sequence[str],
             out: Path | None, *, fates_of: Path | None = None, match: Literal["number", "instant"] = "number",
-            **options: Any) -> int:
+            view: ViewPorts | None = None, **options: Any) -> int:
         names = _folder_names(sources)
 
         def one(source: str) -> ScenarioOutcome:
@@ -77,7 +77,7 @@ class Batch:
                 replay = _replay(source, scenario, fates_of, match)
                 folder = run_folder(scenario, out / names[source] if out and len(sources) > 1 else out)
             with errors_as_text(self.verbose, kept=folder):
-                return self._run(source, scenario, folder, len(sources) == 1, {**options, "replay": replay})
+                return self._run(source, scenario, folder, len(sources) == 1, view, {**options, "replay": replay})
 
         return self._each(sources, "run", one)
 
@@ -130,7 +130,7 @@ class Batch:
         self.child = child
         return self._in_turn(sources, one, lambda outcome: child.became(msgspec.msgpack.encode(outcome)))
 
-    def _run(self, source: str, scenario: Scenario, folder: Path, in_full: bool,
+    def _run(self, source: str, scenario: Scenario, folder: Path, in_full: bool, ports: ViewPorts | None,
              options: dict[str, Any]) -> ScenarioOutcome:
         from experiments.run import runner
         from experiments.show.live_view import live_view
@@ -139,9 +139,9 @@ class Batch:
         if self.child is not None:
             self.child.begins(folder, list(scenario.agents), scenario.node_timeout_s)
             options = options | {"under_way": self.child.under_way}
-        with shown_in(options["view"]) as view:
+        with shown_in(ports) as view:
             with live_view(self.console, scenario.name, scenario.length_ns * 1e-9) as progress:
-                result = runner.run(scenario, out=folder, progress=progress, **options | {"view": view})
+                result = runner.run(scenario, out=folder, progress=progress, view=view, **options)
             if view is not None:
                 view.end(result.summary.holds, what_does_not_hold(result.summary), result.folder)
         if in_full:
