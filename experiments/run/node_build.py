@@ -22,6 +22,7 @@ from firmware_sim.local_clock import LocalClock
 from firmware_sim.processor import Processor
 from firmware_sim.program_settings import construct_program
 from firmware_sim.recorded_outputs import record_outputs
+from firmware_sim.zenoh_programs.specification import ZenohSpecification
 from fmus.call_record import CallRecord
 from fmus.description import PlantDescription
 from fmus.input_faults import Change
@@ -69,6 +70,7 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     can_buses: tuple[str, ...] = ()     # media that python-can opens
     shown: tuple[Shown, ...] = ()       # media that read outputs of its plant
     mortal: bool = False                # a fault may kill it
+    zenoh: ZenohSpecification | None = None     # for its program's Zenoh, None for a board's program
 
 
 class State(msgspec.Struct):
@@ -195,6 +197,10 @@ def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:
         from firmware_sim.can_interface.other_interfaces import only_our_interface
 
         at_end.enter_context(only_our_interface(specification.name, specification.can_buses))
+    if specification.zenoh is not None and guarded():
+        from firmware_sim.zenoh_programs.replaced import zenoh_in_virtual_time
+
+        at_end.enter_context(zenoh_in_virtual_time(specification.zenoh))
     return class_for(specification.program, Path(specification.folder))
 
 

@@ -42,6 +42,7 @@ from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
 from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.own_modules import class_for
 from experiments.scenario.standing_robots import standing_robots
+from experiments.scenario.zenoh_ways import specification as zenoh_of
 from firmware_sim.program_settings import build_settings
 from firmware_sim.scenario_view import OwnAgent
 from fmus.build import build_model, model_folder, own_models
@@ -75,6 +76,7 @@ if TYPE_CHECKING:
     from experiments.run.live.steering import Steering
 
 HostName = Literal["process", "inline"]
+FOR_ZENOH = "firmware_sim.zenoh_programs.replaced"      # imported once instead of in every node
 OWN_PROGRAMS = ("agents.", "firmware_sim.")         # packages whose modules only define names when imported
 KEEP_EVERY_S = 0.7          # largest age of the records on the disk; the conductor may be 0.1 s late
 # The records hold up to 231 000 objects in memory, rows of a chunk of the ledger and buffered samples, and none of them
@@ -196,7 +198,8 @@ class _Run:
         self.live = None if view is None else self._watched_in(view)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         if real_time:
-            gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event)
+            gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event,
+                                            longest_bytes=scenario.media[spec.medium].settings.longest_frame_bytes())
                         for spec in scenario.gateways.values()]
             self.conductor.pace = Pace(gateways, self._wall_clock_event)
         self.started_s = self.ended_s = command_s
@@ -452,7 +455,8 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock,
                                     _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
                                     folder, agent.program in blocking, _own_frames(scenario, agent),
-                                    _can_buses(scenario, agent), _shown(scenario, agent), agent.name in mortal)
+                                    _can_buses(scenario, agent), _shown(scenario, agent), agent.name in mortal,
+                                    zenoh_of(scenario, agent) if agent.program in blocking else None)
             for name, agent in scenario.agents.items()}
 
 
@@ -494,6 +498,8 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folde
         random.Random(shuffle_start).shuffle(order)
     # -P: modules are imported from the installation or the scenario's folder, not from the current folder
     programs = sorted({specification.program.partition(":")[0] for specification in specifications.values()})
+    if any(specification.zenoh is not None and specification.zenoh.media for specification in specifications.values()):
+        programs.append(FOR_ZENOH)
     return ProcessHost([sys.executable, "-P", "-m", "experiments.run.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},

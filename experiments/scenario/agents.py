@@ -14,6 +14,7 @@ from experiments.scenario.program import check_program
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
 from experiments.scenario.units import siblings, spellings
+from experiments.scenario.zenoh_ways import ways
 from firmware_sim.clock_settings import ClockSettings
 
 
@@ -34,6 +35,7 @@ class AgentTable:
     plant: PlantTable | None = None
     at_m: tuple[float, ...] | None = None
     media: tuple[str, ...] | None = None
+    zenoh: str | dict[str, str] | None = None       # medium, or key expression -> medium
 
 
 class Agents:
@@ -71,7 +73,8 @@ class Agents:
                 attached = media
         if found.at_m is not None and len(found.at_m) not in (2, 3):
             self.problems.add((*place, "at_m"), "expected [x, y] or [x, y, z]", list(found.at_m))
-        return AgentSpec(name, found.program, parameters, found.clock, plant, found.at_m, tuple(attached))
+        return AgentSpec(name, found.program, parameters, found.clock, plant, found.at_m, tuple(attached),
+                         ways(found.zenoh))
 
     def _plant(self, table: PlantTable, written: Mapping[str, Any], place: Place) -> PlantSpec | None:
         try:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.scenario.model import GatewaySpec
+from experiments.scenario.model import GatewaySpec, MediumSpec
 from experiments.scenario.problems import near
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
@@ -41,4 +41,26 @@ def read_gateways(tables: Mapping[str, Any], agents: Collection[str], media: Col
         settings = reading.tables.read(shape_of(cls), own, place, common, cls).made
         if table is not None and settings is not None:
             found[name] = GatewaySpec(name, table.medium, kind, settings)
+    _check_addresses(found, reading)
     return found
+
+
+def _check_addresses(gateways: Mapping[str, GatewaySpec], reading: Reading) -> None:
+    """Refuse two gateways that would need the same address or device."""
+    first: dict[str, str] = {}
+    for name, spec in gateways.items():
+        for address in spec.settings.occupies():
+            other = first.setdefault(address, name)
+            if other != name:
+                reading.problems.add(("gateways", name), f"has {address}, which gateways.{other} has already; give "
+                                     "each one of its own, or let the clients share one gateway")
+
+
+def check_media(gateways: Mapping[str, GatewaySpec], media: Mapping[str, MediumSpec], reading: Reading) -> None:
+    """Refuse gateways that cannot be on their medium."""
+    for name, spec in gateways.items():
+        settings = media[spec.medium].settings if spec.medium in media else None
+        if settings is not None:
+            why = spec.settings.refusal(carries_can_frames=settings.carries_can_frames)
+            if why:
+                reading.problems.add(("gateways", name, "medium"), why, spec.medium)

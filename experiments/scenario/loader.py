@@ -23,7 +23,7 @@ from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
 from experiments.scenario.faults import read_faults
-from experiments.scenario.gateways import read_gateways
+from experiments.scenario.gateways import check_media, read_gateways
 from experiments.scenario.ground import ground_of
 from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
@@ -33,6 +33,7 @@ from experiments.scenario.question_signal import check_question_signal
 from experiments.scenario.records import read_records
 from experiments.scenario.sections import SECTIONS, Reading
 from experiments.scenario.shape import shape_of
+from experiments.scenario.zenoh_ways import check_ways
 from firmware_sim.scenario_view import OwnAgent
 from netem.wire.instants import NEVER_NS
 
@@ -46,6 +47,7 @@ class Header:
     sample_period_ns: Annotated[int, Ge(0)] = 10_000_000      # 0: no samples
     node_timeout_s: Annotated[float, Gt(0)] = 30.0            # wall-clock time, in seconds
     question_signal: str = ""                                 # "node.signal", shown first in the report
+    record: str | tuple[str, ...] = ()                        # recorders with their default settings, as "frames"
 
 
 def load(source: Path, **changes: Any) -> Scenario:
@@ -88,6 +90,8 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
               for name, table in tables["agents"].items()}
     gateways = read_gateways(tables["gateways"], agents, on_media, reading)
     media = {name: network.medium(name, table, agents, gateways) for name, table in tables["media"].items()}
+    check_ways(agents, media, problems)
+    check_media(gateways, media, reading)
     network.check_names(table.get("name") if isinstance(table, dict) else None for table in tables["impairments"])
     impairments = tuple(network.impairment(table, ("impairments", index), media)
                         for index, table in enumerate(tables["impairments"]))
@@ -99,7 +103,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
         (NEVER_NS, 1) if header is None else (header.length_ns, header.sample_period_ns)))
     guarantees = guaranteeing.read(tables["guarantees"])
     recorded = [*agents, *gateways, *derived, *media]
-    records = read_records(tables["records"], reading)
+    records = read_records(() if header is None else header.record, tables["records"], media, reading)
     costs = read_costs(tables["costs"], [*agents, *derived, *media], media, derived, reading)
     expect = read_expect(tables["expect"], recorded, media, guarantees, guaranteeing.known(costs), reading)
     if header is not None:

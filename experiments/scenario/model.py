@@ -45,6 +45,7 @@ class AgentSpec(msgspec.Struct, frozen=True):
     plant: PlantSpec | None
     at_m: tuple[float, ...] | None
     media: tuple[str, ...]
+    zenoh: tuple[tuple[str, str], ...] = ()     # (key expression, medium); (): the only medium that can carry Zenoh
 
 
 def positions(nodes: Iterable[str], agents: Mapping[str, AgentSpec]) -> dict[str, tuple[float, ...] | None]:

@@ -3,10 +3,10 @@
     virtual time t  <->  wall clock at the start + t     absolute instants, so lateness does not accumulate
 
 The emulator calls `wait` for its next instant. The wait ends at the instant, or earlier when a message arrives from
-outside. The wait for an overdue instant ends at once and takes at most MOST_WHEN_OVERDUE messages from each gateway,
-so that neither a flood of messages stops virtual time nor a run that is always late ignores its gateways. A frame to a
-gateway is sent when the wall clock reaches its arrival. Lateness is the time from an instant to the end of the wait for
-it.
+outside. A gateway receives when its descriptor can be read, and at the instant that its `due_ns` names. The wait for an
+overdue instant ends at once and takes at most MOST_WHEN_OVERDUE messages from each gateway, so that neither a flood of
+messages stops virtual time nor a run that is always late ignores its gateways. A frame to a gateway is sent when the
+wall clock reaches its arrival. Lateness is the time from an instant to the end of the wait for it.
 
 Invariants:
 - a message from outside gets a virtual time at or after that of the wall clock;
@@ -24,6 +24,7 @@ from typing import Any, Final, NamedTuple
 
 from netem.gateways import Gateway
 from netem.gateways.lateness import OVERRUN_NS, Lateness
+from netem.wire.instants import NEVER_NS
 from netem.wire.level import Level
 
 MOST_AT_ONCE: Final = 100           # messages that one wait takes from one gateway
@@ -87,13 +88,12 @@ class Pace:
         while True:
             now_ns = self._send_due()
             until_ns = min(next_ns, self._leaving[0][0]) if self._leaving else next_ns
+            until_ns = min(until_ns, self._gateways_due_ns())
             overdue = now_ns >= next_ns
             ready = self._selector.select(max(0, until_ns - now_ns) * 1e-9)
             attended = self._attended > 0 and self._call_attended(ready)
-            heard = [FromOutside(key.data.name, key.data.medium, data)
-                     for key, _ in sorted(self._of_gateways(ready) if self._attended else ready,
-                                          key=lambda found: str(found[0].data.name))
-                     for data in key.data.receive(MOST_WHEN_OVERDUE if overdue else MOST_AT_ONCE)]
+            heard = [FromOutside(gateway.name, gateway.medium, data) for gateway in self._receiving(ready)
+                     for data in gateway.receive(MOST_WHEN_OVERDUE if overdue else MOST_AT_ONCE)]
             reached = not attended and self.now_ns() >= next_ns
             if reached:
                 self._note(next_ns, self._send_due() - next_ns)
@@ -109,8 +109,16 @@ class Pace:
         for gateway in self._by_name.values():
             gateway.close()
 
-    def _of_gateways(self, ready: list[tuple[selectors.SelectorKey, int]]) -> list[tuple[selectors.SelectorKey, int]]:
-        return [found for found in ready if found[0].data in self._by_name.values()]
+    def _gateways_due_ns(self) -> int:
+        """Return the virtual time at which the first gateway receives though its descriptor is silent."""
+        return min((gateway.due_ns() for gateway in self._by_name.values()), default=NEVER_NS) - self._began_ns
+
+    def _receiving(self, ready: list[tuple[selectors.SelectorKey, int]]) -> list[Gateway]:
+        """Return the gateways whose descriptors can be read or that are due, by name."""
+        readable = [key.data for key, _ in ready]
+        now_ns = time.monotonic_ns()
+        return [gateway for _, gateway in sorted(self._by_name.items())
+                if gateway in readable or gateway.due_ns() <= now_ns]
 
     def _call_attended(self, ready: list[tuple[selectors.SelectorKey, int]]) -> bool:
         """Make the calls for files that can be read; return whether there were any."""

@@ -16,7 +16,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 if TYPE_CHECKING:
-    from netem.media.answers import Camera, FloorPlan, SerialFormat, ShownPose
+    from netem.media.answers import Camera, DatagramFormat, FloorPlan, SerialFormat, ShownPose
     from netem.media.radio_presets import RadioPreset
     from netem.topology import WeakArea
 
@@ -33,9 +33,15 @@ class MediumSettings:
     """Questions that the settings of every kind of medium answer before the run, with defaults."""
 
     strikable: ClassVar[frozenset[str]] = frozenset({"links"})      # parts that faults strike: Fault.strikes
+    link_type: ClassVar[int] = 151                  # of its frames in captures: USER4, by the list of tcpdump.org
     carries_can_frames: ClassVar[bool] = False      # True: a program opens its port with python-can
     shows_bodies: ClassVar[bool] = False            # True: a copy is a sight of its sender, who sent nothing
     poses_key: ClassVar[Sequence[str]] = ("bodies",)    # where a scenario names what `poses` returns
+
+    @staticmethod
+    def captured(data: bytes) -> bytes:
+        """Return the bytes of a frame as captures of `link_type` hold them; of b"", those of an error frame."""
+        return data
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
         """Return tables of bounds and load, computed before the run, for the medium `medium` between `nodes`."""
@@ -73,12 +79,20 @@ class MediumSettings:
         """Return the data for a view of the medium from above; None if there is nothing to draw."""
         return None
 
+    def longest_frame_bytes(self) -> int | None:
+        """Return the length of the longest frame that the medium takes; None: it has no limit."""
+        return None
+
     def weak_areas(self) -> Sequence[WeakArea]:
         """Return the areas on the ground that weaken links."""
         return ()
 
     def radio(self) -> RadioPreset | None:
         """Return the radio that sends and receives the frames; None if the medium is no radio channel."""
+        return None
+
+    def datagram_format(self) -> DatagramFormat | None:
+        """Return how a port takes datagrams of any bytes; None if it takes none."""
         return None
 
     def serial_format(self) -> SerialFormat | None:

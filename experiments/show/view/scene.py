@@ -24,7 +24,8 @@ def scene_of(scenario: Scenario, site: Site, folder: str, *, real_time: bool) ->
         "arrived": [fate.value for fate in FATES if fate.arrived],
         "unseen": [fate.value for fate in FATES if fate.unseen],
         "nodes": [{"name": name, "program": agent.program, "at": None if agent.at_m is None else [*agent.at_m][:2]}
-                  for name, agent in scenario.agents.items()],
+                  for name, agent in scenario.agents.items()]
+        + [{"name": name, "program": gateway.kind, "at": None} for name, gateway in scenario.gateways.items()],
         "media": {name: medium.kind for name, medium in scenario.media.items()},
         "ground": None if ground is None else drawn_ground(ground),
         "zones": [{"medium": name, "corners": area.outline_m()} for name, medium in scenario.media.items()

@@ -38,7 +38,7 @@ from netem.media.can.declared import DeclarationWatch
 from netem.media.can.encoded_frame import EncodedFrame
 from netem.media.can.error_handling import ErrorHandling
 from netem.media.can.fault_confinement import State
-from netem.media.can.frame import MalformedFrame
+from netem.media.can.frame import MalformedFrame, is_error
 from netem.media.can.messages import late_messages
 from netem.media.can.settings import CanSettings
 from netem.media.can.transmit_queue import TransmitQueue
@@ -76,6 +76,7 @@ class CanBus(Medium):
         self._errors = ErrorHandling(self._state, BitErrors(settings.bit_errors, rng_for(f"media.{name}.bit_errors")),
                                      agenda, self._arm)
         self._faults = BusFaults(self._state, self._errors, agenda, self.offer)
+        self._signalling = frozenset(settings.error_frames_from)
         self._admit = Admission(settings).admit
         self._declared = DeclarationWatch(settings.messages) if settings.messages else None
         self._shortest_ns = settings.shortest_ns()
@@ -84,6 +85,9 @@ class CanBus(Medium):
     # --- as a medium
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
+        if self._signalling and sender in self._signalling and is_error(data):
+            self._faults.signal_error(now_ns)
+            return
         controller = self._controllers[sender]
         frame = Frame(self.name, sender, controller.number, now_ns, data)
         controller.number += 1

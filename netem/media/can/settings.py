@@ -10,6 +10,7 @@ from typing import ClassVar, Final, Literal
 from netem.media import MediumSettings, Shown
 from netem.media.can.bit_clock import BitClock
 from netem.media.can.bit_errors import BitErrorSettings
+from netem.media.can.captured import captured
 from netem.media.can.dbc_file import read_dbc
 from netem.media.can.dbc_messages import declared_by
 from netem.media.can.messages import CanMessage, by_priority, periodic, response_times_ns
@@ -32,6 +33,7 @@ class CanLogSettings:
 @dataclass(frozen=True)
 class CanSettings(MediumSettings):
     carries_can_frames: ClassVar = True
+    link_type: ClassVar = 227                               # CAN_SOCKETCAN
     strikable: ClassVar = frozenset({"links", "bus"})
     bit_rate_bps: int
     data_bit_rate_bps: int | None = None                    # of CAN FD; None: classical CAN only
@@ -40,6 +42,7 @@ class CanSettings(MediumSettings):
     queue_frames: int = 32                                  # of each node
     own_frames_to: tuple[str, ...] = ()                     # nodes that receive their own frames after transmission
     error_messages_to: tuple[str, ...] = ()                 # nodes that get messages about their controller's state
+    error_frames_from: tuple[str, ...] = ()                 # nodes that may offer an error message: it is an error flag
 
     at_bus_off: Literal["drop", "keep"] = "drop"            # treatment of the frames that wait
     recovery: Literal["automatic", "never"] = "automatic"   # from bus-off
@@ -54,7 +57,7 @@ class CanSettings(MediumSettings):
     overload: Literal["refuse", "report"] = "refuse"        # if the declared messages need more than the bit rate
 
     load_window_ns: int = 100_000_000
-    log: tuple[Literal["candump", "blf"], ...] = ()
+    log: tuple[Literal["candump", "blf", "asc", "trc", "csv"], ...] = ()
 
     def __post_init__(self) -> None:
         if not 1 <= self.bit_rate_bps <= FASTEST_NOMINAL_BPS:
@@ -67,11 +70,18 @@ class CanSettings(MediumSettings):
             raise ValueError(f"queue_frames={self.queue_frames}: expected at least 1")
         if self.restart_delay_ns < 0:
             raise ValueError(f"restart_delay_ns={self.restart_delay_ns}: expected 0 or more")
+        if "trc" in self.log and self.data_bit_rate_bps is not None:
+            raise ValueError("log: \"trc\" has no frames of CAN FD, which data_bit_rate_bps allows; use \"asc\" or "
+                             "\"blf\"")
         if self.load_window_ns < 1:
             raise ValueError(f"load_window_ns={self.load_window_ns}: expected more than 0")
         if self.messages_only and not self.messages and self.dbc is None:
             raise ValueError("messages_only=true: no messages are declared, so every frame would be malformed")
         self._check_messages()
+
+    @staticmethod
+    def captured(data: bytes) -> bytes:
+        return captured(data)
 
     def with_declared(self, nodes: Sequence[str]) -> CanSettings:
         """Return the settings with the messages of the DBC file added to `messages`, whose own entries take precedence.
@@ -134,7 +144,7 @@ class CanSettings(MediumSettings):
         if medium in nodes:
             lines.append(f"the medium {medium} and a node on it have one name; rename one")
         there = f"no such node on this bus; there are {', '.join(nodes)}"
-        for key in ("own_frames_to", "error_messages_to"):
+        for key in ("own_frames_to", "error_messages_to", "error_frames_from"):
             lines += [f"{key}={node}: {there}" for node in getattr(self, key) if node not in nodes]
         lines += [f"messages: {name}: sender={message.sender}: {there}" for name, message in self.messages.items()
                   if message.sender not in nodes]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import ClassVar, Final, Literal
 
 from netem.media import MediumSettings
 from netem.media.answers import SerialFormat
@@ -15,6 +15,7 @@ FASTEST_BPS: Final = 20_000_000     # limit of RS-485 transceivers; UARTs of mic
 
 @dataclass(frozen=True)
 class SerialLineSettings(MediumSettings):
+    link_type: ClassVar = 148               # USER1
     baud_bps: int
     data_bits: int = 8
     parity: Literal["none", "even", "odd"] = "none"
@@ -46,6 +47,9 @@ class SerialLineSettings(MediumSettings):
 
     def serial_format(self) -> SerialFormat:
         return SerialFormat(self.clock, self.chunk_bytes, self.idle_bytes)
+
+    def longest_frame_bytes(self) -> int:
+        return self.buffer_bytes
 
     @staticmethod
     def check_nodes(nodes: Sequence[str]) -> None:

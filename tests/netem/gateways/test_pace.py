@@ -8,17 +8,18 @@ from __future__ import annotations
 import os
 import time
 
+from netem.gateways import Gateway
 from netem.gateways.lateness import OVERRUN_NS
 from netem.gateways.pace import MOST_AT_ONCE, FromOutside, Pace, Waited
 
 MS = 1_000_000
 
 
-class PipeGateway:
+class PipeGateway(Gateway):
     """A gateway to a pipe of this process: no mock of time, a real file that becomes readable."""
 
     def __init__(self, name: str = "out", medium: str = "line") -> None:
-        self.name, self.medium = name, medium
+        super().__init__(name, medium, None)
         self._read, self._write = os.pipe()
         self.sent: list[tuple[int, bytes]] = []
 
@@ -64,6 +65,20 @@ class SlowGateway(PipeGateway):
         return []
 
 
+class DueGateway(PipeGateway):
+    """Nothing ever comes in, but it asks to receive at an instant of the wall clock."""
+
+    at_ns = 0
+
+    def due_ns(self) -> int:
+        return self.at_ns
+
+    def receive(self, most: int) -> list[bytes]:
+        assert time.monotonic_ns() >= self.at_ns
+        self.at_ns = 1 << 62
+        return [b"made by itself"]
+
+
 def test_no_instant_is_early_and_nothing_adds_up():
     pace = Pace()
     pace.start()
@@ -85,6 +100,17 @@ def test_what_comes_in_ends_the_wait():
 
     assert pace.wait(10**12) == Waited(False, [FromOutside("out", "line", b"hello")])
     assert pace.wait(pace.now_ns()) == Waited(True, [])
+    pace.close()
+
+
+def test_a_gateway_receives_at_the_instant_that_it_asks_for():
+    gateway = DueGateway()
+    pace = Pace([gateway])
+    pace.start()
+    gateway.at_ns = time.monotonic_ns() + 20 * MS
+
+    assert pace.wait(5 * MS) == Waited(True, [])
+    assert pace.wait(10**12) == Waited(False, [FromOutside("out", "line", b"made by itself")])
     pace.close()
 
 
