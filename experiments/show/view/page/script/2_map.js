@@ -311,6 +311,6 @@ function drawMap() {
 
 byId("map").addEventListener("click", (event) => {
   const spots = [...MAP.points.entries()].map(([name, spot]) => [Math.hypot(spot.x - event.offsetX, spot.y - event.offsetY), name]).sort((a, b) => a[0] - b[0]);
-  if (spots.length && spots[0][0] < 18) choose(spots[0][1]);
+  if (spots.length && spots[0][0] < 24) choose(spots[0][1]);
 });
 addEventListener("resize", drawMapSoon);
