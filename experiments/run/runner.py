@@ -19,7 +19,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
@@ -29,7 +29,7 @@ from experiments.judge.run_files import SCENARIO, Json
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
-from experiments.run.injection import Injection
+from experiments.run.injection import Attends, Injection
 from experiments.run.network import Network
 from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.run.recorded_signals import refuse_unrecorded
@@ -74,6 +74,11 @@ from netem.wire.errors import Interrupted, NodeFailure
 from netem.wire.level import Level
 from netem.wire.messages import Hello
 
+if TYPE_CHECKING:
+    from experiments.run.live.live_run import LiveRun
+    from experiments.run.live.server_process import ServerProcess
+    from experiments.run.live.steering import Steering
+
 HostName = Literal["process", "inline"]
 FOR_ZENOH = "firmware_sim.zenoh_programs.replaced"      # imported once instead of in every node
 OWN_PROGRAMS = ("agents.", "firmware_sim.")         # packages whose modules only define names when imported
@@ -87,7 +92,8 @@ COUNTERS_WITHIN_S = 10.0    # time-out for the counters of the nodes after a fai
 def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
         progress: Callable[[Progress], None] | None = None, report: bool = True,
         shuffle_start: int | None = None, real_time: bool = False, overwrite: bool = False,
-        under_way: UnderWay | None = None, replay: Replay | None = None, trace: Trace | None = None) -> RunResult:
+        under_way: UnderWay | None = None, replay: Replay | None = None, trace: Trace | None = None,
+        view: ServerProcess | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs) and, with `report`, write `report.html`.
 
     `progress` is called during the run. `real_time` runs at the pace of the wall clock, as the scenario's
@@ -96,7 +102,7 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
     what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
     scenario's impairments, and its faults act instead of the scenario's. A `trace` notes what impairments do to each
-    copy.
+    copy. A `view` shows the run and steers it; the caller tells it the end.
     Raises NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop, Overrun or ConservationError after it,
     with the records written.
     """
@@ -112,7 +118,8 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
         fates = {} if replay is None else {FATES_OF: (str(replay.folder.absolute()), replay.match)}
         SCENARIO.write(path, scenario.resolved() | fates)
         prepared = _Run(scenario, host, FolderRecords(scenario, folder, report), progress, shuffle_start=shuffle_start,
-                        command_s=command_s, real_time=real_time, under_way=under_way, replay=replay, trace=trace)
+                        command_s=command_s, real_time=real_time, under_way=under_way, replay=replay, trace=trace,
+                        view=view)
     except BaseException:
         folder.abandon()
         raise
@@ -170,7 +177,7 @@ class _Run:
                  progress: Callable[[Progress], None] | None = None, *, command_s: float,
                  specifications: Mapping[str, NodeSpecification] | None = None, shuffle_start: int | None = None,
                  real_time: bool = False, under_way: UnderWay | None = None, replay: Replay | None = None,
-                 trace: Trace | None = None) -> None:
+                 trace: Trace | None = None, view: ServerProcess | None = None) -> None:
         self.scenario = scenario
         self.replay = replay
         self.trace = trace
@@ -192,6 +199,8 @@ class _Run:
         self.replayed = None if replay is None else replay.links(self.ledger, self.conductor.deliver)
         self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed, trace)
         records.begin(self.network.media)
+        self.steering: Steering | None = None
+        self.live = None if view is None else self._watched_in(view)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         if real_time:
             gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event,
@@ -224,10 +233,7 @@ class _Run:
             self.network.observe(self.feed, self._event_on_medium)
             self.conductor.admit(hellos, self.network.media)
             world = self._plan_faults()
-            if self.conductor.pace is not None:
-                injection = Injection(self.scenario, self.folder, self.conductor, self.conductor.pace, world,
-                                      self._may_kill)
-                self.at_end.callback(injection.close)
+            self._take_from_outside(world)
             self.started_s, self.started_processor_s = time.monotonic(), time.process_time()
             with ExitStack() as scheduled:
                 if self.schedules:
@@ -248,6 +254,26 @@ class _Run:
         if came:
             raise Interrupted(came[0])
         return RunResult(self.folder, summary)
+
+    def _watched_in(self, view: ServerProcess) -> LiveRun:
+        from experiments.run.live.live_run import LiveRun  # late: few runs are watched
+
+        return LiveRun(view, self.scenario, self.feed, self.conductor, self._view_event)
+
+    def _take_from_outside(self, world: RunWorld) -> None:
+        """Let faults be injected into a run in real time or with a view, and the view be shown and steer the run."""
+        attends: Attends | None = self.conductor.pace
+        if attends is None and self.live is not None:
+            from experiments.run.live.steering import Steering  # late: few runs are watched
+
+            attends = self.steering = Steering(self.conductor)
+            self.at_end.callback(self.steering.close)
+        if attends is None:
+            return
+        injection = Injection(self.scenario, self.folder, self.conductor, attends, world, self._may_kill)
+        self.at_end.callback(injection.close)
+        if self.live is not None:
+            self.live.begin(injection, self.ledger, attends, self.steering, self.folder)
 
     def _plan_faults(self) -> RunWorld:
         world = RunWorld(self.conductor, self.agenda, self.network.links, partial(stream, self.scenario.seed),
@@ -284,6 +310,8 @@ class _Run:
         if self.scenario.guarantees:
             self._step(lambda: self.records.write_guarantees(
                 self.guarantees.judge(self.records.copies(), reached_ns, self.conductor.dead_ns)))
+        if self.live is not None:
+            self._step(partial(self.live.finish, reached_ns))
         for step in self.records.finishing():
             self._step(step)
         self._step(lambda: self.records.write_standing(self._standing(reached_ns)))
@@ -399,6 +427,9 @@ class _Run:
         self._gateway_event("device clock set", f"gateways.{gateway}: the clock of the device outside was set, or the "
                             "device started anew; its offset and drift are estimated anew", Level.WARNING)
 
+    def _view_event(self, time_ns: int, kind: str, detail: str) -> None:
+        self._wall_clock_event(time_ns, kind, detail, Level.INFO)
+
     def _gateway_event(self, kind: str, detail: str, level: Level) -> None:
         assert self.conductor.pace is not None
         self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail, level)
@@ -416,6 +447,8 @@ class _Run:
 
     def _progress(self, now_ns: int) -> None:
         self._leave_if_forked()
+        if self.steering is not None:
+            self.steering.poll()
         if time.monotonic() > self.kept_s + KEEP_EVERY_S:
             self._keep(now_ns)
             self.kept_s = time.monotonic()
