@@ -25,7 +25,7 @@ from fmus.event_calls import CHANGED, UNCHANGED, EventFmu
 from fmus.fmi_calls import Fmu
 from fmus.parameters import Nested
 from fmus.plant import HALF_NS, Plant
-from fmus.timed_clock import TimedClock, in_ns
+from fmus.timed_clock import TimedClock
 
 MOST_ROUNDS = 1_000     # event iterations, or early returns, at one instant
 
@@ -168,7 +168,7 @@ class EventPlant(Plant):
         return updated.again
 
     def _collect(self, ticking: Sequence[int]) -> None:
-        """Read the outputs whose clock ticks: an input clock in `ticking`, or an output clock that the FMU activates."""
+        """Read the outputs whose clock ticks: an input clock in `ticking`, or an output clock that is active."""
         fmu, active = self._events, set(ticking)
         if self._triggered:
             status, found = fmu.ticking(self._triggered)

@@ -403,12 +403,15 @@ class _Run:
 def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     """Return a specification for each agent; the results of the programs' `prepare` are added to the table [team]."""
     team: dict[str, Any] = dict(scenario.team)
-    blocking = set()
+    blocking, handling_events = set(), set()
     for path in sorted({agent.program for agent in scenario.agents.values()}):
         program = class_for(path, scenario.folder)
         if is_blocking(program):
             blocking.add(path)
-        elif (prepare := getattr(program, "prepare", None)) is not None:
+            continue
+        if getattr(program, "handles_events", False):
+            handling_events.add(path)
+        if (prepare := getattr(program, "prepare", None)) is not None:
             team.update(prepare(scenario, {name: OwnAgent(name, build_settings(program, agent.parameters), agent)
                                            for name, agent in scenario.agents.items() if agent.program == path}))
     folder = str(scenario.folder)
@@ -419,13 +422,18 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock,
                                     _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
                                     folder, agent.program in blocking, _own_frames(scenario, agent),
-                                    _can_buses(scenario, agent), _shown(scenario, agent), agent.name in mortal)
+                                    _notified(scenario, agent), _can_buses(scenario, agent), _shown(scenario, agent),
+                                    agent.name in mortal, agent.program in handling_events)
             for name, agent in scenario.agents.items()}
 
 
 def _own_frames(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
     return tuple(medium for medium in agent.media
                  if scenario.media[medium].settings.reports_own_frames_to(agent.name))
+
+
+def _notified(scenario: Scenario, agent: AgentSpec) -> bool:
+    return any(scenario.media[medium].settings.notifies(agent.name) for medium in agent.media)
 
 
 def _can_buses(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:

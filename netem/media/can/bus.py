@@ -34,6 +34,8 @@ from netem.media.can.bit_errors import BitErrors
 from netem.media.can.bus_faults import BusFaults
 from netem.media.can.bus_state import BusState
 from netem.media.can.controller import Controller
+from netem.media.can.controller_dialogue import ControllerDialogue
+from netem.media.can.controller_message import is_message
 from netem.media.can.declared import DeclarationWatch
 from netem.media.can.encoded_frame import EncodedFrame
 from netem.media.can.error_handling import ErrorHandling
@@ -70,7 +72,8 @@ class CanBus(Medium):
         self._controllers = {
             node: Controller(node, tuple(other for other in names if other != node),
                              TransmitQueue(settings.queue, settings.queue_frames),
-                             hears_itself=node in settings.own_frames_to) for node in names}
+                             hears_itself=node in settings.own_frames_to,
+                             notified=node in settings.notifications_to) for node in names}
         self._state = BusState(name, settings, self._controllers, ledger, links, self.taps)
         self._timeline, self._events, self._waiting = self._state.timeline, self._state.events, self._state.waiting
         self._errors = ErrorHandling(self._state, BitErrors(settings.bit_errors, rng_for(f"media.{name}.bit_errors")),
@@ -80,11 +83,16 @@ class CanBus(Medium):
         self._declared = DeclarationWatch(settings.messages) if settings.messages else None
         self._shortest_ns = settings.shortest_ns()
         self._armed_ns = NEVER_NS
+        self._notifies = bool(settings.notifications_to)
+        self._dialogue = ControllerDialogue(self._state, self._errors)
 
     # --- as a medium
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
         controller = self._controllers[sender]
+        if self._notifies and controller.notified and is_message(data):
+            self._dialogue.take(controller, data, now_ns)
+            return
         frame = Frame(self.name, sender, controller.number, now_ns, data)
         controller.number += 1
         self._ledger.expect(controller.copies(), self.name)
@@ -193,6 +201,8 @@ class CanBus(Medium):
                 elif rank == best:
                     senders.append(controller)
         if senders:
+            if self._notifies:
+                self._dialogue.tell_losers(senders, now_ns)
             if self._errors.quiet and len(senders) == 1:
                 self._send(senders[0], now_ns)
             else:
@@ -213,5 +223,7 @@ class CanBus(Medium):
             receive(frame, receiver, taken_ns, checksum=True)
         if controller.hears_itself:
             receive(frame, controller.name, frame.end_ns, checksum=True)
+        if controller.notified:
+            self._errors.confirm((controller,), frame)
         for tap in self.taps:
             tap.frame(frame, taken_ns)
