@@ -39,8 +39,8 @@ def bus_terminals(folder: Path, variables: Mapping[str, Variable]) -> tuple[tupl
         text = (folder / file).read_bytes()
         if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
             raise ValueError("declares a document type, which it does not need")
-        found = [_terminal(element, variables) for element in ElementTree.fromstring(text).iterfind("Terminals/Terminal")
-                 if element.get("terminalKind") == KIND]
+        elements = ElementTree.fromstring(text).iterfind("Terminals/Terminal")
+        found = [_terminal(element, variables) for element in elements if element.get("terminalKind") == KIND]
         names = [terminal.name for terminal in found]
         if len(set(names)) < len(names):
             raise ValueError(f"two bus terminals are called {shown(max(names, key=names.count))}")

@@ -140,7 +140,7 @@ class EventPlant(Plant):
             for clock in due:
                 clock.ticked(now_ns)
             for clock in self._timed:
-                if clock.asks_in_every_event or clock in due or not clock.interval_s_known:
+                if clock.may_change(clock in due):
                     self._ask(clock)
             if not again and not any(clock.due_ns is not None and clock.due_ns <= now_ns and clock.interval_s_known
                                      for clock in self._timed):

@@ -45,10 +45,10 @@ class TimedClock:
         if self.variability != "countdown":
             self.due_ns = in_ns(self._shift_s)
 
-    @property
-    def asks_in_every_event(self) -> bool:
-        """True if its interval may change in any event mode."""
-        return self.variability in ("tunable", "countdown")
+    def may_change(self, ticked: bool) -> bool:
+        """Return whether its interval may have changed in an event, in which it `ticked` or not."""
+        return self.variability in ("tunable", "countdown") or (ticked and self.variability == "changing") \
+            or not self.interval_s_known
 
     @property
     def interval_s_known(self) -> bool:

@@ -63,7 +63,8 @@ def buses_of(terminals: Iterable[str], buses: Sequence[str], given: Mapping[str,
         if name not in terminals:
             raise ValueError(f"terminals.{name}: the FMU has no such bus terminal; it has {', '.join(terminals)}")
         if bus not in buses:
-            raise ValueError(f"terminals.{name}={bus}: no CAN bus of this agent; there are {', '.join(buses) or 'none'}")
+            raise ValueError(f"terminals.{name}={bus}: no CAN bus of this agent; there are "
+                             f"{', '.join(buses) or 'none'}")
     found = {name: given.get(name, name) for name in terminals}
     if not given and len(terminals) == len(buses) == 1:
         found = {terminals[0]: buses[0]}
@@ -242,8 +243,8 @@ class _Channel:
         if self._unit.notified(self._bus):
             self._port.send(controller_message.encode(message))
         else:
-            self._warn_once("not told to the bus", f"{message.kind.name.lower()}: name this node in notifications_to of "
-                            f"[media.{self._bus}]")
+            self._warn_once("not told to the bus", f"{message.kind.name.lower()}: name this node in notifications_to "
+                            f"of [media.{self._bus}]")
 
     def _count(self, name: str, by: int = 1) -> None:
         self._unit.board.count(f"{self._bus}.{name}", by)

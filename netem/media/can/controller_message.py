@@ -8,8 +8,8 @@
                          STATUS       the state of the node's own count of errors: only bus-off has an effect
                          WAKEUP       wake the other nodes up
 
-They are `canfd_frame` structs with the ERR flag: can_id has a class of linux/can/error.h (LOSTARB 0x002, BUSERROR 0x080)
-or one that Linux does not use, and data has can_id u32 of the frame, then three bytes, little endian:
+They are `canfd_frame` structs with the ERR flag: can_id has a class of linux/can/error.h (LOSTARB 0x002, BUSERROR
+0x080) or one that Linux does not use, and data has can_id u32 of the frame, then three bytes, little endian:
 
     LOST        number of the identifier's bit at which it lost, from SOF = 0      -            -
     BUS_ERROR   cause, by its place in `CAUSES`                                    detected it  sent the frame

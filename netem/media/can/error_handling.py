@@ -202,8 +202,8 @@ class ErrorHandling:
         by_all = error.cause in (Cause.STUFF, Cause.FORM)
         can_id = unpack(encoded.data).can_id
         for controller in self._controllers.values():
-            if controller.notified and not controller.bus_off:
-                sends = controller in senders
+            sends = controller in senders           # one that this error has taken off the bus is told too
+            if controller.notified and (sends or not controller.bus_off):
                 self._links.tell(controller.name, self._state.name, self._timeline.free_ns, encode(ControllerMessage(
                     Kind.BUS_ERROR, can_id, CAUSES.index(error.cause), int(sends or by_all), int(sends))))
 
