@@ -363,9 +363,11 @@ class _Run:
         return [*standing_robots(self.scenario), *of_records]
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
-        """Return the units of the signals of each agent and medium."""
+        """Return the units of the signals of each agent, medium and table of a medium."""
         found: dict[str, Sequence[tuple[str, str]]] = {
             name: medium.signals for name, medium in self.network.media.items()}
+        for medium in self.network.media.values():
+            found |= medium.tables()
         found |= {name: hellos[name].signals for name in self.scenario.agents}
         return {name: dict(signals) for name, signals in found.items()}
 

@@ -36,6 +36,7 @@ from netem.media.can.bus_state import BusState
 from netem.media.can.controller import Controller
 from netem.media.can.controller_dialogue import ControllerDialogue
 from netem.media.can.controller_message import is_message
+from netem.media.can.dbc_signals import DbcSignals
 from netem.media.can.declared import DeclarationWatch
 from netem.media.can.encoded_frame import EncodedFrame
 from netem.media.can.error_handling import ErrorHandling
@@ -64,6 +65,8 @@ class CanBus(Medium):
         super().__init__(name, nodes)
         names = self.nodes
         settings.check_nodes(name, names)
+        self._decoder = DbcSignals(name, settings.dbc, settings.dbc_signals) \
+            if settings.dbc_signals and settings.dbc is not None else None
         settings = settings.with_declared(names)
         self.settings = settings
         self._agenda = agenda
@@ -83,6 +86,8 @@ class CanBus(Medium):
         self._declared = DeclarationWatch(settings.messages) if settings.messages else None
         self._shortest_ns = settings.shortest_ns()
         self._armed_ns = NEVER_NS
+        if self._decoder is not None:
+            self.taps.append(self._decoder)
         self._notifies = bool(settings.notifications_to)
         self._dialogue = ControllerDialogue(self._state, self._errors)
 
@@ -141,9 +146,14 @@ class CanBus(Medium):
     def observe(self, observer: MediumObserver) -> None:
         self._events.observer = observer
         self._state.load.tell = lambda time_ns, load: observer.sample(self.name, time_ns, [load])
+        if self._decoder is not None:
+            self._decoder.sample = observer.sample
         if self.settings.queue != "fifo":
             for line in late_messages(self.settings.messages, self.settings.clock):
                 self._events.may_be_late(line)
+
+    def tables(self) -> Mapping[str, Sequence[tuple[str, str]]]:
+        return {} if self._decoder is None else {table.name: table.signals for table in self._decoder.tables}
 
     def counters(self) -> dict[str, dict[str, int]]:
         found = {node: {f"{self.name}.{what}": count for what, count in controller.counters.items()}
@@ -151,6 +161,8 @@ class CanBus(Medium):
         state, errors = self._state, self._errors
         found[self.name] = {"transmissions": state.transmissions, "error_frames": errors.error_frames,
                             "collisions": errors.collisions, "busy_us": state.load.total_ns // 1000}
+        if self._decoder is not None:
+            found[self.name] |= self._decoder.counters
         return found
 
     @property

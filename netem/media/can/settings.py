@@ -52,6 +52,7 @@ class CanSettings(MediumSettings):
     messages: dict[str, CanMessage] = field(default_factory=dict)
     dbc: Path | None = None                                 # a DBC file that declares further messages
     dbc_nodes: dict[str, str] = field(default_factory=dict)     # the file's names of control units -> nodes of the bus
+    dbc_signals: tuple[str, ...] = ()                       # MESSAGE.SIGNAL of the file to record, patterns allowed
     messages_only: bool = False                             # frames that are no declared message are malformed
     overload: Literal["refuse", "report"] = "refuse"        # if the declared messages need more than the bit rate
 
@@ -73,6 +74,8 @@ class CanSettings(MediumSettings):
             raise ValueError(f"load_window_ns={self.load_window_ns}: expected more than 0")
         if self.messages_only and not self.messages and self.dbc is None:
             raise ValueError("messages_only=true: no messages are declared, so every frame would be malformed")
+        if self.dbc_signals and self.dbc is None:
+            raise ValueError("dbc_signals: no DBC file says what the frames mean; give its path as dbc")
         self._check_messages()
 
     def with_declared(self, nodes: Sequence[str]) -> CanSettings:
@@ -84,7 +87,7 @@ class CanSettings(MediumSettings):
             return self
         own = {message.rank for message in self.messages.values()}
         found = declared_by(read_dbc(self.dbc), nodes, self.dbc_nodes).messages
-        return replace(self, dbc=None, messages=self.messages | {
+        return replace(self, dbc=None, dbc_signals=(), messages=self.messages | {
             name: message for name, message in found.items() if name not in self.messages and message.rank not in own})
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:

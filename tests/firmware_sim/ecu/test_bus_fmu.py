@@ -126,7 +126,7 @@ def test_a_frame_is_heard_one_bit_before_its_end_and_confirmed_at_its_end(go: Go
 def test_both_hosts_and_repeated_runs_give_one_hash(go: Go, unit: Any) -> None:
     agents = {"sender": unit("sender", period_ms=1.0), "echo": unit("echo", echo_ms=0.0)}
 
-    hashes = {go(agents, host=host).result.ledger_hash for host in ("inline", "process", "inline")}
+    hashes = {go(agents, host=host).result.summary.ledger_hash for host in ("inline", "process", "inline")}
 
     assert len(hashes) == 1
 
