@@ -84,7 +84,8 @@ def go(tmp_path: Path) -> Iterator[Go]:
             f'kind = "can"\nbit_rate_bps = 500_000\n{notified}{bus}\n'.replace("'", '"'))
         for log in tmp_path.glob("*.log"):
             log.unlink()
-        result = run(load(tmp_path / "case.toml"), host=host, out=tmp_path / "runs", report=False)  # type: ignore[arg-type]
+        result = run(load(tmp_path / "case.toml"), host=host, out=tmp_path / "runs", report=False,      # type: ignore[arg-type]
+                     overwrite=True)
         return Ran(result, load_run(result.folder), read_ledger(result.folder / "ledger.parquet").to_pylist(), tmp_path)
 
     yield started
@@ -281,7 +282,7 @@ def test_a_unit_commands_a_drive_controller(go: Go, unit: Any) -> None:
     ("", "agents.a: BusFmu runs an FMU with a bus terminal; write plant"),
     ("plant = { fmu = 'unicycle' }", "agents.a.plant: fmu=unicycle: it has no bus terminal"),
     ("plant = { fmu = 'broken.fmu' }", "terminal Powertrain: has no member Rx_Data"),
-    ("plant = { fmu = 'triggered.fmu' }", "agents.a.parameters: step_ms is missing: Powertrain.Tx_Clock is a triggered"),
+    ("plant = { fmu = 'triggered.fmu' }", "agents.a.parameters: step_ms is missing: Powertrain.Tx_Clock is a"),
     ("plant = { fmu = 'ecu.fmu' }\nparameters = { terminals = { Body = 'can0' } }",
      "terminals.Body: the FMU has no such bus terminal; it has Powertrain"),
     ("plant = { fmu = 'ecu.fmu' }\nparameters = { terminals = { Powertrain = 'can9' } }",

@@ -87,7 +87,8 @@ def test_a_misshapen_operation_is_named_with_its_rule_and_the_next_one_is_read(v
     found = list(decode(data + operations.wakeup() if "says that it has" not in why and "at least" not in why
                         else data))
 
-    assert isinstance(found[0], Misshapen) and found[0].data == data
+    assert isinstance(found[0], Misshapen)
+    assert found[0].data == data
     assert why in found[0].why
     assert found[1:] == ([Wakeup()] if len(found) > 1 else [])
 

@@ -113,7 +113,7 @@ def test_too_many_signals_are_refused(tmp_path: Path) -> None:
                     for k in range(5))
     (tmp_path / "wide.dbc").write_text(f'VERSION ""\nBU_ : a b\n{lines}')
 
-    with pytest.raises(ValueError, match="320 signals of wide.dbc: at most 256"):
+    with pytest.raises(ValueError, match=r"320 signals of wide\.dbc: at most 256"):
         bench_with(tmp_path / "wide.dbc", "*")
 
 
