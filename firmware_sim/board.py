@@ -211,6 +211,10 @@ class Board:
         """Return an entry of this robot's `parameters` in the scenario, times in ns; UnknownName if it is missing."""
         return self._parameters[name]
 
+    def at_end(self, action: Callable[[], object]) -> None:
+        """Call `action` when this robot's program ends, with the run or by a kill: close a socket, a device."""
+        self._node.at_end(action)
+
     # --- for the code that builds the node
 
     def keep_promises(self) -> None:

@@ -109,6 +109,7 @@ class Node:
         self._ends_ns = NEVER_NS        # instant at which this node ends the run
         self._ends_because = ""         # reason of that end
         self._fault_acts: dict[str, Callable[[Mapping[str, Any]], bytes | None]] = {"pause": self._pause}
+        self._at_end: list[Callable[[], object]] = []
         self._former: list[tuple[str, str]] = []    # signals of the first life of a node that was killed
         if life is not None:
             self._former = list(life.signals)
@@ -231,7 +232,16 @@ class Node:
         """
         self._fault_acts[kind] = act
 
+    def at_end(self, action: Callable[[], object]) -> None:
+        """Call `action` when this node ends or is killed, to close what only its program knows of."""
+        self._at_end.append(action)
+
     # --- for the host
+
+    def close(self) -> None:
+        """Make the calls asked for by `at_end`, the last first."""
+        while self._at_end:
+            self._at_end.pop()()
 
     def hello(self) -> Hello:
         quiet = [port.index for port in self._port_list if port.listen_only]

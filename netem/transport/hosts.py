@@ -88,7 +88,7 @@ class InlineHost:
         return {name: credible(name, node.hello()) for name, node in self._nodes.items()}
 
     def kill(self, name: str) -> None:
-        del self._nodes[name]
+        self._nodes.pop(name).close()
 
     def revive(self, name: str, life: Life) -> Hello:
         assert self._build_again is not None, "this host cannot build a node again"
@@ -159,6 +159,8 @@ class InlineHost:
         if self._watchdog is not None:
             self._watchdog.stop()
         self._guard.end()
+        for node in self._nodes.values():
+            node.close()
         self._nodes.clear()
 
     def _returned(self) -> None:

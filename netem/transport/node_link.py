@@ -10,6 +10,7 @@ import os
 import time
 import traceback
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Final, TypeVar
 
 import msgspec
@@ -45,7 +46,7 @@ def _serve(start: StartMessage, build: Callable[[StartMessage], Node], pipe: Emu
     run, name = start.run, start.node
     encode = msgspec.msgpack.Encoder().encode
     decode = msgspec.msgpack.Decoder(Grant).decode
-    with Session(start.secret, connect=start.endpoint) as session:
+    with ExitStack() as ending, Session(start.secret, connect=start.endpoint) as session:
         grants = session.receiver(keys.grant(run, name, 0 if start.life is None else start.life.number))
         out = session.sender(keys.report(run, name))
         out.await_subscriber(start.timeout_s)
@@ -56,6 +57,7 @@ def _serve(start: StartMessage, build: Callable[[StartMessage], Node], pipe: Emu
             guard.begin()
         try:
             node = _in_this_process(fork, build, start)
+            ending.callback(node.close)
             hello = node.hello()
             guard.check()
         except BaseException as error:
