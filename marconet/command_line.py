@@ -14,6 +14,7 @@ import click
 
 from experiments.run.exits import ExitCode, errors_as_text
 from marconet.completion import complete_plant, complete_scenario, install, script
+from netem.records.table import FROM_FRAMES
 
 if TYPE_CHECKING:
     from experiments.show.console import Console
@@ -320,22 +321,40 @@ def fault(run_dir: Path, kind: str, keys: Sequence[str], verbose: bool) -> None:
 
 @app.command(epilog="Example: marconet export runs/third --as traces --out traces")
 @click.argument("run_dir", metavar="RUN_DIR", type=click.Path(path_type=Path))
-@click.option("--as", "form", type=click.Choice(["traces"]), required=True,
-              help="A CSV for each link, as the impairment `trace` reads it, and the lines of a scenario for them.")
+@click.option("--as", "form", type=click.Choice(["traces", *FROM_FRAMES]), required=True,
+              help="traces: a CSV for each link, as the impairment `trace` reads it, and the lines of a scenario for "
+                   "them. Others: logs of the frames, of a run with record = \"frames\".")
+@click.option("--medium", metavar="NAME", help="Frames of this medium only. Default: all that the format fits.")
 @click.option("--by", type=click.Choice(["frame", "time"]), default="frame", show_default=True,
-              help="Whether a frame meets the row with its number or the row in force at its instant.")
-@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Folder for the files.")
+              help="Of traces: whether a frame meets the row with its number or the row in force at its instant.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
+              help="Folder for the files; traces need one. Default: the folder of the run.")
 @verbosely
-def export(run_dir: Path, form: str, by: Literal["frame", "time"], out: Path, verbose: bool) -> None:
+def export(run_dir: Path, form: str, medium: str | None, by: Literal["frame", "time"], out: Path | None,
+           verbose: bool) -> None:
     """Write what a run recorded in another form."""
     with errors_as_text(verbose):
         from experiments.judge.run_files import SCENARIO
-        from experiments.judge.trace_files import write_traces
         from experiments.show.text_views import print_path
 
         if not SCENARIO.is_in(run_dir):
             raise FileNotFoundError(f"{run_dir}: no run was recorded there: {_runs_near(run_dir)}")
-        print_path(_console(), form, write_traces(run_dir, out, by)[-1])
+        if form == "traces":
+            from experiments.judge.trace_files import write_traces
+
+            if out is None or medium is not None:
+                raise click.UsageError("--as traces needs --out DIR and takes no --medium: it writes every link")
+            print_path(_console(), form, write_traces(run_dir, out, by)[-1])
+            return
+        from experiments.run.export import export_frames
+        from experiments.run.killed_run import complete, is_unfinished
+        from experiments.run.run_folder import owner
+
+        if is_unfinished(run_dir) and not owner(run_dir):
+            for problem in complete(run_dir):
+                click.echo(problem, err=True)
+        for path in export_frames(run_dir, form, medium, out or run_dir):
+            print_path(_console(), form, path)
 
 
 def _runs_near(folder: Path) -> str:

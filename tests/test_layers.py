@@ -29,7 +29,7 @@ ADAPTERS = {
     "zenoh": {"netem/transport/zenoh_session.py"},
     "fmpy": {"fmus/describe_fmu.py"},
     "can": {"firmware_sim/can_interface/bus.py", "firmware_sim/can_interface/other_interfaces.py",      # to programs
-            "netem/media/can/can_log.py"},      # into log files
+            "netem/media/can/can_log.py", "netem/media/can/can_log_reader.py"},      # into log files, and from them
     "cantools": {"netem/media/can/dbc_file.py"},
     "pymavlink": {"firmware_sim/mavlink/dialect.py"},
     "pydantic": {"experiments/scenario/foreign_types.py"},

@@ -46,6 +46,7 @@ class Header:
     sample_period_ns: Annotated[int, Ge(0)] = 10_000_000      # 0: no samples
     node_timeout_s: Annotated[float, Gt(0)] = 30.0            # wall-clock time, in seconds
     question_signal: str = ""                                 # "node.signal", shown first in the report
+    record: str | tuple[str, ...] = ()                        # recorders with their default settings, as "frames"
 
 
 def load(source: Path, **changes: Any) -> Scenario:
@@ -100,7 +101,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     guarantees = guaranteeing.read(tables["guarantees"])
     tables_of_media = network.tables_of_media([*agents, *gateways, *derived, *media])
     recorded = [*agents, *gateways, *derived, *media, *tables_of_media]
-    records = read_records(tables["records"], reading)
+    records = read_records(() if header is None else header.record, tables["records"], media, reading)
     costs = read_costs(tables["costs"], [*agents, *derived, *media, *tables_of_media], media, derived, reading)
     expect = read_expect(tables["expect"], recorded, media, guarantees, guaranteeing.known(costs), reading)
     if header is not None:

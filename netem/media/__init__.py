@@ -32,9 +32,15 @@ class MediumSettings:
     """Questions that the settings of every kind of medium answer before the run, with defaults."""
 
     strikable: ClassVar[frozenset[str]] = frozenset({"links"})      # parts that faults strike: Fault.strikes
+    link_type: ClassVar[int] = 151                  # of its frames in captures: USER4, by the list of tcpdump.org
     carries_can_frames: ClassVar[bool] = False      # True: a program opens its port with python-can
     shows_bodies: ClassVar[bool] = False            # True: a copy is a sight of its sender, who sent nothing
     poses_key: ClassVar[Sequence[str]] = ("bodies",)    # where a scenario names what `poses` returns
+
+    @staticmethod
+    def captured(data: bytes) -> bytes:
+        """Return the bytes of a frame as captures of `link_type` hold them; of b"", those of an error frame."""
+        return data
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
         """Return tables of bounds and load, computed before the run, for the medium `medium` between `nodes`."""

@@ -34,6 +34,7 @@ class CarrierSenseSettings:
 
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
+    link_type: ClassVar = 147               # USER0
     strikable: ClassVar = frozenset({"links", "channel", "carriers"})
     poses_key: ClassVar[Sequence[str]] = ("topology", "bodies")
 

@@ -10,6 +10,7 @@ from typing import ClassVar, Final, Literal
 from netem.media import MediumSettings, Shown
 from netem.media.can.bit_clock import BitClock
 from netem.media.can.bit_errors import BitErrorSettings
+from netem.media.can.captured import captured
 from netem.media.can.dbc_file import read_dbc
 from netem.media.can.dbc_messages import declared_by
 from netem.media.can.messages import CanMessage, by_priority, periodic, response_times_ns
@@ -33,6 +34,7 @@ class CanLogSettings:
 @dataclass(frozen=True)
 class CanSettings(MediumSettings):
     carries_can_frames: ClassVar = True
+    link_type: ClassVar = 227                               # CAN_SOCKETCAN
     strikable: ClassVar = frozenset({"links", "bus"})
     bit_rate_bps: int
     data_bit_rate_bps: int | None = None                    # of CAN FD; None: classical CAN only
@@ -57,7 +59,7 @@ class CanSettings(MediumSettings):
     overload: Literal["refuse", "report"] = "refuse"        # if the declared messages need more than the bit rate
 
     load_window_ns: int = 100_000_000
-    log: tuple[Literal["candump", "blf"], ...] = ()
+    log: tuple[Literal["candump", "blf", "asc", "trc", "csv"], ...] = ()
 
     def __post_init__(self) -> None:
         if not 1 <= self.bit_rate_bps <= FASTEST_NOMINAL_BPS:
@@ -70,6 +72,9 @@ class CanSettings(MediumSettings):
             raise ValueError(f"queue_frames={self.queue_frames}: expected at least 1")
         if self.restart_delay_ns < 0:
             raise ValueError(f"restart_delay_ns={self.restart_delay_ns}: expected 0 or more")
+        if "trc" in self.log and self.data_bit_rate_bps is not None:
+            raise ValueError("log: \"trc\" has no frames of CAN FD, which data_bit_rate_bps allows; use \"asc\" or "
+                             "\"blf\"")
         if self.load_window_ns < 1:
             raise ValueError(f"load_window_ns={self.load_window_ns}: expected more than 0")
         if self.messages_only and not self.messages and self.dbc is None:
@@ -77,6 +82,10 @@ class CanSettings(MediumSettings):
         if self.dbc_signals and self.dbc is None:
             raise ValueError("dbc_signals: no DBC file says what the frames mean; give its path as dbc")
         self._check_messages()
+
+    @staticmethod
+    def captured(data: bytes) -> bytes:
+        return captured(data)
 
     def with_declared(self, nodes: Sequence[str]) -> CanSettings:
         """Return the settings with the messages of the DBC file added to `messages`, whose own entries take precedence.

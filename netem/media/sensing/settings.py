@@ -14,6 +14,7 @@ from netem.media.sensing.field_of_view import FieldOfView, Obstacle
 
 @dataclass(frozen=True)
 class SensingSettings(MediumSettings):
+    link_type: ClassVar = 150               # USER3
     strikable: ClassVar = frozenset({"links", "sensor"})
     shows_bodies: ClassVar = True
     exposure_period_ns: int                                 # exposures at 0, period, 2 period, ...
