@@ -34,7 +34,7 @@ def main() -> None:
     rate = per_second(FRAMES, lambda: [receiver.receive(stream[at:at + 1000], 0) for at in range(0, len(stream), 1000)])
     print(f"read        {rate:10.0f} frames a second ({receiver.counts['frames taken']} taken)")
     front = MavlinkFront(FlightController(Airframe(), 1_000_000, 10), MavlinkSettings())
-    rate = per_second(STEPS, lambda: [front.step(b"", k * PERIOD_NS) for k in range(STEPS)])
+    rate = per_second(STEPS, lambda: [front.step([b""], k * PERIOD_NS) for k in range(STEPS)])
     print(f"front       {1e6 / rate:10.1f} us a step at default rates, {rate * PERIOD_NS * 1e-9:.0f} x real time")
 
 

@@ -137,6 +137,10 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
 @click.option("--no-report", is_flag=True, help="Write the records without report.html.")
 @click.option("--real-time", is_flag=True,
               help="At the wall clock's pace; a scenario with gateways to the outside needs it.")
+@click.option("--rate", type=float, metavar="R",
+              help="Real time at R virtual seconds a second of the wall clock, as 0.5; means --real-time.")
+@click.option("--overrun", type=click.Choice(["slip", "abort"]),
+              help="What a run does that is too late: go on and catch up, or end; means --real-time.")
 @click.option("--overwrite", is_flag=True, help="Replace the records of an earlier run in the folder.")
 @click.option("--fates-of", type=click.Path(path_type=Path), metavar="RUN",
               help="Frames meet the fates and delays recorded in the folder of an earlier run, instead of impairments.")
@@ -144,9 +148,9 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
               help="Which recorded frame of its link one meets: that with its number, or that at its instant.")
 @reporting
 def run(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
-        host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool, overwrite: bool,
-        fates_of: Path | None, match: Literal["number", "instant"], junit: Path | None, as_json: bool, quiet: bool,
-        verbose: bool) -> None:
+        host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool,
+        rate: float | None, overrun: Literal["slip", "abort"] | None, overwrite: bool, fates_of: Path | None,
+        match: Literal["number", "instant"], junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
     """Run scenarios and write their records and reports.
 
     Exits with 0 if every [expect] holds, 1 if one does not, 2 for bad input, 3 when a node failed; of several
@@ -155,10 +159,13 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
     from experiments.run.several import Batch
 
     batch = Batch(_console(not (quiet or as_json)), verbose, junit, "runs" if as_json else None)
+    pace = [*([] if rate is None else [f"real_time.rate={rate}"]),
+            *([] if overrun is None else [f'real_time.overrun="{overrun}"'])]
 
     batch.in_children = host == "inline" and _process_is_its_own()
-    raise SystemExit(batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
-                               report=not no_report, overwrite=overwrite, fates_of=fates_of, match=match))
+    raise SystemExit(batch.run(sources, seed, duration, [*overrides, *pace], out, host=host,
+                               real_time=real_time or bool(pace), report=not no_report, overwrite=overwrite,
+                               fates_of=fates_of, match=match))
 
 
 @app.command(epilog="Example: marconet sweep output_sync --vary 'impairments[0].loss_ratio=0:0.4:5' --seeds 100")

@@ -21,15 +21,16 @@ BELOW = {                                       # what each package may import o
 }
 # Rooms of a package, floor by floor, the lowest first: a room imports itself and what lies below it.
 FLOORS = {
-    "netem": (("wire",), ("core", "gateways"), ("impairments", "faults", "records", "topology", "node"),
+    "netem": (("wire",), ("core",), ("impairments", "faults", "gateways", "records", "topology", "node"),
                ("media", "transport"), ("emulator",)),
     "experiments": (("compiled",), ("scenario",), ("judge",), ("show",), ("run",), ("sweep",), ("search",)),
 }
 ADAPTERS = {
-    "zenoh": {"netem/transport/zenoh_session.py"},
+    "zenoh": {"netem/transport/zenoh_session.py", "firmware_sim/zenoh_programs/real.py"},
     "fmpy": {"fmus/describe_fmu.py"},
     "can": {"firmware_sim/can_interface/bus.py", "firmware_sim/can_interface/other_interfaces.py",      # to programs
-            "netem/media/can/can_log.py", "netem/media/can/can_log_reader.py"},      # into log files, and from them
+            "netem/media/can/can_log.py", "netem/media/can/can_log_reader.py",      # into log files, and from them
+            "netem/media/can/outside_bus.py"},  # to buses outside of the run
     "cantools": {"netem/media/can/dbc_file.py"},
     "pymavlink": {"firmware_sim/mavlink/dialect.py"},
     "pydantic": {"experiments/scenario/foreign_types.py"},

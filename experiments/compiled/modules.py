@@ -90,6 +90,7 @@ MODULES: Final = (
     "firmware_sim.mavlink.front",
     "firmware_sim.mavlink.streams",
     "firmware_sim.mavlink.task",
+    "firmware_sim.mavlink.telemetry_port",
     "firmware_sim.processor",
     "firmware_sim.radio_modem",
     "firmware_sim.schedules.periodic",

@@ -38,10 +38,13 @@ from experiments.run.replay import Replay, told
 from experiments.run.run_folder import RunFolder
 from experiments.run.run_records import FolderRecords, RunRecords
 from experiments.run.wall_clock_sleep import sleep_refused
-from experiments.scenario.blocking_programs import is_blocking, refuse_blocking
+from experiments.scenario.blocking_programs import is_blocking
 from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.own_modules import class_for
+from experiments.scenario.socket_addresses import interfaces_of
 from experiments.scenario.standing_robots import standing_robots
+from experiments.scenario.zenoh_ways import specification as zenoh_of
+from firmware_sim.mavlink.timesync import Timesync
 from firmware_sim.program_settings import build_settings
 from firmware_sim.scenario_view import OwnAgent
 from fmus.build import build_model, model_folder, own_models
@@ -54,7 +57,9 @@ from netem.emulator.conductor import Conductor, Recorders
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
 from netem.gateways.pace import Pace
+from netem.gateways.real_time_process import EMULATOR_PRIORITY, NODE_PRIORITY, in_real_time
 from netem.gateways.table import GATEWAYS
+from netem.gateways.time_watch import SIGNALS, TimeWatch
 from netem.impairments.traced import Trace
 from netem.node.outside_guard import OutsideGuard
 from netem.records.events import Event
@@ -70,6 +75,7 @@ from netem.wire.level import Level
 from netem.wire.messages import Hello
 
 HostName = Literal["process", "inline"]
+FOR_ZENOH = "firmware_sim.zenoh_programs.replaced"      # imported once instead of in every node
 OWN_PROGRAMS = ("agents.", "firmware_sim.")         # packages whose modules only define names when imported
 KEEP_EVERY_S = 0.7          # largest age of the records on the disk; the conductor may be 0.1 s late
 # The records hold up to 231 000 objects in memory, rows of a chunk of the ledger and buffered samples, and none of them
@@ -84,18 +90,17 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
         under_way: UnderWay | None = None, replay: Replay | None = None, trace: Trace | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs) and, with `report`, write `report.html`.
 
-    `progress` is called during the run. `real_time` runs at the pace of the wall clock, as gateways require.
+    `progress` is called during the run. `real_time` runs at the pace of the wall clock, as the scenario's
+    table [real_time] says; gateways require it.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
     `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
     what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
     scenario's impairments, and its faults act instead of the scenario's. A `trace` notes what impairments do to each
     copy.
-    Raises NeedsProcess, NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop or ConservationError
-    after it, with the records written.
+    Raises NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop, Overrun or ConservationError after it,
+    with the records written.
     """
     command_s = time.monotonic()
-    if host == "inline":
-        refuse_blocking(scenario)
     if scenario.gateways and not real_time:
         raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take "
                             "part, which needs real time: run it with --real-time")
@@ -179,17 +184,24 @@ class _Run:
         self.feed = records.feed
         self.ledger = records.open_ledger(lambda: self.conductor.passed_ns)
         self.guarantees = GuaranteeWatch(scenario, self.feed)
-        self.host = _host(host, self.specifications, self.folder, scenario.node_timeout_s, shuffle_start, real_time,
-                          under_way, self._waits)
+        self.programs = ExitStack()             # threads of blocking programs and what they replaced, inline
+        self.schedules = real_time and scenario.real_time.scheduling == "real_time"
+        self.host = _host(host, self.specifications, self.programs, self.folder, scenario.node_timeout_s,
+                          shuffle_start, real_time, NODE_PRIORITY if self.schedules else 0, under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
         self.replayed = None if replay is None else replay.links(self.ledger, self.conductor.deliver)
         self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed, trace)
         records.begin(self.network.media)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         if real_time:
-            gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event)
+            gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event,
+                                            longest_bytes=scenario.media[spec.medium].settings.longest_frame_bytes())
                         for spec in scenario.gateways.values()]
-            self.conductor.pace = Pace(gateways, self._wall_clock_event)
+            self.conductor.pace = Pace(gateways, self._wall_clock_event, scenario.real_time, {
+                spec.name: TimeWatch(Timesync(), partial(self._sample_of_gateway, spec.name), spec.timesync,
+                                     partial(self._device_clock_set, spec.name))
+                for spec in scenario.gateways.values()})
+        self.not_allowed: list[str] = []            # of real-time scheduling and locked memory
         self.started_s = self.ended_s = command_s
         self.started_processor_s = self.processor_s = 0.0
         self.kept_s = command_s
@@ -205,6 +217,8 @@ class _Run:
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.feed.declare(name, hellos[name].signals)
+            for name in self.scenario.gateways:
+                self.feed.declare(name, SIGNALS)
             self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
             refuse_unrecorded(self.scenario, self._recorded(hellos))
             self.network.observe(self.feed, self._event_on_medium)
@@ -215,7 +229,10 @@ class _Run:
                                       self._may_kill)
                 self.at_end.callback(injection.close)
             self.started_s, self.started_processor_s = time.monotonic(), time.process_time()
-            self.conductor.run()
+            with ExitStack() as scheduled:
+                if self.schedules:
+                    self.not_allowed = scheduled.enter_context(in_real_time(EMULATOR_PRIORITY))
+                self.conductor.run()
             self.ended_s = time.monotonic()
             self.network.finish(self.conductor.end_ns)
             if self.conductor.ended_by:
@@ -270,6 +287,7 @@ class _Run:
         for step in self.records.finishing():
             self._step(step)
         self._step(lambda: self.records.write_standing(self._standing(reached_ns)))
+        self._step(self.programs.close)
         self._step(self.host.stop)
         self._step(self.at_end.close)
         if self.conductor.pace is not None:
@@ -360,7 +378,7 @@ class _Run:
 
     def _warnings(self) -> list[str]:
         of_records = [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
-        return [*standing_robots(self.scenario), *of_records]
+        return [*standing_robots(self.scenario), *self.not_allowed, *of_records]
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
         """Return the units of the signals of each agent, medium and table of a medium."""
@@ -369,18 +387,30 @@ class _Run:
         for medium in self.network.media.values():
             found |= medium.tables()
         found |= {name: hellos[name].signals for name in self.scenario.agents}
+        found |= dict.fromkeys(self.scenario.gateways, SIGNALS)
         return {name: dict(signals) for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str, level: Level) -> None:
         self.feed.event(Event(time_ns, "", kind, detail, level, wall_clock=True))
 
+    def _sample_of_gateway(self, gateway: str, time_ns: int, values: Sequence[float]) -> None:
+        if time_ns <= self.conductor.end_ns:
+            self.conductor.recorders.sample(gateway, time_ns, values)
+
+    def _device_clock_set(self, gateway: str) -> None:
+        self._gateway_event("device clock set", f"gateways.{gateway}: the clock of the device outside was set, or the "
+                            "device started anew; its offset and drift are estimated anew", Level.WARNING)
+
     def _gateway_event(self, kind: str, detail: str, level: Level) -> None:
         assert self.conductor.pace is not None
         self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail, level)
 
-    def _real_time(self) -> dict[str, int] | None:
-        """Return the lateness of a run in real time; None in virtual time."""
-        return None if self.conductor.pace is None else self.conductor.pace.lateness.figures()
+    def _real_time(self) -> Json | None:
+        """Return lateness and pace of a run in real time; None in virtual time."""
+        if self.conductor.pace is None:
+            return None
+        return {**self.conductor.pace.figures(), "scheduling": self.scenario.real_time.scheduling,
+                "not_allowed": self.not_allowed}
 
     def _event_on_medium(self, event: Event) -> None:
         if event.time_ns < self.conductor.end_ns:   # a medium may report events after the end of the run
@@ -425,7 +455,9 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
                                     _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
                                     folder, agent.program in blocking, _own_frames(scenario, agent),
                                     _notified(scenario, agent), _can_buses(scenario, agent), _shown(scenario, agent),
-                                    agent.name in mortal, agent.program in handling_events)
+                                    agent.name in mortal, agent.program in handling_events,
+                                    zenoh_of(scenario, agent) if agent.program in blocking else None,
+                                    interfaces_of(scenario, agent))
             for name, agent in scenario.agents.items()}
 
 
@@ -457,24 +489,28 @@ def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription],
     return PlantSpecification(plant, parameters, step_ns, idle)
 
 
-def _host(host: HostName, specifications: Mapping[str, NodeSpecification], folder: Path, timeout_s: float,
-          shuffle_start: int | None, real_time: bool, under_way: UnderWay | None,
+def _host(host: HostName, specifications: Mapping[str, NodeSpecification], at_end: ExitStack, folder: Path,
+          timeout_s: float, shuffle_start: int | None, real_time: bool, priority: int, under_way: UnderWay | None,
           waits: Callable[[Sequence[str], float], None]) -> Host:
     if host == "inline":
         under_way = under_way or UnderWay(shared=False)
-        return InlineHost({name: partial(build_node, specification, record=under_way)
+        return InlineHost({name: partial(build_node, specification, at_end, under_way, own_process=False)
                            for name, specification in specifications.items()},
                           None if real_time else OutsideGuard(ENTRANCES), under_way, timeout_s, waits,
-                          lambda name, life: build_node(specifications[name], record=under_way, life=life))
+                          lambda name, life: build_node(specifications[name], at_end, under_way, life,
+                                                        own_process=False))
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)
     # -P: modules are imported from the installation or the scenario's folder, not from the current folder
     programs = sorted({specification.program.partition(":")[0] for specification in specifications.values()})
+    if any(specification.zenoh is not None and specification.zenoh.media for specification in specifications.values()):
+        programs.append(FOR_ZENOH)
     return ProcessHost([sys.executable, "-P", "-m", "experiments.run.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
-                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, waiting=waits)
+                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, priority=priority,
+                       waiting=waits)
 
 
 def _end_in_words(conductor: Conductor) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.scenario.model import GatewaySpec
+from experiments.scenario.model import GatewaySpec, MediumSpec
 from experiments.scenario.problems import near
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
@@ -17,6 +17,7 @@ from netem.gateways.table import GATEWAYS, USUAL
 class GatewayHeader:
     medium: str
     kind: str = USUAL
+    timesync: bool = False              # the gateway asks the device for its clock (MAVLink TIMESYNC)
 
 
 def read_gateways(tables: Mapping[str, Any], agents: Collection[str], media: Collection[str],
@@ -40,5 +41,27 @@ def read_gateways(tables: Mapping[str, Any], agents: Collection[str], media: Col
             reading.problems.add((*place, "medium"), f"no such medium; {near(table.medium, media)}", table.medium)
         settings = reading.tables.read(shape_of(cls), own, place, common, cls).made
         if table is not None and settings is not None:
-            found[name] = GatewaySpec(name, table.medium, kind, settings)
+            found[name] = GatewaySpec(name, table.medium, kind, settings, table.timesync)
+    _check_addresses(found, reading)
     return found
+
+
+def _check_addresses(gateways: Mapping[str, GatewaySpec], reading: Reading) -> None:
+    """Refuse two gateways that would need the same address or device."""
+    first: dict[str, str] = {}
+    for name, spec in gateways.items():
+        for address in spec.settings.occupies():
+            other = first.setdefault(address, name)
+            if other != name:
+                reading.problems.add(("gateways", name), f"has {address}, which gateways.{other} has already; give "
+                                     "each one of its own, or let the clients share one gateway")
+
+
+def check_media(gateways: Mapping[str, GatewaySpec], media: Mapping[str, MediumSpec], reading: Reading) -> None:
+    """Refuse gateways that cannot be on their medium."""
+    for name, spec in gateways.items():
+        settings = media[spec.medium].settings if spec.medium in media else None
+        if settings is not None:
+            why = spec.settings.refusal(carries_can_frames=settings.carries_can_frames)
+            if why:
+                reading.problems.add(("gateways", name, "medium"), why, spec.medium)

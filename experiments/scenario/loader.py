@@ -23,7 +23,7 @@ from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
 from experiments.scenario.faults import read_faults
-from experiments.scenario.gateways import read_gateways
+from experiments.scenario.gateways import check_media, read_gateways
 from experiments.scenario.ground import ground_of
 from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
@@ -33,7 +33,10 @@ from experiments.scenario.question_signal import check_question_signal
 from experiments.scenario.records import read_records
 from experiments.scenario.sections import SECTIONS, Reading
 from experiments.scenario.shape import shape_of
+from experiments.scenario.socket_addresses import check_sockets
+from experiments.scenario.zenoh_ways import check_ways
 from firmware_sim.scenario_view import OwnAgent
+from netem.gateways.real_time_settings import RealTimeSettings
 from netem.wire.instants import NEVER_NS
 
 
@@ -89,6 +92,9 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
               for name, table in tables["agents"].items()}
     gateways = read_gateways(tables["gateways"], agents, on_media, reading)
     media = {name: network.medium(name, table, agents, gateways) for name, table in tables["media"].items()}
+    check_ways(agents, media, problems)
+    check_media(gateways, media, reading)
+    check_sockets(agents, media, agent_reader.blocking, problems)
     network.check_names(table.get("name") if isinstance(table, dict) else None for table in tables["impairments"])
     impairments = tuple(network.impairment(table, ("impairments", index), media)
                         for index, table in enumerate(tables["impairments"]))
@@ -102,16 +108,19 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     tables_of_media = network.tables_of_media([*agents, *gateways, *derived, *media])
     recorded = [*agents, *gateways, *derived, *media, *tables_of_media]
     records = read_records(() if header is None else header.record, tables["records"], media, reading)
+    real_time = reading.tables.read(shape_of(RealTimeSettings), tables["real_time"], ("real_time",), (),
+                                    RealTimeSettings).made
     costs = read_costs(tables["costs"], [*agents, *derived, *media, *tables_of_media], media, derived, reading)
     expect = read_expect(tables["expect"], recorded, media, guarantees, guaranteeing.known(costs), reading)
     if header is not None:
         check_question_signal(header.question_signal, recorded, derived, problems)
     problems.stop_if_any()
     assert header is not None
+    assert real_time is not None
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
                         gateways, derived, implied(guarantees) | expect, guarantees, records, faults, costs,
-                        header.question_signal, changes=changes)
+                        header.question_signal, real_time=real_time, changes=changes)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
     modes = check_automata(agent_reader.programs, scenario.team, problems)

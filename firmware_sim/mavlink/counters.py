@@ -15,8 +15,8 @@ LINK_COUNTERS: Final = (
     "frames sent", "frames taken", "frames lost", "frames for others", "own frames heard", "incomplete frames",
     "unknown flags", "unknown messages", "bad checksums", "noise bytes",
     *(f"frames refused: {verdict.value}" for verdict in Verdict if verdict is not Verdict.TAKEN))
-FRONT_COUNTERS: Final = (*LINK_COUNTERS, "frames not answered", "setpoints taken", "setpoints refused",
-                         "setpoints clipped or refused", "bytes overrun")
+FRONT_COUNTERS: Final = (*LINK_COUNTERS, "frames not answered", "frames passed on", "setpoints taken",
+                         "setpoints refused", "setpoints clipped or refused", "bytes overrun")
 COMPANION_COUNTERS: Final = (*LINK_COUNTERS, "positions that are not finite")
 
 

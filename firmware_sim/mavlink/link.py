@@ -7,6 +7,7 @@ another system are counted and dropped.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -24,6 +25,7 @@ class Received:
     system: int
     component: int
     signed: bool
+    port: int = 0               # of the link where it came in
 
 
 @dataclass
@@ -33,6 +35,8 @@ class MavlinkLink:
     signing: Signing | None = None
     counts: Counter[str] = field(default_factory=Counter)
     gaps: SequenceGaps = field(default_factory=SequenceGaps)
+    port: int = 0                       # number of this link among those of the same end
+    on_frame: Callable[[Frame, Message], None] | None = None    # called for every frame taken, whoever it is for
 
     def __post_init__(self) -> None:
         self._reader = FrameReader(self.counts)
@@ -70,8 +74,10 @@ class MavlinkLink:
             self.counts[f"frames lost from {frame.system}/{frame.component}"] += missing
         self.counts["frames taken"] += 1
         message = unpack(frame.layout, frame.payload)
+        if self.on_frame is not None:
+            self.on_frame(frame, message)
         if (message.fields.get("target_system", 0) not in (0, self.system)
                 or message.fields.get("target_component", 0) not in (0, self.component)):
             self.counts["frames for others"] += 1
             return None
-        return Received(message, frame.system, frame.component, bool(frame.signature))
+        return Received(message, frame.system, frame.component, bool(frame.signature), self.port)

@@ -1,6 +1,6 @@
-"""The quadrotor's board with a MAVLink link: flight controller and front, one plant, motion capture and one link port.
+"""The quadrotor's board with MAVLink links: flight controller and front, one plant, motion capture and link ports.
 
-    motion capture --> Autopilot --Vehicle--> MavlinkTask <--> serial line, radio or gateway
+    motion capture --> Autopilot --Vehicle--> MavlinkTask <--> serial lines, radios or gateways
 
 Both run on the same local clock; only the MAVLink task sends frames, at its own releases.
 """
@@ -35,7 +35,7 @@ class MavlinkAutopilot:
     def __init__(self, board: Board, settings: MavlinkAutopilotSettings) -> None:
         self._board = board
         self.autopilot = Autopilot(board, settings.autopilot)
-        self.task = MavlinkTask(board, settings.mavlink.port_of(board.ports, settings.autopilot.mocap),
+        self.task = MavlinkTask(board, settings.mavlink.ports_of(board.ports, settings.autopilot.mocap),
                                 self.autopilot.controller, settings.mavlink)
         self.autopilot.listeners.append(self._tell_the_ground)      # the autopilot itself records the notice
 
@@ -44,7 +44,7 @@ class MavlinkAutopilot:
         yield from self.autopilot.run()
 
     def _tell_the_ground(self, severity: Severity, text: str) -> None:
-        self.task.front.texts.say(severity, text, self._board.now_ns)
+        self.task.front.say(severity, text, self._board.now_ns)
 
     @staticmethod
     def check(scenario: ScenarioView, own: Own[MavlinkAutopilotSettings]) -> Iterator[str]:
@@ -52,7 +52,7 @@ class MavlinkAutopilot:
         for name, agent in own.items():
             flight, link = agent.settings.autopilot, agent.settings.mavlink
             try:
-                link.port_of(agent.media, flight.port_of(agent.media))
+                link.ports_of(agent.media, flight.port_of(agent.media))
             except ValueError as error:
                 yield f"agents.{name}.parameters: {error}"
             if not agent.has_plant:

@@ -26,7 +26,7 @@ RESULTS: Final = {Result.ACCEPTED: MissionResult.ACCEPTED, Result.DENIED: Missio
                   Result.UNSUPPORTED: MissionResult.UNSUPPORTED, Result.TEMPORARILY_REJECTED: MissionResult.DENIED,
                   Result.FAILED: MissionResult.ERROR}
 REQUEST_OF: Final = {"MISSION_ITEM_INT": "MISSION_REQUEST_INT", "MISSION_ITEM": "MISSION_REQUEST"}
-Partner = tuple[int, int]
+Partner = tuple[int, int, int]          # system, component, port where it was heard
 
 
 @dataclass
@@ -50,7 +50,7 @@ class Missions:
     _flown: int = field(default=-1, init=False)
 
     def handle(self, received: Received, now_ns: int) -> list[Message]:
-        sent, partner = received.message, (received.system, received.component)
+        sent, partner = received.message, (received.system, received.component, received.port)
         if sent.name == "MISSION_ACK":
             return []                                   # the client's acknowledgement of a download
         if sent.fields.get("mission_type", MISSION_TYPE_MISSION) != MISSION_TYPE_MISSION:
@@ -67,9 +67,11 @@ class Missions:
             return self._set_current(sent["seq"], now_ns)
         return self._tell_item(partner, sent["seq"])
 
-    def step(self, now_ns: int) -> list[Message]:
-        """Return messages due now: repeated requests for items, and MISSION_ITEM_REACHED."""
-        return [*self._ask_again(now_ns), *self._reached()]
+    def step(self, now_ns: int) -> list[tuple[int | None, Message]]:
+        """Return (port, message) due now: repeated requests for items, and MISSION_ITEM_REACHED at every port, None."""
+        upload = self._upload
+        asked = [] if upload is None else [(upload.partner[2], found) for found in self._ask_again(upload, now_ns)]
+        return [*asked, *((None, found) for found in self._reached())]
 
     def _begin(self, partner: Partner, count: int, now_ns: int) -> list[Message]:
         if self._upload is not None and self._upload.partner != partner:
@@ -105,9 +107,8 @@ class Missions:
         self.event("mission", f"{len(upload.items)} of {upload.count} items: {result.name.lower()}")
         return [_ack(upload.partner, result)]
 
-    def _ask_again(self, now_ns: int) -> list[Message]:
-        upload = self._upload
-        if upload is None or 0 <= now_ns - upload.asked_ns < self.again_ns:
+    def _ask_again(self, upload: Upload, now_ns: int) -> list[Message]:
+        if 0 <= now_ns - upload.asked_ns < self.again_ns:
             return []
         if upload.tries >= self.most_tries:
             return self._end(upload, -1, MissionResult.OPERATION_CANCELLED)

@@ -13,7 +13,7 @@ restart.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from hashlib import sha256
 from typing import Final
@@ -47,6 +47,12 @@ class Signing:
             raise ValueError(f"a signing key has {KEY_BYTES} bytes, this one {len(self.key)}")
         if not 0 <= self.link_id <= 255:
             raise ValueError(f"link_id={self.link_id}: expected 0 to 255")
+
+    def beside(self, link_id: int) -> Signing:
+        """Return the signing of another link of the same end: a frame that one has accepted is old at the other."""
+        other = replace(self, link_id=link_id)
+        other._streams = self._streams
+        return other
 
     def judge(self, frame: Frame, now_ns: int) -> Verdict:
         signature = frame.signature

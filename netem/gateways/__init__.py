@@ -1,31 +1,91 @@
 """Gateways: runs in real time, in which devices and programs outside the run take part in a medium.
 
-A member of the kind `Gateway` is on a medium like a node; it sends on the medium the bytes that it receives from
-outside, and sends outside the frames that reach it, at the pace of the wall clock. It is a class with a settings class,
-and a line in the table (table.py). The run builds it as `Member(name, medium, settings, event=...)`, where `event`
-takes a kind, a detail and a level.
+A member of this kind is a `Gateway` with a settings class, and a line in the table (table.py). It is on a medium like a
+node: it sends on the medium the messages that it receives from outside, and sends outside the frames that reach it, at
+the pace of the wall clock. The run builds it as `Member(name, medium, settings, event=..., longest_bytes=...)`.
+
+The loop that waits for the wall clock (pace.py) calls `receive` whenever the descriptor `fileno()` can be read, and at
+the instant `due_ns()`. A gateway with several files gives the descriptor of a selector of its own; one that connects
+again after a while gives the instant of its next attempt.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Protocol
+import time
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, ClassVar, Final
+
+from netem.wire.instants import NEVER_NS
+from netem.wire.level import Level
+
+Tell = Callable[[str, str, Level], None]        # (kind, detail, level) of an event
+
+SPEAKS: Final = "gateway peer"                  # kinds of events: somebody outside takes part,
+GONE: Final = "gateway peer gone"               # has left,
+REFUSED: Final = "gateway peer refused"         # or may not take part
+LOST: Final = "gateway lost"                    # a device or server is there no more,
+MISSING: Final = "gateway not connected"        # or not there yet
+FLOODED: Final = "gateway flooded"              # somebody sends more than is taken
+GARBAGE: Final = "gateway garbage"              # bytes that are no message
+UNREAD: Final = "gateway peer does not read"    # what is sent to it piles up
 
 
-class Gateway(Protocol):
-    name: str
-    medium: str
+def tell_nobody(kind: str, detail: str, level: Level) -> None:
+    """Drop an event."""
+
+
+class GatewaySettings:
+    """Questions that the settings of every kind of gateway answer before the run, with defaults."""
+
+    def occupies(self) -> Collection[str]:
+        """Return the addresses or devices that no other gateway of the run can have, as text for an error."""
+        return ()
+
+    def refusal(self, *, carries_can_frames: bool) -> str:
+        """Return why the gateway cannot be on its medium, with a remedy; "" if it can."""
+        return ""
+
+
+class Gateway:
+    """Base class of all gateways.
+
+    `event` records what happens to the gateway; `longest_bytes` is the longest frame that the medium takes, None if
+    there is no limit. `clock_ns` is the wall clock of `due_ns`, that of `time.monotonic_ns`.
+    """
+
+    Settings: ClassVar[type[Any]] = GatewaySettings
+
+    def __init__(self, name: str, medium: str, settings: Any, *, event: Tell = tell_nobody,
+                 longest_bytes: int | None = None, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        self.name = name
+        self.medium = medium
+        self.settings = settings
+        self.longest_bytes = longest_bytes
+        self._event, self._clock_ns = event, clock_ns
 
     def fileno(self) -> int:
-        """Return the descriptor that becomes readable when bytes arrive."""
+        """Return the descriptor that becomes readable when there is something to receive; it stays the same."""
+        raise NotImplementedError
+
+    def due_ns(self) -> int:
+        """Return the instant of the wall clock at which `receive` is to be called though the descriptor is silent."""
+        return NEVER_NS
 
     def receive(self, most: int) -> list[bytes]:
         """Return at most `most` of the messages that have arrived, oldest first; never block, never raise for bytes."""
+        raise NotImplementedError
 
     def send(self, data: bytes) -> None:
         """Send `data` outside; drop and count it if it cannot be sent now."""
+        raise NotImplementedError
 
     def counters(self) -> Mapping[str, int]:
         """Return the numbers of messages received, refused, sent and not sent, under names for `run.json`."""
+        return {}
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close all files; called once, at the end of the run."""
+
+    def tell(self, kind: str, text: str, level: Level = Level.WARNING) -> None:
+        """Record an event whose detail names this gateway."""
+        self._event(kind, f"gateways.{self.name} {text}", level)

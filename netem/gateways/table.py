@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
-from netem.gateways.udp import UdpGateway
+from netem.core.kinds import Kinds
 
-GATEWAYS: Final[Mapping[str, Any]] = {
-    "udp": UdpGateway,
-}
+GATEWAYS: Final = Kinds({
+    "udp": "netem.gateways.udp:UdpGateway",
+    "tcp": "netem.gateways.tcp:TcpGateway",
+    "can": "netem.media.can.can_gateway:CanGateway",
+    "serial": "netem.gateways.serial_port:SerialGateway",
+})
 USUAL: Final = "udp"                # the default of `kind`

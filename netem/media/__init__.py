@@ -16,7 +16,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 if TYPE_CHECKING:
-    from netem.media.answers import Camera, FloorPlan, SerialFormat, ShownPose
+    from netem.media.answers import Camera, DatagramFormat, FloorPlan, SerialFormat, ShownPose
     from netem.media.radio_presets import RadioPreset
 
 
@@ -34,6 +34,8 @@ class MediumSettings:
     strikable: ClassVar[frozenset[str]] = frozenset({"links"})      # parts that faults strike: Fault.strikes
     link_type: ClassVar[int] = 151                  # of its frames in captures: USER4, by the list of tcpdump.org
     carries_can_frames: ClassVar[bool] = False      # True: a program opens its port with python-can
+    carries_datagrams: ClassVar[bool] = True        # False: a frame cannot be the datagram of a socket
+    addressed: ClassVar[bool] = False               # True: a frame begins as packet_network/datagram.py says
     shows_bodies: ClassVar[bool] = False            # True: a copy is a sight of its sender, who sent nothing
     poses_key: ClassVar[Sequence[str]] = ("bodies",)    # where a scenario names what `poses` returns
 
@@ -82,8 +84,16 @@ class MediumSettings:
         """Return the data for a view of the medium from above; None if there is nothing to draw."""
         return None
 
+    def longest_frame_bytes(self) -> int | None:
+        """Return the length of the longest frame that the medium takes; None: it has no limit."""
+        return None
+
     def radio(self) -> RadioPreset | None:
         """Return the radio that sends and receives the frames; None if the medium is no radio channel."""
+        return None
+
+    def datagram_format(self) -> DatagramFormat | None:
+        """Return how a port takes datagrams of any bytes; None if it takes none."""
         return None
 
     def serial_format(self) -> SerialFormat | None:

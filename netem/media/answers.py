@@ -35,6 +35,13 @@ class FloorPlan:
     obstacles: tuple[Obstacle, ...]
 
 
+class DatagramFormat(NamedTuple):
+    """How a port takes the datagrams of a network library."""
+
+    longest_bytes: int | None       # of a datagram that is not sent in pieces, None: no limit
+    addressed: bool                 # True: with the destination's name before it, see packet_network/datagram.py
+
+
 class SerialFormat(NamedTuple):
     clock: ByteClock
     chunk_bytes: int                # largest delivery to a receiver; 0: no limit

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 
 from netem.core.nearest import did_you_mean
 from netem.media import MediumSettings
-from netem.media.answers import ShownPose
+from netem.media.answers import DatagramFormat, ShownPose
 from netem.media.decoding import Decoding
 from netem.media.decoding.table import DECODINGS
 from netem.media.level_errors import LevelErrorSettings
@@ -76,6 +76,12 @@ class RadioSettings(MediumSettings):
         preset = PRESETS[self.preset]
         return replace(preset, **_given(self, RadioPreset, besides="csma"),
                        csma=replace(preset.csma, **_given(self.csma, type(preset.csma))))
+
+    def datagram_format(self) -> DatagramFormat:
+        return DatagramFormat(self.radio().max_payload_bytes, addressed=False)
+
+    def longest_frame_bytes(self) -> int | None:
+        return self.radio().max_payload_bytes
 
     def poses(self) -> Mapping[str, ShownPose]:
         period_ns, bodies = self.topology.moving()

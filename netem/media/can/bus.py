@@ -41,7 +41,7 @@ from netem.media.can.declared import DeclarationWatch
 from netem.media.can.encoded_frame import EncodedFrame
 from netem.media.can.error_handling import ErrorHandling
 from netem.media.can.fault_confinement import State
-from netem.media.can.frame import MalformedFrame
+from netem.media.can.frame import MalformedFrame, is_error
 from netem.media.can.messages import late_messages
 from netem.media.can.settings import CanSettings
 from netem.media.can.transmit_queue import TransmitQueue
@@ -82,6 +82,7 @@ class CanBus(Medium):
         self._errors = ErrorHandling(self._state, BitErrors(settings.bit_errors, rng_for(f"media.{name}.bit_errors")),
                                      agenda, self._arm)
         self._faults = BusFaults(self._state, self._errors, agenda, self.offer)
+        self._signalling = frozenset(settings.error_frames_from)
         self._admit = Admission(settings).admit
         self._declared = DeclarationWatch(settings.messages) if settings.messages else None
         self._shortest_ns = settings.shortest_ns()
@@ -94,6 +95,9 @@ class CanBus(Medium):
     # --- as a medium
 
     def offer(self, sender: str, data: bytes, now_ns: int) -> None:
+        if self._signalling and sender in self._signalling and is_error(data):
+            self._faults.signal_error(now_ns)
+            return
         controller = self._controllers[sender]
         if self._notifies and controller.notified and is_message(data):
             self._dialogue.take(controller, data, now_ns)

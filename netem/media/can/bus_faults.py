@@ -9,6 +9,7 @@ from typing import Any, Final
 from netem.core.agenda import OFFER, Agenda
 from netem.media.can.bus_state import BusState
 from netem.media.can.controller import Controller
+from netem.media.can.error_frame import FLAG_BITS
 from netem.media.can.error_handling import ErrorHandling
 from netem.media.can.frame import CanFrame, pack
 from netem.media.can.stuck_dominant import Window
@@ -37,6 +38,24 @@ class BusFaults:
         self._babble(controller, pack(CanFrame(fields["can_id"], b"\x55" * fields["length"], fields["extended"])),
                      end_ns, -1, start_ns)
         return ""
+
+    def signal_error(self, now_ns: int) -> None:
+        """Put an error flag on the bus as soon as it is free: a node outside the run has found an error.
+
+        The fate of a frame on the bus was decided at its start, so the flag follows it.
+        """
+        start_ns = max(now_ns, self._state.timeline.free_ns)
+        self._agenda.at(start_ns, FAULT, self._state.name, partial(self._flag, start_ns))
+
+    def _flag(self, start_ns: int) -> None:
+        free_ns = self._state.timeline.free_ns
+        if free_ns > start_ns:                  # another flag came first
+            self._agenda.at(free_ns, FAULT, self._state.name, partial(self._flag, free_ns))
+            return
+        clock = self._state.timeline.clock
+        self._errors.stuck(Window(start_ns, start_ns + clock.ns(FLAG_BITS * clock.nominal)))
+        for tap in self._state.taps:
+            tap.error_frame(self._state.name, start_ns)
 
     def _babble(self, controller: Controller, data: bytes, end_ns: int, number: int, now_ns: int) -> None:
         """Keep one frame of the babbling controller waiting until `end_ns`; `number` is that of the last one."""

@@ -56,6 +56,11 @@ class CanFrame(NamedTuple):
     error: bool = False
 
 
+def is_error(data: bytes) -> bool:
+    """Return whether a struct is a message about an error; False for bytes that are no struct."""
+    return len(data) in (CLASSICAL_BYTES, FD_BYTES) and bool(int.from_bytes(data[:4], "little") & ERROR_FLAG)
+
+
 def fd_length(length: int) -> int:
     """Shortest data length of CAN FD that holds `length` bytes; raises `MalformedFrame` above 64."""
     if not 0 <= length <= 64:

@@ -34,6 +34,7 @@ class CanLogSettings:
 @dataclass(frozen=True)
 class CanSettings(MediumSettings):
     carries_can_frames: ClassVar = True
+    carries_datagrams: ClassVar = False
     link_type: ClassVar = 227                               # CAN_SOCKETCAN
     strikable: ClassVar = frozenset({"links", "bus"})
     bit_rate_bps: int
@@ -44,6 +45,7 @@ class CanSettings(MediumSettings):
     own_frames_to: tuple[str, ...] = ()                     # nodes that receive their own frames after transmission
     error_messages_to: tuple[str, ...] = ()                 # nodes that get messages about their controller's state
     notifications_to: tuple[str, ...] = ()                  # FMUs that get Confirm, Arbitration Lost and Bus Error
+    error_frames_from: tuple[str, ...] = ()                 # nodes that may offer an error message: it is an error flag
 
     at_bus_off: Literal["drop", "keep"] = "drop"            # treatment of the frames that wait
     recovery: Literal["automatic", "never"] = "automatic"   # from bus-off
@@ -154,7 +156,7 @@ class CanSettings(MediumSettings):
         if medium in nodes:
             lines.append(f"the medium {medium} and a node on it have one name; rename one")
         there = f"no such node on this bus; there are {', '.join(nodes)}"
-        for key in ("own_frames_to", "error_messages_to", "notifications_to"):
+        for key in ("own_frames_to", "error_messages_to", "notifications_to", "error_frames_from"):
             lines += [f"{key}={node}: {there}" for node in getattr(self, key) if node not in nodes]
         lines += [f"messages: {name}: sender={message.sender}: {there}" for name, message in self.messages.items()
                   if message.sender not in nodes]

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Final, Literal
 
 from netem.core.nearest import did_you_mean
 from netem.media import MediumSettings
+from netem.media.answers import DatagramFormat
 from netem.media.packet_network.datagram import EVERYONE, MOST_NAME_BYTES
 from netem.media.packet_network.routes import Link, Routes
 from netem.topology.link_names import edges
@@ -29,6 +30,7 @@ class LinkSettings:
 
 @dataclass(frozen=True)
 class PacketNetworkSettings(MediumSettings):
+    addressed: ClassVar = True
     link_type: ClassVar = 149               # USER2
     rate_bps: int                           # of each direction of a link
     delay_ns: int = 0                       # propagation, from the last bit sent to the last bit received
@@ -56,6 +58,10 @@ class PacketNetworkSettings(MediumSettings):
                 raise ValueError(f"groups: {group}: this name means all nodes; choose another")
             if not members:
                 raise ValueError(f"groups: {group}=[]: expected at least one node")
+
+    def datagram_format(self) -> DatagramFormat:
+        least = min([self.mtu_bytes, *(own.mtu_bytes for own in self.links.values() if own.mtu_bytes is not None)])
+        return DatagramFormat(least - self.header_bytes, addressed=True)
 
     def routes(self, nodes: Sequence[str]) -> Routes:
         """Return the network between `nodes`; ValueError, one line a mistake, for names and links that do not fit."""

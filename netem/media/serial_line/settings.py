@@ -48,6 +48,9 @@ class SerialLineSettings(MediumSettings):
     def serial_format(self) -> SerialFormat:
         return SerialFormat(self.clock, self.chunk_bytes, self.idle_bytes)
 
+    def longest_frame_bytes(self) -> int:
+        return self.buffer_bytes
+
     @staticmethod
     def check_nodes(nodes: Sequence[str]) -> None:
         """Raise ValueError unless the line has two ends."""

@@ -40,7 +40,7 @@ class Flight:
         while self.ground.now_ns < now_ns + STEP_NS:
             self.ground.now_ns += 5 * MS
             self.ground.vehicle.advance(self.ground.now_ns)
-            for frame in self.ground.front.step(up, self.ground.now_ns):
+            for frame in self.ground.front.step([up], self.ground.now_ns)[0]:
                 if self.rng.random() >= self.loss:
                     self.client.hear(frame, self.ground.now_ns)
             up = b""
@@ -65,7 +65,7 @@ def test_without_losses_each_order_is_given_once_and_the_vehicle_flies():
     assert phases == ["set up", "arm", "take off", "climb", "hand over", "chase"]
     assert len(flight.orders) == 5              # two streams, arm, take-off, mode
     assert flight.ground.vehicle.mode is Mode.OFFBOARD
-    assert flight.ground.front.streams.interval_ns("ATTITUDE") == 0
+    assert flight.ground.front.ports[0].streams.interval_ns("ATTITUDE") == 0
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -16,7 +16,7 @@ from experiments.run.run_folder import clear
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 from netem.core.frame import Frame
-from netem.gateways import Gateway
+from netem.gateways import Gateway, GatewaySettings
 from netem.gateways.table import GATEWAYS
 from netem.gateways.udp import UdpGateway
 from netem.records import Feed, Place, Recorder
@@ -157,18 +157,18 @@ def test_its_settings_are_checked_before_the_run(scenario: Path) -> None:
 
 
 @dataclass(frozen=True)
-class PipeSettings:
+class PipeSettings(GatewaySettings):
     greeting: str
 
 
-class PipeGateway:
+class PipeGateway(Gateway):
     """Says `greeting` once, and keeps what it hears."""
 
     Settings: ClassVar = PipeSettings
     heard: ClassVar[list[bytes]] = []
 
-    def __init__(self, name: str, medium: str, settings: PipeSettings, *, event: Any) -> None:
-        self.name, self.medium = name, medium
+    def __init__(self, name: str, medium: str, settings: PipeSettings, **others: Any) -> None:
+        super().__init__(name, medium, settings, **others)
         self._read, self._write = os.pipe()
         os.write(self._write, settings.greeting.encode())
 
@@ -190,8 +190,7 @@ class PipeGateway:
 
 
 def test_a_gateway_of_ones_own_stands_on_a_medium(scenario: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    wanted: type[Gateway] = PipeGateway
-    monkeypatch.setitem(GATEWAYS, "pipe", wanted)            # type: ignore[arg-type]
+    monkeypatch.setitem(GATEWAYS._paths, "pipe", f"{__name__}:PipeGateway")
     scenario.write_text(SCENARIO + '[gateways.outside]\nkind = "pipe"\nmedium = "radio"\ngreeting = "hello"\n')
 
     result = run(load(scenario), host="inline", out=scenario.parent / "run", report=False, real_time=True)
@@ -209,4 +208,4 @@ def test_a_gateway_that_names_no_kind_is_one_over_udp(scenario: Path) -> None:
 
     spec = load(scenario).gateways["outside"]
 
-    assert (spec.kind, spec.settings) == ("udp", UdpGateway.Settings("127.0.0.1:0", None))
+    assert (spec.kind, spec.settings) == ("udp", UdpGateway.Settings("127.0.0.1:0"))

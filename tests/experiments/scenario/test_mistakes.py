@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from experiments.scenario import ScenarioError, load
-from netem.gateways.udp import ADDRESS_RULE
+from netem.gateways.addresses import ADDRESS_RULE, BEYOND_RULE
+from netem.gateways.tcp import NO_CAN
 
 EACH = [
     # header
@@ -42,13 +43,33 @@ EACH = [
     ("[media.quiet]",
      '[gateways.g]\nmedium = "radoi"\nlisten = "10.0.0.1:80"\npeer = "127.0.0.1:99999"\n[media.quiet]',
      ['gateways.g.medium="radoi": no such medium; did you mean "radio"?',
-      f'gateways.g.listen="10.0.0.1:80": {ADDRESS_RULE}', f'gateways.g.peer="127.0.0.1:99999": {ADDRESS_RULE}']),
+      f'gateways.g.listen="10.0.0.1:80": {BEYOND_RULE}', f'gateways.g.peer="127.0.0.1:99999": {ADDRESS_RULE}']),
     ("[media.quiet]", '[gateways.g]\nmedium = "radio"\nkind = "upd"\nlisten = "nowhere"\n[media.quiet]',
      ['gateways.g.kind="upd": no such kind; did you mean "udp"?']),
     ("[media.quiet]", '[gateways.g]\nmedium = "radio"\nlistens = 1\n[media.quiet]',
      ['gateways.g.listens=1: unknown key; did you mean "listen"?']),
+    ("[media.quiet]", '[gateways.g]\nmedium = "radio"\nlisten = "0.0.0.0:80"\nonly_from = ["10.0.0.0/99"]\n'
+     "[media.quiet]",
+     ['gateways.g.only_from=10.0.0.0/99: expected an IP address or a network, for example "192.168.1.20" or '
+      '"192.168.1.0/24"']),
+    ("[media.quiet]", '[gateways.g]\nmedium = "radio"\nlisten = "0.0.0.0:80"\nonly_from = ["10.0.0.0/8"]\n'
+     'peer = "11.0.0.1:14550"\nforget_after_s = -1\n[media.quiet]',
+     ['gateways.g.peer="11.0.0.1:14550": is not among only_from = [\'10.0.0.0/8\']; add it there',
+      "gateways.g.forget_after_s=-1 (forget_after_ns=-1000000000): expected at least 0"]),
+    ("[media.quiet]", '[gateways.g]\nmedium = "radio"\nlisten = "127.0.0.1:81"\n[gateways.h]\nmedium = "radio"\n'
+     'listen = "127.0.0.1:81"\n[gateways.i]\nmedium = "radio"\nkind = "tcp"\nlisten = "127.0.0.1:81"\n[media.quiet]',
+     ["gateways.h: has the UDP address 127.0.0.1:81, which gateways.g has already; give each one of its own, or let "
+      "the clients share one gateway"]),
+    ("[media.quiet]", '[gateways.g]\nmedium = "radio"\nkind = "tcp"\n[media.quiet]',
+     ['gateways.g: expected one of listen = "127.0.0.1:5760" and connect = "127.0.0.1:5760"']),
+    ("[media.quiet]", '[gateways.g]\nmedium = "radio"\nkind = "tcp"\nconnect = "localhost:5760"\n[media.quiet]',
+     [f'gateways.g.connect="localhost:5760": {ADDRESS_RULE}']),
+    ("[media.quiet]", '[gateways.g]\nmedium = "radio"\nkind = "serial"\ndevice = "/dev/ttyX"\npty = "x"\n'
+     '[media.quiet]', ['gateways.g: expected one of device = "/dev/ttyUSB0" and pty = "path of the link to make"']),
+    ("[media.quiet]", '[gateways.g]\nmedium = "quiet"\nkind = "tcp"\nlisten = "127.0.0.1:0"\n[media.quiet]\n'
+     'kind = "can"\nbit_rate_bps = 500_000\n[media.unused]', [f'gateways.g.medium="quiet": {NO_CAN}']),
     ("[media.quiet]", "[gateways]\ng = 1\n[media.quiet]", ["gateways.g=1: expected a table"]),
-    ("[media.quiet]", "[records.pcap]\n[media.quiet]", ["records.pcap: no such recorder; there are none"]),
+    ("[media.quiet]", "[records.pcap]\n[media.quiet]", ['records.pcap: no such recorder; did you mean "pcapng"?']),
     ("[media.quiet]", '[gateways.r1]\nmedium = "radio"\n[media.quiet]',
      ["gateways.r1: is the name of an agent already; take another one"]),
     # derived signals

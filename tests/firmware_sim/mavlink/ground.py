@@ -21,7 +21,7 @@ class Ground:
         settings.setdefault("streams_hz", QUIET if quiet else {})
         self.front = MavlinkFront(self.vehicle, MavlinkSettings(**settings),
                                   lambda kind, detail: self.events.append((kind, detail)))
-        self.vehicle.on_notice = lambda severity, text: self.front.texts.say(severity, text, self.told_ns)
+        self.vehicle.on_notice = lambda severity, text: self.front.say(severity, text, self.told_ns)
         self.mav = common.MAVLink(None, srcSystem=system, srcComponent=190)
         self.mav.robust_parsing = True
         self.now_ns = self.told_ns = 0
@@ -41,7 +41,7 @@ class Ground:
         self.vehicle.advance(self.now_ns)
         answers = []
         self.told_ns = self.now_ns
-        for frame in self.front.step(data, self.now_ns):
+        for frame in self.front.step([data], self.now_ns)[0]:
             answers += self.mav.parse_buffer(frame) or []
         self.heard += [(self.now_ns, message) for message in answers]
         return answers

@@ -190,7 +190,7 @@ def test_a_flood_is_cut_at_the_receive_buffer_and_the_streams_go_on():
     node = Node("vehicle", ["telemetry"])
     board = Board(node, LocalClock(ClockSettings(), node.env.time_ns), None, {}, Random(1), {})
     ground = Ground()
-    task = MavlinkTask(board, "telemetry", ground.vehicle, MavlinkSettings(receive_buffer_bytes=1000))
+    task = MavlinkTask(board, ["telemetry"], ground.vehicle, MavlinkSettings(receive_buffer_bytes=1000))
     node.start(task.run())
     flood = [(at_ns, 0, b"\xfd" * 280) for at_ns in range(0, 1_000_000_000, 100_000)]     # 2.8 MB in a second
 

@@ -211,7 +211,7 @@ def test_a_budget_slows_all_streams_down_and_starves_none():
 
     assert sent <= 600 * 20 + 300 + 300             # what was saved up, and the one that overdrew last
     assert sent >= 0.95 * 600 * 20
-    for name in MavlinkSettings().intervals_ns():
+    for name in MavlinkSettings().intervals_ns("telemetry"):
         assert kinds(heard).count(name) >= 5, name
     assert 19 <= kinds(heard).count("HEARTBEAT") <= 21          # never held back
 

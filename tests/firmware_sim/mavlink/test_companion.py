@@ -29,7 +29,7 @@ class Pair:
             frames = ()
             self.ground.now_ns += TICK_NS
             self.ground.vehicle.advance(self.ground.now_ns)
-            for frame in self.ground.front.step(b"".join(filter(self.up, out)), self.ground.now_ns):
+            for frame in self.ground.front.step([b"".join(filter(self.up, out))], self.ground.now_ns)[0]:
                 if self.down(frame):
                     self.companion.hear(frame, self.ground.now_ns)
 
@@ -132,8 +132,8 @@ def test_any_bytes_at_all_change_nothing(chunks):
 def test_others_are_not_taken_for_the_vehicle():
     companion = Companion(MavlinkLink(245, 190))
     other = Ground(quiet=False, system=1)
-    other.front.link.system = 9
+    other.front.ports[0].link.system = 9
 
-    for frame in other.front.step(b"", 0):
+    for frame in other.front.step([b""], 0)[0]:
         assert companion.hear(frame, 0) == []
     assert companion.mode is None

@@ -1,132 +1,243 @@
-"""A UDP endpoint: which peer it speaks to, and that nothing from outside makes it fail or wait."""
+"""A UDP endpoint: which peers it speaks to, and that nothing from outside makes it fail or wait."""
 
 from __future__ import annotations
 
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 
 import pytest
 
-from netem.gateways.udp import MOST_TOLD, PEER_SILENT_NS, UdpGateway, UdpSettings
+from netem.gateways import FLOODED, GONE, REFUSED, SPEAKS
+from netem.gateways.udp import MOST_TOLD, UdpGateway, UdpSettings
+from netem.wire.instants import NEVER_NS
 
 HERE = ("127.0.0.1", 0)
+S = 1_000_000_000
+
+Client = Callable[[], socket.socket]
 
 
 @pytest.fixture
-def client() -> Iterator[socket.socket]:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
-        found.bind(HERE)
-        found.settimeout(2.0)
+def client() -> Iterator[Client]:
+    with ExitStack() as opened:
+        def found() -> socket.socket:
+            made = opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            made.bind(HERE)
+            made.settimeout(2.0)
+            return made
+
         yield found
 
 
+class Heard:
+    """A gateway with a clock that the test sets, and its events."""
+
+    def __init__(self, **settings: object) -> None:
+        self.now_ns = 0
+        self.told: list[tuple[str, str]] = []
+        self.gateway = UdpGateway("ground", "line", UdpSettings(**settings),    # type: ignore[arg-type]
+                                  event=lambda kind, detail, level: self.told.append((kind, detail)),
+                                  clock_ns=lambda: self.now_ns)
+
+    @property
+    def kinds(self) -> list[str]:
+        return [kind for kind, _ in self.told]
+
+
 @pytest.fixture
-def gateway() -> Iterator[UdpGateway]:
-    found = UdpGateway("ground", "line", UdpSettings())
-    yield found
-    found.close()
+def made() -> Iterator[Callable[..., Heard]]:
+    found: list[Heard] = []
+
+    def make(**settings: object) -> Heard:
+        found.append(Heard(**settings))
+        return found[-1]
+
+    yield make
+    for each in found:
+        each.gateway.close()
 
 
-def test_it_answers_the_first_that_speaks(client: socket.socket, gateway: UdpGateway) -> None:
+def name(of: socket.socket) -> str:
+    return "{}:{}".format(*of.getsockname())
+
+
+def test_it_answers_whoever_spoke(client: Client, made: Callable[..., Heard]) -> None:
+    here, gateway = client(), made().gateway
     gateway.send(b"to nobody")
-    client.sendto(b"hello", gateway.listening)
+    here.sendto(b"hello", gateway.listening)
 
     assert gateway.receive(1_000) == [b"hello"]
     gateway.send(b"welcome")
-    assert client.recvfrom(100) == (b"welcome", gateway.listening)
+    assert here.recvfrom(100) == (b"welcome", gateway.listening)
     assert (gateway.sent, gateway.unsent, gateway.received) == (1, 1, 1)
 
 
-def test_it_speaks_to_its_peer_before_anybody_spoke(client: socket.socket) -> None:
-    gateway = UdpGateway("ground", "line", UdpSettings(peer="{}:{}".format(*client.getsockname())))
-    gateway.send(b"heartbeat")
+def test_its_peer_gets_the_stream_before_anybody_spoke_and_is_never_forgotten(client: Client,
+                                                                             made: Callable[..., Heard]) -> None:
+    here = client()
+    heard = made(peer=name(here))
+    heard.gateway.send(b"heartbeat")
+    here.sendto(b"hello", heard.gateway.listening)
+    assert heard.gateway.receive(10) == [b"hello"]
 
-    assert client.recv(100) == b"heartbeat"
-    gateway.close()
+    heard.now_ns = 1_000_000 * S
+    assert heard.gateway.receive(10) == []
+    heard.gateway.send(b"still there")
+
+    assert [here.recv(100), here.recv(100)] == [b"heartbeat", b"still there"]
+    assert heard.gateway.due_ns() == NEVER_NS
+    assert heard.told == []
 
 
-def test_a_peer_that_does_not_listen_is_no_error(gateway: UdpGateway) -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as gone:
-        gone.bind(HERE)
-        gateway.peer = gone.getsockname()
-    for _ in range(5):
-        gateway.send(b"anybody?")           # the answer is an ICMP error at a later call
+def test_each_peer_that_spoke_gets_the_whole_stream(client: Client, made: Callable[..., Heard]) -> None:
+    first, second, silent = client(), client(), client()
+    heard = made(peer=name(silent))
+    for here in (first, second):
+        here.sendto(b"hello", heard.gateway.listening)
+    assert heard.gateway.receive(10) == [b"hello", b"hello"]
+
+    for k in range(20):
+        heard.gateway.send(b"%d" % k)
+
+    for here in (first, second, silent):
+        assert [here.recv(100) for _ in range(20)] == [b"%d" % k for k in range(20)]
+    assert heard.told == [(SPEAKS, f"gateways.ground speaks with {name(here)}") for here in (first, second)]
+    assert heard.gateway.counters() == {
+        "datagrams received": 2, "datagrams refused": 0, "datagrams beyond the rate": 0, "datagrams sent": 60,
+        "datagrams not sent": 0}
+
+
+def test_a_peer_that_does_not_listen_is_no_error_and_takes_nothing_from_another(client: Client,
+                                                                               made: Callable[..., Heard]) -> None:
+    here, gone = client(), client()
+    gateway = made().gateway
+    for each in (gone, here):
+        each.sendto(b"hello", gateway.listening)
+    assert len(gateway.receive(10)) == 2
+    gone.close()
+
+    for k in range(5):
+        gateway.send(b"%d" % k)             # the answer is an ICMP error at a later call
 
     assert gateway.receive(1_000) == []
+    assert [here.recv(100) for _ in range(5)] == [b"%d" % k for k in range(5)]
 
 
-def test_a_flood_is_taken_in_parts_and_empty_datagrams_count(client: socket.socket, gateway: UdpGateway) -> None:
+def test_what_came_is_taken_in_parts_and_empty_datagrams_count(client: Client, made: Callable[..., Heard]) -> None:
+    here, gateway = client(), made().gateway
     for _ in range(20):
-        client.sendto(b"", gateway.listening)
+        here.sendto(b"", gateway.listening)
 
     assert gateway.receive(15) == [b""] * 15
     assert gateway.receive(15) == [b""] * 5
 
 
-def test_a_second_peer_is_refused_with_one_event_and_the_first_keeps_the_stream(client: socket.socket) -> None:
-    told: list[tuple[str, str]] = []
-    gateway = UdpGateway("ground", "line", UdpSettings(), event=lambda kind, detail, level: told.append((kind, detail)))
-    first, second = "{}:{}".format(*client.getsockname()), ""
-    client.sendto(b"first", gateway.listening)
-    assert gateway.receive(10) == [b"first"]
+def test_one_more_peer_than_there_is_room_for_is_refused_with_one_event(client: Client,
+                                                                       made: Callable[..., Heard]) -> None:
+    first, second = client(), client()
+    heard = made(most_peers=1)
+    first.sendto(b"first", heard.gateway.listening)
+    for _ in range(3):
+        second.sendto(b"second", heard.gateway.listening)
 
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.bind(HERE)
-        second = "{}:{}".format(*other.getsockname())
-        for _ in range(3):
-            other.sendto(b"second", gateway.listening)
-        assert gateway.receive(10) == []
-    gateway.send(b"stream")
+    assert heard.gateway.receive(10) == [b"first"]
+    heard.gateway.send(b"stream")
 
-    assert client.recv(100) == b"stream"
-    assert (gateway.received, gateway.refused) == (1, 3)
-    assert told == [("gateway peer", f"gateways.ground speaks with {first}"),
-                    ("gateway peer refused", f"gateways.ground speaks with {first}: datagrams of {second} are dropped; "
-                                             "give it a gateway of its own")]
-    gateway.close()
+    assert first.recv(100) == b"stream"
+    assert (heard.gateway.received, heard.gateway.refused) == (1, 3)
+    assert heard.told[1:] == [(REFUSED, f"gateways.ground drops the datagrams of {name(second)}: it speaks with "
+                               f"{name(first)} and takes no more than 1; raise most_peers, or give it a gateway of its "
+                               "own")]
 
 
-def test_a_peer_may_be_followed_by_another_once_it_has_been_silent(client: socket.socket) -> None:
-    told: list[tuple[str, str]] = []
-    now_ns = [0]
-    gateway = UdpGateway("ground", "line", UdpSettings(), event=lambda kind, detail, level: told.append((kind, detail)),
-                         clock_ns=lambda: now_ns[0])
-    client.sendto(b"first", gateway.listening)
-    gateway.receive(10)
+def test_a_silent_peer_is_forgotten_at_its_instant_and_makes_room(client: Client, made: Callable[..., Heard]) -> None:
+    first, second = client(), client()
+    heard = made(most_peers=1, forget_after_ns=10 * S)
+    heard.now_ns = 3 * S
+    first.sendto(b"first", heard.gateway.listening)
+    heard.gateway.receive(10)
+    assert heard.gateway.due_ns() == 13 * S
 
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.bind(HERE)
-        now_ns[0] = PEER_SILENT_NS - 1
-        other.sendto(b"too early", gateway.listening)
-        assert gateway.receive(10) == []
-        now_ns[0] = PEER_SILENT_NS
-        other.sendto(b"mine now", gateway.listening)
-        assert gateway.receive(10) == [b"mine now"]
-        assert gateway.peer == other.getsockname()
+    heard.now_ns = 13 * S - 1
+    second.sendto(b"too early", heard.gateway.listening)
+    assert heard.gateway.receive(10) == []
+    heard.now_ns = 13 * S
+    assert heard.gateway.receive(10) == []
+    assert heard.gateway.peers == set()
+    second.sendto(b"mine now", heard.gateway.listening)
+    assert heard.gateway.receive(10) == [b"mine now"]
 
-    assert [kind for kind, _ in told] == ["gateway peer", "gateway peer refused", "gateway peer"]
-    assert told[-1][1].endswith("which has been silent")
-    gateway.close()
+    assert heard.kinds == [SPEAKS, REFUSED, GONE, SPEAKS]
+    assert heard.told[2][1] == (f"gateways.ground forgets {name(first)}, which has been silent for 10 s; it takes part "
+                                "again as soon as it speaks")
 
 
-def test_a_flood_of_addresses_leaves_a_bounded_number_of_events(client: socket.socket) -> None:
-    told: list[str] = []
-    gateway = UdpGateway("ground", "line", UdpSettings(), event=lambda kind, detail, level: told.append(kind))
-    client.sendto(b"first", gateway.listening)
-    gateway.receive(10)
+def test_only_those_named_may_speak(client: Client, made: Callable[..., Heard]) -> None:
+    here = client()
+    strict = made(only_from=("10.1.0.0/16",))
+    here.sendto(b"let me in", strict.gateway.listening)
+    assert strict.gateway.receive(10) == []
+    assert strict.told == [(REFUSED, f"gateways.ground drops the datagrams of {name(here)}: it is not among only_from "
+                            "= ['10.1.0.0/16']")]
+
+    wide = made(listen="0.0.0.0:0", only_from=("127.0.0.0/8",))
+    here.sendto(b"hello", ("127.0.0.1", wide.gateway.listening[1]))
+    assert wide.gateway.receive(10) == [b"hello"]
+
+
+def test_it_listens_on_version_6_too(made: Callable[..., Heard]) -> None:
+    try:
+        heard = made(listen="[::1]:0")
+    except OSError:
+        pytest.skip("this machine has no IPv6 loopback")
+    with socket.socket(socket.AF_INET6, socket.SOCK_DGRAM) as here:
+        here.bind(("::1", 0))
+        here.settimeout(2.0)
+        here.sendto(b"hello", heard.gateway.listening)
+
+        assert heard.gateway.receive(10) == [b"hello"]
+        heard.gateway.send(b"welcome")
+        assert here.recv(100) == b"welcome"
+        assert heard.told == [(SPEAKS, f"gateways.ground speaks with [::1]:{here.getsockname()[1]}")]
+
+
+def test_a_peer_that_floods_is_bounded_and_told_once_and_the_other_is_heard(client: Client,
+                                                                           made: Callable[..., Heard]) -> None:
+    flooding, other = client(), client()
+    heard = made(most_per_s=100)
+    for _ in range(150):
+        flooding.sendto(b"flood", heard.gateway.listening)
+    other.sendto(b"other", heard.gateway.listening)
+
+    taken = heard.gateway.receive(1_000)
+
+    assert taken == [b"flood"] * 100 + [b"other"]
+    assert heard.gateway.flooded == 50
+    assert heard.kinds == [SPEAKS, FLOODED, SPEAKS]
+    heard.now_ns = S // 2                       # credit for 50 more
+    for _ in range(60):
+        flooding.sendto(b"flood", heard.gateway.listening)
+    assert heard.gateway.receive(1_000) == [b"flood"] * 50
+    assert heard.kinds == [SPEAKS, FLOODED, SPEAKS]
+
+
+def test_a_flood_of_addresses_leaves_a_bounded_number_of_events(client: Client, made: Callable[..., Heard]) -> None:
+    heard = made(most_peers=1)
+    client().sendto(b"first", heard.gateway.listening)
+    heard.gateway.receive(10)
 
     for _ in range(3 * MOST_TOLD):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-            other.bind(HERE)
-            other.sendto(b"?", gateway.listening)
-            gateway.receive(10)
+        client().sendto(b"?", heard.gateway.listening)
+        heard.gateway.receive(10)
 
-    assert gateway.refused == 3 * MOST_TOLD
-    assert told.count("gateway peer refused") <= MOST_TOLD
-    gateway.close()
+    assert heard.gateway.refused == 3 * MOST_TOLD
+    assert heard.kinds.count(REFUSED) == MOST_TOLD
 
 
-def test_an_address_that_is_taken_is_named(gateway: UdpGateway) -> None:
+def test_an_address_that_is_taken_is_named_with_the_remedy(made: Callable[..., Heard]) -> None:
+    gateway = made().gateway
     port = gateway.listening[1]
-    with pytest.raises(OSError, match=rf"gateways.other: cannot listen on 127.0.0.1:{port}: Address already in use"):
+    with pytest.raises(OSError, match=rf"gateways.other: cannot listen on 127.0.0.1:{port}: Address already in use; "
+                       "end the program or run that has it, or listen on another port, 0 for one that the system"):
         UdpGateway("other", "line", UdpSettings("{}:{}".format(*gateway.listening)))

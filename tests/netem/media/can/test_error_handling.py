@@ -279,3 +279,36 @@ def test_the_stream_of_bit_errors_is_named_by_the_bus() -> None:
     CanBench(rng_for=lambda place: (places.append(place), Random(0))[1])
 
     assert places == ["media.can.bit_errors"]
+
+
+# --- error frames from outside the run
+
+ERROR = pack(CanFrame(0x008, bytes(8), error=True))
+
+
+def test_an_error_message_of_a_named_node_is_an_error_flag_on_the_idle_bus() -> None:
+    bench = CanBench(error_frames_from=("c",)).run((0, "c", ERROR), (1, "a", FRAME))
+
+    # 6 bits of the flag, 6 of the others', 8 of the delimiter, 3 of the intermission; then the frame is on the bus.
+    assert [row["on_air_ns"] for row in bench.rows("a", "b")] == [23 * BIT]
+    assert bench.fates("a", "b") == [Fate.DELIVERED]
+    assert bench.counted["error_frames"] == 1
+    assert [bench.bus.error_counters(node)[1] for node in "abc"] == [1, 0, 0]   # b and c counted one down for the frame
+    assert bench.rows("c") == []
+
+
+def test_an_error_flag_waits_for_the_end_of_the_frame_on_the_bus_and_one_follows_another() -> None:
+    bench = CanBench(error_frames_from=("c",)).run((0, "a", FRAME), (10 * BIT, "c", ERROR), (11 * BIT, "c", ERROR),
+                                                   (12 * BIT, "b", FRAME))
+
+    free_ns = bench.rows("a", "b")[0]["end_ns"] + 3 * BIT
+    assert bench.fates("a", "b") == [Fate.DELIVERED]
+    assert [row["on_air_ns"] for row in bench.rows("b", "a")] == [free_ns + 2 * 23 * BIT]
+    assert bench.counted["error_frames"] == 2
+
+
+def test_an_error_message_of_any_other_node_is_malformed() -> None:
+    bench = CanBench(error_frames_from=("c",)).run((0, "b", ERROR))
+
+    assert bench.fates("b", "a") == [Fate.MALFORMED]
+    assert bench.counted["error_frames"] == 0
