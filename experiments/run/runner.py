@@ -409,9 +409,11 @@ class _Run:
         return [*standing_robots(self.scenario), *self.not_allowed, *of_records]
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
-        """Return the units of the signals of each agent and medium."""
+        """Return the units of the signals of each agent, medium and table of a medium."""
         found: dict[str, Sequence[tuple[str, str]]] = {
             name: medium.signals for name, medium in self.network.media.items()}
+        for medium in self.network.media.values():
+            found |= medium.tables()
         found |= {name: hellos[name].signals for name in self.scenario.agents}
         found |= dict.fromkeys(self.scenario.gateways, SIGNALS)
         return {name: dict(signals) for name, signals in found.items()}
@@ -466,12 +468,15 @@ class _Run:
 def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     """Return a specification for each agent; the results of the programs' `prepare` are added to the table [team]."""
     team: dict[str, Any] = dict(scenario.team)
-    blocking = set()
+    blocking, handling_events = set(), set()
     for path in sorted({agent.program for agent in scenario.agents.values()}):
         program = class_for(path, scenario.folder)
         if is_blocking(program):
             blocking.add(path)
-        elif (prepare := getattr(program, "prepare", None)) is not None:
+            continue
+        if getattr(program, "handles_events", False):
+            handling_events.add(path)
+        if (prepare := getattr(program, "prepare", None)) is not None:
             team.update(prepare(scenario, {name: OwnAgent(name, build_settings(program, agent.parameters), agent)
                                            for name, agent in scenario.agents.items() if agent.program == path}))
     folder = str(scenario.folder)
@@ -482,7 +487,8 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock,
                                     _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
                                     folder, agent.program in blocking, _own_frames(scenario, agent),
-                                    _can_buses(scenario, agent), _shown(scenario, agent), agent.name in mortal,
+                                    _notified(scenario, agent), _can_buses(scenario, agent), _shown(scenario, agent),
+                                    agent.name in mortal, agent.program in handling_events,
                                     zenoh_of(scenario, agent) if agent.program in blocking else None,
                                     interfaces_of(scenario, agent))
             for name, agent in scenario.agents.items()}
@@ -491,6 +497,10 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
 def _own_frames(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
     return tuple(medium for medium in agent.media
                  if scenario.media[medium].settings.reports_own_frames_to(agent.name))
+
+
+def _notified(scenario: Scenario, agent: AgentSpec) -> bool:
+    return any(scenario.media[medium].settings.notifies(agent.name) for medium in agent.media)
 
 
 def _can_buses(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:

@@ -105,11 +105,12 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     guaranteeing = Guarantees(reading, agents, media, gateways, derived, network.built, automata, *(
         (NEVER_NS, 1) if header is None else (header.length_ns, header.sample_period_ns)))
     guarantees = guaranteeing.read(tables["guarantees"])
-    recorded = [*agents, *gateways, *derived, *media]
+    tables_of_media = network.tables_of_media([*agents, *gateways, *derived, *media])
+    recorded = [*agents, *gateways, *derived, *media, *tables_of_media]
     records = read_records(() if header is None else header.record, tables["records"], media, reading)
     real_time = reading.tables.read(shape_of(RealTimeSettings), tables["real_time"], ("real_time",), (),
                                     RealTimeSettings).made
-    costs = read_costs(tables["costs"], [*agents, *derived, *media], media, derived, reading)
+    costs = read_costs(tables["costs"], [*agents, *derived, *media, *tables_of_media], media, derived, reading)
     expect = read_expect(tables["expect"], recorded, media, guarantees, guaranteeing.known(costs), reading)
     if header is not None:
         check_question_signal(header.question_signal, recorded, derived, problems)

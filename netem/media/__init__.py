@@ -53,6 +53,10 @@ class MediumSettings:
         """Return whether `node` receives its own frames once they got through."""
         return False
 
+    def notifies(self, node: str) -> bool:
+        """Return whether the interface of `node` to the medium tells it how each frame went that it sent."""
+        return False
+
     def links_to_themselves(self) -> Collection[str]:
         """Return the nodes with a link to themselves."""
         return ()
