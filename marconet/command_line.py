@@ -14,6 +14,7 @@ import click
 
 from experiments.run.exits import ExitCode, errors_as_text
 from marconet.completion import complete_plant, complete_scenario, install, script
+from netem.records.table import FROM_FRAMES
 
 if TYPE_CHECKING:
     from experiments.show.console import Console
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 Command = TypeVar("Command", bound=Callable[..., Any])
 TABLES = ("3.1", "3.2", "3.3", "3.4", "3.5")
 ON_ITS_OWN = "this process is the command's own, so it may fork and change settings of the process"
+PORT = click.IntRange(0, 65535)
 SHELLS = ("bash", "zsh", "fish")
 
 
@@ -75,6 +77,15 @@ def _install_completion(context: click.Context, parameter: click.Parameter, shel
         context.exit()
 
 
+class WithOptionalPorts(click.Command):
+    """A command whose options `--view` and `--foxglove` may stand without a port, which is any free one then."""
+
+    def parse_args(self, context: click.Context, words: list[str]) -> list[str]:
+        return super().parse_args(context, [
+            f"{word}=0" if word in ("--view", "--foxglove") and not (after and after[0].isdigit()) else word
+            for word, after in zip(words, [*([later] for later in words[1:]), []], strict=True)])
+
+
 @click.group(epilog="Example: marconet run output_sync", no_args_is_help=True)
 @click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_version,
               help="Show the version and exit.")
@@ -126,7 +137,8 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
     raise SystemExit(batch.check(sources, seed, duration, overrides))
 
 
-@app.command(epilog="Example: marconet run output_sync --seed 3 --set 'impairments[0].loss_ratio=0.3' --out runs/third")
+@app.command(cls=WithOptionalPorts,
+             epilog="Example: marconet run output_sync --seed 3 --set 'impairments[0].loss_ratio=0.3' --out runs/third")
 @sources
 @changes
 @click.option("--host", type=click.Choice(["process", "inline"]), default="process", show_default=True,
@@ -136,6 +148,14 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
 @click.option("--no-report", is_flag=True, help="Write the records without report.html.")
 @click.option("--real-time", is_flag=True,
               help="At the wall clock's pace; a scenario with gateways to the outside needs it.")
+@click.option("--rate", type=float, metavar="R",
+              help="Real time at R virtual seconds a second of the wall clock, as 0.5; means --real-time.")
+@click.option("--overrun", type=click.Choice(["slip", "abort"]),
+              help="What a run does that is too late: go on and catch up, or end; means --real-time.")
+@click.option("--view", type=PORT, metavar="[PORT]",
+              help="Show the run in a page on this machine while it happens: fates, faults to inject, pause, speed.")
+@click.option("--foxglove", type=PORT, metavar="[PORT]",
+              help="The same, and signals and positions for Foxglove; needs marconet[foxglove].")
 @click.option("--overwrite", is_flag=True, help="Replace the records of an earlier run in the folder.")
 @click.option("--fates-of", type=click.Path(path_type=Path), metavar="RUN",
               help="Frames meet the fates and delays recorded in the folder of an earlier run, instead of impairments.")
@@ -143,21 +163,25 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
               help="Which recorded frame of its link one meets: that with its number, or that at its instant.")
 @reporting
 def run(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
-        host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool, overwrite: bool,
-        fates_of: Path | None, match: Literal["number", "instant"], junit: Path | None, as_json: bool, quiet: bool,
-        verbose: bool) -> None:
+        host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool,
+        rate: float | None, overrun: Literal["slip", "abort"] | None, view: int | None, foxglove: int | None,
+        overwrite: bool, fates_of: Path | None,
+        match: Literal["number", "instant"], junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
     """Run scenarios and write their records and reports.
 
     Exits with 0 if every [expect] holds, 1 if one does not, 2 for bad input, 3 when a node failed; of several
     scenarios, with the highest of their codes.
     """
-    from experiments.run.several import Batch
+    from experiments.run.several import Batch, ViewPorts
 
     batch = Batch(_console(not (quiet or as_json)), verbose, junit, "runs" if as_json else None)
-
+    pace = [*([] if rate is None else [f"real_time.rate={rate}"]),
+            *([] if overrun is None else [f'real_time.overrun="{overrun}"'])]
+    shown = None if view is None and foxglove is None else ViewPorts(view or 0, foxglove)
     batch.in_children = host == "inline" and _process_is_its_own()
-    raise SystemExit(batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
-                               report=not no_report, overwrite=overwrite, fates_of=fates_of, match=match))
+    raise SystemExit(batch.run(sources, seed, duration, [*overrides, *pace], out, host=host,
+                               real_time=real_time or bool(pace), report=not no_report, overwrite=overwrite,
+                               fates_of=fates_of, match=match, view=shown))
 
 
 @app.command(epilog="Example: marconet sweep output_sync --vary 'impairments[0].loss_ratio=0:0.4:5' --seeds 100")
@@ -320,22 +344,40 @@ def fault(run_dir: Path, kind: str, keys: Sequence[str], verbose: bool) -> None:
 
 @app.command(epilog="Example: marconet export runs/third --as traces --out traces")
 @click.argument("run_dir", metavar="RUN_DIR", type=click.Path(path_type=Path))
-@click.option("--as", "form", type=click.Choice(["traces"]), required=True,
-              help="A CSV for each link, as the impairment `trace` reads it, and the lines of a scenario for them.")
+@click.option("--as", "form", type=click.Choice(["traces", *FROM_FRAMES]), required=True,
+              help="traces: a CSV for each link, as the impairment `trace` reads it, and the lines of a scenario for "
+                   "them. Others: logs of the frames, of a run with record = \"frames\".")
+@click.option("--medium", metavar="NAME", help="Frames of this medium only. Default: all that the format fits.")
 @click.option("--by", type=click.Choice(["frame", "time"]), default="frame", show_default=True,
-              help="Whether a frame meets the row with its number or the row in force at its instant.")
-@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Folder for the files.")
+              help="Of traces: whether a frame meets the row with its number or the row in force at its instant.")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
+              help="Folder for the files; traces need one. Default: the folder of the run.")
 @verbosely
-def export(run_dir: Path, form: str, by: Literal["frame", "time"], out: Path, verbose: bool) -> None:
+def export(run_dir: Path, form: str, medium: str | None, by: Literal["frame", "time"], out: Path | None,
+           verbose: bool) -> None:
     """Write what a run recorded in another form."""
     with errors_as_text(verbose):
         from experiments.judge.run_files import SCENARIO
-        from experiments.judge.trace_files import write_traces
         from experiments.show.text_views import print_path
 
         if not SCENARIO.is_in(run_dir):
             raise FileNotFoundError(f"{run_dir}: no run was recorded there: {_runs_near(run_dir)}")
-        print_path(_console(), form, write_traces(run_dir, out, by)[-1])
+        if form == "traces":
+            from experiments.judge.trace_files import write_traces
+
+            if out is None or medium is not None:
+                raise click.UsageError("--as traces needs --out DIR and takes no --medium: it writes every link")
+            print_path(_console(), form, write_traces(run_dir, out, by)[-1])
+            return
+        from experiments.run.export import export_frames
+        from experiments.run.killed_run import complete, is_unfinished
+        from experiments.run.run_folder import owner
+
+        if is_unfinished(run_dir) and not owner(run_dir):
+            for problem in complete(run_dir):
+                click.echo(problem, err=True)
+        for path in export_frames(run_dir, form, medium, out or run_dir):
+            print_path(_console(), form, path)
 
 
 def _runs_near(folder: Path) -> str:

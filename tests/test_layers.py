@@ -30,10 +30,12 @@ ADAPTERS = {
               "netem/gateways/zenoh_endpoint.py"},      # to programs outside of the run
     "fmpy": {"fmus/describe_fmu.py"},
     "can": {"firmware_sim/can_interface/bus.py", "firmware_sim/can_interface/other_interfaces.py",      # to programs
-            "netem/media/can/can_log.py",       # into log files
+            "netem/media/can/can_log.py", "netem/media/can/can_log_reader.py",      # into log files, and from them
             "netem/media/can/outside_bus.py"},  # to buses outside of the run
     "cantools": {"netem/media/can/dbc_file.py"},
     "pymavlink": {"firmware_sim/mavlink/dialect.py"},
+    "foxglove": {"experiments/show/view/foxglove_server.py"},
+    "websockets": {"experiments/show/view/server.py"},
     "pydantic": {"experiments/scenario/foreign_types.py"},
 }
 HEAVY = ("pydantic", "pyarrow", "click", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap")

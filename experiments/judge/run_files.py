@@ -72,4 +72,4 @@ INJECTED: Final = "injected.toml"           # faults that came from outside duri
 FAULT_SOCKET: Final = "run.faults"          # by which they come
 RECORDS: Final = (SCENARIO.name, LEDGER, RUN.name, GUARANTEES.name, SUMMARY.name, "report.html", INJECTED, FAULT_SOCKET,
                   "outputs.svg")            # beside the files of the recorders (netem/records/table.py)
-JOURNALS: Final = ("ledger.rows", "signals.rows")
+JOURNALS: Final = ("ledger.rows", "signals.rows", "frames.rows")

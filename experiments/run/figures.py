@@ -29,7 +29,6 @@ from experiments.judge.run_result import Summary
 from experiments.run.exits import in_words
 from experiments.run.run_records import FigureRecords
 from experiments.run.runner import COLLECT_AFTER_OBJECTS, HostName, NeedsRealTime, execute, node_specifications
-from experiments.scenario.blocking_programs import refuse_blocking
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError
 from netem.transport.diagnosis.under_way import UnderWay
@@ -48,8 +47,6 @@ class Repeated:
     def __init__(self, load: Callable[[int | None], Scenario], host: HostName,
                  under_way: UnderWay | None = None) -> None:
         scenario = load(None)
-        if host == "inline":
-            refuse_blocking(scenario)
         if scenario.gateways:
             raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take "
                                 "part, which needs real time: a campaign runs in virtual time")

@@ -1,6 +1,7 @@
 """Makes the records of a run that was killed, from its journals up to the last whole piece.
 
     ledger.rows.part -> ledger.parquet              signals.rows.part -> signals.mcap, ledger_events.parquet
+    frames.rows.part -> frames.parquet -> files of the recorders of [records] that are made from it
     run.json.part -> run.json, summary.json with the failure
 
 A record that cannot be made (the disk is still full) remains as a journal, which reports can read.
@@ -13,13 +14,15 @@ from pathlib import Path
 
 from experiments.judge.run_files import JOURNALS, LEDGER, RUN, SCENARIO, SUMMARY
 from experiments.judge.run_result import Summary
+from experiments.run.export import export_frames
 from experiments.run.run_folder import RunFolder
-from netem.records import events_file, signals
+from netem.records import events_file, frames_file, signals
 from netem.records.events_file import write_events
 from netem.records.journal import journal_of
 from netem.records.ledger_file import hash_of, read_ledger, write_from_journal
 from netem.records.part_file import part_of
 from netem.records.signals import Recording, SignalFile, read_recording
+from netem.records.table import RECORDERS
 
 KILLED = "the emulator's process was killed"
 
@@ -38,9 +41,10 @@ def complete(folder: Path, failure: str = KILLED, host: str = "") -> list[str]:
     """
     owned = RunFolder.left(folder)
     try:
-        return _complete(owned.path, failure, host)
+        problems = _complete(owned.path, failure, host)
     finally:
         owned.release()
+    return problems + write_requested(folder)
 
 
 def _complete(folder: Path, failure: str, host: str) -> list[str]:
@@ -59,6 +63,8 @@ def _complete(folder: Path, failure: str, host: str) -> list[str]:
     attempt(LEDGER, lambda: _ledger(folder / LEDGER, names))
     attempt(events_file.FILE, lambda: _events(folder / events_file.FILE, recording))
     attempt(signals.FILE, lambda: _signals(folder, names, recording))
+    if frames_file.has_frames(folder):
+        attempt(frames_file.FILE, lambda: _frames(folder / frames_file.FILE, names))
     if SUMMARY.is_in(folder):
         return problems             # the run closed by itself, but had no room for all of its records
     ledger = read_ledger(folder / LEDGER, ["fate", "offered_ns"])
@@ -72,6 +78,24 @@ def _complete(folder: Path, failure: str, host: str) -> list[str]:
                       reached_ns=reached_ns)
     attempt(SUMMARY.name, lambda: SUMMARY.write(folder, summary))
     return problems
+
+
+def write_requested(folder: Path) -> list[str]:
+    """Write what `[records]` asked for and is made from kept frames; return a line for each that cannot be made."""
+    requested = (SCENARIO.left(folder) or {}).get("records", {})
+    problems: list[str] = []
+    for kind in requested:
+        if kind in RECORDERS and RECORDERS[kind].NEEDS:
+            try:
+                export_frames(folder, kind, None, folder)
+            except (OSError, ValueError) as error:
+                problems.append(f"{kind}: {error}")
+    return problems
+
+
+def _frames(path: Path, names: dict[str, str]) -> None:
+    if not path.exists():
+        frames_file.FORMAT.write_from_journal(path, names)
 
 
 def _ledger(path: Path, names: dict[str, str]) -> None:

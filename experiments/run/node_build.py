@@ -1,8 +1,7 @@
 """Builds a node from its specification, with program, clock, plant and ports, for both hosts.
 
-A class is a board's program; any other callable is ordinary blocking code (`firmware_sim/blocking`), which needs a
-process of its own. A robot's process imports this module and the modules of its program, but no scenario, records or
-report.
+A class is a board's program; any other callable is ordinary blocking code (`firmware_sim/blocking`). A robot's process
+imports this module and the modules of its program, but no scenario, records or report.
 """
 
 from __future__ import annotations
@@ -15,16 +14,18 @@ from typing import Any, Final
 
 import msgspec
 
-from experiments.scenario.own_modules import class_for
+from experiments.scenario.own_modules import class_for, copies_for
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
 from firmware_sim.processor import Processor
 from firmware_sim.program_settings import construct_program
 from firmware_sim.recorded_outputs import record_outputs
+from firmware_sim.sockets.interface import Interface
 from firmware_sim.zenoh_programs.specification import ZenohSpecification
 from fmus.call_record import CallRecord
 from fmus.description import PlantDescription
+from fmus.event_plant import EventPlant
 from fmus.input_faults import Change
 from fmus.plant import Plant
 from netem.core.random_streams import stream
@@ -34,6 +35,7 @@ from netem.node.outside_guard import guarded
 from netem.wire.instants import NEVER_NS
 from netem.wire.messages import Life
 
+NOTIFICATIONS: Final = "org.fmi_standard.fmi_ls_bus.Can_BusNotifications"   # parameter of an FMU with a bus terminal
 NOISE_SEED: Final = "noise_seed"        # parameter of a plant with a random path; drawn unless the scenario sets it
 
 
@@ -67,10 +69,13 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     folder: str                     # folder of the scenario and of programs beside it
     blocking: bool = False
     own_frames: tuple[str, ...] = ()    # media that deliver the node's own frames once they got through
+    notified: bool = False          # a medium tells the node how each frame went that it sent
     can_buses: tuple[str, ...] = ()     # media that python-can opens
     shown: tuple[Shown, ...] = ()       # media that read outputs of its plant
     mortal: bool = False                # a fault may kill it
+    handles_events: bool = False        # its program handles the events and clocks of its plant
     zenoh: ZenohSpecification | None = None     # for its program's Zenoh, None for a board's program
+    interfaces: tuple[Interface, ...] = ()      # media that its sockets use
 
 
 class State(msgspec.Struct):
@@ -81,11 +86,12 @@ class State(msgspec.Struct):
     slowed_by: list[float]              # factors of its execution times
 
 
-def build_node(specification: NodeSpecification, at_end: ExitStack | None = None,
-               record: CallRecord | None = None, life: Life | None = None) -> Node:
+def build_node(specification: NodeSpecification, at_end: ExitStack | None = None, record: CallRecord | None = None,
+               life: Life | None = None, *, own_process: bool = True) -> Node:
     """Return the node with its program constructed and started.
 
-    `at_end` is closed at the end of the node's process; the host `inline` passes None. `record` receives the FMI call
+    `at_end` is closed at the end of the run, in the node's process or, without `own_process`, in that of all nodes;
+    then a blocking program gets copies of the modules of its folder. `record` receives the FMI call
     of the plant that runs. With a `life` the node was killed: its plant goes on, and its program starts when it boots.
     """
     if specification.blocking:
@@ -99,7 +105,8 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     processor = Processor()
     plant = _plant(specification, node, record)
     _take_faults(node, plant, clock, processor)
-    begin = partial(_begin, specification, node, clock, processor, plant, at_end, 0 if life is None else life.number)
+    begin = partial(_begin, specification, node, clock, processor, plant, at_end, 0 if life is None else life.number,
+                    own_process)
     if life is None:
         begin()
         return node
@@ -125,11 +132,12 @@ def _take_faults(node: Node, plant: Plant | None, clock: LocalClock, processor: 
 
 
 def _begin(specification: NodeSpecification, node: Node, clock: LocalClock, processor: Processor, plant: Plant | None,
-           at_end: ExitStack | None, life: int) -> None:
+           at_end: ExitStack | None, life: int, own_process: bool) -> None:
     """Construct and start the program; record what it declares and the outputs of its plant."""
     board = _board(specification, node, clock, processor, plant, life)
     if specification.blocking:
-        board.take_faults([_begin_blocking(specification, node, board, at_end)])
+        assert at_end is not None, "blocking code has threads that somebody has to end"
+        board.take_faults([_begin_blocking(specification, node, board, at_end, 0 if own_process else life + 1)])
     else:
         board.take_faults()
         board.keep_promises()
@@ -179,29 +187,39 @@ def _boot(node: Node, life: Life, clock: LocalClock, begin: Callable[[], None]) 
                          "opens its ports in the same way in each of its lives")
 
 
-def _begin_blocking(specification: NodeSpecification, node: Any, board: Board, at_end: ExitStack | None) -> LocalClock:
-    """Begin the function in its own thread; return the clock by which it measures durations."""
-    assert at_end is not None, "blocking code needs a process of its own"
-    from firmware_sim.blocking.own_process import own_process
+def _begin_blocking(specification: NodeSpecification, node: Any, board: Board, at_end: ExitStack,
+                    copy: int) -> LocalClock:
+    """Begin the function in its own thread; return the clock by which it measures durations.
 
-    program = at_end.enter_context(own_process(
-        node, board, specification.clock, specification.program, Path(specification.folder),
-        partial(_load_blocking, specification, at_end), specification.parameters, specification.can_buses,
-        specification.own_frames))
+    `copy` numbers the copies of its modules in a process that nodes share; 0: it has a process of its own.
+    """
+    from firmware_sim.blocking.ordinary_script import running_script
+
+    folder = Path(specification.folder)
+    find: Callable[[str], Any] = partial(class_for, folder=folder)
+    if copy:
+        from experiments.run.shared_state import shared_state_restored
+
+        at_end.enter_context(shared_state_restored(folder))
+        find = at_end.enter_context(copies_for(f"{specification.name}/{copy}", folder))
+    program = at_end.enter_context(running_script(
+        node, board, specification.clock, specification.program, folder,
+        partial(_load_blocking, specification, at_end, find), specification.parameters, specification.can_buses,
+        specification.own_frames, specification.interfaces, own_process=not copy))
     return program.oscillator
 
 
-def _load_blocking(specification: NodeSpecification, at_end: ExitStack) -> Any:
+def _load_blocking(specification: NodeSpecification, at_end: ExitStack, find: Callable[[str], Any]) -> Any:
     """Return the function; called in its own thread, so that python-can is imported with virtual time and locks."""
     if specification.can_buses and guarded():
         from firmware_sim.can_interface.other_interfaces import only_our_interface
 
-        at_end.enter_context(only_our_interface(specification.name, specification.can_buses))
+        at_end.enter_context(only_our_interface())
     if specification.zenoh is not None and guarded():
         from firmware_sim.zenoh_programs.replaced import zenoh_in_virtual_time
 
         at_end.enter_context(zenoh_in_virtual_time(specification.zenoh))
-    return class_for(specification.program, Path(specification.folder))
+    return find(specification.program)
 
 
 def _plant(specification: NodeSpecification, node: Node, record: CallRecord | None) -> Plant | None:
@@ -211,8 +229,11 @@ def _plant(specification: NodeSpecification, node: Node, record: CallRecord | No
     if NOISE_SEED in description.variables and NOISE_SEED not in start:
         rng = stream(specification.seed, f"agents.{specification.name}.plant")
         start = {**start, NOISE_SEED: int(rng.random() * 2**31)}
-    plant = Plant(description, specification.name, start, specification.plant.step_ns, present=node.present_ns,
-                  on_end=node.end_run, record=record, mortal=specification.mortal)
+    if NOTIFICATIONS in description.variables and NOTIFICATIONS not in start:
+        start = {**start, NOTIFICATIONS: specification.notified}
+    kind = EventPlant if specification.handles_events else Plant
+    plant = kind(description, specification.name, start, specification.plant.step_ns, present=node.present_ns,
+                 on_end=node.end_run, record=record, mortal=specification.mortal)
     for shown in specification.shown:
         node.show(shown.medium, shown.period_ns, plant.output_group(list(shown.outputs)).read)
     return plant

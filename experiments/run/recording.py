@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from experiments.scenario.model import Scenario
 from netem.media.medium import Medium
 from netem.records import Feed, Place, Recorder
 from netem.records.table import IN_EVERY_RUN, RECORDERS
+
+
+def with_needed(asked: Sequence[tuple[str, Any]]) -> list[tuple[str, Any]]:
+    """Return the recorders with those that they need, each before the recorders that need it."""
+    found: dict[str, Any] = {}
+    settings_of = dict(asked)
+    needed = [kind for each, _ in asked for kind in RECORDERS[each].NEEDS]
+    for kind in needed:
+        found[kind] = settings_of.get(kind) or RECORDERS[kind].Settings()
+    return [*found.items(), *((kind, settings) for kind, settings in asked if kind not in found)]
 
 
 class Recording:
@@ -20,6 +30,7 @@ class Recording:
                                         for pair in medium.settings.recorders(name).items()]
         asked += scenario.records.items()
         asked += [(kind, RECORDERS[kind].Settings()) for kind in IN_EVERY_RUN]
+        asked = with_needed(asked)
         self.recorders: list[Recorder] = [RECORDERS[kind](settings, place) for kind, settings in asked]
 
     def begin(self, media: Mapping[str, Medium]) -> None:

@@ -156,8 +156,9 @@ def _refuse_run(path: Path) -> None:
 def _recorded(path: Path) -> list[str]:
     """Return the names of the files that recorders may have written for the run in `path`."""
     try:
-        media = SCENARIO.read(path)["media"]
-        return [file.format(medium=medium) for recorder in RECORDERS.values() for file in recorder.FILES
-                for medium in (*media, "")]
+        scenario = SCENARIO.read(path)
+        media, nodes = (*scenario["media"], ""), (*scenario.get("agents", ()), *scenario.get("gateways", ()))
+        return list({file.format(medium=medium, node=node) for recorder in RECORDERS.values()
+                     for file in recorder.FILES for medium in media for node in (nodes if "{node}" in file else ("",))})
     except (OSError, msgspec.MsgspecError, KeyError, TypeError):
         return []

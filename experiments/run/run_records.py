@@ -86,7 +86,8 @@ class FolderRecords:
         self._owned = owned
         self._names = {"scenario": scenario.name, "seed": str(scenario.seed)}
         self._recording = Recording(scenario, Place(
-            self.folder, self._names, (self.folder / SCENARIO.name).read_bytes(), scenario.length_ns))
+            self.folder, self._names, (self.folder / SCENARIO.name).read_bytes(), scenario.length_ns,
+            {name: medium.settings for name, medium in scenario.media.items()}))
         self.feed = self._recording.feed
 
     def open_ledger(self, passed_ns: Callable[[], int]) -> Ledger:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from experiments.scenario.blocking_programs import is_blocking
 from experiments.scenario.model import AgentSpec, PlantSpec
 from experiments.scenario.overrides import parse_path
 from experiments.scenario.plant_parameters import PlantNames, plant_names
@@ -36,6 +37,7 @@ class AgentTable:
     at_m: tuple[float, ...] | None = None
     media: tuple[str, ...] | None = None
     zenoh: str | dict[str, str] | None = None       # medium, or key expression -> medium
+    sockets: dict[str, str] = field(default_factory=dict)
 
 
 class Agents:
@@ -51,6 +53,7 @@ class Agents:
         self.problems = reading.problems
         self.programs: dict[type, dict[str, Any]] = {}
         self.plants: dict[str, PlantNames] = {}
+        self.blocking: dict[str, bool] = {}     # of each agent whose program could be read
 
     def agent(self, name: str, table: Any, defaults: dict[str, Any], media: Sequence[str]) -> AgentSpec:
         """Return the agent; with mistakes in it, without its wrong parts, as other sections may refer to it."""
@@ -63,6 +66,8 @@ class Agents:
         parameters: dict[str, Any] = {}
         if "program" in values:
             cls, parameters, settings = check_program(found.program, written, place, self.reading.tables)
+            if cls is not None:
+                self.blocking[name] = is_blocking(cls)
             if isinstance(cls, type):
                 self.programs.setdefault(cls, {})[name] = settings
         plant = None if found.plant is None else self._plant(found.plant, merged["plant"], (*place, "plant"))
@@ -74,7 +79,7 @@ class Agents:
         if found.at_m is not None and len(found.at_m) not in (2, 3):
             self.problems.add((*place, "at_m"), "expected [x, y] or [x, y, z]", list(found.at_m))
         return AgentSpec(name, found.program, parameters, found.clock, plant, found.at_m, tuple(attached),
-                         ways(found.zenoh))
+                         ways(found.zenoh), found.sockets)
 
     def _plant(self, table: PlantTable, written: Mapping[str, Any], place: Place) -> PlantSpec | None:
         try:

@@ -33,8 +33,10 @@ from experiments.scenario.question_signal import check_question_signal
 from experiments.scenario.records import read_records
 from experiments.scenario.sections import SECTIONS, Reading
 from experiments.scenario.shape import shape_of
+from experiments.scenario.socket_addresses import check_sockets
 from experiments.scenario.zenoh_ways import check_ways
 from firmware_sim.scenario_view import OwnAgent
+from netem.gateways.real_time_settings import RealTimeSettings
 from netem.wire.instants import NEVER_NS
 
 
@@ -47,6 +49,7 @@ class Header:
     sample_period_ns: Annotated[int, Ge(0)] = 10_000_000      # 0: no samples
     node_timeout_s: Annotated[float, Gt(0)] = 30.0            # wall-clock time, in seconds
     question_signal: str = ""                                 # "node.signal", shown first in the report
+    record: str | tuple[str, ...] = ()                        # recorders with their default settings, as "frames"
 
 
 def load(source: Path, **changes: Any) -> Scenario:
@@ -89,8 +92,9 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
               for name, table in tables["agents"].items()}
     gateways = read_gateways(tables["gateways"], agents, on_media, reading)
     media = {name: network.medium(name, table, agents, gateways) for name, table in tables["media"].items()}
-    check_media(gateways, media, reading)
     check_ways(agents, media, problems)
+    check_media(gateways, media, reading)
+    check_sockets(agents, media, agent_reader.blocking, problems)
     network.check_names(table.get("name") if isinstance(table, dict) else None for table in tables["impairments"])
     impairments = tuple(network.impairment(table, ("impairments", index), media)
                         for index, table in enumerate(tables["impairments"]))
@@ -101,18 +105,22 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     guaranteeing = Guarantees(reading, agents, media, gateways, derived, network.built, automata, *(
         (NEVER_NS, 1) if header is None else (header.length_ns, header.sample_period_ns)))
     guarantees = guaranteeing.read(tables["guarantees"])
-    recorded = [*agents, *gateways, *derived, *media]
-    records = read_records(tables["records"], reading)
-    costs = read_costs(tables["costs"], [*agents, *derived, *media], media, derived, reading)
+    tables_of_media = network.tables_of_media([*agents, *gateways, *derived, *media])
+    recorded = [*agents, *gateways, *derived, *media, *tables_of_media]
+    records = read_records(() if header is None else header.record, tables["records"], media, reading)
+    real_time = reading.tables.read(shape_of(RealTimeSettings), tables["real_time"], ("real_time",), (),
+                                    RealTimeSettings).made
+    costs = read_costs(tables["costs"], [*agents, *derived, *media, *tables_of_media], media, derived, reading)
     expect = read_expect(tables["expect"], recorded, media, guarantees, guaranteeing.known(costs), reading)
     if header is not None:
         check_question_signal(header.question_signal, recorded, derived, problems)
     problems.stop_if_any()
     assert header is not None
+    assert real_time is not None
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
                         gateways, derived, implied(guarantees) | expect, guarantees, records, faults, costs,
-                        header.question_signal, changes=changes)
+                        header.question_signal, real_time=real_time, changes=changes)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
     modes = check_automata(agent_reader.programs, scenario.team, problems)

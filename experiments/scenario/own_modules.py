@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import builtins
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from hashlib import blake2b
 from importlib import import_module
 from importlib.abc import MetaPathFinder
@@ -50,15 +51,38 @@ def class_for(path: str, folder: Path) -> Any:
     return getattr(module_for(module_name, folder), class_name)
 
 
+@contextmanager
+def copies_for(node: str, folder: Path) -> Iterator[Callable[[str], Any]]:
+    """Give a function like `class_for` whose modules of the folder are copies for `node`; forget them afterwards."""
+    finder = _ModulesBeside(folder.absolute(), node)
+    sys.meta_path.insert(0, finder)
+
+    def copied(path: str) -> Any:
+        module_name, _, name = path.partition(":")
+        return getattr(finder.module(module_name), name)
+
+    try:
+        yield copied
+    finally:
+        sys.meta_path.remove(finder)
+        for name in [name for name in sys.modules if name.partition(".")[0].endswith(finder.tag)]:
+            del sys.modules[name]
+
+
+def modules_beside(folder: Path) -> list[ModuleType]:
+    """Return the modules beside a scenario in `folder` that this process has imported."""
+    tag = _modules_in(folder.absolute()).tag
+    return [module for name, module in list(sys.modules.items()) if name.partition(".")[0].endswith(tag)]
+
+
 def imported_from(folder: Path) -> bool:
     """Return whether this process has imported a module beside a scenario in `folder`."""
-    tag = _modules_in(folder.absolute()).tag
-    return any(name.partition(".")[0].endswith(tag) for name in sys.modules)
+    return bool(modules_beside(folder))
 
 
 def _modules_in(folder: Path) -> _ModulesBeside:
     for finder in sys.meta_path:
-        if isinstance(finder, _ModulesBeside) and finder.folder == folder:
+        if isinstance(finder, _ModulesBeside) and finder.folder == folder and not finder.node:
             return finder
     found = _ModulesBeside(folder)
     sys.meta_path.insert(0, found)          # before the finder of the path, which knows the files but not the names
@@ -66,11 +90,13 @@ def _modules_in(folder: Path) -> _ModulesBeside:
 
 
 class _ModulesBeside(MetaPathFinder):
-    """Finds the modules of one folder, for names that end in the tag of the folder."""
+    """Finds the modules of one folder, for names that end in the tag of the folder and, of copies, of their node."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, node: str = "") -> None:
         self.folder = folder
-        self.tag = "@" + blake2b(str(folder).encode(), digest_size=6).hexdigest()
+        self.node = node
+        whose = f"{folder}\0{node}" if node else str(folder)
+        self.tag = "@" + blake2b(whose.encode(), digest_size=6).hexdigest()
         self._kinds: dict[str, str] = {}
         self.builtins = {**vars(builtins), "__import__": self._import}
 

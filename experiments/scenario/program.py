@@ -1,6 +1,6 @@
 """Imports robot programs by path and checks their signatures and the parameters that a scenario gives them.
 
-`package.module:Class` is a board's program, `package.module:function` ordinary blocking code.
+`package.module:Class` is a board's program, `package.module:function` ordinary blocking code; it may be a coroutine.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from experiments.scenario.units import spellings
 from firmware_sim.program_settings import settings_class
 
 NO_PROGRAM: Final = {
-    inspect.iscoroutinefunction: "is a coroutine, and asyncio does not run in virtual time; write blocking code",
+    inspect.isasyncgenfunction: "is an asynchronous generator, which nobody would iterate; write a coroutine",
     inspect.isgeneratorfunction: "is a generator, which nobody would iterate; write blocking code, or a class whose "
                                  "method `run` yields",
 }

@@ -23,7 +23,6 @@ import msgspec
 from experiments.judge.figures import Figures
 from experiments.run.figures import Repeated, set_aside
 from experiments.run.runner import NeedsRealTime, run
-from experiments.scenario.blocking_programs import NeedsProcess
 from experiments.scenario.problems import ScenarioError
 from experiments.sweep.messages import (
     TRACED,
@@ -44,7 +43,7 @@ from netem.impairments.traced import Trace
 from netem.transport.left_behind import end_with_parent
 from netem.wire.errors import NodeFailure
 
-REFUSALS = (ScenarioError, NeedsProcess, NeedsRealTime, PlantError, OSError)
+REFUSALS = (ScenarioError, NeedsRealTime, PlantError, OSError)
 
 COLLECT_EVERY: Final = 20               # settings; a collection of the whole process takes as long as loading one
 

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from firmware_sim.blocking.program import BlockingProgram
+from firmware_sim.blocking.replacing import Replacement
 
 _acquire_really, _enumerate_really = threading.Semaphore.acquire, threading.enumerate
 
@@ -49,16 +50,16 @@ def _counted(real: Callable[..., Any], *answers: object) -> Callable[..., Any]:
 
 
 def _active_count(program: BlockingProgram) -> int:
-    program.note_call()
-    return len(_enumerate_really())
+    return len(_enumerate(program))
 
 
 def _enumerate(program: BlockingProgram) -> list[threading.Thread]:
+    """Return the threads of the program, not those of others in its process."""
     program.note_call()
-    return _enumerate_really()
+    return [thread for thread in _enumerate_really() if thread in program.os_threads]
 
 
-POLLS: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
+POLLS: Final[list[Replacement]] = [
     (queue.Queue, "get", _refusing(queue.Queue.get, queue.Empty)),
     (queue.Queue, "put", _refusing(queue.Queue.put, queue.Full)),
     (queue.Queue, "empty", _counted(queue.Queue.empty, True)),

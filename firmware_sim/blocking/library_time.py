@@ -3,40 +3,36 @@
     time       sleep, monotonic and perf_counter on the node's oscillator; time on its local clock, 0 is 1 January 1970;
                clock_gettime for both
     threading  Lock, RLock, and with them Condition, Event, Semaphore, Barrier, Timer; Thread: start, join, is_alive
-    queue      Queue, SimpleQueue         signal  handlers are kept for the end of the run        asyncio  refused
+    queue      Queue, SimpleQueue         signal  handlers are kept for the end of the run
+    random     the program's own generator (`library_random.py`)
 
-Names are replaced in the modules (`REPLACED`). `from time import sleep` gets the replacement only in a module imported
-afterwards, as a blocking program and its imports are. A replacement acts by the thread that calls it. Polls
-(`library_polls.py`) and readings of a clock are counted for their cost (`calls_in_a_row.py`).
+Names are replaced in the modules (`REPLACED`, `replacing.py`). Polls (`library_polls.py`) and readings of a clock are
+counted for their cost (`calls_in_a_row.py`). Sockets, `select` and asyncio are in `firmware_sim/sockets`.
 
-Not replaced: `datetime.now()`, `select`, files, processes. A wait in one of these stops the node.
+Not replaced: `datetime.now()`, files, processes. A wait in one of these stops the node.
 """
 
 from __future__ import annotations
 
-import asyncio
+import concurrent.futures.thread
 import queue
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import wraps
 from typing import Any, Final
 
-from firmware_sim.blocking.here import running
 from firmware_sim.blocking.library_polls import POLLS
+from firmware_sim.blocking.library_random import RANDOM
 from firmware_sim.blocking.program import BlockingProgram
-from firmware_sim.blocking.program_thread import ProgramThread
+from firmware_sim.blocking.replacing import Replacement, Replacements
 from firmware_sim.blocking.seconds import duration_ns
-from firmware_sim.blocking.virtual_lock import VirtualLock
+from firmware_sim.blocking.virtual_lock import LockByThread, VirtualLock
 
-NO_ASYNCIO: Final = ("asyncio does not run in virtual time: its event loop waits for the operating system. Use "
-                     "blocking calls (bus.recv, time.sleep), threads or can.Notifier without a loop")
 TIME_OF_DAY: Final = (time.CLOCK_REALTIME, time.CLOCK_TAI)
 SINCE_START: Final = (time.CLOCK_MONOTONIC, time.CLOCK_MONOTONIC_RAW, time.CLOCK_BOOTTIME)
 _clock_gettime_really = time.clock_gettime_ns
-_threads: dict[threading.Thread, ProgramThread] = {}
 
 
 def _sleep(program: BlockingProgram, seconds: float) -> None:
@@ -88,12 +84,12 @@ def _simple_queue(program: BlockingProgram) -> Any:
 def _start(program: BlockingProgram, bootstrap: Callable[[], object], *args: Any, **kwargs: Any) -> Any:
     """Replace the call by which `Thread.start` starts the OS thread; `bootstrap` is a method of the Thread."""
     thread: threading.Thread = bootstrap.__self__       # type: ignore[attr-defined]
-    _threads[thread] = program.start(bootstrap, thread.name, daemon=thread.daemon,
-                                     spawn=lambda body: _start_joinable(body, *args, **kwargs))
+    program.os_threads[thread] = program.start(bootstrap, thread.name, daemon=thread.daemon,
+                                                spawn=lambda body: _start_joinable(body, *args, **kwargs))
 
 
 def _join(program: BlockingProgram, thread: threading.Thread, timeout: float | None = None) -> None:
-    known = _threads.get(thread)
+    known = program.os_threads.get(thread)
     if known is None or thread is threading.current_thread():
         _join_real(thread, timeout)
     else:
@@ -104,7 +100,7 @@ def _join(program: BlockingProgram, thread: threading.Thread, timeout: float | N
 
 def _is_alive(program: BlockingProgram, thread: threading.Thread) -> bool:
     """Return whether the program's thread runs; the real answer depends on how fast the OS ends a thread."""
-    known = _threads.get(thread)
+    known = program.os_threads.get(thread)
     if known is None:
         return _is_alive_really(thread)
     if not known.ended:
@@ -123,14 +119,14 @@ def _signal(program: BlockingProgram, number: int, handler: Any) -> Any:
     return before
 
 
-def _run_forever(program: BlockingProgram, loop: asyncio.AbstractEventLoop) -> None:
-    raise RuntimeError(NO_ASYNCIO)
+def _main_thread(program: BlockingProgram) -> threading.Thread:
+    return program.main_thread
 
 
 STARTS: Final = "_start_joinable_thread" if hasattr(threading, "_start_joinable_thread") else "_start_new_thread"
 _start_joinable: Any = getattr(threading, STARTS)       # from Python 3.13 on, and before
 _join_real, _is_alive_really = threading.Thread.join, threading.Thread.is_alive
-REPLACED: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
+REPLACED: Final[list[Replacement]] = [
     (time, "sleep", _sleep),
     (time, "time", _time),
     (time, "time_ns", _time_ns),
@@ -148,32 +144,27 @@ REPLACED: Final[list[tuple[Any, str, Callable[..., Any]]]] = [
     (threading.Thread, "join", _join),
     (threading.Thread, "is_alive", _is_alive),
     (threading, "excepthook", _excepthook),
+    (threading, "main_thread", _main_thread),
     (queue, "time", _monotonic),
     (queue, "SimpleQueue", _simple_queue),
     (signal, "signal", _signal),
-    (asyncio.BaseEventLoop, "run_forever", _run_forever),
     *POLLS,
+    *RANDOM,
 ]
+_replacements: Final = Replacements(REPLACED)
 
 
 @contextmanager
-def library_in_virtual_time() -> Iterator[None]:
-    """Within this context the standard library uses virtual time in threads of blocking programs, and only there."""
-    before = [(place, name, getattr(place, name)) for place, name, _ in REPLACED]
-    for place, name, virtual in REPLACED:
-        setattr(place, name, _by_thread(virtual, getattr(place, name)))
-    try:
-        yield
-    finally:
-        for place, name, real in before:
-            setattr(place, name, real)
-        _threads.clear()
+def library_in_virtual_time(*, everywhere: bool = False) -> Iterator[None]:
+    """Within this context the standard library uses virtual time in threads of blocking programs, and only there.
 
-
-def _by_thread(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable[..., Any]:
-    @wraps(real)
-    def either(*args: Any, **kwargs: Any) -> Any:
-        program = running()
-        return real(*args, **kwargs) if program is None else virtual(program, *args, **kwargs)
-
-    return either
+    `everywhere`: as in `Replacements.in_place`. The lock of all thread pools becomes one for each program.
+    """
+    pools: Any = concurrent.futures.thread
+    lock = pools._global_shutdown_lock
+    with _replacements.in_place(everywhere=everywhere):
+        pools._global_shutdown_lock = LockByThread(lock)
+        try:
+            yield
+        finally:
+            pools._global_shutdown_lock = lock

@@ -14,14 +14,18 @@ node (differs from plain Python, where only the thread ends). At the end of the 
 
 from __future__ import annotations
 
+import asyncio
 import sys
 import time
 import traceback
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
+from inspect import iscoroutinefunction
+from random import Random
 from signal import SIG_DFL, SIG_IGN, SIGINT, SIGTERM, default_int_handler
 from threading import Thread
 from typing import Any, Final
+from weakref import WeakKeyDictionary, WeakSet
 
 from simpy.events import Event
 
@@ -31,22 +35,25 @@ from firmware_sim.blocking.repeating import Repeating
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
+from firmware_sim.sockets.interface import Interface
 from netem.node.node import Node
 from netem.wire.instants import NEVER_NS
 
 CLEANUP_NS: Final = 10_000_000_000          # virtual time to clean up after the end of the run
 CLEANUP_S: Final = 2.0                      # wall-clock time to clean up
 
-_start_thread = Thread.start                # before `library_time` replaces parts of `threading`
 _wall_s = time.monotonic
 
 
 class BlockingProgram:
-    """`load` returns the program's function; it runs in the program's own thread, so that imports use virtual time."""
+    """`load` returns the program's function; it runs in the program's own thread, so that imports use virtual time.
+
+    A coroutine function runs in an event loop of its own. `name` is what the program finds in `sys.argv`.
+    """
 
     def __init__(self, node: Node, board: Board, clock: ClockSettings, load: Callable[[], Callable[..., object]],
                  parameters: Mapping[str, Any] | None = None, can_buses: Sequence[str] = (),
-                 own_frames: Collection[str] = ()) -> None:
+                 own_frames: Collection[str] = (), interfaces: Sequence[Interface] = (), name: str = "") -> None:
         self.board = board
         self.node = node
         self.oscillator = LocalClock(ClockSettings(0, clock.drift_ppm, clock.tick_ns), node.env.time_ns)
@@ -56,12 +63,19 @@ class BlockingProgram:
         self.repeating: list[Repeating] = []
         self.can_buses = tuple(can_buses)           # the ports that python-can opens
         self.own_frames = frozenset(own_frames)     # media that deliver the node's own frames once they got through
+        self.interfaces = tuple(interfaces)         # media that its sockets use
         self.shared: dict[tuple[str, str], Any] = {}    # data that an adapter keeps for the whole program
+        self.random = Random(board.rng.getrandbits(64))     # what the functions of the module `random` draw from
+        self.files: WeakSet[Any] = WeakSet()        # its open sockets, closed with its last thread
+        self.os_threads: WeakKeyDictionary[Thread, ProgramThread] = WeakKeyDictionary()
         self._load = load
         self._parameters = dict(parameters or {})
         self._threads: list[ProgramThread] = []
         self._running: ProgramThread | None = None
+        self._argv = [name]
         self._main = ProgramThread(f"{self.node.name}: the program", daemon=False)
+        self.main_thread = Thread(target=self._main.live, args=(self._whole_program,), name="MainThread", daemon=False)
+        self.os_threads[self.main_thread] = self._main
 
     # --- begin and end, called by the builder of the node
 
@@ -70,7 +84,7 @@ class BlockingProgram:
         for port in self.node.ports.values():
             port.on_receive = _drop
         self._threads.append(self._main)
-        _start_thread(Thread(target=self._main.live, args=(self._whole_program,), name="MainThread", daemon=False))
+        self.main_thread.start()
         self._run(self._main)
 
     def finish(self) -> None:
@@ -88,11 +102,22 @@ class BlockingProgram:
         except BaseException as error:
             if not isinstance(error, KeyboardInterrupt | SystemExit):
                 traceback.print_exception(error)
+        self._end_threads()
+
+    def abandon(self) -> None:
+        """End the threads of the program where they are; what its `finally` blocks send goes nowhere."""
+        if not self.closing:
+            self.closing = True
+            self._end_threads()
+
+    def _end_threads(self) -> None:
         for thread in list(self._threads):
             self._running = thread
             if not thread.ended and not thread.abandon():
                 print(f"{thread.name} did not end with the run", file=sys.stderr, flush=True)
         self._running = None
+        for file in list(self.files):
+            file.close()
 
     # --- calls of the program's threads
 
@@ -100,6 +125,9 @@ class BlockingProgram:
         """Return the running thread."""
         assert self._running is not None, "called from outside of the program's threads"
         return self._running
+
+    def owns(self, thread: ProgramThread) -> bool:
+        return thread in self._threads
 
     def due_ns(self, timeout_ns: int) -> int:
         """Return the true time at which `timeout_ns` of the oscillator will have passed, at most `NEVER_NS`."""
@@ -216,6 +244,7 @@ class BlockingProgram:
 
     def _run(self, thread: ProgramThread) -> None:
         self._running = thread
+        sys.argv = self._argv           # programs may share the process
         try:
             thread.resume()
         finally:
@@ -267,7 +296,10 @@ class BlockingProgram:
         function = self._load()
         self.wait(self.node.now_ns)         # the node is ready; the run starts
         try:
-            function(**self._parameters)
+            if iscoroutinefunction(function):
+                asyncio.run(function(**self._parameters))
+            else:
+                function(**self._parameters)
         except SystemExit as error:
             if error.code not in (None, 0):
                 raise

@@ -9,6 +9,7 @@ Invariants:
 
 from __future__ import annotations
 
+import ctypes
 import sys
 import traceback
 from _thread import allocate_lock, get_ident  # the real ones, whatever `library_time` puts into `threading`
@@ -17,6 +18,7 @@ from threading import local
 from typing import Final
 
 from firmware_sim.blocking.calls_in_a_row import CallsInARow
+from netem.node.turn import STANDS_IN
 from netem.wire.instants import NEVER_NS
 
 PATIENCE_S: Final = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
@@ -62,16 +64,21 @@ class ProgramThread:
     def resume(self) -> None:
         """Let the thread run until it waits or ends."""
         self.waiting = False
+        STANDS_IN[get_ident()] = self._ident
         self._go.release()
         if not self._back.acquire(timeout=PATIENCE_S):
             self._show()
-            self._back.acquire()
+            while not self._back.acquire(timeout=PATIENCE_S):       # so that a watchdog can interrupt the wait
+                pass
 
     def abandon(self) -> bool:
         """End the thread; its `finally` blocks run. Returns False if it does not end; it is never resumed again."""
         self._abandoned = True
         for _ in range(LAST_CALLS):
-            self._go.release()
+            if self.waiting:
+                self._go.release()
+            else:                       # it was computing when the run was broken off
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._ident), ctypes.py_object(Abandoned))
             if not self._back.acquire(timeout=PATIENCE_S) or self.ended:
                 break
         return self.ended

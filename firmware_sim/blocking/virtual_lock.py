@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections import deque
 from types import TracebackType
+from typing import Any
+from weakref import WeakKeyDictionary
 
 from firmware_sim.blocking.here import running, this_program
 from firmware_sim.blocking.program_thread import ProgramThread
@@ -51,6 +53,9 @@ class VirtualLock:
             raise RuntimeError("release unlocked lock")
         self._held = False
         if self._waiting and (program := running()) is not None:
+            if not program.owns(self._waiting[0]):
+                raise RuntimeError(f"{self._waiting[0].name} waits for a lock that node {program.node.name} holds: the "
+                                   "module that made the lock is shared by both; run them with --host process")
             program.wake(self._waiting[0])
 
     def locked(self) -> bool:
@@ -75,3 +80,30 @@ class VirtualLock:
 
     def __repr__(self) -> str:
         return f"<{'locked' if self._held else 'unlocked'} lock in virtual time>"
+
+
+class LockByThread:
+    """A lock of a module that all programs of a process share: one for each program, and `real` for other threads."""
+
+    def __init__(self, real: Any) -> None:
+        self._real = real
+        self._virtual: WeakKeyDictionary[Any, VirtualLock] = WeakKeyDictionary()
+
+    def _of_this_thread(self) -> Any:
+        program = running()
+        return self._real if program is None else self._virtual.setdefault(program, VirtualLock())
+
+    def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
+        return bool(self._of_this_thread().acquire(blocking, timeout))
+
+    def release(self) -> None:
+        self._of_this_thread().release()
+
+    def __enter__(self) -> bool:
+        return self.acquire()
+
+    def __exit__(self, *error: object) -> None:
+        self.release()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._real, name)

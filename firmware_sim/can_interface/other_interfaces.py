@@ -7,7 +7,7 @@ In virtual time only: with `--real-time` a program may open the hardware of the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Final
 
@@ -15,6 +15,7 @@ import can.interface
 from can import CanInterfaceNotImplementedError
 
 from firmware_sim.blocking.here import running
+from firmware_sim.blocking.program import BlockingProgram
 
 OWN: Final = "marconet"
 
@@ -24,15 +25,14 @@ class OtherInterface(CanInterfaceNotImplementedError):
 
 
 @contextmanager
-def only_our_interface(node: str, channels: Collection[str]) -> Iterator[None]:
+def only_our_interface() -> Iterator[None]:
     """Within this context `can.Bus` refuses every other interface in the threads of blocking programs."""
     find, configure = can.interface._get_class_for_interface, can.util.load_config
-    remedy = (f'name "{OWN}": can.Bus(interface="{OWN}", channel="{next(iter(channels), "...")}"), or '
-              f"CAN_INTERFACE={OWN} in the environment, or `interface = {OWN}` in can.conf")
-    buses = f"node {node} is on {', '.join(channels) or 'no CAN bus'}"
 
     def find_ours(interface: str) -> Any:
-        if running() is not None and interface != OWN:
+        program = running()
+        if program is not None and interface != OWN:
+            buses, remedy = _in_words(program)
             raise OtherInterface(f"interface={interface!r} does not lead to the emulated buses ({buses}); {remedy}")
         return find(interface)
 
@@ -40,13 +40,23 @@ def only_our_interface(node: str, channels: Collection[str]) -> Iterator[None]:
         try:
             return configure(*args, **kwargs)
         except CanInterfaceNotImplementedError as error:
-            if running() is None:
+            program = running()
+            if program is None or isinstance(error, OtherInterface):
                 raise
+            buses, remedy = _in_words(program)
             raise OtherInterface(f"no interface of python-can is named ({error}; {buses}); {remedy}") from None
 
     with _replaced(can.interface, "_get_class_for_interface", find_ours), _replaced(
             can.util, "load_config", configure_ours):
         yield
+
+
+def _in_words(program: BlockingProgram) -> tuple[str, str]:
+    """Return the node with its buses, and the remedy."""
+    channels = program.can_buses
+    return f"node {program.node.name} is on {', '.join(channels) or 'no CAN bus'}", (
+        f'name "{OWN}": can.Bus(interface="{OWN}", channel="{next(iter(channels), "...")}"), or CAN_INTERFACE={OWN} in '
+        f"the environment, or `interface = {OWN}` in can.conf")
 
 
 @contextmanager

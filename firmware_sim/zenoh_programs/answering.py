@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from firmware_sim.blocking.here import running
 from firmware_sim.zenoh_programs.either import StandIn
+from firmware_sim.zenoh_programs.faces import StationFace
+from firmware_sim.zenoh_programs.local_entity import LocalEntity
 from firmware_sim.zenoh_programs.real import (
     MODULE,
     Encoding,
@@ -21,17 +23,13 @@ from firmware_sim.zenoh_programs.real import (
 from firmware_sim.zenoh_programs.values import attachment_of, encoding_of, key_of, payload_of, stamp_of
 from netem.wire.zenoh_messages import Data, Request, Response, ResponseFinal
 
-if TYPE_CHECKING:
-    from firmware_sim.zenoh_programs.local_entity import LocalEntity
-    from firmware_sim.zenoh_programs.station import Station
-
 ANY_KEY = "_anyke"              # parameter of a query that takes replies for other keys
 
 
 class Answering:
     """One query at one node; `send` takes each response and the final."""
 
-    def __init__(self, station: Station, request: Request, key: KeyExpr,
+    def __init__(self, station: StationFace, request: Request, key: KeyExpr,
                  send: Callable[[Response | ResponseFinal], None]) -> None:
         self.station = station
         self.request = request

@@ -226,5 +226,5 @@ def open_sink(program: BlockingProgram, given: Any, of: str) -> tuple[Sink, Any,
     if isinstance(given, Callback) and not given.indirect:
         return Direct(given.callback, given.drop), handler, True
     if callable(given):
-        return Indirect(program, given, getattr(given, "drop", None)), handler, True
+        return Indirect(program, given, given.drop if isinstance(given, Callback) else None), handler, True
     raise ValueError(f"Invalid handler type {type(given).__name__}")

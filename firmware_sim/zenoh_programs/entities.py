@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from firmware_sim.zenoh_programs.faces import SessionFace
+from firmware_sim.zenoh_programs.get_options import GetOptions
 from firmware_sim.zenoh_programs.local_entity import LocalEntity, Owned, Receiving
 from firmware_sim.zenoh_programs.matching import MatchingListener, MatchingStatus
 from firmware_sim.zenoh_programs.outside_subset import refuse_given
@@ -20,15 +22,12 @@ from firmware_sim.zenoh_programs.real import (
 from firmware_sim.zenoh_programs.values import PRIORITIES, attachment_of, encoding_of, payload_of, stamp_of
 from netem.wire.zenoh_messages import Data, Qos
 
-if TYPE_CHECKING:
-    from firmware_sim.zenoh_programs.session import GetOptions, Session
-
 
 class Publisher(Owned):
     real = MODULE.Publisher
     called = "publisher"
 
-    def __init__(self, session: Session, key: KeyExpr, encoding: Encoding, qos: Qos, reliability: Reliability,
+    def __init__(self, session: SessionFace, key: KeyExpr, encoding: Encoding, qos: Qos, reliability: Reliability,
                  destination: Locality) -> None:
         super().__init__(session)
         self._key, self._encoding, self._qos = key, encoding, qos
@@ -103,7 +102,7 @@ class Subscriber(Receiving):
     real = MODULE.Subscriber
     called = "subscriber"
 
-    def __init__(self, session: Session, entity: LocalEntity, handler: Any, *, goes_on: bool) -> None:
+    def __init__(self, session: SessionFace, entity: LocalEntity, handler: Any, *, goes_on: bool) -> None:
         super().__init__(session, handler=handler, goes_on=goes_on)
         self._entity = entity
 
@@ -130,7 +129,7 @@ class LivelinessToken(Owned):
     real = MODULE.LivelinessToken
     called = "LivelinessToken"
 
-    def __init__(self, session: Session, entity: LocalEntity) -> None:
+    def __init__(self, session: SessionFace, entity: LocalEntity) -> None:
         super().__init__(session)
         self._entity = entity
 
@@ -142,7 +141,7 @@ class Querier(Owned):
     real = MODULE.Querier
     called = "querier"
 
-    def __init__(self, session: Session, key: KeyExpr, options: GetOptions) -> None:
+    def __init__(self, session: SessionFace, key: KeyExpr, options: GetOptions) -> None:
         super().__init__(session)
         self._key, self._options = key, options
         self._id = session.next_id()

@@ -5,12 +5,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from firmware_sim.zenoh_programs.asking import Reply
 from firmware_sim.zenoh_programs.channels import open_sink
 from firmware_sim.zenoh_programs.either import StandIn
 from firmware_sim.zenoh_programs.entities import LivelinessToken, Subscriber
+from firmware_sim.zenoh_programs.faces import SessionFace
 from firmware_sim.zenoh_programs.local_entity import LocalEntity
 from firmware_sim.zenoh_programs.outside_subset import refuse_given
 from firmware_sim.zenoh_programs.real import MODULE
@@ -18,14 +19,11 @@ from firmware_sim.zenoh_programs.tokens import Listener
 from firmware_sim.zenoh_programs.values import key_of
 from netem.wire.zenoh_messages import Entity
 
-if TYPE_CHECKING:
-    from firmware_sim.zenoh_programs.session import Session
-
 
 class Liveliness(StandIn):
     real = MODULE.Liveliness
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: SessionFace) -> None:
         self._session = session
 
     def declare_token(self, key_expr: Any) -> LivelinessToken:
@@ -64,7 +62,7 @@ class Liveliness(StandIn):
 class _LivelinessSubscriber(Subscriber):
     """A subscriber of which other nodes are not told."""
 
-    def __init__(self, session: Session, entity: LocalEntity, handler: Any, *, goes_on: bool,
+    def __init__(self, session: SessionFace, entity: LocalEntity, handler: Any, *, goes_on: bool,
                  listener: Listener) -> None:
         super().__init__(session, entity, handler, goes_on=goes_on)
         self._listener = listener

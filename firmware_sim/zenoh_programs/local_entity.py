@@ -10,21 +10,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from firmware_sim.blocking.here import running
 from firmware_sim.zenoh_programs.channels import Handler, Sink
 from firmware_sim.zenoh_programs.either import StandIn
+from firmware_sim.zenoh_programs.faces import SessionFace
 from firmware_sim.zenoh_programs.real import KeyExpr, Locality, ZError
 from netem.wire.zenoh_messages import Declare, Entity, Undeclare
-
-if TYPE_CHECKING:
-    from firmware_sim.zenoh_programs.session import Session
 
 
 @dataclass(eq=False)
 class LocalEntity:
-    session: Session
+    session: SessionFace
     entity: Entity
     number: int
     key: KeyExpr
@@ -40,7 +38,7 @@ class LocalEntity:
     def undeclaration(self) -> Undeclare:
         return Undeclare(self.entity, self.number)
 
-    def takes_from(self, session: Session | None) -> bool:
+    def takes_from(self, session: SessionFace | None) -> bool:
         """Return whether its `allowed_origin` allows messages of `session`, None: of another node."""
         if self.origin is None or self.origin == Locality.ANY:
             return True
@@ -52,7 +50,7 @@ class Owned(StandIn):
 
     called = ""                         # in messages
 
-    def __init__(self, session: Session, *, handler: Any = None, goes_on: bool = False) -> None:
+    def __init__(self, session: SessionFace, *, handler: Any = None, goes_on: bool = False) -> None:
         self._session = session
         self._handler = handler
         self._goes_on = goes_on         # True: a callback keeps it declared

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from firmware_sim.zenoh_programs.channels import Sink, open_sink
 from firmware_sim.zenoh_programs.either import StandIn
+from firmware_sim.zenoh_programs.faces import SessionFace
 from firmware_sim.zenoh_programs.local_entity import Receiving
 from firmware_sim.zenoh_programs.real import MODULE
-
-if TYPE_CHECKING:
-    from firmware_sim.zenoh_programs.session import Session
 
 
 class MatchingStatus(StandIn):
@@ -44,7 +42,7 @@ class MatchingListener(Receiving):
     real = MODULE.MatchingListener
     called = "matching listener"
 
-    def __init__(self, session: Session, matches: Callable[[], bool], given: Any) -> None:
+    def __init__(self, session: SessionFace, matches: Callable[[], bool], given: Any) -> None:
         sink, handler, goes_on = open_sink(session.station.program, given, "MatchingStatus")
         super().__init__(session, handler=handler, goes_on=goes_on)
         self._watch = Watch(matches, sink)

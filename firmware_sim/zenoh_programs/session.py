@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
 
@@ -13,6 +12,7 @@ from firmware_sim.zenoh_programs.asking import Asking
 from firmware_sim.zenoh_programs.channels import open_sink
 from firmware_sim.zenoh_programs.either import StandIn
 from firmware_sim.zenoh_programs.entities import Publisher, Querier, Queryable, Subscriber
+from firmware_sim.zenoh_programs.get_options import GetOptions
 from firmware_sim.zenoh_programs.identifiers import EntityGlobalId, ZenohId
 from firmware_sim.zenoh_programs.liveliness import Liveliness
 from firmware_sim.zenoh_programs.local_entity import LocalEntity, Owned
@@ -51,18 +51,6 @@ SCOUTING_MS = 500               # the library's default of scouting/delay
 QUERIES_MS = 10_000             # the library's default of queries_default_timeout
 TARGETS = [QueryTarget.BEST_MATCHING, QueryTarget.ALL, QueryTarget.ALL_COMPLETE]     # by their numbers in messages
 CONSOLIDATIONS = [ConsolidationMode.AUTO, ConsolidationMode.NONE, ConsolidationMode.MONOTONIC, ConsolidationMode.LATEST]
-
-
-@dataclass(frozen=True)
-class GetOptions:
-    """Of a query, or of all of a querier."""
-
-    target: QueryTarget
-    consolidation: ConsolidationMode
-    accept: ReplyKeyExpr
-    timeout_ns: int
-    qos: Qos
-    destination: Locality
 
 
 class SessionInfo(StandIn):

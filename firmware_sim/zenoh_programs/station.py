@@ -19,12 +19,13 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from random import Random
-from typing import TYPE_CHECKING
 
 from firmware_sim.blocking.inbox import Inbox
 from firmware_sim.blocking.program import BlockingProgram
 from firmware_sim.zenoh_programs.answering import Answering, Query
 from firmware_sim.zenoh_programs.asking import Asking
+from firmware_sim.zenoh_programs.faces import SessionFace
+from firmware_sim.zenoh_programs.get_options import GetOptions
 from firmware_sim.zenoh_programs.hybrid_clock import HybridClock
 from firmware_sim.zenoh_programs.identifiers import EntityGlobalId, ZenohId, identifier_of
 from firmware_sim.zenoh_programs.local_entity import LocalEntity
@@ -51,12 +52,11 @@ from netem.wire.zenoh_messages import (
     Undeclare,
 )
 
-if TYPE_CHECKING:
-    from firmware_sim.zenoh_programs.session import GetOptions, Session
-
 MS = 1_000_000
+HERE = "this node"              # among those that a query waits for
 TOLD_AFTER_NS = ((0, 10 * MS), (50 * MS, 100 * MS), (200 * MS, 400 * MS))      # [from, to) of each telling
 ANSWERED_WITHIN_NS = 50 * MS    # to the request of a session that opens
+HANDLED_WITHIN_NS = MS          # of a query, from its arrival to the queryables
 SHAKEN = 0.1                    # of `keep_alive_ns`, the largest deviation of a repetition
 
 
@@ -78,7 +78,7 @@ class Station:
     def __init__(self, program: BlockingProgram, specification: ZenohSpecification, lease_ns: int,
                  keep_alive_ns: int) -> None:
         self.program = program
-        self.sessions: list[Session] = []
+        self.sessions: list[SessionFace] = []
         self.address = specification.names.index(program.node.name) + 1
         self.identifier = identifier_of(program.node.name)
         self.rng = Random(program.board.rng.getrandbits(64))
@@ -93,7 +93,7 @@ class Station:
         self._attached: dict[str, Attached] = {}
         self._gone: list[tuple[int, LocalEntity]] = []      # (until when [ns of the oscillator], former queryable)
         self._lease_ns = lease_ns
-        self._inbox: Inbox[tuple[str, bytes]] = Inbox(program)
+        self._inbox: Inbox[Callable[[], None]] = Inbox(program)
         self._timers = Timers(program)
         self.known = Neighbours(lease_ns, self.after, program.oscillator.now_ns, self._appeared, self._vanished)
         for medium in specification.media:
@@ -118,7 +118,7 @@ class Station:
         self._requests += 1
         return self._requests
 
-    def after(self, delay_ns: int, action: Callable[[], None]) -> None:
+    def after(self, delay_ns: int, action: Callable[[], object]) -> None:
         self._timers.after(delay_ns, action)
 
     # --- declarations of this node
@@ -140,7 +140,7 @@ class Station:
             self.send(attached, [entity.undeclaration])
         self._tell_thrice(entity.key, lambda: entity.undeclaration, TOLD_AFTER_NS[1:])
 
-    def leave(self, session: Session) -> None:
+    def leave(self, session: SessionFace) -> None:
         """End all that a session has declared, in as few frames as it takes."""
         entities = list(session.entities)
         for entity in entities:
@@ -204,19 +204,19 @@ class Station:
             self.program.send(attached.medium.name,
                               pack(Datagram(name, frame)) if attached.medium.addressed else frame)
 
-    def push(self, session: Session, message: Push, key: KeyExpr, destination: Locality) -> None:
+    def push(self, session: SessionFace, message: Push, key: KeyExpr, destination: Locality) -> None:
         """Send a put or delete to the subscribers of other nodes and of this one."""
         if destination != Locality.SESSION_LOCAL:
             self.send(self._medium_of(key), [message])
         self._deliver(message, key, session, destination)
 
-    def ask(self, session: Session, request: Request, key: KeyExpr, asking: Asking, options: GetOptions) -> None:
+    def ask(self, session: SessionFace, request: Request, key: KeyExpr, asking: Asking, options: GetOptions) -> None:
         """Send a query to who can answer it; it ends at once if there is nobody."""
         send_to = self._answerers(key, options)
         local = self._local_queryables(session, key, options)
         asking.waits_for.update((medium, address) for medium, addresses in send_to.items() for address in addresses)
         if local:
-            asking.waits_for.add(session)
+            asking.waits_for.add(HERE)
         if not asking.waits_for:
             asking.end()
             return
@@ -225,24 +225,24 @@ class Station:
             self.send(self._attached[medium], [request], addresses[0] if len(addresses) == 1 else EVERYONE)
         self.after(options.timeout_ns, partial(self._time_out, request.number))
         if local:
-            self._query(Answering(self, request, key, partial(self._answered, of=session)), local)
+            self._query(Answering(self, request, key, partial(self._answered, of=HERE)), local)
 
-    def has_subscriber(self, session: Session, key: KeyExpr, destination: Locality) -> bool:
+    def has_subscriber(self, session: SessionFace, key: KeyExpr, destination: Locality) -> bool:
         """Return whether a subscriber that such a put would reach is known."""
         return any(self._subscribers(key, session, destination)) or (
             destination != Locality.SESSION_LOCAL
             and any(known.key.intersects(key) for known in self.known.those(Entity.SUBSCRIBER)))
 
-    def has_queryable(self, session: Session, key: KeyExpr, options: GetOptions) -> bool:
+    def has_queryable(self, session: SessionFace, key: KeyExpr, options: GetOptions) -> bool:
         return bool(self._local_queryables(session, key, options) or self._answerers(key, options))
 
     # --- messages of other nodes
 
     def _receive(self) -> None:
         while True:
-            arrived = self._inbox.take(None)
-            if arrived is not None:
-                self._take(*arrived)
+            handle = self._inbox.take(None)
+            if handle is not None:
+                handle()
 
     def _take(self, medium: str, data: bytes) -> None:
         attached, node = self._attached[medium], self.program.node
@@ -274,13 +274,14 @@ class Station:
                     attached.told = True
                     self.after(int(self.rng.random() * ANSWERED_WITHIN_NS), partial(self._tell_all, attached))
             case Request():
-                self._request(attached, sender, message)
+                # Not at once: all who answer would send at one instant, and on a radio collide each time.
+                handle = partial(self._request, attached, sender, message, KeyExpr(message.key))
+                self.after(int(self.rng.random() * HANDLED_WITHIN_NS), partial(self._inbox.put, handle))
             case Response() | ResponseFinal():
                 self._answered(message, (attached.medium.name, sender))
 
-    def _request(self, attached: Attached, sender: int, request: Request) -> None:
+    def _request(self, attached: Attached, sender: int, request: Request, key: KeyExpr) -> None:
         """Let the queryables of this node answer; send the final if one has gone that the sender may still count on."""
-        key = KeyExpr(request.key)
         complete = request.target == 2
         queryables = [entity for session in self.sessions for entity in session.entities
                       if entity.entity is Entity.QUERYABLE and entity.takes_from(None)
@@ -309,18 +310,18 @@ class Station:
 
     # --- on this node
 
-    def _deliver(self, message: Push, key: KeyExpr, session: Session | None, destination: Locality) -> None:
+    def _deliver(self, message: Push, key: KeyExpr, session: SessionFace | None, destination: Locality) -> None:
         for entity in list(self._subscribers(key, session, destination)):
             assert entity.sink is not None
             entity.sink.put(Sample(key, message.data, message.qos))
 
-    def _subscribers(self, key: KeyExpr, session: Session | None, destination: Locality) -> Iterator[LocalEntity]:
+    def _subscribers(self, key: KeyExpr, session: SessionFace | None, destination: Locality) -> Iterator[LocalEntity]:
         """Return the subscribers of this node for a put of `session`, None: of another node."""
         return (entity for each in self.sessions if _reaches(destination, each is session)
                 for entity in each.entities if entity.entity is Entity.SUBSCRIBER and entity.takes_from(session)
                 and entity.key.intersects(key))
 
-    def _local_queryables(self, session: Session, key: KeyExpr, options: GetOptions) -> list[LocalEntity]:
+    def _local_queryables(self, session: SessionFace, key: KeyExpr, options: GetOptions) -> list[LocalEntity]:
         complete = options.target == QueryTarget.ALL_COMPLETE
         return [entity for each in self.sessions if _reaches(options.destination, each is session)
                 for entity in each.entities if entity.entity is Entity.QUERYABLE and entity.takes_from(session)
@@ -380,7 +381,7 @@ class Station:
 
     def _arrived(self, medium: str, data: bytes) -> None:
         if not self.ends:
-            self._inbox.put((medium, data))
+            self._inbox.put(partial(self._take, medium, data))
 
     def _medium_of(self, key: KeyExpr) -> Attached:
         """Return the medium of the first way that intersects `key`; raises NoMedium if there is none."""

@@ -15,12 +15,12 @@ from netem.wire.instants import NEVER_NS
 class Timers:
     def __init__(self, program: BlockingProgram) -> None:
         self._program = program
-        self._waiting: list[tuple[int, int, Callable[[], None]]] = []
+        self._waiting: list[tuple[int, int, Callable[[], object]]] = []
         self._order = count()
         self._thread: ProgramThread | None = None
         threading.Thread(target=self._run, name="zenoh timers", daemon=True).start()
 
-    def after(self, delay_ns: int, action: Callable[[], None]) -> None:
+    def after(self, delay_ns: int, action: Callable[[], object]) -> None:
         """Call `action` after `delay_ns` of the node's oscillator; it must not wait."""
         heappush(self._waiting, (self._program.due_ns(max(0, delay_ns)), next(self._order), action))
         if self._thread is not None:

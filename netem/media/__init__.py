@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 if TYPE_CHECKING:
     from netem.media.answers import Camera, DatagramFormat, FloorPlan, SerialFormat, ShownPose
     from netem.media.radio_presets import RadioPreset
+    from netem.topology import WeakArea
 
 
 class Shown(NamedTuple):
@@ -32,9 +33,17 @@ class MediumSettings:
     """Questions that the settings of every kind of medium answer before the run, with defaults."""
 
     strikable: ClassVar[frozenset[str]] = frozenset({"links"})      # parts that faults strike: Fault.strikes
+    link_type: ClassVar[int] = 151                  # of its frames in captures: USER4, by the list of tcpdump.org
     carries_can_frames: ClassVar[bool] = False      # True: a program opens its port with python-can
+    carries_datagrams: ClassVar[bool] = True        # False: a frame cannot be the datagram of a socket
+    addressed: ClassVar[bool] = False               # True: a frame begins as packet_network/datagram.py says
     shows_bodies: ClassVar[bool] = False            # True: a copy is a sight of its sender, who sent nothing
     poses_key: ClassVar[Sequence[str]] = ("bodies",)    # where a scenario names what `poses` returns
+
+    @staticmethod
+    def captured(data: bytes) -> bytes:
+        """Return the bytes of a frame as captures of `link_type` hold them; of b"", those of an error frame."""
+        return data
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
         """Return tables of bounds and load, computed before the run, for the medium `medium` between `nodes`."""
@@ -42,6 +51,10 @@ class MediumSettings:
 
     def reports_own_frames_to(self, node: str) -> bool:
         """Return whether `node` receives its own frames once they got through."""
+        return False
+
+    def notifies(self, node: str) -> bool:
+        """Return whether the interface of `node` to the medium tells it how each frame went that it sent."""
         return False
 
     def links_to_themselves(self) -> Collection[str]:
@@ -75,6 +88,10 @@ class MediumSettings:
     def longest_frame_bytes(self) -> int | None:
         """Return the length of the longest frame that the medium takes; None: it has no limit."""
         return None
+
+    def weak_areas(self) -> Sequence[WeakArea]:
+        """Return the areas on the ground that weaken links."""
+        return ()
 
     def radio(self) -> RadioPreset | None:
         """Return the radio that sends and receives the frames; None if the medium is no radio channel."""

@@ -14,6 +14,7 @@ from netem.media.decoding.table import DECODINGS
 from netem.media.level_errors import LevelErrorSettings
 from netem.media.mac.table import MACS
 from netem.media.radio_presets import PRESETS, RadioPreset
+from netem.topology import WeakArea
 from netem.topology.fixed_graph import FixedGraph
 from netem.topology.table import TopologySettings
 
@@ -34,6 +35,7 @@ class CarrierSenseSettings:
 
 @dataclass(frozen=True)
 class RadioSettings(MediumSettings):
+    link_type: ClassVar = 147               # USER0
     strikable: ClassVar = frozenset({"links", "channel", "carriers"})
     poses_key: ClassVar[Sequence[str]] = ("topology", "bodies")
 
@@ -91,6 +93,9 @@ class RadioSettings(MediumSettings):
 
     def located(self, at_m: Mapping[str, Sequence[float] | None]) -> Collection[str]:
         return self.topology.located(at_m)
+
+    def weak_areas(self) -> Sequence[WeakArea]:
+        return self.topology.weak_areas()
 
     def decoding(self) -> Decoding:
         return DECODINGS[self.decode](self.radio())

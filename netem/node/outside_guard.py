@@ -159,6 +159,14 @@ def post_guards(entrances: Sequence[Entrance]) -> None:
     _watch_plain_threads()
 
 
+def refuse_socket(verb: str, family: int, address: Any, remedy: str) -> None:
+    """Refuse what the calling thread is about to do with a socket, if it runs a program in virtual time."""
+    for guard in _on_duty:
+        if guard.watches():
+            to = "" if address is None else f" to {_in_words(address)}"
+            guard.refuse(f"{verb} {SOCKETS.get(family, 'a socket')}{to}", remedy)
+
+
 def guarded() -> bool:
     """Return whether a run in virtual time is in progress in this process."""
     return bool(_on_duty)

@@ -5,7 +5,13 @@ The host sets it at every step, which in a compiled class is a store into a fiel
 
 from __future__ import annotations
 
+from typing import Final
+
 from mypy_extensions import mypyc_attr
+
+# Identifier of a thread that runs a node -> of the thread in which that node's program ran last, if it has its own.
+# A watchdog shows where that one is. Differs from the rule against module-level state: threads belong to the process.
+STANDS_IN: Final[dict[int, int]] = {}
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)

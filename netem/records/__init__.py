@@ -10,7 +10,7 @@ recorder receives each fate once, when it is final, in the order of the ledger.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
@@ -26,6 +26,23 @@ Declare = Callable[[str, Sequence[tuple[str, str]]], None]      # (node, (name, 
 Sample = Callable[[str, int, Sequence[float]], None]            # (node, time_ns, one value for each signal)
 
 
+class Carried(Protocol):
+    """What the frames of a medium are: its settings, or their class."""
+
+    @property
+    def link_type(self) -> int:
+        """The link type of its frames in captures, by the list of tcpdump.org."""
+    @property
+    def carries_can_frames(self) -> bool: ...
+    @property
+    def shows_bodies(self) -> bool:
+        """Whether its frames are sights of their senders, who sent nothing."""
+
+    @staticmethod
+    def captured(data: bytes) -> bytes:
+        """Return the bytes of a frame as captures of its link type hold them; of b"", those of an error frame."""
+
+
 @dataclass(frozen=True)
 class Place:
     """The folder of a recorder's files, and facts about the run to write into them."""
@@ -34,6 +51,13 @@ class Place:
     metadata: Mapping[str, str]             # scenario and seed
     scenario: bytes                         # the resolved scenario as JSON
     end_ns: int                             # the run is [0, end_ns)
+    media: Mapping[str, Carried] = field(default_factory=dict)
+    run: Path | None = None                 # folder of the run, if its files go to another one afterwards
+
+    @property
+    def recorded(self) -> Path:
+        """The folder with the ledger and the files of other recorders."""
+        return self.folder if self.run is None else self.run
 
 
 class FrameTap(Protocol):
@@ -80,15 +104,39 @@ class NoSettings:
     """The settings of a recorder without any."""
 
 
+class NoSuchFormat(ValueError):
+    """A medium has frames of which a recorder's format cannot be made."""
+
+    exit_code = 2
+
+
 class Recorder:
     """Base class of all recorders.
 
-    `Settings` is a dataclass. `FILES` names the files that the recorder may write; "{medium}" in a name stands for the
-    name of any medium.
+    `Settings` is a dataclass. `FILES` names the files that the recorder may write; "{medium}" and "{node}" in a name
+    stand for the name of any medium or node.
+
+    A recorder with `NEEDS` writes its files in `finish`, from the files of other recorders and from the ledger in the
+    folder of the run. The run has these recorders too, and finishes them first.
     """
 
     Settings: ClassVar[type[Any]] = NoSettings
     FILES: ClassVar[tuple[str, ...]] = ()
+    NEEDS: ClassVar[tuple[str, ...]] = ()       # kinds of other recorders
+
+    @classmethod
+    def check(cls, settings: Any, media: Mapping[str, Carried]) -> Iterable[str]:
+        """Yield a line for each reason why `settings` do not fit a run with these media."""
+        return ()
+
+    @classmethod
+    def afterwards(cls, media: Mapping[str, Carried], chosen: str | None, asked: Any | None) -> Sequence[Any]:
+        """Return the settings of the recorders that write such files after a run that kept its frames.
+
+        They are about the medium `chosen`, None: about all media that the format fits. `asked` has the settings of the
+        recorder in the scenario, if it had any. Raises NoSuchFormat.
+        """
+        raise NoSuchFormat("this recorder writes during a run only")
 
     def __init__(self, settings: Any, place: Place) -> None:
         self.settings = settings

@@ -13,7 +13,8 @@ from typing import Any
 import pyarrow as pa
 
 from netem.records.ledger import CHUNK_ROWS
-from netem.records.ledger_file import SCHEMA, LedgerFile, Rows, batch_of
+from netem.records.ledger_file import SCHEMA, LedgerFile, batch_of
+from netem.records.row_file import Rows
 
 
 class LedgerInMemory(LedgerFile):

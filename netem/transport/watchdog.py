@@ -25,7 +25,7 @@ from collections.abc import Callable, Sequence
 from types import FrameType
 from typing import Any, Final, NoReturn
 
-from netem.node.turn import Turn
+from netem.node.turn import STANDS_IN, Turn
 from netem.transport.diagnosis import words
 from netem.transport.diagnosis.stack import Frame, as_traceback, frames_to_show
 from netem.transport.diagnosis.under_way import UnderWay
@@ -114,7 +114,10 @@ class Watchdog:
 
     def _note_stack(self) -> None:
         """Keep the stack of the node's code in `reason` and `detail`."""
-        frame = sys._current_frames().get(self._watched)
+        stacks = sys._current_frames()
+        frame = stacks.get(self._watched)
+        if frame is not None and frame.f_code.co_name == "resume":          # it waits for a thread of the program
+            frame = stacks.get(STANDS_IN.get(self._watched, self._watched), frame)
         frames = [Frame(found.filename, found.lineno or 0, found.name)
                   for found in reversed(traceback.extract_stack(frame))]
         self.reason = words.hangs("no answer", self._timeout_s, self._under_way, frames=frames)

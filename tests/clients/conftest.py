@@ -82,6 +82,15 @@ class Program:
         return code
 
 
+def until_begun(run: Program, folder: Path) -> None:
+    """Wait until a run in real time with this folder has begun."""
+    end_s = time.monotonic() + PATIENCE_S
+    while not (folder / "run.faults").exists():
+        assert run.process.poll() is None, "".join(run.lines)
+        assert time.monotonic() < end_s
+        time.sleep(0.05)
+
+
 class FlyingRun:
     """`quadrotor_udp` in real time. It sends its first datagram to `client_port`, on which a client has to listen."""
 

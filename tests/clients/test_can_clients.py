@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from experiments.judge.run_data import RunData, load_run
-from tests.clients.conftest import Program
+from tests.clients.conftest import Program, until_begun
 
 GROUP = "239.74.163.2"
 ISOTP = Path(__file__).parents[1] / "cases" / "isotp_two_nodes"
@@ -125,9 +125,7 @@ def test_a_canopen_master_reads_and_writes_a_node_through_the_emulated_bus(start
     node = start([sys.executable, "-c", NODE, str(wire[1])], tmp_path)
     node.until("ready")
     run = marconet(scenario, start)
-    while not (tmp_path / "run" / "run.lock").exists():
-        time.sleep(0.05)
-    time.sleep(2.0)                     # the run begins
+    until_begun(run, tmp_path / "run")
 
     master = start([sys.executable, "-c", MASTER, GROUP, str(port)], tmp_path)
     said = json.loads(master.until("found"))

@@ -90,7 +90,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("pages")
     (folder / "companion_of_the_pages.py").write_text(COMPANION)
     (folder / "pages.toml").write_text(scenario_text())
-    scenario = load(folder / "pages.toml", overrides=['media.can.log=["candump","blf"]'])
+    scenario = load(folder / "pages.toml", overrides=['media.can.log=["candump","blf"]', 'record="frames"'])
     result = run(scenario, host="inline", out=folder / "runs" / "my_run")
     assert [verdict.key for verdict in result.summary.verdicts if not verdict.holds] == []
     return folder

@@ -50,7 +50,7 @@ def outside(folder: Path, more: str, medium: str, script: Callable[[Client, Clie
                 for program in programs:
                     at_end.callback(program.close)
                 found.append(script(*programs))
-            except BaseException as error:      # noqa: BLE001  # raised again in the thread of the test
+            except BaseException as error:      # raised again in the thread of the test
                 wrong.append(error)
 
     acting = threading.Thread(target=act)
@@ -73,7 +73,7 @@ def talk(talker: Client, listener: Client) -> list[float]:
     return [float(words[-1]) - float(words[3]) for words in heard]
 
 
-@pytest.mark.parametrize("medium, more, least_s", [
+@pytest.mark.parametrize(('medium', 'more', 'least_s'), [
     ("lan", LAN.replace("delay_ms = 1\n", "delay_ms = 30\n"), 0.030),
     ("radio", RADIO, 8 * 20 / 2_000_000),           # its airtime is longer than that of 20 bytes at 2 Mbit/s
 ])
@@ -124,7 +124,7 @@ def test_where_everything_is_lost_nobody_is_known(tmp_path):
     assert len(data.ledger.only(sender="r2")) > 0           # it has told what its program declared
 
 
-@pytest.mark.parametrize("more, wrong", [
+@pytest.mark.parametrize(('more', 'wrong'), [
     ('[gateways.r3]\nkind = "zenoh"\nmedium = "lan"\nlisten = "tcp/127.0.0.1:1"\n',
      r"gateways\.r3: has the TCP address 127\.0\.0\.1:1, which gateways\.r1 has already"),
     ('[media.bus]\nkind = "can"\nbit_rate_bps = 500000\n[gateways.r3]\nkind = "zenoh"\nmedium = "bus"\n',

@@ -9,6 +9,7 @@ import pytest
 
 from experiments.run.runner import run
 from experiments.scenario import load
+from experiments.scenario.blocking_programs import blocks
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 HASHES: dict[str, str] = tomllib.loads(Path(__file__).with_name("ledger_hashes.toml").read_text())
@@ -26,7 +27,8 @@ def test_what_it_expects_holds_and_its_ledger_is_the_recorded_one(path: Path, tm
         nowhere = [f"gateways.{name}.listen='127.0.0.1:0'" for name in scenario.gateways]
         scenario = load(path, duration_s=2.0, overrides=nowhere)
 
-    summary = run(scenario, host="inline", out=tmp_path, report=False, real_time=bool(scenario.gateways)).summary
+    host = "process" if blocks(scenario) else "inline"
+    summary = run(scenario, host=host, out=tmp_path, report=False, real_time=bool(scenario.gateways)).summary
 
     assert [f"{verdict.key}={verdict.value}: {verdict.by_how_much()}" for verdict in summary.verdicts
             if not verdict.holds] == []

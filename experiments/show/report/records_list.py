@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 from urllib.parse import quote
 
 from experiments.judge.run_files import GUARANTEES, LEDGER, LOCK, RUN, SCENARIO, SUMMARY
-from netem.records import events_file, signals
+from netem.records import events_file, frames_file, signals
 
 PYTHON: Final = "`pyarrow.parquet.read_table(...)` in Python, DuckDB, or any other reader of Parquet"
 
@@ -32,7 +32,13 @@ KINDS: Final = (
     Kind("*.blf", "frames of a CAN bus, Vector's format", "CANalyzer, or `can.BLFReader` of python-can"),
     Kind("*.log", "frames of a CAN bus, candump's format",
          "`canplayer -I FILE` of can-utils, or `can.CanutilsLogReader`"),
-    Kind("*.pcapng", "frames as they were on the air", "Wireshark, or `tshark -r FILE`"),
+    Kind("*.asc", "frames of a CAN bus, Vector's text format", "CANalyzer, SavvyCAN, or `can.ASCReader` of python-can"),
+    Kind("*.trc", "frames of a CAN bus, PEAK's format", "PCAN-View, SavvyCAN, or `can.TRCReader` of python-can"),
+    Kind("*.csv", "frames of a CAN bus", "`can.CSVReader` of python-can, or a spreadsheet"),
+    Kind(frames_file.FILE, "the bytes of every frame on the air", PYTHON),
+    Kind("*.pcapng", "frames as they were on the air, with sender and fates",
+         "Wireshark, as `wireshark -X lua_script:marconet.lua FILE`, or tshark"),
+    Kind("*.lua", "dissector of the capture for Wireshark", "any editor"),
     Kind("*.tlog", "MAVLink frames with their times", "QGroundControl, MAVProxy, or `mavlogdump.py` of pymavlink"),
 )
 OTHER: Final = Kind("*", "not a record that marconet knows", "")

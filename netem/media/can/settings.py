@@ -10,6 +10,7 @@ from typing import ClassVar, Final, Literal
 from netem.media import MediumSettings, Shown
 from netem.media.can.bit_clock import BitClock
 from netem.media.can.bit_errors import BitErrorSettings
+from netem.media.can.captured import captured
 from netem.media.can.dbc_file import read_dbc
 from netem.media.can.dbc_messages import declared_by
 from netem.media.can.messages import CanMessage, by_priority, periodic, response_times_ns
@@ -21,6 +22,7 @@ FASTEST_DATA_BPS: Final = 8_000_000         # limit of transceivers (CiA 601-4)
 
 SHORTEST_BITS: Final = ((44, 0), (26, 33))  # SOF to the end of EOF: a remote frame without stuff bits; CAN FD, no data
 
+SHORTEST_LOSS_BITS: Final = 2                # SOF and the first bit of the identifier
 SHORTEST_ERROR_BITS: Final = 1 + 6 + 8 + 3  # SOF, error flag, error delimiter, intermission
 
 
@@ -32,6 +34,8 @@ class CanLogSettings:
 @dataclass(frozen=True)
 class CanSettings(MediumSettings):
     carries_can_frames: ClassVar = True
+    carries_datagrams: ClassVar = False
+    link_type: ClassVar = 227                               # CAN_SOCKETCAN
     strikable: ClassVar = frozenset({"links", "bus"})
     bit_rate_bps: int
     data_bit_rate_bps: int | None = None                    # of CAN FD; None: classical CAN only
@@ -40,6 +44,7 @@ class CanSettings(MediumSettings):
     queue_frames: int = 32                                  # of each node
     own_frames_to: tuple[str, ...] = ()                     # nodes that receive their own frames after transmission
     error_messages_to: tuple[str, ...] = ()                 # nodes that get messages about their controller's state
+    notifications_to: tuple[str, ...] = ()                  # FMUs that get Confirm, Arbitration Lost and Bus Error
     error_frames_from: tuple[str, ...] = ()                 # nodes that may offer an error message: it is an error flag
 
     at_bus_off: Literal["drop", "keep"] = "drop"            # treatment of the frames that wait
@@ -51,11 +56,12 @@ class CanSettings(MediumSettings):
     messages: dict[str, CanMessage] = field(default_factory=dict)
     dbc: Path | None = None                                 # a DBC file that declares further messages
     dbc_nodes: dict[str, str] = field(default_factory=dict)     # the file's names of control units -> nodes of the bus
+    dbc_signals: tuple[str, ...] = ()                       # MESSAGE.SIGNAL of the file to record, patterns allowed
     messages_only: bool = False                             # frames that are no declared message are malformed
     overload: Literal["refuse", "report"] = "refuse"        # if the declared messages need more than the bit rate
 
     load_window_ns: int = 100_000_000
-    log: tuple[Literal["candump", "blf"], ...] = ()
+    log: tuple[Literal["candump", "blf", "asc", "trc", "csv"], ...] = ()
 
     def __post_init__(self) -> None:
         if not 1 <= self.bit_rate_bps <= FASTEST_NOMINAL_BPS:
@@ -68,11 +74,20 @@ class CanSettings(MediumSettings):
             raise ValueError(f"queue_frames={self.queue_frames}: expected at least 1")
         if self.restart_delay_ns < 0:
             raise ValueError(f"restart_delay_ns={self.restart_delay_ns}: expected 0 or more")
+        if "trc" in self.log and self.data_bit_rate_bps is not None:
+            raise ValueError("log: \"trc\" has no frames of CAN FD, which data_bit_rate_bps allows; use \"asc\" or "
+                             "\"blf\"")
         if self.load_window_ns < 1:
             raise ValueError(f"load_window_ns={self.load_window_ns}: expected more than 0")
         if self.messages_only and not self.messages and self.dbc is None:
             raise ValueError("messages_only=true: no messages are declared, so every frame would be malformed")
+        if self.dbc_signals and self.dbc is None:
+            raise ValueError("dbc_signals: no DBC file says what the frames mean; give its path as dbc")
         self._check_messages()
+
+    @staticmethod
+    def captured(data: bytes) -> bytes:
+        return captured(data)
 
     def with_declared(self, nodes: Sequence[str]) -> CanSettings:
         """Return the settings with the messages of the DBC file added to `messages`, whose own entries take precedence.
@@ -83,7 +98,7 @@ class CanSettings(MediumSettings):
             return self
         own = {message.rank for message in self.messages.values()}
         found = declared_by(read_dbc(self.dbc), nodes, self.dbc_nodes).messages
-        return replace(self, dbc=None, messages=self.messages | {
+        return replace(self, dbc=None, dbc_signals=(), messages=self.messages | {
             name: message for name, message in found.items() if name not in self.messages and message.rank not in own})
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
@@ -112,6 +127,9 @@ class CanSettings(MediumSettings):
     def reports_own_frames_to(self, node: str) -> bool:
         return node in self.own_frames_to
 
+    def notifies(self, node: str) -> bool:
+        return node in self.notifications_to
+
     @property
     def clock(self) -> BitClock:
         return BitClock(self.bit_rate_bps, self.data_bit_rate_bps)
@@ -120,13 +138,16 @@ class CanSettings(MediumSettings):
         """Shortest time from the start of a transmission to the first message of it that reaches a node.
 
         Receivers take a frame at the end of its last bit but one; a controller reports a change of state at the end of
-        an error frame with its intermission.
+        an error frame with its intermission. With notifications, a controller reports a lost arbitration after the
+        second bit at the earliest.
         """
         if self.messages_only:
             bits = [message.fewest_bits() for message in self.messages.values()]
         else:
             bits = list(SHORTEST_BITS[:1 if self.data_bit_rate_bps is None else 2])
         frame_ns = min(self.clock.whole_ns(nominal - 1, data) for nominal, data in bits)
+        if self.notifications_to:
+            return self.clock.whole_ns(SHORTEST_LOSS_BITS)
         return min(frame_ns, self.clock.whole_ns(SHORTEST_ERROR_BITS)) if self.error_messages_to else frame_ns
 
     def check_nodes(self, medium: str, nodes: Sequence[str]) -> None:
@@ -135,7 +156,7 @@ class CanSettings(MediumSettings):
         if medium in nodes:
             lines.append(f"the medium {medium} and a node on it have one name; rename one")
         there = f"no such node on this bus; there are {', '.join(nodes)}"
-        for key in ("own_frames_to", "error_messages_to", "error_frames_from"):
+        for key in ("own_frames_to", "error_messages_to", "notifications_to", "error_frames_from"):
             lines += [f"{key}={node}: {there}" for node in getattr(self, key) if node not in nodes]
         lines += [f"messages: {name}: sender={message.sender}: {there}" for name, message in self.messages.items()
                   if message.sender not in nodes]

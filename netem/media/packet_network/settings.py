@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
 from netem.core.nearest import did_you_mean
 from netem.media import MediumSettings
@@ -30,6 +30,8 @@ class LinkSettings:
 
 @dataclass(frozen=True)
 class PacketNetworkSettings(MediumSettings):
+    addressed: ClassVar = True
+    link_type: ClassVar = 149               # USER2
     rate_bps: int                           # of each direction of a link
     delay_ns: int = 0                       # propagation, from the last bit sent to the last bit received
     queue_packets: int = 1000               # most packets that wait for a link (netem's `limit` has this default)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import ClassVar, Final, Literal
 
 from netem.media import MediumSettings
 from netem.media.answers import SerialFormat
@@ -15,6 +15,7 @@ FASTEST_BPS: Final = 20_000_000     # limit of RS-485 transceivers; UARTs of mic
 
 @dataclass(frozen=True)
 class SerialLineSettings(MediumSettings):
+    link_type: ClassVar = 148               # USER1
     baud_bps: int
     data_bits: int = 8
     parity: Literal["none", "even", "odd"] = "none"

@@ -1,12 +1,11 @@
-"""A function as a program: its parameters are checked like a class's, and it needs a process."""
+"""A function as a program: its parameters are checked like a class's, and it may be a coroutine."""
 
 from __future__ import annotations
 
 import pytest
 
-from experiments.run.runner import node_specifications, run
+from experiments.run.runner import node_specifications
 from experiments.scenario import ScenarioError, load
-from experiments.scenario.blocking_programs import NeedsProcess
 
 PROGRAMS = '''
 from pathlib import Path
@@ -21,7 +20,7 @@ def anything(**parameters):
 
 
 async def nap():
-    pass
+    yield
 
 
 def steps():
@@ -57,7 +56,7 @@ def test_a_function_may_take_anything(scenario):
     ("talk", "{}", "channel"),
     ("talk", '{ channel = "can0", periods_ms = 2 }', "period_ms"),
     ("talk", "{ channel = 3 }", "channel=3"),
-    ("nap", "{}", "nap is a coroutine, and asyncio does not run in virtual time; write blocking code"),
+    ("nap", "{}", "nap is an asynchronous generator, which nobody would iterate; write a coroutine"),
     ("steps", "{}", "steps is a generator, which nobody would iterate; write blocking code, or a class"),
 ])
 def test_what_does_not_fit_is_refused(scenario, program, parameters, complaint):
@@ -65,14 +64,3 @@ def test_what_does_not_fit_is_refused(scenario, program, parameters, complaint):
         load(scenario(program, parameters))
 
     assert any(complaint in line for line in error.value.problems)
-
-
-def test_the_host_without_processes_refuses_it_before_anything_is_written(scenario, tmp_path):
-    loaded = load(scenario("talk", '{ channel = "can0" }'))
-
-    with pytest.raises(NeedsProcess, match=r"few: agents\.r1: blocking_of_the_tests:talk is blocking code.*"
-                                           "--host process") as error:
-        run(loaded, host="inline", out=tmp_path / "out")
-
-    assert error.value.exit_code == 2
-    assert not (tmp_path / "out").exists()

@@ -69,7 +69,7 @@ EACH = [
     ("[media.quiet]", '[gateways.g]\nmedium = "quiet"\nkind = "tcp"\nlisten = "127.0.0.1:0"\n[media.quiet]\n'
      'kind = "can"\nbit_rate_bps = 500_000\n[media.unused]', [f'gateways.g.medium="quiet": {NO_CAN}']),
     ("[media.quiet]", "[gateways]\ng = 1\n[media.quiet]", ["gateways.g=1: expected a table"]),
-    ("[media.quiet]", "[records.pcap]\n[media.quiet]", ["records.pcap: no such recorder; there are none"]),
+    ("[media.quiet]", "[records.pcap]\n[media.quiet]", ['records.pcap: no such recorder; did you mean "pcapng"?']),
     ("[media.quiet]", '[gateways.r1]\nmedium = "radio"\n[media.quiet]',
      ["gateways.r1: is the name of an agent already; take another one"]),
     # derived signals

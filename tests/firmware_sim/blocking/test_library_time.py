@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import queue
 import signal
 import threading
@@ -263,19 +262,7 @@ def test_a_wait_for_what_is_left_of_any_time_ends(begin, timeout_s, start_s):
     assert waited == [pytest.approx(timeout_s, abs=3e-9)]       # two roundings to 1 ns, and at least 1 ns a wait
 
 
-# --- what is refused, and who is left alone
-
-def test_asyncio_is_refused_with_the_remedy(begin):
-    def main():
-        loop = asyncio.new_event_loop()
-        try:
-            loop.run_forever()
-        finally:
-            loop.close()
-
-    with pytest.raises(RuntimeError, match="asyncio does not run in virtual time"):
-        run(begin(main))
-
+# --- who is left alone
 
 def test_other_threads_find_what_they_always_did():
     with library_in_virtual_time():

@@ -71,3 +71,7 @@ def really(programs: Mapping[str, str]) -> dict[str, list[str]]:
 
 def told(text: str) -> list[str]:
     return [line for line in text.splitlines() if line.startswith("TOLD")]
+
+
+def log_of(folder: Path, name: str) -> str:
+    return (folder / "out" / "logs" / f"{name}.log").read_text()

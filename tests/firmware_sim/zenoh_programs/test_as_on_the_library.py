@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.firmware_sim.zenoh_programs.runs import LAN, RADIO, really, virtually
+from tests.firmware_sim.zenoh_programs.runs import LAN, really, virtually
 
 PAIRS = {"puts": {"right": "parity:puts_right", "left": "parity:puts_left"},
          "queries": {"right": "parity:queries_right", "left": "parity:queries_left"},

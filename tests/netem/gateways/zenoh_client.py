@@ -13,7 +13,6 @@ import time
 
 import zenoh
 
-
 SAYING = threading.Lock()
 
 
