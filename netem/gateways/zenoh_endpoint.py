@@ -2,14 +2,16 @@
 
     programs --Zenoh--> session --callbacks--> heard      self-pipe wakes the run, which takes what was heard
     run --actions--> thread `zenoh out` --> session       puts, replies and declarations, which may wait
-    session --declarations of the programs--> thread `zenoh look` --> heard
 
 - What other robots have declared the session declares too, as mirrors, so it is sent what they want, and no more.
   A mirror takes messages of the programs alone, never those of this session, so nothing goes round.
 - Callbacks only note what they are given: no call of Zenoh, nothing that waits.
-- What the programs have declared, the session's own administration space tells; it is read every `LOOK_S` while a
-  program is connected, every `LOOK_SOON_S` for `SOON_S` after one has come, gone or changed a token. Whether a
-  queryable is complete, a querier's matching status tells.
+- What the programs have declared, the session's administration space tells; it is read every `LOOK_S` while a program
+  is connected, every `LOOK_SOON_S` for `SOON_S` after one has come, gone or changed a token. Whether a queryable is
+  complete, a querier's matching status tells.
+- A second session, a client, reads it. Zenoh 1.10 locks up when the session asks itself while another thread changes
+  its declarations; so the question comes by the connection, and is answered in the one thread in which all connections
+  are served (zenoh_runtime.py), while `zenoh out`, which waits for the answer, declares nothing.
 - Several programs in client mode hear each other through the session. Programs in peer mode find each other by gossip.
 """
 
@@ -18,13 +20,18 @@ from __future__ import annotations
 import json
 import os
 import queue
+import secrets
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from typing import Any, Final, NamedTuple
+
+from netem.wire.zenoh_runtime import ONE_THREAD
+
+os.environ.setdefault("ZENOH_RUNTIME", ONE_THREAD)
 
 import zenoh
 from zenoh.handlers import Callback
@@ -119,31 +126,34 @@ class Endpoint:
         self._mirrors: dict[Declared, Any] = {}
         self._queriers: dict[str, Any] = {}
         self._links = 0
-        self._changed = threading.Event()       # a program has come, gone or changed a token
-        self._ends = False
+        self._changed = False       # a program has come, gone or changed a token
         self._known: frozenset[Declared] = frozenset()
+        self._asker_id = f"{secrets.randbits(120) | 1:x}"
         try:
-            self._session = zenoh.open(_config(listen, most_clients))
+            self._session = zenoh.open(_config(listen, most_clients + 1))
         except zenoh.ZError as error:
             self._close_pipe()
             raise OSError(str(error)) from error
         self._admin = f"@/{self._session.zid()}/router"
+        self._locators = self._find_locators()
+        self._asker = zenoh.open(_asking(self._locators[0], self._asker_id))
         self._listeners: list[Any] = [self._session.info.declare_link_events_listener(
             _directly(self._link), history=True)]
         for way in ways:
             self._listeners.append(self._session.liveliness().declare_subscriber(
-                way, _directly(lambda sample: self._changed.set())))
-        self._threads = [threading.Thread(target=self._run, name="zenoh out", daemon=True),
-                         threading.Thread(target=self._look, name="zenoh look", daemon=True)]
-        for thread in self._threads:
-            thread.start()
+                way, _directly(lambda sample: self._look_soon())))
+        self._thread = threading.Thread(target=self._run, name="zenoh out", daemon=True)
+        self._thread.start()
+
+    def _find_locators(self) -> list[str]:
+        for reply in self._session.get(self._admin):        # nobody is connected yet
+            if reply.ok is not None and str(reply.ok.key_expr) == self._admin:
+                return [str(locator) for locator in json.loads(reply.ok.payload.to_bytes())["locators"]]
+        raise OSError("Zenoh listens nowhere")
 
     def locators(self) -> list[str]:
         """Return the endpoints at which programs can connect."""
-        for reply in self._session.get(self._admin):
-            if reply.ok is not None and str(reply.ok.key_expr) == self._admin:
-                return [str(locator) for locator in json.loads(reply.ok.payload.to_bytes())["locators"]]
-        return []
+        return self._locators
 
     def fileno(self) -> int:
         return self._readable
@@ -190,14 +200,12 @@ class Endpoint:
 
     def close(self) -> None:
         """Send what waits and close the session, within `CLOSE_WITHIN_S`."""
-        self._ends = True
-        self._changed.set()
         self._actions.put(None)
-        for thread in self._threads:
-            thread.join(CLOSE_WITHIN_S)
-        closing = threading.Thread(target=self._session.close, name="closing Zenoh", daemon=True)
-        closing.start()
-        closing.join(CLOSE_WITHIN_S)
+        self._thread.join(CLOSE_WITHIN_S)
+        for session in (self._asker, self._session):
+            closing = threading.Thread(target=session.close, name="closing Zenoh", daemon=True)
+            closing.start()
+            closing.join(CLOSE_WITHIN_S)
         self._close_pipe()
 
     def _close_pipe(self) -> None:
@@ -223,18 +231,74 @@ class Endpoint:
 
     def _link(self, event: Any) -> None:
         link, connected = event.link, event.kind == zenoh.SampleKind.PUT
-        self._links += 1 if connected else -1
-        self._hear(Linked(str(link.dst), str(link.zid), connected))
-        self._changed.set()
+        if str(link.zid) != self._asker_id:
+            self._links += 1 if connected else -1
+            self._hear(Linked(str(link.dst), str(link.zid), connected))
+            self._look_soon()
 
-    # --- the threads that call the library
+    def _look_soon(self) -> None:
+        if not self._changed:
+            self._changed = True
+            self._actions.put(_nothing)
+
+    # --- the thread that calls the library
 
     def _run(self) -> None:
-        while (action := self._actions.get()) is not None:
+        looking = self._look()
+        wait_s = next(looking)
+        while True:
+            action: Callable[[], None] | None = _nothing
+            with suppress(queue.Empty):
+                action = self._actions.get(timeout=wait_s)
+            if action is None:
+                return
             try:
                 action()
             except (zenoh.ZError, ValueError):          # a key that is none, a program that has gone
                 self.failed += 1
+            wait_s = next(looking)
+
+    def _look(self) -> Iterator[float]:
+        """Read what the programs have declared, a bit at each step; yield how long it can wait for the next [s]."""
+        soon_until_s = 0.0
+        while True:
+            begun_s = time.monotonic()
+            if self._changed:
+                self._changed = False
+                soon_until_s = begun_s + SOON_S
+            if self._links or begun_s < soon_until_s:
+                found: set[tuple[Entity, str]] = set()
+                for kind in KINDS:
+                    for way in self._ways:
+                        found |= self._declared(kind, way)
+                        yield 0.0
+                self._tell(found)
+            while not self._changed and (wait_s := begun_s + self._period_s(soon_until_s) - time.monotonic()) > 0:
+                yield wait_s
+
+    def _period_s(self, soon_until_s: float) -> float:
+        return LOOK_SOON_S if time.monotonic() < soon_until_s else LOOK_S
+
+    def _declared(self, kind: str, way: str) -> set[tuple[Entity, str]]:
+        place, own = f"{self._admin}/{kind}/", str(self._session.zid())
+        return {(KINDS[kind], str(reply.ok.key_expr)[len(place):]) for reply in self._asker.get(place + way)
+                if reply.ok is not None and _others(reply.ok.payload.to_bytes(), own)}
+
+    def _tell(self, found: set[tuple[Entity, str]]) -> None:
+        """Tell what is declared if it has changed."""
+        for key in self._queriers.keys() - {key for entity, key in found if entity is Entity.QUERYABLE}:
+            self._queriers.pop(key).undeclare()
+        known = frozenset(Declared(entity, key, entity is Entity.QUERYABLE and self._is_complete(key))
+                          for entity, key in found)
+        if known != self._known:
+            self._known = known
+            self._hear(Declares(known))
+
+    def _is_complete(self, key: str) -> bool:
+        if key not in self._queriers:
+            self._queriers[key] = self._session.declare_querier(
+                key, target=zenoh.QueryTarget.ALL_COMPLETE, allowed_destination=zenoh.Locality.REMOTE)
+        return bool(self._queriers[key].matching_status.matching)
 
     def _message(self, action: Callable[[], None]) -> bool:
         if self._actions.qsize() >= MOST_WAITING:
@@ -283,44 +347,14 @@ class Endpoint:
         if declared is not None:
             declared.undeclare()
 
-    def _look(self) -> None:
-        soon_until_s = 0.0
-        while not self._ends:
-            wait_s = LOOK_SOON_S if time.monotonic() < soon_until_s else LOOK_S if self._links else None
-            if self._changed.wait(wait_s):
-                self._changed.clear()
-                soon_until_s = time.monotonic() + SOON_S
-            with suppress(zenoh.ZError):                # the session is being closed
-                self._tell_declared()
-
-    def _tell_declared(self) -> None:
-        """Read what the programs have declared; tell it if it has changed."""
-        found: set[tuple[Entity, str]] = set()
-        own = str(self._session.zid())
-        for kind, entity in KINDS.items():
-            place = f"{self._admin}/{kind}/"
-            for way in self._ways:
-                for reply in self._session.get(place + way):
-                    if reply.ok is not None and _others(reply.ok.payload.to_bytes(), own):
-                        found.add((entity, str(reply.ok.key_expr)[len(place):]))
-        for key in self._queriers.keys() - {key for entity, key in found if entity is Entity.QUERYABLE}:
-            self._queriers.pop(key).undeclare()
-        known = frozenset(Declared(entity, key, entity is Entity.QUERYABLE and self._is_complete(key))
-                          for entity, key in found)
-        if known != self._known:
-            self._known = known
-            self._hear(Declares(known))
-
-    def _is_complete(self, key: str) -> bool:
-        if key not in self._queriers:
-            self._queriers[key] = self._session.declare_querier(
-                key, target=zenoh.QueryTarget.ALL_COMPLETE, allowed_destination=zenoh.Locality.REMOTE)
-        return bool(self._queriers[key].matching_status.matching)
-
 
 def _directly(callback: Callable[[Any], None], drop: Callable[[], None] | None = None) -> Any:
     """Return a handler that calls `callback` in the library's own thread, without one for each mirror."""
     return Callback(callback, drop, indirect=False)
+
+
+def _nothing() -> None:
+    """Wake the thread."""
 
 
 def _others(sources: bytes, own: str) -> bool:
@@ -361,6 +395,15 @@ def _config(listen: str, most_clients: int) -> zenoh.Config:
     }
     config = zenoh.Config()
     for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return config
+
+
+def _asking(connect: str, identifier: str) -> zenoh.Config:
+    config = zenoh.Config()
+    for key, value in {"mode": "client", "id": identifier, "connect/endpoints": [connect],
+                       "scouting/multicast/enabled": False, "scouting/gossip/enabled": False,
+                       "transport/shared_memory/enabled": False}.items():
         config.insert_json5(key, json.dumps(value))
     return config
 
