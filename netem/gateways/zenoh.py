@@ -6,7 +6,8 @@
 The frames are those of programs in virtual time (netem/wire/zenoh_frames.py), which take part on the same medium. A put
 goes out on the medium if a node there is known to subscribe to it, as on a link between two of Zenoh's routers; a query
 goes to the nodes that are known to answer it, and ends with their finals. Declarations hold for `lease_ns` from each
-time that they are heard, so that liveliness is lost under a partition and comes back.
+time that they are heard, so that liveliness is lost under a partition and comes back. Puts that wait when the run takes
+them share frames, as in Zenoh's batches, unless they are express.
 
 Differs from a router: of a query the library does not tell its target and time-out. Where a complete queryable has all
 of its keys, all nodes with such a one are asked, else all with a queryable that intersects it; the query stays open for
@@ -77,6 +78,7 @@ ANSWERED_WITHIN_NS: Final = 50 * MS     # to the request of a node that begins
 ASKED_WITHIN_NS: Final = 500 * MS       # this gateway asks three times for what is declared
 SHAKEN: Final = 0.1                     # largest deviation of a repetition, as part of its period
 MOST_OPEN: Final = 1000                 # queries under way in each direction; further ones end at once
+MOST_IN_A_BATCH: Final = 100
 ALL, ALL_COMPLETE = 1, 2                # targets of a query
 USUAL_KEYS: Final = ("**", "**/@adv/**", "@ros2_lv/**")
 
@@ -149,6 +151,7 @@ class ZenohGateway(Gateway):
         self._allowance = Allowance(settings.most_per_s, clock_ns())
         self._receiver = ZenohReceiver()
         self._frames: deque[bytes] = deque()                # for the medium
+        self._batch: list[Push] = []                        # for the next frames
         self._timers: list[tuple[int, int, Callable[[], None]]] = []
         self._order = count()
         self._open: dict[int, Open] = {}                    # by number of the request
@@ -189,11 +192,14 @@ class ZenohGateway(Gateway):
         while self._timers and self._timers[0][0] <= now_ns:
             heappop(self._timers)[2]()
         self._others.expire(now_ns)
-        while len(self._frames) < most:
-            heard = self._endpoint.take()
+        for _ in range(MOST_IN_A_BATCH):
+            heard = self._endpoint.take() if len(self._frames) < most else None
             if heard is None:
                 break
             self._hear(heard, now_ns)
+        else:
+            self._endpoint.wake()
+        self._flush()
         found = [self._frames.popleft() for _ in range(min(most, len(self._frames)))]
         if self._frames or len(found) == most:
             self._endpoint.wake()
@@ -230,7 +236,9 @@ class ZenohGateway(Gateway):
             case Published(mirror, sample):
                 key = str(sample.key_expr)
                 if self._others.counts(mirror, key) and self._carries(key) and self._admit(now_ns):
-                    self._send([push_of(sample)])
+                    self._batch.append(push_of(sample))
+                    if self._batch[-1].qos.express:
+                        self._flush()
             case Asked(mirror, query):
                 self._ask_others(mirror, query, now_ns)
             case Replied(tag, reply):
@@ -384,7 +392,14 @@ class ZenohGateway(Gateway):
     def _carries(self, key: str) -> bool:
         return any(intersects(way, key) for way in self.settings.keys)
 
+    def _flush(self) -> None:
+        """Send the puts that wait to share frames."""
+        batch, self._batch = self._batch, []
+        if batch:
+            self._send(batch)
+
     def _send(self, messages: Iterable[Message], to: int = EVERYONE) -> None:
+        self._flush()
         name = None if to == EVERYONE else self._names[to - 1]
         self._frames.extend(self._datagrams.enclose(name, frame) for frame in self._sender.frames(messages, to))
         if self._frames:
