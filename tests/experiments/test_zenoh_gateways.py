@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -63,27 +63,35 @@ def outside(folder: Path, more: str, medium: str, script: Callable[[Client, Clie
 
 
 def talk(talker: Client, listener: Client) -> list[float]:
-    """Return how long each of 20 messages took [s]."""
+    """Return how long each of 20 messages took that arrived [s]; 2 s of silence end it."""
     listener.do("sub", "demo/**")
     talker.say("matching", "demo/a")
     talker.until("^matching True")
     talker.do("pub", "demo/a", 20, 0.02)
-    heard = [listener.until("^heard demo/a").split() for _ in range(20)]
-    assert [int(words[2]) for words in heard] == list(range(20))
+    heard: list[list[str]] = []
+    with suppress(AssertionError):
+        while len(heard) < 20:
+            heard.append(listener.until("^heard demo/a", 2.0).split())
+    numbers = [int(words[2]) for words in heard]
+    assert numbers == sorted(set(numbers))
     return [float(words[-1]) - float(words[3]) for words in heard]
 
 
-@pytest.mark.parametrize(('medium', 'more', 'least_s'), [
-    ("lan", LAN.replace("delay_ms = 1\n", "delay_ms = 30\n"), 0.030),
-    ("radio", RADIO, 8 * 20 / 2_000_000),           # its airtime is longer than that of 20 bytes at 2 Mbit/s
+@pytest.mark.parametrize(('medium', 'more', 'least_s', 'most_lost'), [
+    ("lan", LAN.replace("delay_ms = 1\n", "delay_ms = 30\n"), 0.030, 0),
+    # Its airtime is longer than that of 20 bytes at 2 Mbit/s. Stations that begin at one instant collide: in the
+    # 0.4 s r2 sends three tellings and two repetitions, each of which can take one message with it.
+    ("radio", RADIO, 8 * 20 / 2_000_000, 5),
 ])
-def test_messages_cross_the_medium_in_order_and_not_sooner_than_it_lets_them(tmp_path, medium, more, least_s):
+def test_messages_cross_the_medium_in_order_and_not_sooner_than_it_lets_them(tmp_path, medium, more, least_s,
+                                                                                     most_lost):
     data, took_s = outside(tmp_path, more, medium, talk)
 
     assert min(took_s) >= least_s
+    assert len(took_s) >= 20 - most_lost
     assert data.counters["r1"]["messages received"] == 20
-    assert data.counters["r2"]["messages sent"] == 20
-    assert len(data.ledger.only(sender="r1", fate="delivered")) >= 20
+    assert data.counters["r2"]["messages sent"] == len(took_s)
+    assert len(data.ledger.only(sender="r1", fate="delivered")) >= len(took_s)
 
 
 def test_under_a_partition_nothing_crosses_and_liveliness_comes_back_after_it(tmp_path):
