@@ -157,7 +157,7 @@ def test_a_loop_that_only_puts_lets_time_pass(tmp_path: Path) -> None:
 # --- mistakes of scenarios
 
 @pytest.mark.parametrize(("agent", "expected"), [
-    ('zenoh = "wifi"', 'agents.one.zenoh="wifi": one has no such medium; there is only lan'),
+    ('zenoh = "wifi"', 'agents.one.zenoh="wifi": no such medium; there is only lan'),
     ('zenoh = { "a//b" = "lan" }', "agents.one.zenoh.\"?a//b\"?=.*no key expression: empty chunks are forbidden"),
     ('zenoh = { "**" = "lan", "fleet/**" = "lan" }',
      'matches nothing: "\\*\\*" before it has all of its keys; write it before that one, or leave it out'),
@@ -172,12 +172,32 @@ def test_a_wrong_way_is_one_line_at_its_place(tmp_path: Path, agent: str, expect
     assert len(str(refused.value).splitlines()) == 1
 
 
-def test_a_bus_that_carries_no_datagrams_is_refused(tmp_path: Path) -> None:
-    path = scenario(tmp_path, {"one": 'program = "probes:hear"\nzenoh = "bus"'},
-                    '[media.bus]\nkind = "can"\nbit_rate_bps = 500_000\n')
+@pytest.mark.parametrize(("medium", "expected"), [
+    ('kind = "can"\nbit_rate_bps = 500_000', "one.zenoh=\"it\": a CAN bus carries CAN frames: open it with can.Bus"),
+    ('kind = "sensing"\nexposure_period_ms = 10\nlatency_ms = 5', 'one.zenoh="it": a sensing carries no datagrams'),
+    ('kind = "serial_line"\nbaud_bps = 57_600',
+     'one.zenoh="it": a serial_line may cut frames; Zenoh needs a medium such as broadcast_radio or packet_network'),
+])
+def test_a_medium_that_cannot_carry_it_is_refused(tmp_path: Path, medium: str, expected: str) -> None:
+    path = scenario(tmp_path, dict.fromkeys(("one", "two"), 'program = "probes:hear"\nzenoh = "it"'),
+                    f"[media.it]\n{medium}\n")
 
-    with pytest.raises(ScenarioError, match="a can carries no datagrams; Zenoh needs a medium such as"):
+    with pytest.raises(ScenarioError) as refused:
         load(path)
+
+    assert any(expected in problem for problem in refused.value.problems), refused.value.problems
+
+
+def test_a_medium_of_others_and_a_class_as_program_are_refused(tmp_path: Path) -> None:
+    path = scenario(tmp_path, {"one": 'program = "probes:hear"\nzenoh = "radio"\nmedia = ["lan"]',
+                               "two": 'program = "probes:Board"\nzenoh = "lan"'}, LAN + RADIO)
+
+    with pytest.raises(ScenarioError) as refused:
+        load(path)
+
+    said = "\n".join(refused.value.problems)
+    assert 'agents.one.zenoh="radio": the agent has no port on this medium; it is on lan' in said
+    assert "agents.two.zenoh: this program is a class, which sends through `board.port`; zenoh is there for" in said
 
 
 @pytest.mark.parametrize(("media", "expected"), [
