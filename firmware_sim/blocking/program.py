@@ -263,8 +263,8 @@ class BlockingProgram:
         if self.over:
             for repeating in list(self.repeating):
                 repeating.stop()
-            for other in self._threads:
-                other.until_ns = NEVER_NS
+            for other in self._threads:         # daemons; one may have been woken at this instant
+                other.until_ns, other.woken = NEVER_NS, False
 
     def promise(self) -> None:
         """Promise silence until the first instant at which a thread goes on; called whenever a thread has run."""

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import polars
 import pytest
+import zenoh
 
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 from netem.wire.errors import NodeFailure
 from netem.wire.zenoh_codec import encode
 from netem.wire.zenoh_messages import Data, Push
-from tests.firmware_sim.zenoh_programs.runs import LAN, RADIO, scenario, virtually
+from tests.firmware_sim.zenoh_programs.runs import LAN, RADIO, log_of, scenario, told, virtually
 
 CASE = Path(__file__).parents[2] / "cases" / "zenoh_unmodified"
 PAIR = {"hears": "probes:hear", "says": 'program = "probes:numbers"\nparameters = { size = 200, key = "n" }'}
@@ -241,3 +242,36 @@ def test_a_session_opens_no_socket_and_starts_no_thread_but_pythons(tmp_path: Pa
     told = virtually(tmp_path, {"one": "probes:system_resources"}, LAN, length_s=5.0)
 
     assert told["one"][0].startswith("TOLD True")
+
+
+# --- hosts
+
+@pytest.mark.parametrize("medium", [LAN, RADIO], ids=["lan", "radio"])
+def test_runs_inline_have_the_hash_of_a_run_with_processes_and_tell_the_same(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str], medium: str) -> None:
+    programs = {"answers": "probes:answers", "asks": "probes:asks", "hears": "probes:hear", "watches": "probes:watch",
+                "lives": 'program = "probes:alive"\nparameters = { first_s = 1.0 }',
+                "says": 'program = "probes:numbers"\nparameters = { size = 200, key = "n" }'}
+    loaded = load(scenario(tmp_path, programs, medium, length_s=6.0))
+
+    with_processes = run(loaded, out=tmp_path / "out", report=False).summary
+    by_processes = sorted(line for name in programs for line in told(log_of(tmp_path, name)))
+
+    capsys.readouterr()
+    for number in range(3):
+        inline = run(loaded, host="inline", out=tmp_path / str(number), report=False).summary
+        assert (inline.ledger_hash, inline.frames) == (with_processes.ledger_hash, with_processes.frames)
+        assert sorted(told(capsys.readouterr().out)) == by_processes
+    assert len(by_processes) >= 20
+
+
+def test_programs_inline_have_sessions_of_their_own_and_the_library_is_back_afterwards(tmp_path: Path) -> None:
+    names = "open", "Session", "Subscriber", "scout"
+    before = [getattr(zenoh, name) for name in names]
+
+    run(load(scenario(tmp_path, PAIR, LAN, length_s=3.0)), host="inline", out=tmp_path / "out", report=False)
+
+    after = [getattr(zenoh, name) for name in names]
+    assert [getattr(one, "__wrapped__", one) for one in after] == [getattr(one, "__wrapped__", one) for one in before]
+    senders = polars.read_parquet(tmp_path / "out" / "ledger.parquet")["sender"].unique().sort()
+    assert senders.to_list() == ["hears", "says"]
