@@ -29,6 +29,7 @@ from firmware_sim.board_timers import Repetition, Timer, Timers
 from firmware_sim.local_clock import LocalClock
 from firmware_sim.old_names import OldName
 from firmware_sim.processor import Processor
+from fmus.event_plant import EventPlant
 from fmus.plant import InputGroup, OutputGroup, Plant
 from netem.node.node import Node, Port
 from netem.wire.level import Level
@@ -175,6 +176,14 @@ class Board:
     def actuators(self, variables: Sequence[str], units: Sequence[str | None] | None = None) -> InputGroup:
         """Return inputs to be set together, fast, by `.write(values)`; PlantError if `units` are not the FMU's."""
         return self._required_plant().input_group(variables, units)
+
+    def event_plant(self) -> EventPlant:
+        """Return the plant of a program whose class says `handles_events = True`; raises NoPlant without one."""
+        plant = self._required_plant()
+        if not isinstance(plant, EventPlant):
+            raise TypeError(f"{self.name}: the events of its plant are not handled by its program: set "
+                            "`handles_events = True` in the class of the program")
+        return plant
 
     # --- the records
 

@@ -149,6 +149,18 @@ static PyObject *step_asks_to_end(PyObject *object, void *closure)
     return PyBool_FromLong(((BoundStep *)object)->asks_to_end);
 }
 
+static PyObject *step_early(PyObject *object, void *closure)
+{
+    (void)closure;
+    return PyBool_FromLong(((BoundStep *)object)->early);
+}
+
+static PyObject *step_needs_event(PyObject *object, void *closure)
+{
+    (void)closure;
+    return PyBool_FromLong(((BoundStep *)object)->event);
+}
+
 static PyObject *values_new(PyTypeObject *type, PyObject *arguments, PyObject *keywords)
 {
     static char *names[] = {"function", "instance", "references", "fmi", "brief", NULL};
@@ -285,6 +297,8 @@ static PyMemberDef step_members[] = {
 static PyGetSetDef step_properties[] = {
     {"ended", step_ended, NULL, NULL, NULL},
     {"asks_to_end", step_asks_to_end, NULL, NULL, NULL},
+    {"early", step_early, NULL, NULL, NULL},
+    {"needs_event", step_needs_event, NULL, NULL, NULL},
     {NULL, NULL, NULL, NULL, NULL},
 };
 static PyType_Slot step_slots[] = {

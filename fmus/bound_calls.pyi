@@ -22,6 +22,12 @@ class BoundStep:
     @property
     def asks_to_end(self) -> bool:
         """True if the FMU asked, in the last step, to end the simulation."""
+    @property
+    def early(self) -> bool:
+        """True if the FMU returned early from the last step, at `last`."""
+    @property
+    def needs_event(self) -> bool:
+        """True if the FMU asked, in the last step, for event mode."""
 
 class BoundValues:
     def __init__(self, function: int, instance: int, references: Sequence[int], fmi: int, brief: bool) -> None:

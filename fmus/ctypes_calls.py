@@ -62,6 +62,14 @@ class BoundStep:
     def asks_to_end(self) -> bool:
         return self._flags[0]
 
+    @property
+    def early(self) -> bool:
+        return self._flags[1]
+
+    @property
+    def needs_event(self) -> bool:
+        return self._flags[2]
+
 
 class BoundValues:
     def __init__(self, function: int, instance: int, references: Sequence[int], fmi: int, brief: bool) -> None:

@@ -19,13 +19,14 @@ from typing import Any, Literal
 import msgspec
 
 from fmus.archive import DESCRIPTION, one_line, shown, unpack
+from fmus.bus_terminals import bus_terminals
 from fmus.cache import cache_folder, kept
 from fmus.describe import TOOL
-from fmus.description import PlantDescription, Variable
+from fmus.description import Clock, PlantDescription, Variable
 from fmus.errors import PlantError
 from fmus.platform_names import library_suffix, platform_fmi2, platform_fmi3
 
-LAYOUT = 5              # raised by one whenever the content of a cached folder changes
+LAYOUT = 6              # raised by one whenever the content of a cached folder changes
 
 
 def describe(path: str | Path, cache: Path | None = None) -> PlantDescription:
@@ -75,6 +76,8 @@ def _read(draft: Path, path: Path) -> PlantDescription:
                          "export it again as a co-simulation FMU")
     variable_step = _true(slave.canHandleVariableCommunicationStepSize)
     try:
+        variables = _variables(xml.modelVariables, bounds)
+        terminals, problem = bus_terminals(draft / "fmu", variables) if fmi == "3.0" else ((), "")
         return PlantDescription(
             file=path.name,
             fmi=fmi,
@@ -89,7 +92,10 @@ def _read(draft: Path, path: Path) -> PlantDescription:
             ours=xml.generationTool == TOOL,
             saves_state=_true(slave.canGetAndSetFMUstate) and _true(slave.canSerializeFMUstate),
             log_formatter=_log_formatter() if fmi == "2.0" else None,
-            variables=_variables(xml.modelVariables, bounds),
+            variables=variables,
+            event_mode=fmi == "3.0" and _true(slave.hasEventMode),
+            bus_terminals=terminals,
+            bus_terminals_problem=problem,
         )
     except ValueError as error:
         raise PlantError(f"{path}: {DESCRIPTION}: {one_line(error)}: export it again") from None
@@ -101,6 +107,9 @@ class _Bounds(msgspec.Struct, frozen=True):
     min: str | None
     max: str | None
     most_bytes: str | None
+    mime_type: str = ""
+    clock: Clock | None = None
+    clocks: tuple[int, ...] = ()
 
 
 def _require_model(root: ElementTree.Element) -> None:
@@ -116,8 +125,28 @@ def _bounds(root: ElementTree.Element) -> dict[str, _Bounds]:
     for tag, prefix in (("TypeDefinitions", "type "), ("ModelVariables", "")):
         for element in root.iterfind(f"{tag}/*"):
             typed = next(iter(element), element) if element.tag in ("SimpleType", "ScalarVariable") else element
-            found[prefix + element.get("name", "")] = _Bounds(typed.get("min"), typed.get("max"), typed.get("maxSize"))
+            found[prefix + element.get("name", "")] = _Bounds(
+                typed.get("min"), typed.get("max"), typed.get("maxSize"), typed.get("mimeType", ""),
+                _clock(element) if element.tag == "Clock" else None,
+                tuple(int(text) for text in element.get("clocks", "").split()))
     return found
+
+
+def _clock(element: ElementTree.Element) -> Clock:
+    """Return the attributes of a clock; raises ValueError for one that is no number."""
+    fraction = _true(element.get("supportsFraction", "false"))
+
+    def seconds(decimal: str, counter: str) -> tuple[int, int] | None:
+        if fraction and counter in element.attrib:
+            value = Fraction(int(element.attrib[counter]), int(element.get("resolution", "0")) or 1)
+        elif decimal in element.attrib:
+            value = Fraction(element.attrib[decimal])
+        else:
+            return None
+        return value.numerator, value.denominator
+
+    return Clock(element.get("intervalVariability", ""), seconds("intervalDecimal", "intervalCounter"),
+                 seconds("shiftDecimal", "shiftCounter") or (0, 1), fraction)
 
 
 def _variables(found: list[Any], bounds: Mapping[str, _Bounds]) -> dict[str, Variable]:
@@ -159,6 +188,9 @@ def _variable(v: Any, names: Mapping[int, str], bounds: Mapping[str, _Bounds]) -
                     for dimension in v.dimensions or ()),
         items=items,
         most_bytes=int(text) if (text := own.most_bytes or of_type.most_bytes) and text.isdigit() else None,
+        mime_type=own.mime_type or of_type.mime_type,
+        clock=own.clock,
+        clocks=own.clocks,
     )
 
 

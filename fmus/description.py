@@ -19,6 +19,25 @@ def element_names(name: str, shape: Iterable[int]) -> list[str]:
             for index in product(*(range(1, extent + 1) for extent in shape))]
 
 
+class Clock(msgspec.Struct, frozen=True):
+    """The attributes of a clock of FMI 3.0; interval and shift are fractions of a second, (numerator, denominator)."""
+
+    variability: str                # constant, fixed, calculated, tunable, changing, countdown, triggered
+    interval: tuple[int, int] | None = None         # of a constant clock; None: the FMU tells it
+    shift: tuple[int, int] = (0, 1)                 # instant of the first tick
+    fraction: bool = False          # the FMU tells intervals as counter and resolution
+
+
+class BusTerminal(msgspec.Struct, frozen=True):
+    """The names of the four variables by which an FMU is on a bus (FMI-LS-BUS 1.0, low cut)."""
+
+    name: str
+    tx_data: str
+    tx_clock: str
+    rx_data: str
+    rx_clock: str
+
+
 class Variable(msgspec.Struct, frozen=True):
     name: str
     reference: int
@@ -36,6 +55,9 @@ class Variable(msgspec.Struct, frozen=True):
     sizes: tuple[str, ...] = ()     # for each extent of `shape` the structural parameter that sets it, or ""
     items: dict[str, int] = {}      # number of each item of an enumeration, by name
     most_bytes: int | None = None   # largest size of a binary value; None: no bound
+    mime_type: str = ""             # of a binary variable
+    clock: Clock | None = None      # of a variable of type Clock
+    clocks: tuple[int, ...] = ()    # references of the clocks at whose ticks the variable has a value
 
     @property
     def is_float64(self) -> bool:
@@ -72,6 +94,9 @@ class PlantDescription(msgspec.Struct, frozen=True):
     saves_state: bool               # canGetAndSetFMUState and canSerializeFMUState
     log_formatter: str | None       # library that expands the printf arguments of FMI 2.0 messages
     variables: dict[str, Variable]
+    event_mode: bool = False        # hasEventMode
+    bus_terminals: tuple[BusTerminal, ...] = ()
+    bus_terminals_problem: str = ""     # why a bus terminal that the FMU declares cannot be used
 
     def variable(self, name: str, unit: str | None = None) -> Variable:
         """Return the variable `name`; raises PlantError if there is none or its unit is not `unit`, where given."""

@@ -4,8 +4,8 @@ Most calls go through ctypes without `argtypes`, so each writes its C types out.
 makes often (step, set and get floating point values) are bound once, in C if bound_calls.c was compiled. A call of an
 FMU of this project takes about a microsecond and keeps the interpreter lock; a call of any other FMU releases it.
 
-Event mode is not used: an FMI 3.0 FMU is instantiated without it, and then handles its events within its steps.
-Not used: early return, intermediate update, clocks.
+Event mode is used by `event_calls.py` only; any other FMI 3.0 FMU handles its events within its steps.
+Not used: intermediate update.
 """
 
 from __future__ import annotations
@@ -309,14 +309,15 @@ class Fmu3(Fmu):
     types = TYPES_FMI3
     state_word = "FMUState"
     deserialize = "Deserialize{}"
+    in_event_mode = False               # True: the host handles events, and a step may return early for one
 
     def _instantiate(self, name: bytes, logging: bool) -> int | None:
         resources = self.description.resources
         folder = f"{resources}/".encode() if Path(resources).is_dir() else None
         result: int | None = self.function("InstantiateCoSimulation", c.c_void_p)(
             c.c_char_p(name), c.c_char_p(self.description.token.encode()), c.c_char_p(folder), c.c_bool(False),
-            c.c_bool(logging), c.c_bool(False), c.c_bool(False), None, c.c_size_t(0), c.c_void_p(self.number),
-            _logger_fmi3, None)
+            c.c_bool(logging), c.c_bool(self.in_event_mode), c.c_bool(self.in_event_mode), None, c.c_size_t(0),
+            c.c_void_p(self.number), _logger_fmi3, None)
         return result
 
     def _tail(self, values: Any) -> tuple[Any, ...]:

@@ -165,8 +165,7 @@ class Plant:
         found = start_values(description.variables, start or {})
         self._check_start(description, start or {}, found.complaints)
         self.description = msgspec.structs.replace(description, variables=dict(found.variables))
-        self._fmu = fmu = (Fmu3 if description.fmi == "3.0" else Fmu2)(description, instance_name, logging,
-                                                                              record)
+        self._fmu = fmu = self._instance(description, instance_name, logging, record)
         self._set_start(found.values)
         for name, call, arguments in fmu.initialize():
             self.check(call(*arguments), fmu.prefix + name)
@@ -178,6 +177,9 @@ class Plant:
         self._h_ns = NO_STEP_NS
         self._any_step = self._grid is None
         self._watched = description.fmi == "3.0" and not description.ours      # a step may end early: check its end
+
+    def _instance(self, description: PlantDescription, name: str, logging: bool, record: CallRecord | None) -> Fmu:
+        return (Fmu3 if description.fmi == "3.0" else Fmu2)(description, name, logging, record)
 
     def place(self) -> str:
         return f"{self._where} at t={self.now_ns / 1e9:.9g} s"

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 Command = TypeVar("Command", bound=Callable[..., Any])
 TABLES = ("3.1", "3.2", "3.3", "3.4", "3.5")
 ON_ITS_OWN = "this process is the command's own, so it may fork and change settings of the process"
+PORT = click.IntRange(0, 65535)
 SHELLS = ("bash", "zsh", "fish")
 
 
@@ -76,6 +77,15 @@ def _install_completion(context: click.Context, parameter: click.Parameter, shel
         context.exit()
 
 
+class WithOptionalPorts(click.Command):
+    """A command whose options `--view` and `--foxglove` may stand without a port, which is any free one then."""
+
+    def parse_args(self, context: click.Context, words: list[str]) -> list[str]:
+        return super().parse_args(context, [
+            f"{word}=0" if word in ("--view", "--foxglove") and not (after and after[0].isdigit()) else word
+            for word, after in zip(words, [*([later] for later in words[1:]), []], strict=True)])
+
+
 @click.group(epilog="Example: marconet run output_sync", no_args_is_help=True)
 @click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_version,
               help="Show the version and exit.")
@@ -127,7 +137,8 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
     raise SystemExit(batch.check(sources, seed, duration, overrides))
 
 
-@app.command(epilog="Example: marconet run output_sync --seed 3 --set 'impairments[0].loss_ratio=0.3' --out runs/third")
+@app.command(cls=WithOptionalPorts,
+             epilog="Example: marconet run output_sync --seed 3 --set 'impairments[0].loss_ratio=0.3' --out runs/third")
 @sources
 @changes
 @click.option("--host", type=click.Choice(["process", "inline"]), default="process", show_default=True,
@@ -137,6 +148,14 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
 @click.option("--no-report", is_flag=True, help="Write the records without report.html.")
 @click.option("--real-time", is_flag=True,
               help="At the wall clock's pace; a scenario with gateways to the outside needs it.")
+@click.option("--rate", type=float, metavar="R",
+              help="Real time at R virtual seconds a second of the wall clock, as 0.5; means --real-time.")
+@click.option("--overrun", type=click.Choice(["slip", "abort"]),
+              help="What a run does that is too late: go on and catch up, or end; means --real-time.")
+@click.option("--view", type=PORT, metavar="[PORT]",
+              help="Show the run in a page on this machine while it happens: fates, faults to inject, pause, speed.")
+@click.option("--foxglove", type=PORT, metavar="[PORT]",
+              help="The same, and signals and positions for Foxglove; needs marconet[foxglove].")
 @click.option("--overwrite", is_flag=True, help="Replace the records of an earlier run in the folder.")
 @click.option("--fates-of", type=click.Path(path_type=Path), metavar="RUN",
               help="Frames meet the fates and delays recorded in the folder of an earlier run, instead of impairments.")
@@ -144,21 +163,25 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
               help="Which recorded frame of its link one meets: that with its number, or that at its instant.")
 @reporting
 def run(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
-        host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool, overwrite: bool,
-        fates_of: Path | None, match: Literal["number", "instant"], junit: Path | None, as_json: bool, quiet: bool,
-        verbose: bool) -> None:
+        host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool,
+        rate: float | None, overrun: Literal["slip", "abort"] | None, view: int | None, foxglove: int | None,
+        overwrite: bool, fates_of: Path | None,
+        match: Literal["number", "instant"], junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
     """Run scenarios and write their records and reports.
 
     Exits with 0 if every [expect] holds, 1 if one does not, 2 for bad input, 3 when a node failed; of several
     scenarios, with the highest of their codes.
     """
-    from experiments.run.several import Batch
+    from experiments.run.several import Batch, ViewPorts
 
     batch = Batch(_console(not (quiet or as_json)), verbose, junit, "runs" if as_json else None)
-
+    pace = [*([] if rate is None else [f"real_time.rate={rate}"]),
+            *([] if overrun is None else [f'real_time.overrun="{overrun}"'])]
+    shown = None if view is None and foxglove is None else ViewPorts(view or 0, foxglove)
     batch.in_children = host == "inline" and _process_is_its_own()
-    raise SystemExit(batch.run(sources, seed, duration, overrides, out, host=host, real_time=real_time,
-                               report=not no_report, overwrite=overwrite, fates_of=fates_of, match=match))
+    raise SystemExit(batch.run(sources, seed, duration, [*overrides, *pace], out, host=host,
+                               real_time=real_time or bool(pace), report=not no_report, overwrite=overwrite,
+                               fates_of=fates_of, match=match, view=shown))
 
 
 @app.command(epilog="Example: marconet sweep output_sync --vary 'impairments[0].loss_ratio=0:0.4:5' --seeds 100")

@@ -3,10 +3,12 @@
     pytest scenarios/                     every scenario there is a test: its [expect] has to hold
     pytest scenarios/ --seeds 1,2,3       each with these seeds instead of its own
     def test_x(marconet): assert marconet("door.toml", set={"media.radio.preset": "xbee_s2c"}).holds
+    @pytest.mark.marconet(real_time=True)     of a test with a device: the fixture runs at the pace of the wall clock
 
 A scenario file is collected if the command line or the ini option `marconet_scenarios` names it or a folder above it.
 A test with the marker `@pytest.mark.seeds(1, 2, 3)` runs once with each seed, which the fixture uses unless the call
-names one.
+names one; in a test with `@pytest.mark.marconet(real_time=True)`, or `rate=0.5`, the fixture runs in real time, unless
+the call says otherwise.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import tomllib
 from argparse import ArgumentTypeError
 from collections.abc import Iterator
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 import pytest
 
@@ -29,7 +31,8 @@ class RunIt(Protocol):
 
     def __call__(self, scenario: Scenario | str | PurePath, *, set: dict[str, Any] | None = None,
                  seed: int | None = None, length_s: float | None = None,
-                 host: Literal["inline", "process"] = "process") -> Run: ...
+                 host: Literal["inline", "process"] = "process", real_time: bool | None = None,
+                 rate: float | None = None) -> Run: ...
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -43,6 +46,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "seeds(*numbers): run the test once with each seed of the fixture `marconet`")
+    config.addinivalue_line("markers", "marconet(real_time=False, rate=None): pace of the fixture `marconet`")
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
@@ -96,11 +100,12 @@ def marconet(request: pytest.FixtureRequest, tmp_path: Path) -> RunIt:
     from marconet import Scenario, load
     from marconet import run as run_scenario
 
-    number = 0
+    number, usual = 0, _pace(request.node.get_closest_marker("marconet"))
 
     def run_it(scenario: Scenario | str | PurePath, *, set: dict[str, Any] | None = None,
                seed: int | None = None, length_s: float | None = None,
-               host: Literal["inline", "process"] = "process") -> Run:
+               host: Literal["inline", "process"] = "process", real_time: bool | None = None,
+               rate: float | None = None) -> Run:
         nonlocal number
         number += 1
         if isinstance(scenario, Scenario):
@@ -110,9 +115,30 @@ def marconet(request: pytest.FixtureRequest, tmp_path: Path) -> RunIt:
             if seed is None and hasattr(request.node, "callspec"):
                 seed = request.node.callspec.params.get("marconet_seed")
             scenario = load(scenario, set=set, seed=seed, length_s=length_s)
-        return run_scenario(scenario, host=host, out=tmp_path / f"{scenario.name}-{number}")
+        if real_time is None:
+            real_time = usual.real_time or rate is not None
+        return run_scenario(scenario, host=host, out=tmp_path / f"{scenario.name}-{number}", real_time=real_time,
+                            rate=(rate if rate is not None else usual.rate) if real_time else None)
 
     return run_it
+
+
+class Pace(NamedTuple):
+    """How the fixture runs scenarios: in real time, and at how many virtual seconds per second (None: the file's)."""
+
+    real_time: bool = False
+    rate: float | None = None
+
+
+def _pace(marker: pytest.Mark | None) -> Pace:
+    """Return what the marker `marconet` says; raises ValueError for an argument that it does not have."""
+    if marker is None:
+        return Pace()
+    wrong = [*map(repr, marker.args), *(key for key in marker.kwargs if key not in Pace._fields)]
+    if wrong:
+        raise ValueError(f"@pytest.mark.marconet: {', '.join(wrong)}: expected real_time=True, rate=0.5 or both")
+    pace = Pace(**marker.kwargs)
+    return pace._replace(real_time=pace.real_time or pace.rate is not None)
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

@@ -168,21 +168,25 @@ def fault(run: str | Path, kind: str, **keys: Any) -> tuple[str, float]:
 
 
 def run(scenario: Scenario | str | PurePath, *, host: Literal["inline", "process"] = "process",
-        out: str | PurePath | None = None, report: bool = False, real_time: bool = False,
+        out: str | PurePath | None = None, report: bool = False, real_time: bool = False, rate: float | None = None,
         overwrite: bool = False) -> Run:
     """Run a scenario, given by name, path or `Scenario`, and return the run when it has ended.
 
     `host`: "process" runs each robot in a process of its own, "inline" runs all robots in this process. `out` is the
     folder of the records, by default a new one below ./runs; `overwrite` replaces the records of an earlier run there.
+    `real_time` runs at the pace of the wall clock; `rate` does so at that many virtual seconds per second.
 
     Raises NodeFailure if a robot's program fails, after writing the records up to then, and ValueError if `out` holds
     another run or the scenario needs another host. A violated expectation raises nothing: see `Run.holds`.
     """
     from experiments.run.runner import run as run_scenario
+    from experiments.scenario.real_time import at_rate
 
-    checked = scenario if isinstance(scenario, Scenario) else load(scenario)
-    result = run_scenario(checked.checked, host=host, out=None if out is None else Path(out), report=report,
-                          real_time=real_time, overwrite=overwrite)
+    checked = (scenario if isinstance(scenario, Scenario) else load(scenario)).checked
+    if rate is not None:
+        checked = at_rate(checked, rate)
+    result = run_scenario(checked, host=host, out=None if out is None else Path(out), report=report,
+                          real_time=real_time or rate is not None, overwrite=overwrite)
     return Run(result.folder, result.summary)
 
 

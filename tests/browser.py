@@ -1,4 +1,4 @@
-"""A headless browser for tests of pages: opens a file, runs scripts in it, clicks, resizes, takes pictures.
+"""A headless browser for tests of pages: opens a file or an address, runs scripts, clicks, resizes, takes pictures.
 
 It uses the DevTools protocol over a pipe (`--remote-debugging-pipe`: JSON messages that end in a zero byte, commands on
 descriptor 3, answers on descriptor 4), so that it needs no driver and no port.
@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -50,20 +51,27 @@ class Browser:
         self._buffer = b""
         self._count = 0
         self.errors: list[str] = []
+        self._own: tuple[str, ...] = ()         # beginnings of addresses that the page may ask for
         target = self._call("Target.createTarget", url="about:blank")["targetId"]
         self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
             self._call(f"{domain}.enable", session=True)
 
-    def show(self, page: Path, width: int = 1400, height: int = 900, *, dark: bool = False) -> None:
-        """Open `page` and wait until it is loaded and drawn. The viewport is `width` x `height` CSS pixels."""
+    def show(self, page: Path | str, width: int = 1400, height: int = 900, *, dark: bool = False) -> None:
+        """Open `page` and wait until it is loaded and drawn. The viewport is `width` x `height` CSS pixels.
+
+        A page at an address may ask its own server for more, and nobody else.
+        """
+        address = page if isinstance(page, str) else page.absolute().as_uri()
+        self._own = tuple(f"{scheme}://{urlsplit(page).netloc}/" for scheme in ("http", "ws")) \
+            if isinstance(page, str) else ()
         self._call("Emulation.setDeviceMetricsOverride", session=True, width=width, height=height, deviceScaleFactor=1,
                    mobile=False)
         self._call("Emulation.setEmulatedMedia", session=True,
                    features=[{"name": "prefers-color-scheme", "value": "dark" if dark else "light"},
                              {"name": "prefers-reduced-motion", "value": "reduce"}])
         self.errors.clear()
-        self._call("Page.navigate", session=True, url=page.absolute().as_uri())
+        self._call("Page.navigate", session=True, url=address)
         self.until("document.readyState === 'complete' && location.href !== 'about:blank'")
         self.settle()
 
@@ -98,9 +106,19 @@ class Browser:
         }})()""")
         assert place is not None, f"the page has no {selector}"
         assert place["top"], f"something covers {selector}"
+        self.click_at(place["x"], place["y"])
+
+    def click_at(self, x: float, y: float) -> None:
+        """Click at a place of the viewport, in CSS pixels."""
         for kind in ("mousePressed", "mouseReleased"):
-            self._call("Input.dispatchMouseEvent", session=True, type=kind, x=place["x"], y=place["y"], button="left",
-                       clickCount=1)
+            self._call("Input.dispatchMouseEvent", session=True, type=kind, x=x, y=y, button="left", clickCount=1)
+        self.settle()
+
+    def write(self, selector: str, text: str) -> None:
+        """Click an input and write `text` into it in place of what it holds, as a user would."""
+        self.click(selector)
+        self.run(f"document.querySelector({json.dumps(selector)}).select()")
+        self._call("Input.insertText", session=True, text=text)
         self.settle()
 
     def press(self, key: str) -> None:
@@ -141,7 +159,7 @@ class Browser:
             self.errors.append(parameters["entry"]["text"])
         elif event.get("method") == "Network.requestWillBeSent":
             address = parameters["request"]["url"]
-            if not address.startswith(("file:", "data:", "about:", "blob:")):
+            if not address.startswith(("file:", "data:", "about:", "blob:", *self._own)):
                 self.errors.append(f"the page asked the network for {address}")
 
     def _read(self, end_s: float, method: str) -> dict[str, Any]:

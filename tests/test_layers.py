@@ -33,6 +33,8 @@ ADAPTERS = {
             "netem/media/can/outside_bus.py"},  # to buses outside of the run
     "cantools": {"netem/media/can/dbc_file.py"},
     "pymavlink": {"firmware_sim/mavlink/dialect.py"},
+    "foxglove": {"experiments/show/view/foxglove_server.py"},
+    "websockets": {"experiments/show/view/server.py"},
     "pydantic": {"experiments/scenario/foreign_types.py"},
 }
 HEAVY = ("pydantic", "pyarrow", "click", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap")

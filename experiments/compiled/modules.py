@@ -16,6 +16,7 @@ ROOT: Final = Path(__file__).parents[2]
 PACKAGES: Final = ("agents", "firmware_sim", "fmus", "netem")
 LAYOUT: Final = 2       # raised when a change of `build` changes its result
 MODULES: Final = (
+    "fmus.event_plant",
     "fmus.plant",
     "netem.core.agenda",
     "netem.core.frame",

@@ -43,11 +43,12 @@ from experiments.judge.link_metrics import (
 )
 from experiments.judge.monitors.outcome import Outcome
 from experiments.judge.run_data import RunData
-from experiments.judge.run_files import LEDGER
+from experiments.judge.run_files import LEDGER, Json
 from experiments.judge.run_result import Verdict
 from experiments.judge.sample_statistics import STATISTIC
 from experiments.scenario.fate_keys import FATE_OF, NOT_DELIVERED
 from experiments.scenario.metric_keys import (
+    LATE,
     LATENESS,
     SPREAD_LAST,
     CostKey,
@@ -123,8 +124,7 @@ def measure(key: str, data: RunData, bound: Bound | None = None) -> float:
             except NotAccrued:
                 return math.nan
         case RealTimeKey(figure):
-            told = (data.run.get("real_time") or {}).get(LATENESS[figure], math.nan)
-            return float(told) / NS_PER_S if figure.endswith("_s") else float(told)
+            return _of_real_time(figure, data.run.get("real_time") or {})
         case GuaranteeKey(name, figure) if figure in _known_guarantees(data).get(name, ()):
             return _of_guarantee(data.guarantees.get(name), figure.removesuffix("_s"))
     raise UnknownKeys("\n".join(unknown_keys([key], _known_nodes(data), data.media, _known_guarantees(data),
@@ -193,6 +193,15 @@ def _of_signals(wanted: SignalKey, data: RunData, bound: Bound | None) -> float:
         last = np.array([column[-1] for column in columns])
         return float(last.max() - last.min())
     return _worst([STATISTIC[wanted.statistic](column) for column in columns], wanted.statistic, bound)
+
+
+def _of_real_time(figure: str, told: Json) -> float:
+    """Return a figure of lateness in s, or the number of overruns; nan in virtual time, and without any delivery."""
+    if figure in LATE:
+        deliveries = told.get("deliveries") or {}
+        return float(deliveries[LATE[figure]]) / NS_PER_S if deliveries.get("events") else math.nan
+    found = float(told.get(LATENESS[figure], math.nan))
+    return found / NS_PER_S if figure.endswith("_s") else found
 
 
 def _of_guarantee(outcome: Outcome | None, figure: str) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -93,7 +94,7 @@ class Summary(msgspec.Struct, frozen=True):
     replay: str = ""            # how much of an earlier run's fates this run has met
     warnings: list[str] = []    # mistakes of programs that end no run, such as frames that no medium carries
     code: str = ""              # "compiled", or "interpreted: " and the reason
-    real_time: dict[str, int] | None = None     # lateness in ns and its overruns, see `netem.gateways.lateness`
+    real_time: dict[str, Any] | None = None     # lateness in ns and its overruns, see `Pace.figures`
     ended: str = ""             # reason and instant of an early end without failure; the figures are up to there
     failure: str = ""           # the failure that ended the run, "" if none did
     last_report: str = ""       # of the node that failed, if a node did
@@ -105,11 +106,12 @@ class Summary(msgspec.Struct, frozen=True):
         return not self.failure and all(verdict.holds for verdict in self.verdicts)
 
 
-def lateness_in_words(real_time: Mapping[str, int]) -> str:
-    """Describe the lateness of the instants of a run in real time, and its overruns."""
-    overruns = real_time["overruns"]
-    return (f"median {real_time['median_ns'] * 1e-6:.3g} ms, 99 % {real_time['p99_ns'] * 1e-6:.3g} ms, "
-            f"worst {real_time['worst_ns'] * 1e-6:.3g} ms; " + (f"{overruns} overruns" if overruns else "no overrun"))
+def lateness_in_words(real_time: Mapping[str, Any]) -> str:
+    """Describe the lateness of the deliveries, or without any of the instants, of a run in real time; its overruns."""
+    deliveries, overruns = real_time.get("deliveries"), real_time["overruns"]
+    late, of = (deliveries, "deliveries") if deliveries and deliveries["events"] else (real_time, "instants")
+    return (f"{of}: median {late['median_ns'] * 1e-6:.3g} ms, 99 % {late['p99_ns'] * 1e-6:.3g} ms, worst "
+            f"{late['worst_ns'] * 1e-6:.3g} ms; " + (f"{overruns} overruns" if overruns else "no overrun"))
 
 
 class RunResult(msgspec.Struct, frozen=True):

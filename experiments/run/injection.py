@@ -1,8 +1,10 @@
-"""Faults that are injected into a run in real time from outside, and the schedule that repeats them in virtual time.
+"""Faults that are injected into a run from outside, and the schedule that repeats them in virtual time.
 
-    marconet fault RUN KIND key=value ...  --run.faults, a Unix socket that only its owner may open--> pace of the run
+    marconet fault RUN KIND key=value ...  --run.faults, a Unix socket that only its owner may open--> Injection
                                            <--where and when, or why not--
+    the page of a view                     --its server--> experiments/run/live --------------------> Injection
 
+They come while the pace of a run in real time waits, or to a run in virtual time that has a view, between two windows.
 A fault begins at the instant of its arrival, or at the earliest that no window of the run has passed. It joins the
 faults in `scenario.json` of the run folder, and is written to `injected.toml` there, as a table [[faults]] with its
 instant; appended to the scenario it repeats the run.
@@ -11,13 +13,14 @@ instant; appended to the scenario it repeats the run.
 from __future__ import annotations
 
 import os
+import re
 import socket
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import msgspec
 
@@ -30,14 +33,15 @@ from experiments.scenario.plant_parameters import plant_names
 from experiments.scenario.problems import Problems, path_text
 from experiments.scenario.sections import Reading
 from experiments.scenario.toml_text import toml_text
+from experiments.show.view.fault_form import keys_of
 from netem.emulator.conductor import Conductor
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
-from netem.gateways.pace import Pace
 
 LONGEST: Final = 65536                      # bytes of a request or an answer
 ANSWER_WITHIN_S: Final = 10.0
 TIMES: Final = ("at", "during", "every", "times", "rate_per")
+_ABOUT: Final = re.compile(r"(?:fault: )?(\w+)(?:\[\d+\]|\.\w+)*[=: ]")
 
 
 class NotInjected(ValueError):
@@ -55,18 +59,27 @@ class Answer(msgspec.Struct):
     error: str = ""
     name: str = ""
     at_ns: int = -1
+    fields: dict[str, str] = {}         # what is wrong, by the key that it is about
+
+
+class Attends(Protocol):
+    """What lets the time of a run pass and attends to sockets meanwhile."""
+
+    def attend(self, file: Any, call: Callable[[], None]) -> None: ...
+
+    def leave(self, file: Any) -> None: ...
 
 
 class Injection:
-    """Takes requests while the pace of the run waits. `may_kill(node)` says whether a kill may be injected there."""
+    """Takes requests while `attends` lets time pass. `may_kill(node)` says whether a kill may be injected there."""
 
-    def __init__(self, scenario: Scenario, folder: Path, conductor: Conductor, pace: Pace, world: RunWorld,
+    def __init__(self, scenario: Scenario, folder: Path, conductor: Conductor, attends: Attends, world: RunWorld,
                  may_kill: Callable[[str], bool]) -> None:
-        self._scenario, self._conductor, self._pace, self._world = scenario, conductor, pace, world
+        self._scenario, self._conductor, self._attends, self._world = scenario, conductor, attends, world
         self._folder, self._may_kill = folder, may_kill
         plants = {name: plant_names(agent.plant.fmu, scenario.folder) for name, agent in scenario.agents.items()
                   if agent.plant is not None}
-        self._site = site_of(scenario.agents, scenario.media, plants,
+        self.site = site_of(scenario.agents, scenario.media, plants,
                              {name for name, agent in scenario.agents.items()
                               if has_execution_time(class_for(agent.program, scenario.folder))})
         self._names = {spec.name for spec in scenario.faults if spec.name}
@@ -81,12 +94,12 @@ class Injection:
             self._socket.listen()
             os.rename(f"{address}_", address)       # now that it listens, others may find it
         self._socket.setblocking(False)
-        pace.attend(self._socket, self._accept)
+        attends.attend(self._socket, self._accept)
 
     def close(self) -> None:
         for asking in [*self._asking]:
             self._end(asking)
-        self._pace.leave(self._socket)
+        self._attends.leave(self._socket)
         self._socket.close()
         with suppress(OSError):
             (self._folder / FAULT_SOCKET).unlink()
@@ -97,7 +110,7 @@ class Injection:
             asking.setblocking(False)
             self._asking.add(asking)
             heard = bytearray()
-            self._pace.attend(asking, partial(self._hear, asking, heard))
+            self._attends.attend(asking, partial(self._hear, asking, heard))
 
     def _hear(self, asking: socket.socket, heard: bytearray) -> None:
         try:
@@ -116,7 +129,7 @@ class Injection:
 
     def _end(self, asking: socket.socket) -> None:
         self._asking.discard(asking)
-        self._pace.leave(asking)
+        self._attends.leave(asking)
         asking.close()
 
     def _answer(self, line: bytes) -> Answer:
@@ -124,10 +137,14 @@ class Injection:
             request = msgspec.json.decode(line, type=Request)
         except (msgspec.MsgspecError, UnicodeDecodeError):
             return Answer(error="expected a request with kind and keys as JSON")
+        return self.inject(request.kind, request.keys)
+
+    def inject(self, kind: str, keys: Mapping[str, Any]) -> Answer:
+        """Let a fault begin now; the answer has its name and instant, or why it cannot be."""
         try:
-            return self._inject(request)
+            return self._inject(Request(kind, dict(keys)))
         except ValueError as error:
-            return Answer(error=str(error))
+            return Answer(error=str(error), fields=_by_key(str(error), keys_of(kind)))
 
     def _inject(self, request: Request) -> Answer:
         keys, conductor = dict(request.keys), self._conductor
@@ -137,7 +154,8 @@ class Injection:
         if keys["name"] in self._names:
             raise NotInjected(f"name={keys['name']!r}: another fault of this run has this name; give it one of its own")
         medium = conductor.media.get(str(keys.get("on", "")).partition(":")[0])
-        at_ns = max(self._pace.now_ns(), conductor.passed_ns, conductor.agenda.now_ns)
+        outside_ns = 0 if conductor.pace is None else conductor.pace.now_ns()
+        at_ns = max(outside_ns, conductor.passed_ns, conductor.agenda.now_ns)
         if medium is not None:
             at_ns = medium.next_fault_ns(at_ns)
         table = {"kind": request.kind, **keys, "at_ns": at_ns}
@@ -162,7 +180,7 @@ class Injection:
 
     def _read(self, table: Mapping[str, Any]) -> FaultSpec:
         problems = Problems("fault")
-        spec = read_fault(dict(table), (), self._site, self._scenario.media, self._scenario.seed,
+        spec = read_fault(dict(table), (), self.site, self._scenario.media, self._scenario.seed,
                           self._scenario.length_ns, Reading(self._scenario.folder, problems))
         problems.stop_if_any()
         assert spec is not None
@@ -187,8 +205,8 @@ def inject(run: Path, kind: str, keys: Mapping[str, Any]) -> tuple[str, int]:
         except PermissionError:
             raise NotInjected(f"{run}: the run belongs to another user, who alone may inject faults") from None
         except OSError:
-            why = "the run is not in real time: start it with --real-time to inject faults" if owner(run) \
-                else "the run has ended"
+            why = "the run is not in real time: start it with --real-time, or with --view, to inject faults" \
+                if owner(run) else "the run has ended"
             raise NotInjected(f"{run}: {why}") from None
         try:
             asking.sendall(msgspec.json.encode(Request(kind, dict(keys)), enc_hook=str) + b"\n")
@@ -211,11 +229,26 @@ def parse_keys(words: Iterable[str]) -> dict[str, Any]:
             raise NotInjected(f"{word}: expected key=value, as in on=r3 or lasts_s=1.5")
         if key in keys:
             raise NotInjected(f"{word}: the key is given twice")
-        try:
-            keys[key] = tomllib.loads(f"value = {text}")["value"]
-        except (tomllib.TOMLDecodeError, RecursionError):
-            keys[key] = text
+        keys[key] = parse_value(text)
     return keys
+
+
+def parse_value(text: str) -> Any:
+    """Return the value that `text` is in TOML; one that is no TOML is text."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return text
+
+
+def _by_key(error: str, keys: Collection[str]) -> dict[str, str]:
+    """Return the lines of `error` that begin with one of the keys, by key."""
+    found: dict[str, str] = {}
+    for line in error.splitlines():
+        about = _ABOUT.match(line)
+        if about is not None and about[1] in keys:
+            found.setdefault(about[1], line.removeprefix("fault: "))
+    return found
 
 
 def _line(asking: socket.socket) -> bytes:

@@ -46,6 +46,8 @@ class Network:
         for name, medium in self.media.items():
             if medium.signals:
                 feed.declare(name, medium.signals)
+            for table, signals in medium.tables().items():
+                feed.declare(table, signals)
             medium.observe(MediumObserver(event, feed.sampler()))
 
     def changes_ns(self, until_ns: int) -> dict[str, Sequence[int]]:

@@ -25,6 +25,7 @@ from firmware_sim.sockets.interface import Interface
 from firmware_sim.zenoh_programs.specification import ZenohSpecification
 from fmus.call_record import CallRecord
 from fmus.description import PlantDescription
+from fmus.event_plant import EventPlant
 from fmus.input_faults import Change
 from fmus.plant import Plant
 from netem.core.random_streams import stream
@@ -34,6 +35,7 @@ from netem.node.outside_guard import guarded
 from netem.wire.instants import NEVER_NS
 from netem.wire.messages import Life
 
+NOTIFICATIONS: Final = "org.fmi_standard.fmi_ls_bus.Can_BusNotifications"   # parameter of an FMU with a bus terminal
 NOISE_SEED: Final = "noise_seed"        # parameter of a plant with a random path; drawn unless the scenario sets it
 
 
@@ -67,9 +69,11 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     folder: str                     # folder of the scenario and of programs beside it
     blocking: bool = False
     own_frames: tuple[str, ...] = ()    # media that deliver the node's own frames once they got through
+    notified: bool = False          # a medium tells the node how each frame went that it sent
     can_buses: tuple[str, ...] = ()     # media that python-can opens
     shown: tuple[Shown, ...] = ()       # media that read outputs of its plant
     mortal: bool = False                # a fault may kill it
+    handles_events: bool = False        # its program handles the events and clocks of its plant
     zenoh: ZenohSpecification | None = None     # for its program's Zenoh, None for a board's program
     interfaces: tuple[Interface, ...] = ()      # media that its sockets use
 
@@ -226,8 +230,11 @@ def _plant(specification: NodeSpecification, node: Node, record: CallRecord | No
     if NOISE_SEED in description.variables and NOISE_SEED not in start:
         rng = stream(specification.seed, f"agents.{specification.name}.plant")
         start = {**start, NOISE_SEED: int(rng.random() * 2**31)}
-    plant = Plant(description, specification.name, start, specification.plant.step_ns, present=node.present_ns,
-                  on_end=node.end_run, record=record, mortal=specification.mortal)
+    if NOTIFICATIONS in description.variables and NOTIFICATIONS not in start:
+        start = {**start, NOTIFICATIONS: specification.notified}
+    kind = EventPlant if specification.handles_events else Plant
+    plant = kind(description, specification.name, start, specification.plant.step_ns, present=node.present_ns,
+                 on_end=node.end_run, record=record, mortal=specification.mortal)
     for shown in specification.shown:
         node.show(shown.medium, shown.period_ns, plant.output_group(list(shown.outputs)).read)
     return plant

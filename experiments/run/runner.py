@@ -19,7 +19,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
@@ -29,7 +29,7 @@ from experiments.judge.run_files import SCENARIO, Json
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
-from experiments.run.injection import Injection
+from experiments.run.injection import Attends, Injection
 from experiments.run.network import Network
 from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown, build_node
 from experiments.run.recorded_signals import refuse_unrecorded
@@ -44,6 +44,7 @@ from experiments.scenario.own_modules import class_for
 from experiments.scenario.socket_addresses import interfaces_of
 from experiments.scenario.standing_robots import standing_robots
 from experiments.scenario.zenoh_ways import specification as zenoh_of
+from firmware_sim.mavlink.timesync import Timesync
 from firmware_sim.program_settings import build_settings
 from firmware_sim.scenario_view import OwnAgent
 from fmus.build import build_model, model_folder, own_models
@@ -56,7 +57,9 @@ from netem.emulator.conductor import Conductor, Recorders
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
 from netem.gateways.pace import Pace
+from netem.gateways.real_time_process import EMULATOR_PRIORITY, NODE_PRIORITY, in_real_time
 from netem.gateways.table import GATEWAYS
+from netem.gateways.time_watch import SIGNALS, TimeWatch
 from netem.impairments.traced import Trace
 from netem.node.outside_guard import OutsideGuard
 from netem.records.events import Event
@@ -71,6 +74,11 @@ from netem.wire.errors import Interrupted, NodeFailure
 from netem.wire.level import Level
 from netem.wire.messages import Hello
 
+if TYPE_CHECKING:
+    from experiments.run.live.live_run import LiveRun
+    from experiments.run.live.server_process import ServerProcess
+    from experiments.run.live.steering import Steering
+
 HostName = Literal["process", "inline"]
 FOR_ZENOH = "firmware_sim.zenoh_programs.replaced"      # imported once instead of in every node
 OWN_PROGRAMS = ("agents.", "firmware_sim.")         # packages whose modules only define names when imported
@@ -84,17 +92,19 @@ COUNTERS_WITHIN_S = 10.0    # time-out for the counters of the nodes after a fai
 def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = None,
         progress: Callable[[Progress], None] | None = None, report: bool = True,
         shuffle_start: int | None = None, real_time: bool = False, overwrite: bool = False,
-        under_way: UnderWay | None = None, replay: Replay | None = None, trace: Trace | None = None) -> RunResult:
+        under_way: UnderWay | None = None, replay: Replay | None = None, trace: Trace | None = None,
+        view: ServerProcess | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs) and, with `report`, write `report.html`.
 
-    `progress` is called during the run. `real_time` runs at the pace of the wall clock, as gateways require.
+    `progress` is called during the run. `real_time` runs at the pace of the wall clock, as the scenario's
+    table [real_time] says; gateways require it.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
     `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
     what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
     scenario's impairments, and its faults act instead of the scenario's. A `trace` notes what impairments do to each
-    copy.
-    Raises NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop or ConservationError
-    after it, with the records written.
+    copy. A `view` shows the run and steers it; the caller tells it the end.
+    Raises NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop, Overrun or ConservationError after it,
+    with the records written.
     """
     command_s = time.monotonic()
     if scenario.gateways and not real_time:
@@ -108,7 +118,8 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
         fates = {} if replay is None else {FATES_OF: (str(replay.folder.absolute()), replay.match)}
         SCENARIO.write(path, scenario.resolved() | fates)
         prepared = _Run(scenario, host, FolderRecords(scenario, folder, report), progress, shuffle_start=shuffle_start,
-                        command_s=command_s, real_time=real_time, under_way=under_way, replay=replay, trace=trace)
+                        command_s=command_s, real_time=real_time, under_way=under_way, replay=replay, trace=trace,
+                        view=view)
     except BaseException:
         folder.abandon()
         raise
@@ -166,7 +177,7 @@ class _Run:
                  progress: Callable[[Progress], None] | None = None, *, command_s: float,
                  specifications: Mapping[str, NodeSpecification] | None = None, shuffle_start: int | None = None,
                  real_time: bool = False, under_way: UnderWay | None = None, replay: Replay | None = None,
-                 trace: Trace | None = None) -> None:
+                 trace: Trace | None = None, view: ServerProcess | None = None) -> None:
         self.scenario = scenario
         self.replay = replay
         self.trace = trace
@@ -181,18 +192,25 @@ class _Run:
         self.ledger = records.open_ledger(lambda: self.conductor.passed_ns)
         self.guarantees = GuaranteeWatch(scenario, self.feed)
         self.programs = ExitStack()             # threads of blocking programs and what they replaced, inline
+        self.schedules = real_time and scenario.real_time.scheduling == "real_time"
         self.host = _host(host, self.specifications, self.programs, self.folder, scenario.node_timeout_s,
-                          shuffle_start, real_time, under_way, self._waits)
+                          shuffle_start, real_time, NODE_PRIORITY if self.schedules else 0, under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
         self.replayed = None if replay is None else replay.links(self.ledger, self.conductor.deliver)
         self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed, trace)
         records.begin(self.network.media)
+        self.steering: Steering | None = None
+        self.live = None if view is None else self._watched_in(view)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         if real_time:
             gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event,
                                             longest_bytes=scenario.media[spec.medium].settings.longest_frame_bytes())
                         for spec in scenario.gateways.values()]
-            self.conductor.pace = Pace(gateways, self._wall_clock_event)
+            self.conductor.pace = Pace(gateways, self._wall_clock_event, scenario.real_time, {
+                spec.name: TimeWatch(Timesync(), partial(self._sample_of_gateway, spec.name), spec.timesync,
+                                     partial(self._device_clock_set, spec.name))
+                for spec in scenario.gateways.values()})
+        self.not_allowed: list[str] = []            # of real-time scheduling and locked memory
         self.started_s = self.ended_s = command_s
         self.started_processor_s = self.processor_s = 0.0
         self.kept_s = command_s
@@ -208,17 +226,19 @@ class _Run:
             hellos = self.host.start()
             for name in self.scenario.agents:
                 self.feed.declare(name, hellos[name].signals)
+            for name in self.scenario.gateways:
+                self.feed.declare(name, SIGNALS)
             self.guarantees.admit({name: hellos[name].signals for name in self.scenario.agents})
             refuse_unrecorded(self.scenario, self._recorded(hellos))
             self.network.observe(self.feed, self._event_on_medium)
             self.conductor.admit(hellos, self.network.media)
             world = self._plan_faults()
-            if self.conductor.pace is not None:
-                injection = Injection(self.scenario, self.folder, self.conductor, self.conductor.pace, world,
-                                      self._may_kill)
-                self.at_end.callback(injection.close)
+            self._take_from_outside(world)
             self.started_s, self.started_processor_s = time.monotonic(), time.process_time()
-            self.conductor.run()
+            with ExitStack() as scheduled:
+                if self.schedules:
+                    self.not_allowed = scheduled.enter_context(in_real_time(EMULATOR_PRIORITY))
+                self.conductor.run()
             self.ended_s = time.monotonic()
             self.network.finish(self.conductor.end_ns)
             if self.conductor.ended_by:
@@ -234,6 +254,26 @@ class _Run:
         if came:
             raise Interrupted(came[0])
         return RunResult(self.folder, summary)
+
+    def _watched_in(self, view: ServerProcess) -> LiveRun:
+        from experiments.run.live.live_run import LiveRun  # late: few runs are watched
+
+        return LiveRun(view, self.scenario, self.feed, self.conductor, self._view_event)
+
+    def _take_from_outside(self, world: RunWorld) -> None:
+        """Let faults be injected into a run in real time or with a view, and the view be shown and steer the run."""
+        attends: Attends | None = self.conductor.pace
+        if attends is None and self.live is not None:
+            from experiments.run.live.steering import Steering  # late: few runs are watched
+
+            attends = self.steering = Steering(self.conductor)
+            self.at_end.callback(self.steering.close)
+        if attends is None:
+            return
+        injection = Injection(self.scenario, self.folder, self.conductor, attends, world, self._may_kill)
+        self.at_end.callback(injection.close)
+        if self.live is not None:
+            self.live.begin(injection, self.ledger, attends, self.steering, self.folder)
 
     def _plan_faults(self) -> RunWorld:
         world = RunWorld(self.conductor, self.agenda, self.network.links, partial(stream, self.scenario.seed),
@@ -270,6 +310,8 @@ class _Run:
         if self.scenario.guarantees:
             self._step(lambda: self.records.write_guarantees(
                 self.guarantees.judge(self.records.copies(), reached_ns, self.conductor.dead_ns)))
+        if self.live is not None:
+            self._step(partial(self.live.finish, reached_ns))
         for step in self.records.finishing():
             self._step(step)
         self._step(lambda: self.records.write_standing(self._standing(reached_ns)))
@@ -364,25 +406,42 @@ class _Run:
 
     def _warnings(self) -> list[str]:
         of_records = [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
-        return [*standing_robots(self.scenario), *of_records]
+        return [*standing_robots(self.scenario), *self.not_allowed, *of_records]
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
-        """Return the units of the signals of each agent and medium."""
+        """Return the units of the signals of each agent, medium and table of a medium."""
         found: dict[str, Sequence[tuple[str, str]]] = {
             name: medium.signals for name, medium in self.network.media.items()}
+        for medium in self.network.media.values():
+            found |= medium.tables()
         found |= {name: hellos[name].signals for name in self.scenario.agents}
+        found |= dict.fromkeys(self.scenario.gateways, SIGNALS)
         return {name: dict(signals) for name, signals in found.items()}
 
     def _wall_clock_event(self, time_ns: int, kind: str, detail: str, level: Level) -> None:
         self.feed.event(Event(time_ns, "", kind, detail, level, wall_clock=True))
 
+    def _sample_of_gateway(self, gateway: str, time_ns: int, values: Sequence[float]) -> None:
+        if time_ns <= self.conductor.end_ns:
+            self.conductor.recorders.sample(gateway, time_ns, values)
+
+    def _device_clock_set(self, gateway: str) -> None:
+        self._gateway_event("device clock set", f"gateways.{gateway}: the clock of the device outside was set, or the "
+                            "device started anew; its offset and drift are estimated anew", Level.WARNING)
+
+    def _view_event(self, time_ns: int, kind: str, detail: str) -> None:
+        self._wall_clock_event(time_ns, kind, detail, Level.INFO)
+
     def _gateway_event(self, kind: str, detail: str, level: Level) -> None:
         assert self.conductor.pace is not None
         self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail, level)
 
-    def _real_time(self) -> dict[str, int] | None:
-        """Return the lateness of a run in real time; None in virtual time."""
-        return None if self.conductor.pace is None else self.conductor.pace.lateness.figures()
+    def _real_time(self) -> Json | None:
+        """Return lateness and pace of a run in real time; None in virtual time."""
+        if self.conductor.pace is None:
+            return None
+        return {**self.conductor.pace.figures(), "scheduling": self.scenario.real_time.scheduling,
+                "not_allowed": self.not_allowed}
 
     def _event_on_medium(self, event: Event) -> None:
         if event.time_ns < self.conductor.end_ns:   # a medium may report events after the end of the run
@@ -390,6 +449,8 @@ class _Run:
 
     def _progress(self, now_ns: int) -> None:
         self._leave_if_forked()
+        if self.steering is not None:
+            self.steering.poll()
         if time.monotonic() > self.kept_s + KEEP_EVERY_S:
             self._keep(now_ns)
             self.kept_s = time.monotonic()
@@ -407,12 +468,15 @@ class _Run:
 def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     """Return a specification for each agent; the results of the programs' `prepare` are added to the table [team]."""
     team: dict[str, Any] = dict(scenario.team)
-    blocking = set()
+    blocking, handling_events = set(), set()
     for path in sorted({agent.program for agent in scenario.agents.values()}):
         program = class_for(path, scenario.folder)
         if is_blocking(program):
             blocking.add(path)
-        elif (prepare := getattr(program, "prepare", None)) is not None:
+            continue
+        if getattr(program, "handles_events", False):
+            handling_events.add(path)
+        if (prepare := getattr(program, "prepare", None)) is not None:
             team.update(prepare(scenario, {name: OwnAgent(name, build_settings(program, agent.parameters), agent)
                                            for name, agent in scenario.agents.items() if agent.program == path}))
     folder = str(scenario.folder)
@@ -423,7 +487,8 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
     return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock,
                                     _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
                                     folder, agent.program in blocking, _own_frames(scenario, agent),
-                                    _can_buses(scenario, agent), _shown(scenario, agent), agent.name in mortal,
+                                    _notified(scenario, agent), _can_buses(scenario, agent), _shown(scenario, agent),
+                                    agent.name in mortal, agent.program in handling_events,
                                     zenoh_of(scenario, agent) if agent.program in blocking else None,
                                     interfaces_of(scenario, agent))
             for name, agent in scenario.agents.items()}
@@ -432,6 +497,10 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
 def _own_frames(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
     return tuple(medium for medium in agent.media
                  if scenario.media[medium].settings.reports_own_frames_to(agent.name))
+
+
+def _notified(scenario: Scenario, agent: AgentSpec) -> bool:
+    return any(scenario.media[medium].settings.notifies(agent.name) for medium in agent.media)
 
 
 def _can_buses(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
@@ -454,7 +523,7 @@ def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription],
 
 
 def _host(host: HostName, specifications: Mapping[str, NodeSpecification], at_end: ExitStack, folder: Path,
-          timeout_s: float, shuffle_start: int | None, real_time: bool, under_way: UnderWay | None,
+          timeout_s: float, shuffle_start: int | None, real_time: bool, priority: int, under_way: UnderWay | None,
           waits: Callable[[Sequence[str], float], None]) -> Host:
     if host == "inline":
         under_way = under_way or UnderWay(shared=False)
@@ -473,7 +542,8 @@ def _host(host: HostName, specifications: Mapping[str, NodeSpecification], at_en
     return ProcessHost([sys.executable, "-P", "-m", "experiments.run.node_process",
                         *(module for module in programs if module.startswith(OWN_PROGRAMS))],
                        {name: msgspec.json.encode(specifications[name]) for name in order},
-                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, waiting=waits)
+                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, priority=priority,
+                       waiting=waits)
 
 
 def _end_in_words(conductor: Conductor) -> str:

@@ -8,25 +8,34 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import msgspec
 
-from experiments.run.exits import Ended, ExitCode, errors_as_text
+from experiments.run.exits import Ended, ExitCode, errors_as_text, in_words
 from experiments.show.console import print_table
 from experiments.show.outcome import ScenarioOutcome
 
 if TYPE_CHECKING:
     from experiments.judge.run_result import Summary
     from experiments.run.inline_parent import Child
+    from experiments.run.live.server_process import ServerProcess
     from experiments.run.replay import Replay
     from experiments.scenario import Scenario
     from experiments.show.console import Console
+
+class ViewPorts(NamedTuple):
+    """Where a run is shown: the port of the page, that for Foxglove, or None; 0: any free port."""
+
+    page: int
+    foxglove: int | None
+
 
 INTERRUPTED_FROM = 128                  # exit codes from here on are those of a signal
 
@@ -59,7 +68,7 @@ class Batch:
 
     def run(self, sources: Sequence[str], seed: int | None, duration_s: float | None, overrides: Sequence[str],
             out: Path | None, *, fates_of: Path | None = None, match: Literal["number", "instant"] = "number",
-            **options: Any) -> int:
+            view: ViewPorts | None = None, **options: Any) -> int:
         names = _folder_names(sources)
 
         def one(source: str) -> ScenarioOutcome:
@@ -68,7 +77,7 @@ class Batch:
                 replay = _replay(source, scenario, fates_of, match)
                 folder = run_folder(scenario, out / names[source] if out and len(sources) > 1 else out)
             with errors_as_text(self.verbose, kept=folder):
-                return self._run(source, scenario, folder, len(sources) == 1, {**options, "replay": replay})
+                return self._run(source, scenario, folder, len(sources) == 1, view, {**options, "replay": replay})
 
         return self._each(sources, "run", one)
 
@@ -121,7 +130,7 @@ class Batch:
         self.child = child
         return self._in_turn(sources, one, lambda outcome: child.became(msgspec.msgpack.encode(outcome)))
 
-    def _run(self, source: str, scenario: Scenario, folder: Path, in_full: bool,
+    def _run(self, source: str, scenario: Scenario, folder: Path, in_full: bool, ports: ViewPorts | None,
              options: dict[str, Any]) -> ScenarioOutcome:
         from experiments.run import runner
         from experiments.show.live_view import live_view
@@ -130,8 +139,11 @@ class Batch:
         if self.child is not None:
             self.child.begins(folder, list(scenario.agents), scenario.node_timeout_s)
             options = options | {"under_way": self.child.under_way}
-        with live_view(self.console, scenario.name, scenario.length_ns * 1e-9) as progress:
-            result = runner.run(scenario, out=folder, progress=progress, **options)
+        with shown_in(ports) as view:
+            with live_view(self.console, scenario.name, scenario.length_ns * 1e-9) as progress:
+                result = runner.run(scenario, out=folder, progress=progress, view=view, **options)
+            if view is not None:
+                view.end(result.summary.holds, what_does_not_hold(result.summary), result.folder)
         if in_full:
             print_summary(self.console, result.summary)
             self.console.print()
@@ -161,6 +173,27 @@ class Batch:
             from experiments.show.junit_file import write_junit
 
             write_junit(self.junit, verb, self.outcomes)
+
+
+@contextmanager
+def shown_in(ports: ViewPorts | None) -> Iterator[ServerProcess | None]:
+    """Yield the server of a view for one run, whose addresses are printed; None if `ports` asks for none."""
+    if ports is None:
+        yield None
+        return
+    from experiments.run.live.server_process import ServerProcess  # late: few runs are watched
+
+    server = ServerProcess(ports.page, ports.foxglove)
+    try:
+        print(f"view: {server.url}", file=sys.stderr, flush=True)
+        if server.foxglove_url:
+            print(f"Foxglove: open {server.foxglove_url}", file=sys.stderr, flush=True)
+        yield server
+    except BaseException as error:
+        server.fail(in_words(error))
+        raise
+    finally:
+        server.close()
 
 
 def _replay(source: str, scenario: Scenario, folder: Path | None, match: Literal["number", "instant"]) -> Replay | None:

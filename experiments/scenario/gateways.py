@@ -17,6 +17,7 @@ from netem.gateways.table import GATEWAYS, USUAL
 class GatewayHeader:
     medium: str
     kind: str = USUAL
+    timesync: bool = False              # the gateway asks the device for its clock (MAVLink TIMESYNC)
 
 
 def read_gateways(tables: Mapping[str, Any], agents: Collection[str], media: Collection[str],
@@ -40,7 +41,7 @@ def read_gateways(tables: Mapping[str, Any], agents: Collection[str], media: Col
             reading.problems.add((*place, "medium"), f"no such medium; {near(table.medium, media)}", table.medium)
         settings = reading.tables.read(shape_of(cls), own, place, common, cls).made
         if table is not None and settings is not None:
-            found[name] = GatewaySpec(name, table.medium, kind, settings)
+            found[name] = GatewaySpec(name, table.medium, kind, settings, table.timesync)
     _check_addresses(found, reading)
     return found
 

@@ -122,6 +122,8 @@ class Guarantees:
     def known(self, costs: Mapping[str, CostSpec] = MappingProxyType({})) -> Known:
         """Return the names that formulas may use."""
         signals: dict[str, Mapping[str, str] | None] = dict.fromkeys([*self.agents, *self.media])
+        for medium in self.built.values():
+            signals |= {name: dict(table) for name, table in medium.tables().items()}
         signals |= {name: {} for name in self.gateways} | {name: spec.signals for name, spec in self.derived.items()}
         return Known(signals, self.links_of, self.length_ns,
                      {name: (spec.unit, spec.nodes) for name, spec in costs.items()})

@@ -31,6 +31,7 @@ from experiments.scenario.records import on_request
 from experiments.scenario.shape import Shape, shape_of
 from experiments.scenario.units import spellings
 from netem.faults.table import FAULTS
+from netem.gateways.real_time_settings import RealTimeSettings
 from netem.gateways.table import GATEWAYS, USUAL
 from netem.impairments.table import IMPAIRMENTS
 from netem.media.table import MEDIA
@@ -49,6 +50,7 @@ ABOUT: Final = {
     "agents_defaults": "default values of every agent",
     "media": "the networks that carry frames between the agents",
     "gateways": "connections to devices and programs outside the run, in real time",
+    "real_time": "pace of a run in real time, and what happens when it is late",
     "impairments": "losses, delays and errors on links, applied in this order",
     "faults": "what breaks and when: nodes, clocks, links",
     "derived": "signals computed from recorded ones after the run",
@@ -69,6 +71,7 @@ def scenario_schema() -> Schema:
         "media": _named(_kinds({kind: shape_of(cls.Settings) for kind, cls in MEDIA.items()})),
         "gateways": _named(_kinds({kind: shape_of(cls.Settings) for kind, cls in GATEWAYS.items()},
                                   shape_of(GatewayHeader), usual=USUAL)),
+        "real_time": _table(shape_of(RealTimeSettings)),
         "impairments": {"type": "array", "items": _kinds(
             {kind: shape_of(cls) for kind, cls in impairments.items()}, shape_of(ImpairmentHeader),
             own_classes=True)},

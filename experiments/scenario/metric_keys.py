@@ -9,7 +9,8 @@ after the run. An expectation whose key names no figure does not hold.
     count.<node>.<counter>          count.r*.slots_missed              summed over nodes
     guarantee.<name>.<figure>       guarantee.fresh.first_violation_s  of a guarantee that the scenario states
     cost.<name>, cost.<name>.<node>     cost.energy.r1                        of a cost that the scenario states
-    real_time.<figure>              real_time.lateness_p99_s           lateness of a run in real time
+    real_time.<figure>              real_time.lateness_p99_s           lateness of the instants of a run in real time
+    late_<figure>                   late_p99_s, late_worst_s           lateness of its deliveries
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ COST = "cost"
 REAL_TIME = "real_time"
 LATENESS = MappingProxyType({"lateness_median_s": "median_ns", "lateness_p99_s": "p99_ns",
                              "lateness_worst_s": "worst_ns", "overruns": "overruns"})       # as in run.json
+LATE = MappingProxyType({"late_median_s": "median_ns", "late_p99_s": "p99_ns", "late_worst_s": "worst_ns"})
 RULE = (f"expected <metric>, <medium>.<metric>, <node>.<signal>.<statistic>, {COUNT}.<node>.<counter>, "
         f"{GUARANTEE}.<name>.<figure> or {REAL_TIME}.<figure>")
 
@@ -92,7 +94,7 @@ def parse(key: str) -> Key | None:
     """Return the parts of `key`, by its form alone; None if it has no known form."""
     parts = key.split(".")
     if not all(parts) or len(parts) < 2:
-        return LedgerKey(key) if key in LEDGER_METRICS else None
+        return LedgerKey(key) if key in LEDGER_METRICS else RealTimeKey(key) if key in LATE else None
     if parts[0] == COUNT:
         return CountKey(parts[1], ".".join(parts[2:])) if len(parts) > 2 else None
     if parts[0] == GUARANTEE:
@@ -210,7 +212,7 @@ def _candidates(key: str, nodes: Nodes, media: Collection[str],
     if special == REAL_TIME:
         return [f"{REAL_TIME}.{figure}" for figure in LATENESS]
     if not rest:
-        return [*LEDGER_METRICS, *FORMER]
+        return [*LEDGER_METRICS, *FORMER, *LATE]
     found = [f"{medium}.{metric}" for medium in media for metric in (*LEDGER_METRICS, *FORMER)]
     matched = matching(first, nodes)
     for node in matched or nodes:

@@ -10,6 +10,7 @@ import msgspec
 
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.ground_plan import GroundPlan
+from netem.gateways.real_time_settings import RealTimeSettings
 from netem.media.answers import FloorPlan
 
 Link = tuple[str, str, str]             # (medium, sender, receiver)
@@ -69,6 +70,7 @@ class GatewaySpec(msgspec.Struct, frozen=True):
     medium: str
     kind: str
     settings: Any                       # an instance of GATEWAYS[kind].Settings
+    timesync: bool = False              # it asks the device for its clock
 
 
 class ImpairmentSpec(msgspec.Struct, frozen=True):
@@ -169,6 +171,7 @@ class Scenario(msgspec.Struct, frozen=True):
     question_signal: str = ""           # "node.signal", each a pattern; "": the report shows outputs first
     modes: dict[str, tuple[str, ...]] = {}      # of the automata that programs declare, by agent
     ground: GroundPlan | None = None    # on which the team acts, if its programs declare it
+    real_time: RealTimeSettings = RealTimeSettings()    # for a run in real time
     changes: dict[str, Any] = {}        # values that replaced those of the file at `path`, by their paths in it
 
     @property

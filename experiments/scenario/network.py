@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from random import Random
@@ -89,6 +89,17 @@ class Network:
                     elif pose.unit and names.variables[output].unit not in (None, "", pose.unit):
                         self.problems.add((*place, name), f"has the unit {names.variables[output].unit}, expected "
                                           f"{pose.unit}", output)
+
+    def tables_of_media(self, taken: Collection[str]) -> list[str]:
+        """Return the names of the tables of signals that the media record; a problem for each that is `taken`."""
+        found: dict[str, str] = {}
+        for name, medium in self.built.items():
+            for table in medium.tables():
+                if table in taken or table in found:
+                    self.problems.add(("media", name), f"it records signals as {table}, the name of another node or "
+                                      "medium; rename that one")
+                found[table] = name
+        return list(found)
 
     def check_names(self, names: Iterable[Any]) -> None:
         """Check the names of the impairments, None for one without a name."""

@@ -24,7 +24,8 @@ def refuse(error: Exception, table: Any, place: Place, problems: Problems) -> No
         keys = (spellings(named[1]) or [named[1]]) if named else []
         key = next((key for key in keys if isinstance(table, dict) and key in table), None)
         if named is None or key is None:
-            problems.say(f"{path_text(problems.written_at(place))}: {line}")
+            where = path_text(problems.written_at(place))
+            problems.say(f"{where}: {line}" if where else line)
         elif key == named[1]:
             value = value_text(table[key]) if isinstance(table[key], str | dict) else named[2]
             problems.say(f"{path_text(problems.written_at((*place, key)))}={value}: {line[named.end():]}")

@@ -21,8 +21,9 @@ from typing import ClassVar, Final
 from simpy.events import Event
 
 from firmware_sim.board import Board
+from firmware_sim.guests.addresses import check_guests
 from firmware_sim.guests.ardupilot_frames import Servos, read_servos, state_text
-from firmware_sim.guests.body import NEEDS_PLANT, Body, MotorSettings
+from firmware_sim.guests.body import Body, MotorSettings
 from firmware_sim.guests.door import Datagrams, GuestFailure, loopback_address, seconds_left
 from firmware_sim.guests.telemetry import Telemetry, TelemetrySettings
 from firmware_sim.scenario_view import Own, ScenarioView
@@ -108,19 +109,4 @@ class ArduPilotGuest:
     @staticmethod
     def check(scenario: ScenarioView, own: Own[ArduPilotSettings]) -> Iterator[str]:
         """Yield the reasons why these guests could not take part."""
-        taken: dict[str, str] = {}
-        for name, agent in own.items():
-            settings = agent.settings
-            if not agent.has_plant:
-                yield f"agents.{name}: {NEEDS_PLANT.format('ArduPilot')}"
-            try:
-                port = settings.telemetry.port_of(agent.media)
-            except ValueError as error:
-                yield f"agents.{name}.parameters.{error}"
-                port = None
-            for key, address in (("listen", settings.listen),
-                                 *([("telemetry.listen", settings.telemetry.listen)] if port else [])):
-                if address in taken:
-                    yield (f"agents.{name}.parameters.{key}={address}: {taken[address]} listens there, too; give each "
-                           "vehicle ports of its own (ArduPilot's instance N uses 9002 + 10 N)")
-                taken.setdefault(address, f"agents.{name}")
+        yield from check_guests(own, "ArduPilot", "udp", "ArduPilot's instance N uses 9002 + 10 N")

@@ -23,7 +23,6 @@ MOTION: Final = (("x", "m"), ("y", "m"), ("z", "m"), ("v[1]", "m/s"), ("v[2]", "
           ("q[2]", "1"), ("q[3]", "1"), ("q[4]", "1"), ("omega[1]", "rad/s"), ("omega[2]", "rad/s"),
           ("omega[3]", "rad/s"), ("force[1]", "m/s2"), ("force[2]", "m/s2"), ("force[3]", "m/s2"))
 MOST_CHANNELS: Final = 16
-NEEDS_PLANT: Final = '{} needs a plant, as plant = {{ fmu = "quadrotor", preset = "hummingbird" }}'
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,8 @@ from typing import ClassVar, Final
 from simpy.events import Event
 
 from firmware_sim.board import Board
-from firmware_sim.guests.body import MOST_CHANNELS, NEEDS_PLANT, Body, MotorSettings
+from firmware_sim.guests.addresses import check_guests
+from firmware_sim.guests.body import MOST_CHANNELS, Body, MotorSettings
 from firmware_sim.guests.door import Caller, GuestFailure, loopback_address
 from firmware_sim.guests.sensors import Sensors, SensorSettings
 from firmware_sim.guests.telemetry import Telemetry, TelemetrySettings
@@ -205,19 +206,4 @@ class Px4Guest:
     @staticmethod
     def check(scenario: ScenarioView, own: Own[Px4Settings]) -> Iterator[str]:
         """Yield the reasons why these guests could not take part."""
-        taken: dict[str, str] = {}
-        for name, agent in own.items():
-            settings = agent.settings
-            if not agent.has_plant:
-                yield f"agents.{name}: {NEEDS_PLANT.format('PX4')}"
-            try:
-                port = settings.telemetry.port_of(agent.media)
-            except ValueError as error:
-                yield f"agents.{name}.parameters.{error}"
-                port = None
-            for key, address in (("listen", f"tcp {settings.listen}"),
-                                 *([("telemetry.listen", f"udp {settings.telemetry.listen}")] if port else [])):
-                if address in taken:
-                    yield (f"agents.{name}.parameters.{key}={address[4:]}: {taken[address]} listens there, too; give "
-                           "each vehicle a port of its own (PX4's instance N uses 4560 + N)")
-                taken.setdefault(address, f"agents.{name}")
+        yield from check_guests(own, "PX4", "tcp", "PX4's instance N uses 4560 + N")

@@ -52,6 +52,8 @@ class Fate(Enum):
         "queue full", "A queue on the way, the sender's or that of a rate limit, was full when the frame came to it.")
     BUS_OFF = (
         "bus off", "The CAN controller of the sender or of the receiver was off the bus after too many errors.")
+    ARBITRATION_LOST = (
+        "arbitration lost", "The CAN frame lost arbitration, and its sender had asked for one attempt only.")
     SENDER_BUSY = (
         "sender busy", "The sender handed the frame out while it was still transmitting the one before.")
     CHANNEL_BUSY = (

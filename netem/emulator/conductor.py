@@ -283,6 +283,8 @@ class Conductor:
         if self._faulty:
             self._hand_out_faults(grants)
         reports = self._exchange(grants)
+        if self.pace is not None:
+            self._note_deliveries(self.pace, grants)
         for name, report in reports:
             if report.ends is not None:
                 self._end_early(name, *report.ends)
@@ -299,6 +301,13 @@ class Conductor:
             if report.shown:
                 self._show(seat, report, limit_ns)
             self._keep(seat, report, horizon_ns)
+
+    def _note_deliveries(self, pace: Pace, grants: list[tuple[str, Grant]]) -> None:
+        """Note what nodes have taken: due at its arrival, or when they can offer again, if that is later."""
+        for name, grant in grants:
+            earliest_ns = self.seats[name].earliest_ns
+            for arrival_ns, _, _ in grant.deliveries:
+                pace.delivered(max(arrival_ns, earliest_ns))
 
     def _show(self, seat: Seat, report: Report, limit_ns: int) -> None:
         """Schedule what a node shows to its media, before all else that happens at the same instants."""

@@ -1,4 +1,4 @@
-"""Lateness of the instants of a run in real time, in a histogram whose size does not depend on the run's length.
+"""Lateness of the events of a run in real time, in a histogram whose size does not depend on the run's length.
 
     bucket of t: [lower, lower + width)    width <= lower / 32, and 1 ns below 32 ns
 
@@ -9,42 +9,44 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
-OVERRUN_NS: Final = 10_000_000      # a larger lateness is an event
+OVERRUN_NS: Final = 10_000_000      # a larger lateness is an overrun, unless the scenario says otherwise
 _BITS: Final = 5                    # bits kept of a lateness beyond its leading one
 
 
 @dataclass
 class Lateness:
-    """Collects the lateness of every instant: the time from the instant to the end of the wait for it [ns]."""
+    """Collects the lateness of events of one kind: the time from when they are due to when they happen [ns]."""
 
-    instants: int = 0
+    events: int = 0
     worst_ns: int = 0
-    overruns: int = 0               # sequences of instants that are more than OVERRUN_NS late
-    buckets: Counter[int] = field(default_factory=Counter)      # instants by the upper bound of their bucket [ns]
+    buckets: Counter[int] = field(default_factory=Counter)      # events by the upper bound of their bucket [ns]
 
     def add(self, late_ns: int) -> None:
-        """Count one instant. Raises ValueError if it began early."""
+        """Count one event. Raises ValueError if it happened early."""
         if late_ns < 0:
-            raise ValueError(f"late_ns={late_ns}: an instant never begins early")
-        self.instants += 1
+            raise ValueError(f"late_ns={late_ns}: an event of a run in real time never happens early")
+        self.events += 1
         self.worst_ns = max(self.worst_ns, late_ns)
         shift = max(0, late_ns.bit_length() - 1 - _BITS)
         self.buckets[((late_ns >> shift) + 1 << shift) - 1] += 1
 
     def quantile_ns(self, ratio: float) -> int:
-        """Return the lateness [ns] that at least `ratio` of the instants do not exceed; 0 without instants."""
+        """Return the lateness [ns] that at least `ratio` of the events do not exceed; 0 without events."""
         if not 0 <= ratio <= 1:
             raise ValueError(f"ratio={ratio}: expected 0 <= ratio <= 1")
-        wanted, seen = ratio * self.instants, 0
+        wanted, seen = ratio * self.events, 0
         for upper_ns in sorted(self.buckets):
             seen += self.buckets[upper_ns]
             if seen >= wanted:
                 return min(upper_ns, self.worst_ns)
         return self.worst_ns
 
-    def figures(self) -> dict[str, int]:
-        """Return the entries of `run.json` and the summary: counts, and lateness [ns]."""
-        return {"instants": self.instants, "median_ns": self.quantile_ns(0.5), "p99_ns": self.quantile_ns(0.99),
-                "worst_ns": self.worst_ns, "overruns": self.overruns}
+    def figures(self) -> dict[str, Any]:
+        """Return the entries of `run.json`: quantiles of lateness [ns], and the histogram.
+
+        The histogram has a pair (largest lateness of the bucket [ns], events in it) for each bucket that is not empty.
+        """
+        return {"median_ns": self.quantile_ns(0.5), "p99_ns": self.quantile_ns(0.99), "worst_ns": self.worst_ns,
+                "histogram": sorted(self.buckets.items())}

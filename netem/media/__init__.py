@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 if TYPE_CHECKING:
     from netem.media.answers import Camera, DatagramFormat, FloorPlan, SerialFormat, ShownPose
     from netem.media.radio_presets import RadioPreset
+    from netem.topology import WeakArea
 
 
 class Shown(NamedTuple):
@@ -48,6 +49,10 @@ class MediumSettings:
 
     def reports_own_frames_to(self, node: str) -> bool:
         """Return whether `node` receives its own frames once they got through."""
+        return False
+
+    def notifies(self, node: str) -> bool:
+        """Return whether the interface of `node` to the medium tells it how each frame went that it sent."""
         return False
 
     def links_to_themselves(self) -> Collection[str]:
@@ -81,6 +86,10 @@ class MediumSettings:
     def longest_frame_bytes(self) -> int | None:
         """Return the length of the longest frame that the medium takes; None: it has no limit."""
         return None
+
+    def weak_areas(self) -> Sequence[WeakArea]:
+        """Return the areas on the ground that weaken links."""
+        return ()
 
     def radio(self) -> RadioPreset | None:
         """Return the radio that sends and receives the frames; None if the medium is no radio channel."""

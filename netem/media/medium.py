@@ -85,6 +85,10 @@ class Medium:
         Their instants may lie after the call, even after the end of the run.
         """
 
+    def tables(self) -> Mapping[str, Sequence[tuple[str, str]]]:
+        """Return the tables of signals that it samples besides its own, by name: (name, unit) of each signal."""
+        return {}
+
     def counters(self) -> Mapping[str, Mapping[str, int]]:
         """Return counters by node; those that belong to no node are under the name of the medium."""
         return {}

@@ -14,6 +14,7 @@ from netem.media.decoding.table import DECODINGS
 from netem.media.level_errors import LevelErrorSettings
 from netem.media.mac.table import MACS
 from netem.media.radio_presets import PRESETS, RadioPreset
+from netem.topology import WeakArea
 from netem.topology.fixed_graph import FixedGraph
 from netem.topology.table import TopologySettings
 
@@ -92,6 +93,9 @@ class RadioSettings(MediumSettings):
 
     def located(self, at_m: Mapping[str, Sequence[float] | None]) -> Collection[str]:
         return self.topology.located(at_m)
+
+    def weak_areas(self) -> Sequence[WeakArea]:
+        return self.topology.weak_areas()
 
     def decoding(self) -> Decoding:
         return DECODINGS[self.decode](self.radio())

@@ -89,6 +89,9 @@ class WeakArea(Protocol):
     def extent_m(self, ux: float, uy: float) -> float:
         """Return the greatest ux x + uy y [m] in the area, for a direction (ux, uy) of length 1."""
 
+    def outline_m(self) -> Sequence[tuple[float, float]]:
+        """Return corners (x, y) [m] of the area, or of a polygon that looks like it."""
+
 
 class TopologyKind:
     """What the settings of every topology answer; the defaults are those of one that has no positions."""

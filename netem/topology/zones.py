@@ -9,14 +9,16 @@ Not modelled: loss that grows with the length of the way through a zone, diffrac
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import dist, hypot
+from math import cos, dist, hypot, sin, tau
 from typing import Annotated, Literal
 
 from netem.topology import Position
 from netem.topology.told_apart import ToldApartBy
 
 ActsOn = Literal["ends", "path"]
+SIDES = 48                          # of the polygon that is drawn for a circle
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,10 @@ class Rectangle:
 
     def extent_m(self, ux: float, uy: float) -> float:
         return max(ux * self.low_m[0], ux * self.high_m[0]) + max(uy * self.low_m[1], uy * self.high_m[1])
+
+    def outline_m(self) -> Sequence[tuple[float, float]]:
+        (west, south), (east, north) = self.low_m, self.high_m
+        return (west, south), (east, south), (east, north), (west, north)
 
     def weakens(self, one_m: Position, other_m: Position) -> bool:
         if self.holds(one_m) or self.holds(other_m):
@@ -73,6 +79,11 @@ class Circle:
 
     def extent_m(self, ux: float, uy: float) -> float:
         return ux * self.centre_m[0] + uy * self.centre_m[1] + self.radius_m * hypot(ux, uy)
+
+    def outline_m(self) -> Sequence[tuple[float, float]]:
+        x, y = self.centre_m
+        return [(x + self.radius_m * cos(angle), y + self.radius_m * sin(angle))
+                for angle in (tau * side / SIDES for side in range(SIDES))]
 
     def weakens(self, one_m: Position, other_m: Position) -> bool:
         if self.holds(one_m) or self.holds(other_m):

@@ -15,6 +15,7 @@ from typing import Final, TypeVar
 
 import msgspec
 
+from netem.gateways.real_time_process import lock_memory, schedule_in_real_time
 from netem.node.node import Node
 from netem.node.outside_guard import OutsideGuard
 from netem.node.turn import Turn
@@ -69,6 +70,9 @@ def _serve(start: StartMessage, build: Callable[[StartMessage], Node], pipe: Emu
         gc.collect()
         gc.freeze()
         gc.set_threshold(100_000, 50, 100)
+        if start.priority:              # the emulator tells what is not allowed, as its process has the same rights
+            schedule_in_real_time(start.priority)
+            lock_memory()
         window = 0
         tell_s = time.monotonic() + COUNTERS_EVERY_S
         advance, monotonic = node.advance, time.monotonic

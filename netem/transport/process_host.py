@@ -53,12 +53,13 @@ Message = TypeVar("Message", Hello, Report)
 class ProcessHost:
     """`command` starts the fork server; `specifications` maps each node's name to the bytes in its start message.
 
+    `priority` is that of the nodes' real-time scheduling, as in the start message.
     While nodes have not answered for `WAITING_AFTER_S`, `waiting` is called every `TELL_EVERY_S` with their names and
     the seconds waited.
     """
 
     def __init__(self, command: Sequence[str], specifications: Mapping[str, bytes], *, logs: Path,
-                 timeout_s: float, real_time: bool = False,
+                 timeout_s: float, real_time: bool = False, priority: int = 0,
                  waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None) -> None:
         self._command = list(command)
         self._specifications = specifications
@@ -66,6 +67,7 @@ class ProcessHost:
         self._timeout_s = timeout_s
         self._waiting = waiting
         self._virtual_time = not real_time
+        self._priority = priority
         self._run = uuid4().hex[:12]
         self._secret = new_secret()
         self._session: Session | None = None
@@ -220,7 +222,8 @@ class ProcessHost:
         assert self._session is not None
         self._senders[name] = self._session.sender(keys.grant(self._run, name, 0 if life is None else life.number))
         start = StartMessage(self._session.endpoint, self._secret, self._run, name, self._timeout_s,
-                             self._specifications[name], self._virtual_time, life)
+                             self._specifications[name], self._virtual_time, life,
+                             self._priority)
         standard_input = self._alive.start(name, self._logs / f"{name}.log", again=life is not None)
         # A thread writes: if a process does not read, the start goes on and the watchdog can name that node.
         teller = threading.Thread(target=_tell, args=(standard_input, msgspec.json.encode(start) + b"\n"), daemon=True)

@@ -30,6 +30,7 @@ class StartMessage(msgspec.Struct):
     specification: bytes
     virtual_time: bool = True
     life: Life | None = None        # of a node that was killed
+    priority: int = 0               # of its real-time scheduling, with its memory locked; 0: usual scheduling
 
 
 class EmulatorPipe:

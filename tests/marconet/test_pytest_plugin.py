@@ -88,3 +88,36 @@ def test_the_fixture_runs_a_scenario_with_changes_and_seeds(project: Path) -> No
 
 def test_seeds_that_are_no_numbers_are_refused(project: Path) -> None:
     assert "'one': expected whole numbers with commas between them, as 1,2,3" in run_pytest(project, "--seeds", "one")
+
+
+REAL_TIME = """\
+import time
+import pytest
+
+@pytest.mark.marconet(real_time=True)
+def test_paced(marconet):
+    began_s = time.monotonic()
+    run = marconet("scenarios/beacons.toml", host="inline", length_s=0.3)
+    assert time.monotonic() - began_s >= 0.3 and run.repeat().endswith("--real-time")
+    virtual = marconet("scenarios/beacons.toml", host="inline", length_s=0.3, real_time=False)
+    assert virtual.ledger_hash == run.ledger_hash and "--real-time" not in virtual.repeat()
+
+@pytest.mark.marconet(rate=0.5)
+def test_slowly(marconet):
+    began_s = time.monotonic()
+    assert "real_time.rate=0.5" in marconet("scenarios/beacons.toml", host="inline", length_s=0.2).repeat()
+    assert time.monotonic() - began_s >= 0.4
+
+@pytest.mark.marconet(realtime=True)
+def test_misspelt(marconet):
+    pass
+"""
+
+
+def test_a_marker_lets_the_fixture_run_in_real_time(project: Path) -> None:
+    (project / "test_it.py").write_text(REAL_TIME)
+
+    said = run_pytest(project, "test_it.py", "--strict-markers")
+
+    assert "2 passed, 1 error" in said, said
+    assert "ValueError: @pytest.mark.marconet: realtime: expected real_time=True, rate=0.5 or both" in said

@@ -23,11 +23,13 @@ from experiments.judge.frame_copies import LedgerUnreadable
 from experiments.judge.metrics import evaluate
 from experiments.judge.monitors.judge import VIOLATED
 from experiments.judge.monitors.outcome import Standing
+from experiments.judge.round_trips import round_trips
 from experiments.judge.run_data import RunData, load_run
 from experiments.judge.run_result import Verdict
 from experiments.show.report import series
 from experiments.show.report.event_tables import event_tables, told
 from experiments.show.report.facts import facts, failure_of, milliseconds, seconds, unfinished, windows
+from experiments.show.report.lateness import lateness
 from experiments.show.report.marks import Told, instants_ns, marks
 from experiments.show.report.modes import Stay, stay_tables, stays
 from experiments.show.report.modes import for_page as modes_for_page
@@ -97,6 +99,7 @@ def render(data: RunData, run_dir: Path, plotly_address: str | None = None) -> s
         notes=[note for note in (no_such_signal(data), *data.summary.get("warnings", ())) if note],
         failure=failure_of(data), reached_ns=data.length_ns,
         windows=windows(data), unfinished=unfinished(data), facts=facts(data), drawn=drawn,
+        round_trips=round_trips(data),
         table=series.node_table(data), stay_tables=stay_tables(data, in_modes), event_tables=event_tables(events),
         guarantees=guarantees, moments=broke, kind_names=KIND_NAMES,
         fates_shown=[(fate.value, fate.meaning, *FATES[fate]) for fate in Fate
@@ -115,7 +118,7 @@ def _drawn(data: RunData, broke: Moments, events: Told, in_modes: Sequence[Stay]
             "faulty": series.faulty(data),
             "spoken": series.spoken(data, broke.instants_ns), "fates": series.fates(data), "ages": series.ages(data),
             "gaps": series.gaps(data), "nodes": data.nodes, "plane": plane(data, shown_ns),
-            "modes": modes_for_page(data, in_modes),
+            "modes": modes_for_page(data, in_modes), "lateness": lateness(data),
             "marks": marks(events, data.length_ns, data.run.get("dead_ns") or {}),
             "length_s": data.length_ns * 1e-9, "palette": for_page(),
             "meanings": {fate.value: fate.meaning for fate in Fate}, "delivered": Fate.DELIVERED.value,
@@ -140,6 +143,7 @@ def _contents(verdicts: Sequence[Verdict], broken: Sequence[Verdict], guarantees
         (True, "fates", "Fates by link", "", False),
         (True, "ages", "Age of information", "", False),
         (True, "gaps", "Time between transmissions", "", False),
+        (bool(drawn["lateness"]), "lateness", "Lateness", "", False),
         (True, "nodes", "Nodes", "", False),
         (True, "events", "Events", "", False),
         (bool(records), "records", "Records", "", False),

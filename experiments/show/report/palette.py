@@ -46,6 +46,7 @@ FATES: Final[Mapping[Fate, Pair]] = MappingProxyType({
     Fate.CORRUPTED: Pair("#8f6a00", "#cfa544"),
     Fate.QUEUE_FULL: Pair("#0072b2", "#7f95ff"),
     Fate.BUS_OFF: Pair("#3b3b98", "#8f8fe8"),
+    Fate.ARBITRATION_LOST: Pair("#5a6b1f", "#a9bf5a"),
     Fate.SENDER_BUSY: Pair("#2b8fce", "#56c0f0"),
     Fate.CHANNEL_BUSY: Pair("#7b68c8", "#a596ec"),
     Fate.MALFORMED: Pair("#a05a2c", "#cf8657"),

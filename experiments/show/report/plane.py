@@ -1,8 +1,7 @@
 """Data of a view from above: bodies, estimates, detections, fields of view and looks, at instants for an animation.
 
-A body is a node, or a [derived.NAME], with signals `x` and `y` in metres and perhaps a heading in rad, `theta`, `psi`,
-`yaw` or `heading`. `detection_x` and `detection_y` are the last detection of a node; each new pair is a point. Any
-other pair, such as `estimate_x` and `estimate_y` or `x_hat` and `y_hat`, is an estimate of its node.
+A body is a node, or a [derived.NAME], with a position among its signals (`positions`). `detection_x` and `detection_y`
+are the last detection of a node; each new pair is a point.
 The ground is what the programs of the run declare (`firmware_sim.ground_plan`).
 A look is a copy on a medium with a floor plan, drawn at its exposure at the position of its body. Observers without
 requests, as of motion capture, have no looks. If there are too many, looks with the body out of view are left out.
@@ -10,7 +9,6 @@ requests, as of motion capture, have no looks. If there are too many, looks with
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -18,13 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from experiments.judge.run_data import RunData
+from experiments.show.positions import places
 from experiments.show.report.thinning import keep
 from netem.core.fate import Fate
 from netem.records.signal_table import SignalTable
 
 Json = dict[str, Any]
-HEADINGS = ("theta", "psi", "yaw", "heading")
-X = re.compile(r"(?:(?P<before>\w+)_)?x(?:_(?P<after>\w+))?")
 MOST_INSTANTS = 240
 MOST_ON_GROUND = 600        # of runs whose programs declare the ground: many robots that move at a time
 MOST_LOOKS = 5_000
@@ -41,7 +38,7 @@ def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
     there, or carried from there, leaves no path. Returns None if no node records a position.
     """
     tracks = [(node, name, table, columns) for node, table in sorted(data.signals.items()) if table.time_ns.size
-              for name, columns in _places(table)]
+              for name, columns in places(table.names, table.units)]
     bodies = [track for track in tracks if not track[1]]
     if not bodies:
         return None
@@ -53,31 +50,16 @@ def plane(data: RunData, also_ns: Sequence[int] = ()) -> Json | None:
              if (plan := medium.get("floor_plan")) is not None}
     carriers = {observer: carrier for plan in plans.values() for observer, carrier in plan["carriers"].items()}
     picture = None if ground is None else _picture(ground)
-    return {"instants_s": (instants_ns / 1e9).tolist(), "ground": None if ground is None else _ground(ground),
+    return {"instants_s": (instants_ns / 1e9).tolist(), "ground": None if ground is None else drawn_ground(ground),
             "bodies": [_track(node, table, columns, instants_ns, picture) for node, _, table, columns in bodies],
             "believed": [_track(f"{node}: {name}", table, columns, instants_ns) | {"body": carriers.get(node, node)}
                          for node, name, table, columns in tracks if name and name != DETECTION],
             "detections": [_points(node, table, columns) | {"body": carriers.get(node, node)}
                            for node, name, table, columns in tracks if name == DETECTION],
-            "views": [view for plan in plans.values() for view in _views(plan)],
+            "views": [view for plan in plans.values() for view in views_of(plan)],
             "obstacles": [{"x": obstacle["at_m"][0], "y": obstacle["at_m"][1], "radius_m": obstacle["radius_m"]}
                           for plan in plans.values() for obstacle in plan["obstacles"]],
             **_looks(data, plans)}
-
-
-def _places(table: SignalTable) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield (name, columns of x, y and perhaps heading); the name of the body itself is "", others are estimates."""
-    for name, unit in zip(table.names, table.units, strict=True):
-        found = X.fullmatch(name)
-        if found is None or unit != "m":
-            continue
-        before, after = found["before"], found["after"]
-        other = "_".join(part for part in (before, "y", after) if part)
-        if other not in table.names:
-            continue
-        what = " ".join(part for part in (before, after) if part)
-        heading = next((one for one in HEADINGS if one in table.names), None) if not what else None
-        yield what, (name, other) if heading is None else (name, other, heading)
 
 
 def _picture(ground: Json) -> Picture:
@@ -87,7 +69,7 @@ def _picture(ground: Json) -> Picture:
     return (west - room, east + room), (south - room, north + room)
 
 
-def _ground(ground: Json) -> Json:
+def drawn_ground(ground: Json) -> Json:
     return {"area": [ground["area_x_m"], ground["area_y_m"]], "picture": _picture(ground),
             "shapes": [{"what": shape["what"], "solid": shape["solid"], "x": [x for x, _ in shape["corners_m"]],
                         "y": [y for _, y in shape["corners_m"]]} for shape in ground["shapes"]]}
@@ -121,7 +103,7 @@ def _plain(values: npt.NDArray[np.float64]) -> list[float | None]:
     return [round(value, DIGITS) if np.isfinite(value) else None for value in values.tolist()]
 
 
-def _views(plan: Json) -> Iterator[Json]:
+def views_of(plan: Json) -> Iterator[Json]:
     if plan["range_m"] is not None:
         for observer, carrier in plan["carriers"].items():
             yield {"observer": observer, "carrier": carrier, "range_m": plan["range_m"],

@@ -34,6 +34,9 @@ from netem.media.can.bit_errors import BitErrors
 from netem.media.can.bus_faults import BusFaults
 from netem.media.can.bus_state import BusState
 from netem.media.can.controller import Controller
+from netem.media.can.controller_dialogue import ControllerDialogue
+from netem.media.can.controller_message import is_message
+from netem.media.can.dbc_signals import DbcSignals
 from netem.media.can.declared import DeclarationWatch
 from netem.media.can.encoded_frame import EncodedFrame
 from netem.media.can.error_handling import ErrorHandling
@@ -62,6 +65,8 @@ class CanBus(Medium):
         super().__init__(name, nodes)
         names = self.nodes
         settings.check_nodes(name, names)
+        self._decoder = DbcSignals(name, settings.dbc, settings.dbc_signals) \
+            if settings.dbc_signals and settings.dbc is not None else None
         settings = settings.with_declared(names)
         self.settings = settings
         self._agenda = agenda
@@ -70,7 +75,8 @@ class CanBus(Medium):
         self._controllers = {
             node: Controller(node, tuple(other for other in names if other != node),
                              TransmitQueue(settings.queue, settings.queue_frames),
-                             hears_itself=node in settings.own_frames_to) for node in names}
+                             hears_itself=node in settings.own_frames_to,
+                             notified=node in settings.notifications_to) for node in names}
         self._state = BusState(name, settings, self._controllers, ledger, links, self.taps)
         self._timeline, self._events, self._waiting = self._state.timeline, self._state.events, self._state.waiting
         self._errors = ErrorHandling(self._state, BitErrors(settings.bit_errors, rng_for(f"media.{name}.bit_errors")),
@@ -81,6 +87,10 @@ class CanBus(Medium):
         self._declared = DeclarationWatch(settings.messages) if settings.messages else None
         self._shortest_ns = settings.shortest_ns()
         self._armed_ns = NEVER_NS
+        if self._decoder is not None:
+            self.taps.append(self._decoder)
+        self._notifies = bool(settings.notifications_to)
+        self._dialogue = ControllerDialogue(self._state, self._errors)
 
     # --- as a medium
 
@@ -89,6 +99,9 @@ class CanBus(Medium):
             self._faults.signal_error(now_ns)
             return
         controller = self._controllers[sender]
+        if self._notifies and controller.notified and is_message(data):
+            self._dialogue.take(controller, data, now_ns)
+            return
         frame = Frame(self.name, sender, controller.number, now_ns, data)
         controller.number += 1
         self._ledger.expect(controller.copies(), self.name)
@@ -137,9 +150,14 @@ class CanBus(Medium):
     def observe(self, observer: MediumObserver) -> None:
         self._events.observer = observer
         self._state.load.tell = lambda time_ns, load: observer.sample(self.name, time_ns, [load])
+        if self._decoder is not None:
+            self._decoder.sample = observer.sample
         if self.settings.queue != "fifo":
             for line in late_messages(self.settings.messages, self.settings.clock):
                 self._events.may_be_late(line)
+
+    def tables(self) -> Mapping[str, Sequence[tuple[str, str]]]:
+        return {} if self._decoder is None else {table.name: table.signals for table in self._decoder.tables}
 
     def counters(self) -> dict[str, dict[str, int]]:
         found = {node: {f"{self.name}.{what}": count for what, count in controller.counters.items()}
@@ -147,6 +165,8 @@ class CanBus(Medium):
         state, errors = self._state, self._errors
         found[self.name] = {"transmissions": state.transmissions, "error_frames": errors.error_frames,
                             "collisions": errors.collisions, "busy_us": state.load.total_ns // 1000}
+        if self._decoder is not None:
+            found[self.name] |= self._decoder.counters
         return found
 
     @property
@@ -197,6 +217,8 @@ class CanBus(Medium):
                 elif rank == best:
                     senders.append(controller)
         if senders:
+            if self._notifies:
+                self._dialogue.tell_losers(senders, now_ns)
             if self._errors.quiet and len(senders) == 1:
                 self._send(senders[0], now_ns)
             else:
@@ -217,5 +239,7 @@ class CanBus(Medium):
             receive(frame, receiver, taken_ns, checksum=True)
         if controller.hears_itself:
             receive(frame, controller.name, frame.end_ns, checksum=True)
+        if controller.notified:
+            self._errors.confirm((controller,), frame)
         for tap in self.taps:
             tap.frame(frame, taken_ns)

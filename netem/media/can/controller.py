@@ -22,13 +22,16 @@ class Controller:
     often that happened.
     """
 
-    __slots__ = ("counters", "faults", "hears_itself", "name", "number", "queue", "ready_ns", "receivers", "recovery",
-                 "retransmissions", "unacknowledged")
+    __slots__ = ("counters", "faults", "hears_itself", "name", "notified", "number", "one_shot", "queue", "ready_ns",
+                 "receivers", "recovery", "retransmissions", "unacknowledged")
 
-    def __init__(self, name: str, receivers: tuple[str, ...], queue: TransmitQueue, *, hears_itself: bool) -> None:
+    def __init__(self, name: str, receivers: tuple[str, ...], queue: TransmitQueue, *, hears_itself: bool,
+                 notified: bool = False) -> None:
         self.name = name
         self.receivers = receivers
         self.hears_itself = hears_itself
+        self.notified = notified        # it tells its node about single frames
+        self.one_shot = False           # a frame that loses arbitration is discarded
         self.queue = queue
         self.faults = FaultConfinement()
         self.ready_ns = 0               # end of its suspension: it starts no frame before

@@ -24,11 +24,12 @@ from netem.media.can.bit_sequence import bit_sequence
 from netem.media.can.bus_off_recovery import BusOffRecovery
 from netem.media.can.bus_state import BusState
 from netem.media.can.controller import Controller
+from netem.media.can.controller_message import CAUSES, ControllerMessage, Kind, encode
 from netem.media.can.encoded_frame import EncodedFrame, encode_frame
-from netem.media.can.error_frame import ERROR_DELIMITER_BITS, FLAG_BITS
+from netem.media.can.error_frame import ERROR_DELIMITER_BITS, FLAG_BITS, Cause, ErrorFrame
 from netem.media.can.error_message import state_message
 from netem.media.can.fault_confinement import State
-from netem.media.can.frame import ERROR_STATE
+from netem.media.can.frame import ERROR_STATE, unpack
 from netem.media.can.stuck_dominant import StuckDominant, Window
 from netem.wire.instants import NEVER_NS
 
@@ -107,6 +108,8 @@ class ErrorHandling:
         lead.retransmissions.pop(frame.number, None)
         if lead.hears_itself:
             self._links.receive(frame, lead.name, frame.end_ns, checksum=True)
+        if self._settings.notifications_to:
+            self.confirm(left, frame)
         for twin in twins:
             self._twin_got_through(twin, lead, frame)
         for sender in left:
@@ -182,7 +185,27 @@ class ErrorHandling:
                 sender.unacknowledged = True
         for tap in self._state.taps:
             tap.error_frame(self._state.name, error_ns)
+        if self._settings.notifications_to:
+            self._tell_error(left, encoded, error)
         return timeline.instant(delimiter_ticks)
+
+    def confirm(self, senders: Sequence[Controller], frame: Frame) -> None:
+        """Tell the senders that get notifications that their frame got through: at the end of the frame."""
+        for sender in senders:
+            if sender.notified:
+                self._links.tell(sender.name, self._state.name, frame.end_ns, encode(ControllerMessage(
+                    Kind.CONFIRM, unpack(frame.data).can_id)))
+
+    def _tell_error(self, left: Sequence[Controller], encoded: EncodedFrame, error: ErrorFrame) -> None:
+        """Tell the nodes that get notifications of an error frame, at the end of its intermission."""
+        senders = [] if error.sender_receives else left
+        by_all = error.cause in (Cause.STUFF, Cause.FORM)
+        can_id = unpack(encoded.data).can_id
+        for controller in self._controllers.values():
+            sends = controller in senders           # one that this error has taken off the bus is told too
+            if controller.notified and (sends or not controller.bus_off):
+                self._links.tell(controller.name, self._state.name, self._timeline.free_ns, encode(ControllerMessage(
+                    Kind.BUS_ERROR, can_id, CAUSES.index(error.cause), int(sends or by_all), int(sends))))
 
     def _count_errors(self, left: Sequence[Controller], silenced: Sequence[Controller], others: Sequence[Controller],
                       found: Outcome, error_ns: int) -> None:

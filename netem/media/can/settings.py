@@ -22,6 +22,7 @@ FASTEST_DATA_BPS: Final = 8_000_000         # limit of transceivers (CiA 601-4)
 
 SHORTEST_BITS: Final = ((44, 0), (26, 33))  # SOF to the end of EOF: a remote frame without stuff bits; CAN FD, no data
 
+SHORTEST_LOSS_BITS: Final = 2                # SOF and the first bit of the identifier
 SHORTEST_ERROR_BITS: Final = 1 + 6 + 8 + 3  # SOF, error flag, error delimiter, intermission
 
 
@@ -42,6 +43,7 @@ class CanSettings(MediumSettings):
     queue_frames: int = 32                                  # of each node
     own_frames_to: tuple[str, ...] = ()                     # nodes that receive their own frames after transmission
     error_messages_to: tuple[str, ...] = ()                 # nodes that get messages about their controller's state
+    notifications_to: tuple[str, ...] = ()                  # FMUs that get Confirm, Arbitration Lost and Bus Error
     error_frames_from: tuple[str, ...] = ()                 # nodes that may offer an error message: it is an error flag
 
     at_bus_off: Literal["drop", "keep"] = "drop"            # treatment of the frames that wait
@@ -53,6 +55,7 @@ class CanSettings(MediumSettings):
     messages: dict[str, CanMessage] = field(default_factory=dict)
     dbc: Path | None = None                                 # a DBC file that declares further messages
     dbc_nodes: dict[str, str] = field(default_factory=dict)     # the file's names of control units -> nodes of the bus
+    dbc_signals: tuple[str, ...] = ()                       # MESSAGE.SIGNAL of the file to record, patterns allowed
     messages_only: bool = False                             # frames that are no declared message are malformed
     overload: Literal["refuse", "report"] = "refuse"        # if the declared messages need more than the bit rate
 
@@ -77,6 +80,8 @@ class CanSettings(MediumSettings):
             raise ValueError(f"load_window_ns={self.load_window_ns}: expected more than 0")
         if self.messages_only and not self.messages and self.dbc is None:
             raise ValueError("messages_only=true: no messages are declared, so every frame would be malformed")
+        if self.dbc_signals and self.dbc is None:
+            raise ValueError("dbc_signals: no DBC file says what the frames mean; give its path as dbc")
         self._check_messages()
 
     @staticmethod
@@ -92,7 +97,7 @@ class CanSettings(MediumSettings):
             return self
         own = {message.rank for message in self.messages.values()}
         found = declared_by(read_dbc(self.dbc), nodes, self.dbc_nodes).messages
-        return replace(self, dbc=None, messages=self.messages | {
+        return replace(self, dbc=None, dbc_signals=(), messages=self.messages | {
             name: message for name, message in found.items() if name not in self.messages and message.rank not in own})
 
     def shown(self, medium: str, nodes: Sequence[str]) -> list[Shown]:
@@ -121,6 +126,9 @@ class CanSettings(MediumSettings):
     def reports_own_frames_to(self, node: str) -> bool:
         return node in self.own_frames_to
 
+    def notifies(self, node: str) -> bool:
+        return node in self.notifications_to
+
     @property
     def clock(self) -> BitClock:
         return BitClock(self.bit_rate_bps, self.data_bit_rate_bps)
@@ -129,13 +137,16 @@ class CanSettings(MediumSettings):
         """Shortest time from the start of a transmission to the first message of it that reaches a node.
 
         Receivers take a frame at the end of its last bit but one; a controller reports a change of state at the end of
-        an error frame with its intermission.
+        an error frame with its intermission. With notifications, a controller reports a lost arbitration after the
+        second bit at the earliest.
         """
         if self.messages_only:
             bits = [message.fewest_bits() for message in self.messages.values()]
         else:
             bits = list(SHORTEST_BITS[:1 if self.data_bit_rate_bps is None else 2])
         frame_ns = min(self.clock.whole_ns(nominal - 1, data) for nominal, data in bits)
+        if self.notifications_to:
+            return self.clock.whole_ns(SHORTEST_LOSS_BITS)
         return min(frame_ns, self.clock.whole_ns(SHORTEST_ERROR_BITS)) if self.error_messages_to else frame_ns
 
     def check_nodes(self, medium: str, nodes: Sequence[str]) -> None:
@@ -144,7 +155,7 @@ class CanSettings(MediumSettings):
         if medium in nodes:
             lines.append(f"the medium {medium} and a node on it have one name; rename one")
         there = f"no such node on this bus; there are {', '.join(nodes)}"
-        for key in ("own_frames_to", "error_messages_to", "error_frames_from"):
+        for key in ("own_frames_to", "error_messages_to", "notifications_to", "error_frames_from"):
             lines += [f"{key}={node}: {there}" for node in getattr(self, key) if node not in nodes]
         lines += [f"messages: {name}: sender={message.sender}: {there}" for name, message in self.messages.items()
                   if message.sender not in nodes]

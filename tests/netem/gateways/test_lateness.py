@@ -32,10 +32,10 @@ def test_its_size_does_not_grow_with_the_run() -> None:
     for k in range(100_000):
         lateness.add(k * 7919 % 10**9)
 
-    assert lateness.instants == 100_000
+    assert lateness.events == 100_000
     assert len(lateness.buckets) <= 32 * 30         # 30 doublings up to a second
 
 
-def test_an_instant_that_begins_early_is_refused() -> None:
-    with pytest.raises(ValueError, match="late_ns=-1: an instant never begins early"):
+def test_an_event_that_happens_early_is_refused() -> None:
+    with pytest.raises(ValueError, match="late_ns=-1: an event of a run in real time never happens early"):
         Lateness().add(-1)

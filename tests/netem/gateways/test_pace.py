@@ -6,11 +6,18 @@ Wall-clock tests bound one side only where a busy machine decides the other.
 from __future__ import annotations
 
 import os
+import re
 import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from netem.gateways import Gateway
 from netem.gateways.lateness import OVERRUN_NS
-from netem.gateways.pace import MOST_AT_ONCE, FromOutside, Pace, Waited
+from netem.gateways.pace import MOST_AT_ONCE, SPIN_NS, FromOutside, Overrun, Pace, Waited
+from netem.gateways.real_time_process import in_real_time
+from netem.gateways.real_time_settings import RealTimeSettings
 
 MS = 1_000_000
 
@@ -87,7 +94,7 @@ def test_no_instant_is_early_and_nothing_adds_up():
         assert pace.wait(k * 2 * MS) == Waited(True, [])
         assert time.monotonic_ns() >= began_ns - MS + k * 2 * MS       # start() was less than 1 ms before
 
-    assert pace.lateness.instants == 20
+    assert pace.lateness.events == 20
     assert pace.now_ns() >= 40 * MS
     pace.close()
 
@@ -123,8 +130,8 @@ def test_an_overdue_instant_is_reached_at_once_however_many_messages_come():
 
     assert all(wait.reached for wait in waits)
     assert {len(wait.heard) for wait in waits} == {1}           # and a run that is always late still hears the outside
-    assert pace.lateness.instants == 1_000
-    assert pace.lateness.overruns == 1
+    assert pace.lateness.events == 1_000
+    assert pace.overruns == 1
     pace.close()
 
 
@@ -149,7 +156,7 @@ def test_a_wait_that_ends_late_counts_as_late():
 
     assert wait == Waited(True, [])
     assert pace.lateness.worst_ns >= (gateway.takes_s * 1e9) - 5 * MS
-    assert pace.lateness.overruns == 1
+    assert pace.overruns == 1
     pace.close()
 
 
@@ -182,6 +189,92 @@ def test_lateness_is_how_far_behind_an_instant_began_and_a_stretch_of_it_is_one_
     pace.wait(late_ns)
 
     assert told == [(1 * MS, "overrun"), (late_ns, "overrun")]
-    assert pace.lateness.overruns == 2
+    assert pace.overruns == 2
     assert pace.lateness.worst_ns >= 48 * MS > OVERRUN_NS
+    pace.close()
+
+
+@given(st.floats(0.001, 1000.0), st.integers(0, 10**15))
+def test_a_due_instant_is_the_first_at_which_virtual_time_has_come_so_far(rate: float, virtual_ns: int) -> None:
+    pace = Pace(settings=RealTimeSettings(rate=rate))
+    due_ns = pace.due_ns(virtual_ns)
+    began_ns = pace.due_ns(0)
+
+    def reached_ns(at_ns: int) -> int:
+        return (at_ns - began_ns) * pace._virtual // pace._wall
+
+    assert reached_ns(due_ns) >= virtual_ns
+    assert due_ns == began_ns or reached_ns(due_ns - 1) < virtual_ns
+    pace.close()
+
+
+def test_at_half_the_rate_an_instant_comes_after_twice_the_time():
+    pace = Pace(settings=RealTimeSettings(rate=0.5))
+    pace.start()
+    began_ns = time.monotonic_ns()
+    pace.wait(10 * MS)
+
+    assert time.monotonic_ns() - began_ns >= 19 * MS            # start() was less than 1 ms before
+    assert 10 * MS <= pace.now_ns() <= (time.monotonic_ns() - began_ns + MS) // 2
+    pace.close()
+
+
+def test_a_wait_is_finer_than_the_time_out_of_a_selector():
+    """A selector's time-out is rounded up to 1 ms, so half of the waits for random instants would be 0.5 ms late."""
+    pace = Pace()
+    with in_real_time(5):                       # where it is allowed, other load hardly matters
+        pace.start()
+        for k in range(1, 201):
+            pace.wait(k * 1_370_000)
+
+    assert pace.lateness.quantile_ns(0.25) < 500_000 - SPIN_NS  # a quarter, as a busy machine wakes it up late
+    pace.close()
+
+
+def test_no_drift_as_every_instant_is_counted_from_the_start():
+    """Between 100 waits pass 1 ms or more each: sleeps of 4 ms one after the other would end 0.1 s behind."""
+    pace = Pace()
+    with in_real_time(5):
+        pace.start()
+        began_ns = time.monotonic_ns()
+        for k in range(1, 101):
+            pace.wait(k * 4 * MS)
+            time.sleep(0.001 if k < 90 else 0.0)
+        behind_ns = time.monotonic_ns() - began_ns - 400 * MS
+
+    assert -MS <= behind_ns < 50 * MS
+    pace.close()
+
+
+@pytest.mark.parametrize("kind", ["the instant", "a frame to out"])
+def test_an_overrun_beyond_the_limit_ends_the_run_if_it_is_to(kind: str) -> None:
+    gateway = PipeGateway()
+    pace = Pace([gateway], settings=RealTimeSettings(overrun="abort", overrun_limit_ns=3 * MS))
+    pace.start()
+    if kind != "the instant":
+        pace.take("out", 1 * MS, b"late")
+    time.sleep(0.02)
+
+    with pytest.raises(Overrun, match=re.escape(f"{kind} at 0.001 s happened ") + r"[0-9.]+ ms behind the wall clock, "
+                       r"more than real_time.overrun_limit_ms = 3: lower --rate, .* --overrun slip"):
+        pace.wait(1 * MS)
+    assert pace.overruns == 1
+    pace.close()
+
+
+def test_deliveries_are_late_by_the_time_after_they_are_due_and_never_early():
+    gateway = PipeGateway()
+    pace = Pace([gateway])
+    pace.start()
+    pace.take("out", 1 * MS, b"x")
+    time.sleep(0.01)
+    pace.wait(2 * MS)
+    late_ns = pace.now_ns()
+    pace.delivered(late_ns + 10**9)             # to a node, ahead of its arrival
+    pace.delivered(late_ns - 5 * MS)
+
+    assert pace.deliveries.events == 3
+    assert pace.deliveries.quantile_ns(1 / 3) == 0
+    assert pace.deliveries.quantile_ns(2 / 3) >= 5 * MS
+    assert pace.deliveries.worst_ns >= 9 * MS
     pace.close()

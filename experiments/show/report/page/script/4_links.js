@@ -1,4 +1,4 @@
-// Fates, age of information and times between transmissions by link and node.
+// Fates, age of information and times between transmissions by link and node; lateness in real time.
 // From few to many, on light and on dark visible at both ends.
 const sequential = () => [[0, pick(DATA.palette.low)], [0.5, pick(DATA.palette.middle)], [1, pick(DATA.palette.high)]];
 
@@ -79,5 +79,27 @@ function drawGaps() {
     yaxis: {tickvals: DATA.gaps.map((_, k) => k), ticktext: DATA.gaps.map(label), showgrid: false, zeroline: false,
             range: [DATA.gaps.length - 0.5, -0.5]}, margin: {l: narrow.matches ? 40 : 60, r: 16, t: 30, b: 46},
     modebar: {...layout("", "").modebar, orientation: "h"},
+  }), config());
+}
+
+// The horizontal axis is log10 of ms, so that all bars are equally wide.
+function drawLateness() {
+  const late = DATA.lateness, bin = 0.1;
+  const amount = (power) => power < -1 ? `${+(10 ** (power + 3)).toPrecision(3)} µs` : `${+(10 ** power).toPrecision(3)} ms`;
+  const traces = late.kinds.map((kind, k) => ({
+    type: "bar", name: kind.name, x: kind.from_log_ms.map((from) => from + bin / 2), y: kind.counts, width: bin, opacity: 0.65,
+    marker: {color: pick(DATA.palette.curves[k])},
+    text: kind.from_log_ms.map((from) => `${amount(from)} to ${amount(from + bin)}`), textposition: "none",
+    hovertemplate: `%{text} late<br>${kind.name}: %{y}<extra></extra>`,
+  }));
+  const edges = late.kinds.flatMap((kind) => kind.from_log_ms), limit = Math.log10(late.limit_ms);
+  const low = Math.min(...edges), high = Math.max(...edges, limit) + 2 * bin;
+  const powers = [...Array(Math.floor(high) - Math.ceil(low) + 1).keys()].map((k) => Math.ceil(low) + k);
+  Plotly.react("plot-lateness", traces, layout("lateness", "events", {
+    barmode: "overlay", bargap: 0, height: 340, xaxis: {range: [low - bin, high], tickvals: powers, ticktext: powers.map(amount)},
+    yaxis: {type: "log", dtick: 1, range: [-0.1, 0.15 + Math.log10(Math.max(...late.kinds.flatMap((kind) => kind.counts)))]},
+    shapes: [{type: "line", x0: limit, x1: limit, yref: "paper", y0: 0, y1: 1, line: {color: violatedColour(), dash: "dash", width: 1.5}}],
+    annotations: [{x: limit, yref: "paper", y: 1, text: "limit", showarrow: false, xanchor: "right", yanchor: "top", xshift: -4,
+                   font: {color: violatedColour()}}],
   }), config());
 }

@@ -44,6 +44,7 @@ drawing("plot-fates", drawFates);
 drawing("plot-ages", drawAges);
 drawing("plot-gaps", drawGaps);
 drawing("plot-intervals", drawIntervals);
+drawing("plot-lateness", drawLateness);
 
 document.addEventListener("click", (event) => {
   const button = event.target.closest("[data-t]");
