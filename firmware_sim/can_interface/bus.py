@@ -10,7 +10,8 @@ is started or modified.
 
 Not modelled: a full transmit queue, with which SocketCAN raises ENOBUFS. Whether a frame still waits is decided in the
 emulator after the window in which the program sends, so `send` never blocks, and the ledger has what the controller
-drops; `queue_frames` of the bus makes the queue longer. Nor listening only, `bitrate` and `timing` (the scenario sets those of the bus).
+drops; `queue_frames` of the bus makes the queue longer. Listening only, `bitrate` and `timing` (the scenario sets those
+of the bus).
 """
 
 from __future__ import annotations

@@ -34,4 +34,4 @@ def test_without_flow_control_a_controllers_queue_that_is_too_short_loses_frames
     summary = run(load_tables(short, "Does it?", Path(__file__)), host="inline", out=tmp_path, report=False).summary
 
     assert not summary.holds
-    assert summary.frames["queue full"] == FRAMES - 1 - 1 - 32      # of its burst, one is on the bus and 32 wait
+    assert summary.frames["queue full"] == FRAMES - 1 - 32  # of its burst at one instant, 32 wait
