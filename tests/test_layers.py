@@ -26,7 +26,8 @@ FLOORS = {
     "experiments": (("compiled",), ("scenario",), ("judge",), ("show",), ("run",), ("sweep",), ("search",)),
 }
 ADAPTERS = {
-    "zenoh": {"netem/transport/zenoh_session.py", "firmware_sim/zenoh_programs/real.py"},
+    "zenoh": {"netem/transport/zenoh_session.py", "firmware_sim/zenoh_programs/real.py",
+              "netem/gateways/zenoh_endpoint.py"},      # to programs outside of the run
     "fmpy": {"fmus/describe_fmu.py"},
     "can": {"firmware_sim/can_interface/bus.py", "firmware_sim/can_interface/other_interfaces.py",      # to programs
             "netem/media/can/can_log.py", "netem/media/can/can_log_reader.py",      # into log files, and from them

@@ -56,6 +56,7 @@ from netem.core.random_streams import stream
 from netem.emulator.conductor import Conductor, Recorders
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
+from netem.gateways import Gateway, Tell
 from netem.gateways.pace import Pace
 from netem.gateways.real_time_process import EMULATOR_PRIORITY, NODE_PRIORITY, in_real_time
 from netem.gateways.table import GATEWAYS
@@ -203,10 +204,8 @@ class _Run:
         self.live = None if view is None else self._watched_in(view)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         if real_time:
-            gateways = [GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=self._gateway_event,
-                                            longest_bytes=scenario.media[spec.medium].settings.longest_frame_bytes())
-                        for spec in scenario.gateways.values()]
-            self.conductor.pace = Pace(gateways, self._wall_clock_event, scenario.real_time, {
+            self.conductor.pace = Pace(_open_gateways(scenario, self._gateway_event), self._wall_clock_event,
+                                       scenario.real_time, {
                 spec.name: TimeWatch(Timesync(), partial(self._sample_of_gateway, spec.name), spec.timesync,
                                      partial(self._device_clock_set, spec.name))
                 for spec in scenario.gateways.values()})
@@ -463,6 +462,21 @@ class _Run:
         if self.on_progress is not None:
             self.on_progress(Progress(self.conductor.reached_ns, self.scenario.length_ns,
                                       time.monotonic() - self.started_s, self.conductor.windows, {}, nodes, waited_s))
+
+
+def _open_gateways(scenario: Scenario, event: Tell) -> list[Gateway]:
+    """Return the gateways; if one cannot be opened, those before it are closed again."""
+    names = (*scenario.agents, *scenario.gateways)
+    with ExitStack() as opened:
+        gateways: list[Gateway] = []
+        for spec in scenario.gateways.values():
+            medium = scenario.media[spec.medium].settings
+            gateways.append(GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=event,
+                                                longest_bytes=medium.longest_frame_bytes()))
+            opened.callback(gateways[-1].close)
+            gateways[-1].join(names, medium.datagram_format())
+        opened.pop_all()
+    return gateways
 
 
 def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:

@@ -62,6 +62,7 @@ def check_media(gateways: Mapping[str, GatewaySpec], media: Mapping[str, MediumS
     for name, spec in gateways.items():
         settings = media[spec.medium].settings if spec.medium in media else None
         if settings is not None:
-            why = spec.settings.refusal(carries_can_frames=settings.carries_can_frames)
+            why = spec.settings.refusal(carries_can_frames=settings.carries_can_frames,
+                                        datagrams=settings.datagram_format())
             if why:
                 reading.problems.add(("gateways", name, "medium"), why, spec.medium)

@@ -86,7 +86,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     problems.written_at = lambda place: _written_at(document, place)
     agent_reader = Agents(reading, lambda path: overriding.look_up(document, path))
     network, on_media = Network(reading, header.seed if header is not None else 0), list(tables["media"])
-    if not tables["agents"] and not problems.has(("agents",)):
+    if not tables["agents"] and not tables["gateways"] and not problems.has(("agents",)):
         problems.add(("agents",), "a scenario has at least one agent; add [agents.NAME] with its program")
     agents = {name: agent_reader.agent(name, table, tables["agents_defaults"], on_media)
               for name, table in tables["agents"].items()}

@@ -12,8 +12,8 @@ again after a while gives the instant of its next attempt.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Mapping
-from typing import Any, ClassVar, Final
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any, ClassVar, Final, Protocol
 
 from netem.wire.instants import NEVER_NS
 from netem.wire.level import Level
@@ -34,6 +34,19 @@ def tell_nobody(kind: str, detail: str, level: Level) -> None:
     """Drop an event."""
 
 
+class Datagrams(Protocol):
+    """How a medium carries the datagrams of a network library; `longest_bytes` of one, None: no limit."""
+
+    @property
+    def longest_bytes(self) -> int | None: ...
+
+    def enclose(self, destination: str | None, payload: bytes) -> bytes:
+        """Return the frame that takes `payload` to a node, None: to all."""
+
+    def payload_of(self, frame: bytes) -> bytes | None:
+        """Return what a frame carries, None if it is no datagram."""
+
+
 class GatewaySettings:
     """Questions that the settings of every kind of gateway answer before the run, with defaults."""
 
@@ -41,7 +54,7 @@ class GatewaySettings:
         """Return the addresses or devices that no other gateway of the run can have, as text for an error."""
         return ()
 
-    def refusal(self, *, carries_can_frames: bool) -> str:
+    def refusal(self, *, carries_can_frames: bool, datagrams: Datagrams | None) -> str:
         """Return why the gateway cannot be on its medium, with a remedy; "" if it can."""
         return ""
 
@@ -62,6 +75,9 @@ class Gateway:
         self.settings = settings
         self.longest_bytes = longest_bytes
         self._event, self._clock_ns = event, clock_ns
+
+    def join(self, names: Sequence[str], datagrams: Datagrams | None) -> None:
+        """Note the names of all nodes of the run and how the medium carries datagrams; called once, before the run."""
 
     def fileno(self) -> int:
         """Return the descriptor that becomes readable when there is something to receive; it stays the same."""

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Final
 
-from netem.gateways import GONE, LOST, MISSING, SPEAKS, GatewaySettings, Tell, tell_nobody
+from netem.gateways import GONE, LOST, MISSING, SPEAKS, Datagrams, GatewaySettings, Tell, tell_nobody
 from netem.gateways.reconnection import Reconnection, wrong_times
 from netem.gateways.stream import StreamGateway, StreamPeer
 from netem.gateways.tcp import NO_CAN
@@ -63,7 +63,7 @@ class SerialSettings(GatewaySettings):
     def occupies(self) -> Collection[str]:
         return (f"the device {self.device}",) if self.device is not None else (f"the link {self.pty}",)
 
-    def refusal(self, *, carries_can_frames: bool) -> str:
+    def refusal(self, *, carries_can_frames: bool, datagrams: Datagrams | None) -> str:
         return NO_CAN if carries_can_frames else ""
 
 

@@ -10,6 +10,7 @@ GATEWAYS: Final = Kinds({
     "udp": "netem.gateways.udp:UdpGateway",
     "tcp": "netem.gateways.tcp:TcpGateway",
     "can": "netem.media.can.can_gateway:CanGateway",
+    "zenoh": "netem.gateways.zenoh:ZenohGateway",
     "serial": "netem.gateways.serial_port:SerialGateway",
 })
 USUAL: Final = "udp"                # the default of `kind`

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from os import strerror
 from typing import ClassVar, Final
 
-from netem.gateways import GONE, LOST, MISSING, REFUSED, SPEAKS, GatewaySettings, Tell, tell_nobody
+from netem.gateways import GONE, LOST, MISSING, REFUSED, SPEAKS, Datagrams, GatewaySettings, Tell, tell_nobody
 from netem.gateways.addresses import Address, OnlyFrom, address_of, family_of, text_of, wrong_addresses
 from netem.gateways.reconnection import Reconnection, wrong_times
 from netem.gateways.stream import StreamGateway, StreamPeer
@@ -65,7 +65,7 @@ class TcpSettings(GatewaySettings):
     def occupies(self) -> Collection[str]:
         return () if self.listen is None or address_of(self.listen)[1] == 0 else (f"the TCP address {self.listen}",)
 
-    def refusal(self, *, carries_can_frames: bool) -> str:
+    def refusal(self, *, carries_can_frames: bool, datagrams: Datagrams | None) -> str:
         return NO_CAN if carries_can_frames else ""
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from netem.media.packet_network.datagram import EVERYONE, Datagram, pack, unpack
 from netem.media.sensing.field_of_view import FieldOfView, Obstacle
 from netem.media.serial_line.byte_clock import ByteClock
 
@@ -41,6 +42,17 @@ class DatagramFormat(NamedTuple):
     longest_bytes: int | None       # of a datagram that is not sent in pieces, None: no limit
     addressed: bool                 # True: with the destination's name before it, see packet_network/datagram.py
     whole: bool = True              # False: the receiver may get one in pieces, or several as one
+
+    def enclose(self, destination: str | None, payload: bytes) -> bytes:
+        """Return the frame that takes `payload` to a node, None: to all."""
+        return pack(Datagram(EVERYONE if destination is None else destination, payload)) if self.addressed else payload
+
+    def payload_of(self, frame: bytes) -> bytes | None:
+        """Return what a frame carries, None if it is no datagram."""
+        if not self.addressed:
+            return frame
+        datagram = unpack(frame)
+        return None if datagram is None else datagram.payload
 
 
 class SerialFormat(NamedTuple):

@@ -25,9 +25,9 @@ from contextlib import contextmanager
 from hashlib import blake2b
 from typing import Final
 
-# Zenoh uses one thread: on few cores each message between its thread pools costs a wake-up.
-os.environ.setdefault("ZENOH_RUNTIME", "(rx: (handover: app), tx: (handover: app), acc: (handover: app), "
-                                       "net: (handover: app), app: (worker_threads: 1))")
+from netem.wire.zenoh_runtime import ONE_THREAD
+
+os.environ.setdefault("ZENOH_RUNTIME", ONE_THREAD)
 
 import zenoh
 

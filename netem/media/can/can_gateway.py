@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Final
 
 from netem.core.nearest import did_you_mean
-from netem.gateways import FLOODED, UNREAD, Gateway, GatewaySettings, Tell, tell_nobody
+from netem.gateways import FLOODED, UNREAD, Datagrams, Gateway, GatewaySettings, Tell, tell_nobody
 from netem.gateways.allowance import Allowance
 from netem.gateways.reconnection import Reconnection, wrong_times
 from netem.media.can.frame import unpack
@@ -69,7 +69,7 @@ class CanGatewaySettings(GatewaySettings):
     def occupies(self) -> Collection[str]:
         return () if self.interface in SHARED else (f"the channel {self.channel} of {self.interface}",)
 
-    def refusal(self, *, carries_can_frames: bool) -> str:
+    def refusal(self, *, carries_can_frames: bool, datagrams: Datagrams | None) -> str:
         return "" if carries_can_frames else "carries no CAN frames; name a medium of the kind can"
 
 
