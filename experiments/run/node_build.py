@@ -204,12 +204,13 @@ def _begin_blocking(specification: NodeSpecification, node: Any, board: Board, a
         find = at_end.enter_context(copies_for(f"{specification.name}/{copy}", folder))
     program = at_end.enter_context(running_script(
         node, board, specification.clock, specification.program, folder,
-        partial(_load_blocking, specification, at_end, find), specification.parameters, specification.can_buses,
-        specification.own_frames, specification.interfaces, own_process=not copy))
+        partial(_load_blocking, specification, at_end, find, not copy), specification.parameters,
+        specification.can_buses, specification.own_frames, specification.interfaces, own_process=not copy))
     return program.oscillator
 
 
-def _load_blocking(specification: NodeSpecification, at_end: ExitStack, find: Callable[[str], Any]) -> Any:
+def _load_blocking(specification: NodeSpecification, at_end: ExitStack, find: Callable[[str], Any],
+                   own_process: bool) -> Any:
     """Return the function; called in its own thread, so that python-can is imported with virtual time and locks."""
     if specification.can_buses and guarded():
         from firmware_sim.can_interface.other_interfaces import only_our_interface
@@ -218,7 +219,7 @@ def _load_blocking(specification: NodeSpecification, at_end: ExitStack, find: Ca
     if specification.zenoh is not None and guarded():
         from firmware_sim.zenoh_programs.replaced import zenoh_in_virtual_time
 
-        at_end.enter_context(zenoh_in_virtual_time(specification.zenoh))
+        at_end.enter_context(zenoh_in_virtual_time(specification.zenoh, everywhere=not own_process))
     return find(specification.program)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from experiments.scenario.model import Scenario
 from experiments.scenario.own_modules import class_for
@@ -11,6 +11,17 @@ from experiments.scenario.own_modules import class_for
 def is_blocking(program: Any) -> bool:
     """Return whether a program is blocking code: any callable but a class, which is a board's program."""
     return not isinstance(program, type)
+
+
+def repeating_host(scenario: Scenario) -> Literal["process", "inline"]:
+    """Return the host for a campaign or a search, one process of which makes many runs.
+
+    Inline is faster and a single run has the same result there. But blocking programs use libraries in ways that boards
+    do not, and what a library keeps inside its objects (a cache, a counter of connections) outlives a run inline, see
+    `experiments/run/shared_state.py`. With processes a run cannot depend on the runs before it, so its row is that of
+    `marconet run`. `marconet campaign --host inline` is there for programs that leave nothing behind.
+    """
+    return "process" if blocks(scenario) else "inline"
 
 
 def blocks(scenario: Scenario) -> bool:

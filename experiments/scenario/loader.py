@@ -92,7 +92,7 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
               for name, table in tables["agents"].items()}
     gateways = read_gateways(tables["gateways"], agents, on_media, reading)
     media = {name: network.medium(name, table, agents, gateways) for name, table in tables["media"].items()}
-    check_ways(agents, media, problems)
+    check_ways(agents, media, agent_reader.blocking, problems)
     check_media(gateways, media, reading)
     check_sockets(agents, media, agent_reader.blocking, problems)
     network.check_names(table.get("name") if isinstance(table, dict) else None for table in tables["impairments"])

@@ -13,8 +13,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from ipaddress import IPv4Interface, IPv4Network
 from typing import Final
 
+from experiments.scenario.datagram_media import check_programs, complaints_about
 from experiments.scenario.model import AgentSpec, MediumSpec, Scenario
-from experiments.scenario.problems import Problems, near
+from experiments.scenario.problems import Problems
 from firmware_sim.sockets.interface import EVERYWHERE, LOOPBACK, Interface
 
 BARE, AUTOMATIC = "bare", "ip"
@@ -25,11 +26,9 @@ WIDEST: Final = 256                 # media with automatic addresses: 10.0.0.0/1
 def check_sockets(agents: Mapping[str, AgentSpec], media: Mapping[str, MediumSpec], programs: Mapping[str, bool],
                   problems: Problems) -> None:
     """Add what is wrong with the key of each agent; `programs` says of each whether it is ordinary blocking code."""
+    check_programs("sockets", (agent for agent in agents.values() if agent.sockets), programs, problems)
     for agent in agents.values():
         place = ("agents", agent.name, "sockets")
-        if agent.sockets and not programs.get(agent.name, True):
-            problems.add(place, "this program is a class, which sends through `board.port`; sockets are there for a "
-                                "program that is a function")
         for name, written in agent.sockets.items():
             for complaint in _complaints(agent, name, written, media):
                 problems.add((*place, name), complaint, written)
@@ -49,7 +48,7 @@ def interfaces_of(scenario: Scenario, agent: AgentSpec) -> tuple[Interface, ...]
 
 
 def _interface(medium: str, scenario: Scenario, written: str) -> Interface:
-    addressed = scenario.media[medium].settings.addressed
+    addressed = scenario.media[medium].settings.datagram_format().addressed
     if written == BARE:
         return Interface(medium, addressed=addressed)
     found = _addresses(medium, scenario.agents, list(scenario.media))
@@ -79,17 +78,13 @@ def _read(written: str) -> IPv4Interface | None:
 
 
 def _complaints(agent: AgentSpec, name: str, written: str, media: Mapping[str, MediumSpec]) -> Iterator[str]:
+    yield from complaints_about(agent, name, media)
     if name not in media:
-        yield f"no such medium; {near(name, media)}"
         return
-    if name not in agent.media:
-        yield f"the agent has no port on this medium; it is on {', '.join(agent.media) or 'none'}"
-    settings = media[name].settings             # None if they are wrong
-    if settings is not None and not settings.carries_datagrams:
-        yield ("a CAN bus carries CAN frames: open it with can.Bus" if settings.carries_can_frames else
-               "this medium carries no datagrams")
     if written in (BARE, AUTOMATIC):
-        if written == BARE and settings is not None and settings.addressed:
+        settings = media[name].settings             # None if they are wrong
+        format_ = None if settings is None else settings.datagram_format()
+        if written == BARE and format_ is not None and format_.addressed:
             yield 'a frame of this medium names its receiver: expected "ip" or an address'
         return
     address = _read(written)

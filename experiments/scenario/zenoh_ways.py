@@ -9,10 +9,10 @@ Without it an agent's only medium that carries datagrams carries all keys.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
+from experiments.scenario.datagram_media import check_programs, complaints_about, unable
 from experiments.scenario.model import AgentSpec, MediumSpec, Scenario
-from experiments.scenario.problems import Problems, near
+from experiments.scenario.problems import Problems
 from firmware_sim.zenoh_programs.specification import ZenohMedium, ZenohSpecification
 from netem.wire.zenoh_frames import LEAST_ROOM
 from netem.wire.zenoh_keys import includes, problem_of
@@ -27,8 +27,13 @@ def ways(written: str | Mapping[str, str] | None) -> Ways:
     return ((ALL_KEYS, written),) if isinstance(written, str) else tuple(written.items())
 
 
-def check_ways(agents: Mapping[str, AgentSpec], media: Mapping[str, Any], problems: Problems) -> None:
-    """Add a problem for each way whose key expression is none or matches nothing, or whose medium cannot carry it."""
+def check_ways(agents: Mapping[str, AgentSpec], media: Mapping[str, MediumSpec], programs: Mapping[str, bool],
+               problems: Problems) -> None:
+    """Add a problem for each way whose key expression is none or matches nothing, or whose medium cannot carry it.
+
+    `programs` says of each agent whether its program is ordinary blocking code.
+    """
+    check_programs("zenoh", (agent for agent in agents.values() if agent.zenoh), programs, problems)
     for name, agent in agents.items():
         earlier: list[str] = []
         for key, medium in agent.zenoh:
@@ -41,9 +46,8 @@ def check_ways(agents: Mapping[str, AgentSpec], media: Mapping[str, Any], proble
                 problems.add(place, f"matches nothing: \"{covering}\" before it has all of its keys; write it before "
                              "that one, or leave it out", medium)
             earlier.append(key)
-            if medium not in agent.media:
-                problems.add(place, f"{name} has no such medium; {near(medium, agent.media)}", medium)
-            elif isinstance(spec := media.get(medium), MediumSpec) and (complaint := _complaint(spec)):
+            complaints = list(complaints_about(agent, medium, media)) or [_complaint(media[medium])]
+            for complaint in filter(None, complaints):
                 problems.add(place, complaint, medium)
 
 
@@ -65,11 +69,13 @@ def specification(scenario: Scenario, agent: AgentSpec) -> ZenohSpecification:
 
 def _complaint(spec: MediumSpec) -> str:
     """Return why a medium cannot carry Zenoh's frames, "" if it can."""
-    if spec.settings is None:           # it has a mistake of its own
+    if complaint := unable(spec):
+        return complaint
+    format_ = None if spec.settings is None else spec.settings.datagram_format()
+    if format_ is None:                 # the settings have a mistake of their own
         return ""
-    format_ = spec.settings.datagram_format()
-    if format_ is None:
-        return f"a {spec.kind} carries no datagrams; Zenoh needs a medium such as broadcast_radio or packet_network"
+    if not format_.whole:
+        return f"a {spec.kind} may cut frames; Zenoh needs a medium such as broadcast_radio or packet_network"
     if format_.longest_bytes is not None and format_.longest_bytes < LEAST_ROOM:
         return f"its frames have at most {format_.longest_bytes} bytes; Zenoh needs {LEAST_ROOM} at least"
     return ""

@@ -23,7 +23,7 @@ from typing import Any
 
 from experiments.judge.figures import Figures
 from experiments.run.runner import NeedsRealTime
-from experiments.scenario.blocking_programs import blocks
+from experiments.scenario.blocking_programs import repeating_host
 from experiments.scenario.faults import site_for_search, site_of
 from experiments.scenario.problems import ScenarioError
 from experiments.search.base import Base, Tables, on_text, pure_losses, toml_of
@@ -106,7 +106,7 @@ def falsify(wanted: Wanted, progress: Progress = lambda: None) -> Found:
     site = site_of(scenario.agents, scenario.media, {}, ())
     budget = read_budget(wanted.budgets, site.nodes_on, site.to_themselves)
     file = base.place("worst", wanted.out)
-    host: Host = "process" if blocks(scenario) else "inline"
+    host: Host = repeating_host(scenario)
     with Workers(base.source, host, wanted.jobs or jobs_of(host)) as workers:
         making = Making(base, budget, objective, wanted.varied)
         middle = Candidate(settings=(0.5,) * len(wanted.varied))
@@ -255,7 +255,7 @@ def _repeat(found: Found, file: Path, wanted: Wanted) -> None:
     """Run the file that was written, and warn if that is another run than the one that was found."""
     scenario = wanted.base.scenario
     try:
-        with Workers(Source.of(file), "process" if blocks(scenario) else "inline", 1) as workers:
+        with Workers(Source.of(file), repeating_host(scenario), 1) as workers:
             (_, repeated), = workers.evaluate([Point(0, {}, scenario.seed)])
     except ScenarioError as error:
         found.warnings.append(f"{file}: does not load from there in another process: {error.problems[0]}: move it to "

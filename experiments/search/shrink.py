@@ -27,7 +27,7 @@ from experiments.judge.run_files import SCENARIO, SUMMARY
 from experiments.judge.run_result import Summary
 from experiments.run.network import is_written_out
 from experiments.run.repeat import made_with
-from experiments.scenario.blocking_programs import blocks
+from experiments.scenario.blocking_programs import repeating_host
 from experiments.scenario.metric_keys import GUARANTEE
 from experiments.scenario.problems import ScenarioError, path_text
 from experiments.scenario.units import siblings
@@ -80,7 +80,7 @@ def shrink(folder: Path, most_runs: int = 500, out: Path | None = None, expectat
     base, broken = _base_of(folder, expectation)
     file = _place(base, out)
     scenario = base.scenario
-    host: Host = "process" if blocks(scenario) else "inline"
+    host: Host = repeating_host(scenario)
     with Workers(base.source, host, 1) as workers:
         changes = any(is_written_out(scenario, spec) for spec in scenario.impairments) or any(
             spec.settings.flips for spec in scenario.faults)

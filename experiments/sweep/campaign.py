@@ -20,7 +20,7 @@ from typing import Any, Final, Protocol
 from experiments.judge.campaign import Campaign, Plan, Row
 from experiments.judge.figures import Figures
 from experiments.run.runner import NeedsRealTime
-from experiments.scenario.blocking_programs import blocks
+from experiments.scenario.blocking_programs import repeating_host
 from experiments.scenario.problems import ScenarioError
 from experiments.sweep.messages import Host, Point, Source
 from experiments.sweep.results import Results
@@ -121,7 +121,7 @@ def plan_of(wanted: Wanted) -> tuple[Plan, Host]:
     first = scenario.seed if wanted.first_seed is None else wanted.first_seed
     if not 0 <= first <= LARGEST_SEED - wanted.seeds:
         raise BadCampaign(f"--seed {first}: expected 0 <= seed < 2^63")
-    host = wanted.host or ("process" if blocks(scenario) else "inline")
+    host = wanted.host or repeating_host(scenario)
     source = wanted.source
     return Plan(scenario.name, scenario.question, source.path, source.digest, source.length_s, source.overrides,
                 source.values, tuple(one.key for one in wanted.varied), tuple(settings),

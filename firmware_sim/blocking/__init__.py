@@ -14,6 +14,6 @@ instant that it waits for is on the node's agenda like any program's timer and m
 Threads rather than greenlets: nothing has to be installed, data per thread (`threading.local`, a debugger's view) stays
 right, and a thread that the program starts is handled alike. Each blocking call costs a switch of threads, some 10 us.
 
-The standard library's time is replaced in the node's process (`library_time.py`). So such a program needs a process of
-its own, and the host `inline` refuses it.
+The standard library's time is replaced (`library_time.py`) for the threads of such programs only. So several of them
+can share a process, on the host `inline`, with the result that they have in processes of their own.
 """

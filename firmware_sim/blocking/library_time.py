@@ -52,11 +52,13 @@ def _monotonic_ns(program: BlockingProgram) -> int:
 
 
 def _time(program: BlockingProgram) -> float:
-    return _time_ns(program) / 1e9
+    program.note_call()
+    return program.board.now_ns / 1e9
 
 
 def _monotonic(program: BlockingProgram) -> float:
-    return _monotonic_ns(program) / 1e9
+    program.note_call()
+    return program.oscillator.now_ns() / 1e9
 
 
 def _clock_gettime_ns(program: BlockingProgram, clock: int) -> int:

@@ -202,7 +202,8 @@ class BlockingProgram:
 
         The cost is 0 unless the thread has made many such calls in a row, see `calls_in_a_row.py`.
         """
-        cost_ns = self.thread().row.next_cost_ns()
+        assert self._running is not None, "called from outside of the program's threads"
+        cost_ns = self._running.row.next_cost_ns()
         if cost_ns:
             until_ns = self.due_ns(cost_ns)
             while self._wait(until_ns, hears=False):
@@ -263,18 +264,20 @@ class BlockingProgram:
         if self.over:
             for repeating in list(self.repeating):
                 repeating.stop()
-            for other in self._threads:
-                other.until_ns = NEVER_NS
+            for other in self._threads:         # daemons; one may have been woken at this instant
+                other.until_ns, other.woken = NEVER_NS, False
 
     def promise(self) -> None:
         """Promise silence until the first instant at which a thread goes on; called whenever a thread has run."""
         first_ns, hears = NEVER_NS, False
         if not self.over:
-            for thread in self._threads:
-                first_ns = min(first_ns, thread.until_ns)
+            for thread in self._threads:                # asked after each switch of threads, so without calls
+                if thread.until_ns < first_ns:
+                    first_ns = thread.until_ns
                 hears = hears or thread.hears
             for repeating in self.repeating:
-                first_ns = min(first_ns, repeating.next_ns)
+                if repeating.next_ns < first_ns:
+                    first_ns = repeating.next_ns
         if hears:
             self.node.promise_soft(first_ns)
         else:

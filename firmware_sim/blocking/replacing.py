@@ -1,4 +1,4 @@
-"""Replaces names of the standard library while blocking programs run, and puts them back afterwards.
+"""Replaces names of modules while blocking programs run, and puts them back afterwards.
 
 A replacement acts by the thread that calls it: a thread of a blocking program gets the virtual function, with its
 program as the first argument, every other thread the real one. A function kept after the end goes on like that.
@@ -23,12 +23,18 @@ OUR_PACKAGES: Final = frozenset({"agents", "experiments", "firmware_sim", "fmus"
 
 
 class Replacements:
-    """`constructors` are classes whose `__new__` is replaced, by a function that decides itself whose thread calls."""
+    """`constructors` are classes whose `__new__` is replaced, by a function that decides itself whose thread calls.
+
+    `classes` are (module, class): each takes the place of the module's class of its name, in every thread, and its
+    construction decides whose thread calls.
+    """
 
     def __init__(self, names: Sequence[Replacement],
-                 constructors: Sequence[tuple[type, Callable[..., Any]]] = ()) -> None:
+                 constructors: Sequence[tuple[type, Callable[..., Any]]] = (),
+                 classes: Sequence[tuple[ModuleType, type]] = ()) -> None:
         self._names = names
         self._constructors = constructors
+        self._classes = classes
         self._programs = 0
         self._before: list[tuple[Any, str, Any]] = []
 
@@ -51,11 +57,13 @@ class Replacements:
 
     def _replace(self, everywhere: bool) -> None:
         kept: dict[int, tuple[Any, Any]] = {}       # identity of a real function of a module -> (it, its replacement)
-        for place, name, virtual in self._names:
+        new = [(place, name, by_thread(virtual, getattr(place, name))) for place, name, virtual in self._names]
+        new += [(module, cls.__name__, cls) for module, cls in self._classes]
+        for place, name, value in new:
             real = getattr(place, name)
-            self._set(place, name, by_thread(virtual, real))
+            self._set(place, name, value)
             if isinstance(place, ModuleType):
-                kept[id(real)] = real, getattr(place, name)
+                kept[id(real)] = real, value
         for cls, construct in self._constructors:
             cls.__new__ = construct             # type: ignore[method-assign]
         for module in _importers() if everywhere else ():

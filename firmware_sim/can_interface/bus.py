@@ -8,8 +8,10 @@ own queue and filters. A message that one of them sends is received by the other
 receives CAN FD frames. Error messages of the controller pass all filters. `send_periodic` copies its messages when it
 is started or modified.
 
-Not modelled: a full transmit queue (`send` never blocks; the ledger has the frames that the controller drops),
-listening only, `bitrate` and `timing` (the scenario sets those of the bus).
+Not modelled: a full transmit queue, with which SocketCAN raises ENOBUFS. Whether a frame still waits is decided in the
+emulator after the window in which the program sends, so `send` never blocks, and the ledger has what the controller
+drops; `queue_frames` of the bus makes the queue longer. Listening only, `bitrate` and `timing` (the scenario sets those
+of the bus).
 """
 
 from __future__ import annotations

@@ -196,9 +196,7 @@ class Station:
     # --- messages of sessions
 
     def send(self, attached: Attached, messages: Iterable[Message], to: int = EVERYONE) -> None:
-        """Send messages on a medium now, to one node or to all; nothing once the program has ended."""
-        if self.program.over:
-            return
+        """Send messages on a medium now, to one node or to all."""
         name = ALL_NODES if to == EVERYONE else self._names[to - 1]
         for frame in attached.sender.frames(messages, to):
             self.program.send(attached.medium.name,

@@ -29,7 +29,7 @@ class Timers:
     def _run(self) -> None:
         program = self._program
         self._thread = program.thread()
-        while not program.over:         # it may be woken at the instant at which the program ends
+        while True:
             while self._waiting and self._waiting[0][0] <= program.node.now_ns:
                 heappop(self._waiting)[2]()
             program.wait(self._waiting[0][0] if self._waiting else NEVER_NS)

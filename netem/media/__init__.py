@@ -35,8 +35,6 @@ class MediumSettings:
     strikable: ClassVar[frozenset[str]] = frozenset({"links"})      # parts that faults strike: Fault.strikes
     link_type: ClassVar[int] = 151                  # of its frames in captures: USER4, by the list of tcpdump.org
     carries_can_frames: ClassVar[bool] = False      # True: a program opens its port with python-can
-    carries_datagrams: ClassVar[bool] = True        # False: a frame cannot be the datagram of a socket
-    addressed: ClassVar[bool] = False               # True: a frame begins as packet_network/datagram.py says
     shows_bodies: ClassVar[bool] = False            # True: a copy is a sight of its sender, who sent nothing
     poses_key: ClassVar[Sequence[str]] = ("bodies",)    # where a scenario names what `poses` returns
 

@@ -37,10 +37,11 @@ class FloorPlan:
 
 
 class DatagramFormat(NamedTuple):
-    """How a port takes the datagrams of a network library."""
+    """How a port takes the datagrams of sockets and of network libraries."""
 
     longest_bytes: int | None       # of a datagram that is not sent in pieces, None: no limit
     addressed: bool                 # True: with the destination's name before it, see packet_network/datagram.py
+    whole: bool = True              # False: the receiver may get one in pieces, or several as one
 
     def enclose(self, destination: str | None, payload: bytes) -> bytes:
         """Return the frame that takes `payload` to a node, None: to all."""

@@ -34,7 +34,6 @@ class CanLogSettings:
 @dataclass(frozen=True)
 class CanSettings(MediumSettings):
     carries_can_frames: ClassVar = True
-    carries_datagrams: ClassVar = False
     link_type: ClassVar = 227                               # CAN_SOCKETCAN
     strikable: ClassVar = frozenset({"links", "bus"})
     bit_rate_bps: int

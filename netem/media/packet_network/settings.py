@@ -30,7 +30,6 @@ class LinkSettings:
 
 @dataclass(frozen=True)
 class PacketNetworkSettings(MediumSettings):
-    addressed: ClassVar = True
     link_type: ClassVar = 149               # USER2
     rate_bps: int                           # of each direction of a link
     delay_ns: int = 0                       # propagation, from the last bit sent to the last bit received

@@ -17,7 +17,6 @@ class SensingSettings(MediumSettings):
     link_type: ClassVar = 150               # USER3
     strikable: ClassVar = frozenset({"links", "sensor"})
     shows_bodies: ClassVar = True
-    carries_datagrams: ClassVar = False
     exposure_period_ns: int                                 # exposures at 0, period, 2 period, ...
     latency_ns: int                                         # from an exposure to the arrival of its detections
     noise_m: float = 0.0                                    # standard deviation of x, y and z each

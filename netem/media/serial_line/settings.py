@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
 
 from netem.media import MediumSettings
-from netem.media.answers import SerialFormat
+from netem.media.answers import DatagramFormat, SerialFormat
 from netem.media.serial_line.byte_clock import ByteClock
 
 FASTEST_BPS: Final = 20_000_000     # limit of RS-485 transceivers; UARTs of microcontrollers reach 12.5 Mbit/s
@@ -47,6 +47,9 @@ class SerialLineSettings(MediumSettings):
 
     def serial_format(self) -> SerialFormat:
         return SerialFormat(self.clock, self.chunk_bytes, self.idle_bytes)
+
+    def datagram_format(self) -> DatagramFormat:
+        return DatagramFormat(None, addressed=False, whole=False)
 
     def longest_frame_bytes(self) -> int:
         return self.buffer_bytes

@@ -194,6 +194,34 @@ def test_a_program_that_returns_is_silent_for_ever(begin):
     assert program.over
 
 
+@pytest.mark.parametrize("waits_for", ["an event", "the last thread"])
+def test_a_daemon_woken_at_the_instant_at_which_the_program_ends_does_not_run_any_more(begin, waits_for):
+    ran = []
+
+    def main():
+        event = threading.Event()
+
+        def last():
+            time.sleep(1.0)
+            event.set()
+
+        def late(wait):
+            wait()
+            ran.append(time.monotonic())
+            this_program().send("radio", b"late")
+
+        thread = threading.Thread(target=last)
+        thread.start()
+        threading.Thread(target=late, args=(event.wait if waits_for == "an event" else thread.join,),
+                         daemon=True).start()
+
+    program = begin(main)
+
+    assert run(program) == (NEVER_NS, NEVER_NS)
+    assert ran == []
+    assert not program.node.advance(Grant(2, EVER_NS + 1, False, False, [])).offers
+
+
 def test_a_thread_that_is_no_daemon_goes_on_after_the_function_returned(begin):
     woke = []
 

@@ -15,6 +15,7 @@ from firmware_sim.blocking.program import BlockingProgram
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
+from firmware_sim.sockets.library_sockets import sockets_in_virtual_time
 from netem.core.agenda import Agenda
 from netem.emulator.conductor import Conductor, Recorders
 from netem.media.can.bus import CanBus
@@ -72,7 +73,7 @@ class Robots:
 @pytest.fixture
 def robots(caplog: pytest.LogCaptureFixture) -> Iterator[Robots]:
     caplog.set_level("ERROR", "can")            # python-can warns of buses that programs of tests do not close
-    with library_in_virtual_time():
+    with library_in_virtual_time(), sockets_in_virtual_time():
         found = Robots()
         try:
             yield found

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import polars
 import pytest
+import zenoh
 
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 from netem.wire.errors import NodeFailure
 from netem.wire.zenoh_codec import encode
 from netem.wire.zenoh_messages import Data, Push
-from tests.firmware_sim.zenoh_programs.runs import LAN, RADIO, scenario, virtually
+from tests.firmware_sim.zenoh_programs.runs import LAN, RADIO, log_of, scenario, told, virtually
 
 CASE = Path(__file__).parents[2] / "cases" / "zenoh_unmodified"
 PAIR = {"hears": "probes:hear", "says": 'program = "probes:numbers"\nparameters = { size = 200, key = "n" }'}
@@ -157,7 +158,7 @@ def test_a_loop_that_only_puts_lets_time_pass(tmp_path: Path) -> None:
 # --- mistakes of scenarios
 
 @pytest.mark.parametrize(("agent", "expected"), [
-    ('zenoh = "wifi"', 'agents.one.zenoh="wifi": one has no such medium; there is only lan'),
+    ('zenoh = "wifi"', 'agents.one.zenoh="wifi": no such medium; there is only lan'),
     ('zenoh = { "a//b" = "lan" }', "agents.one.zenoh.\"?a//b\"?=.*no key expression: empty chunks are forbidden"),
     ('zenoh = { "**" = "lan", "fleet/**" = "lan" }',
      'matches nothing: "\\*\\*" before it has all of its keys; write it before that one, or leave it out'),
@@ -172,12 +173,32 @@ def test_a_wrong_way_is_one_line_at_its_place(tmp_path: Path, agent: str, expect
     assert len(str(refused.value).splitlines()) == 1
 
 
-def test_a_bus_that_carries_no_datagrams_is_refused(tmp_path: Path) -> None:
-    path = scenario(tmp_path, {"one": 'program = "probes:hear"\nzenoh = "bus"'},
-                    '[media.bus]\nkind = "can"\nbit_rate_bps = 500_000\n')
+@pytest.mark.parametrize(("medium", "expected"), [
+    ('kind = "can"\nbit_rate_bps = 500_000', "one.zenoh=\"it\": a CAN bus carries CAN frames: open it with can.Bus"),
+    ('kind = "sensing"\nexposure_period_ms = 10\nlatency_ms = 5', 'one.zenoh="it": a sensing carries no datagrams'),
+    ('kind = "serial_line"\nbaud_bps = 57_600',
+     'one.zenoh="it": a serial_line may cut frames; Zenoh needs a medium such as broadcast_radio or packet_network'),
+])
+def test_a_medium_that_cannot_carry_it_is_refused(tmp_path: Path, medium: str, expected: str) -> None:
+    path = scenario(tmp_path, dict.fromkeys(("one", "two"), 'program = "probes:hear"\nzenoh = "it"'),
+                    f"[media.it]\n{medium}\n")
 
-    with pytest.raises(ScenarioError, match="a can carries no datagrams; Zenoh needs a medium such as"):
+    with pytest.raises(ScenarioError) as refused:
         load(path)
+
+    assert any(expected in problem for problem in refused.value.problems), refused.value.problems
+
+
+def test_a_medium_of_others_and_a_class_as_program_are_refused(tmp_path: Path) -> None:
+    path = scenario(tmp_path, {"one": 'program = "probes:hear"\nzenoh = "radio"\nmedia = ["lan"]',
+                               "two": 'program = "probes:Board"\nzenoh = "lan"'}, LAN + RADIO)
+
+    with pytest.raises(ScenarioError) as refused:
+        load(path)
+
+    said = "\n".join(refused.value.problems)
+    assert 'agents.one.zenoh="radio": the agent has no port on this medium; it is on lan' in said
+    assert "agents.two.zenoh: this program is a class, which sends through `board.port`; zenoh is there for" in said
 
 
 @pytest.mark.parametrize(("media", "expected"), [
@@ -221,3 +242,53 @@ def test_a_session_opens_no_socket_and_starts_no_thread_but_pythons(tmp_path: Pa
     told = virtually(tmp_path, {"one": "probes:system_resources"}, LAN, length_s=5.0)
 
     assert told["one"][0].startswith("TOLD True")
+
+
+# --- programs that do the same at the same instants
+
+def puts_that_arrive(folder: Path, mac: str, parameters: str = "") -> int:
+    talk = f'program = "probes:numbers"\n{parameters}'
+    told = virtually(folder, {"one": talk, "two": talk, "hears": "probes:hear"},
+                     RADIO.replace('mac = "csma"', f'mac = "{mac}"'), length_s=3.0)
+    return len(told["hears"])
+
+
+def test_puts_at_the_same_instants_collide_unless_the_medium_or_the_program_prevents_it(tmp_path: Path) -> None:
+    assert puts_that_arrive(tmp_path / "none", "none") == 0
+    assert puts_that_arrive(tmp_path / "apart", "none", "parameters = { apart = true }") == 40
+
+    # Of 20 pairs one in 8 draws the same slot (min_exponent 3): 2.5, standard deviation 1.48; each loses two puts.
+    assert puts_that_arrive(tmp_path / "csma", "csma") >= 40 - 2 * (2.5 + 4 * 1.48)
+
+
+# --- hosts
+
+@pytest.mark.parametrize("medium", [LAN, RADIO], ids=["lan", "radio"])
+def test_runs_inline_have_the_hash_of_a_run_with_processes_and_tell_the_same(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str], medium: str) -> None:
+    programs = {"answers": "probes:answers", "asks": "probes:asks", "hears": "probes:hear", "watches": "probes:watch",
+                "lives": 'program = "probes:alive"\nparameters = { first_s = 1.0 }',
+                "says": 'program = "probes:numbers"\nparameters = { size = 200, key = "n" }'}
+    loaded = load(scenario(tmp_path, programs, medium, length_s=6.0))
+
+    with_processes = run(loaded, out=tmp_path / "out", report=False).summary
+    by_processes = sorted(line for name in programs for line in told(log_of(tmp_path, name)))
+
+    capsys.readouterr()
+    for number in range(3):
+        inline = run(loaded, host="inline", out=tmp_path / str(number), report=False).summary
+        assert (inline.ledger_hash, inline.frames) == (with_processes.ledger_hash, with_processes.frames)
+        assert sorted(told(capsys.readouterr().out)) == by_processes
+    assert len(by_processes) >= 20
+
+
+def test_programs_inline_have_sessions_of_their_own_and_the_library_is_back_afterwards(tmp_path: Path) -> None:
+    names = "open", "Session", "Subscriber", "scout"
+    before = [getattr(zenoh, name) for name in names]
+
+    run(load(scenario(tmp_path, PAIR, LAN, length_s=3.0)), host="inline", out=tmp_path / "out", report=False)
+
+    after = [getattr(zenoh, name) for name in names]
+    assert [getattr(one, "__wrapped__", one) for one in after] == [getattr(one, "__wrapped__", one) for one in before]
+    senders = polars.read_parquet(tmp_path / "out" / "ledger.parquet")["sender"].unique().sort()
+    assert senders.to_list() == ["hears", "says"]

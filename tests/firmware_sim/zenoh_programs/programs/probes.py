@@ -1,6 +1,7 @@
 """Programs that tests of single properties run."""
 
 import os
+import random
 import threading
 import time
 
@@ -34,8 +35,10 @@ def watch(key="live/**"):
             tell(str(sample.kind), sample.key_expr, round(time.monotonic(), 1))
 
 
-def numbers(count=20, size=8, key="n"):
+def numbers(count=20, size=8, key="n", apart=False):
     with zenoh.open(CONF()) as session:
+        if apart:
+            time.sleep(0.05 * random.random())
         for number in range(count):
             time.sleep(0.05)
             session.put(key, number.to_bytes(4, "little") + bytes(size - 4))
@@ -114,3 +117,10 @@ def answers(text="yes", complete=False, size=0):
     with zenoh.open(CONF()) as session:
         session.declare_queryable("q/**", lambda query: query.reply("q/a", text + "." * size), complete=complete)
         time.sleep(1000)
+
+
+class Board:
+    """A board's program, which no key `zenoh` is for."""
+
+    def __init__(self, board: object) -> None:
+        pass
