@@ -24,7 +24,8 @@ from rich.table import Table
 
 from benchmarks.processor_time import processor_s
 from experiments import CODE
-from experiments.run.runner import HostName, run
+from experiments.run.node_host import HostName
+from experiments.run.runner import run
 from experiments.scenario.loader import load_tables
 from firmware_sim.blocking.here import this_program
 

@@ -20,7 +20,8 @@ from rich.table import Table
 
 from benchmarks.processor_time import processor_s
 from experiments import CODE
-from experiments.run.runner import HostName, run
+from experiments.run.node_host import HostName
+from experiments.run.runner import run
 from tests.firmware_sim.mavlink.test_pymavlink_in_virtual_time import scenario
 
 LENGTH_S = 20.0

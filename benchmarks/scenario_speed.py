@@ -21,7 +21,8 @@ from rich.table import Table
 
 from experiments import CODE
 from experiments.judge.run_result import Progress
-from experiments.run.runner import HostName, run
+from experiments.run.node_host import HostName
+from experiments.run.runner import run
 from experiments.scenario import find, load
 
 SCENARIOS = ("output_sync", "output_sync_16", "tracking_individual", "hummingbird_chases_rovio")

@@ -27,8 +27,10 @@ import msgspec
 from experiments.judge.figures import Figures
 from experiments.judge.run_result import Summary
 from experiments.run.exits import in_words
+from experiments.run.node_host import HostName
+from experiments.run.node_specifications import node_specifications
 from experiments.run.run_records import FigureRecords
-from experiments.run.runner import COLLECT_AFTER_OBJECTS, HostName, NeedsRealTime, execute, node_specifications
+from experiments.run.runner import COLLECT_AFTER_OBJECTS, NeedsRealTime, execute
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import ScenarioError
 from netem.transport.diagnosis.under_way import UnderWay

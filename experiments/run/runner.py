@@ -11,15 +11,13 @@ from __future__ import annotations
 import errno
 import gc
 import os
-import random
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -31,26 +29,18 @@ from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
 from experiments.run.injection import Attends, Injection
 from experiments.run.network import Network
-from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown, build_node
+from experiments.run.node_build import NodeSpecification
+from experiments.run.node_host import HostName, open_host
+from experiments.run.node_specifications import node_specifications
 from experiments.run.recorded_signals import refuse_unrecorded
 from experiments.run.repeat import FATES_OF
 from experiments.run.replay import Replay, told
 from experiments.run.run_folder import RunFolder
 from experiments.run.run_records import FolderRecords, RunRecords
 from experiments.run.wall_clock_sleep import sleep_refused
-from experiments.scenario.blocking_programs import is_blocking
-from experiments.scenario.model import AgentSpec, Scenario
-from experiments.scenario.own_modules import class_for
-from experiments.scenario.socket_addresses import interfaces_of
+from experiments.scenario.model import Scenario
 from experiments.scenario.standing_robots import standing_robots
-from experiments.scenario.zenoh_ways import specification as zenoh_of
 from firmware_sim.mavlink.timesync import Timesync
-from firmware_sim.program_settings import build_settings
-from firmware_sim.scenario_view import OwnAgent
-from fmus.build import build_model, model_folder, own_models
-from fmus.describe import Model, read_model
-from fmus.describe_fmu import describe
-from fmus.description import PlantDescription
 from netem.core.agenda import Agenda
 from netem.core.random_streams import stream
 from netem.emulator.conductor import Conductor, Recorders
@@ -62,15 +52,11 @@ from netem.gateways.real_time_process import EMULATOR_PRIORITY, NODE_PRIORITY, i
 from netem.gateways.table import GATEWAYS
 from netem.gateways.time_watch import SIGNALS, TimeWatch
 from netem.impairments.traced import Trace
-from netem.node.outside_guard import OutsideGuard
 from netem.records.events import Event
 from netem.records.ledger import LedgerResult
 from netem.records.part_file import reopen_standard_files
 from netem.records.uninterrupted import uninterrupted
 from netem.transport.diagnosis.under_way import UnderWay
-from netem.transport.hosts import Host, InlineHost
-from netem.transport.process_host import ProcessHost
-from netem.transport.zenoh_session import ENTRANCES
 from netem.wire.errors import Interrupted, NodeFailure
 from netem.wire.level import Level
 from netem.wire.messages import Hello
@@ -80,9 +66,6 @@ if TYPE_CHECKING:
     from experiments.run.live.server_process import ServerProcess
     from experiments.run.live.steering import Steering
 
-HostName = Literal["process", "inline"]
-FOR_ZENOH = "firmware_sim.zenoh_programs.replaced"      # imported once instead of in every node
-OWN_PROGRAMS = ("agents.", "firmware_sim.")         # packages whose modules only define names when imported
 KEEP_EVERY_S = 0.7          # largest age of the records on the disk; the conductor may be 0.1 s late
 # The records hold up to 231 000 objects in memory, rows of a chunk of the ledger and buffered samples, and none of them
 # is in a cycle. A collection that scans them takes 20 ms, so it waits until there can be nearly as many others.
@@ -194,8 +177,8 @@ class _Run:
         self.guarantees = GuaranteeWatch(scenario, self.feed)
         self.programs = ExitStack()             # threads of blocking programs and what they replaced, inline
         self.schedules = real_time and scenario.real_time.scheduling == "real_time"
-        self.host = _host(host, self.specifications, self.programs, self.folder, scenario.node_timeout_s,
-                          shuffle_start, real_time, NODE_PRIORITY if self.schedules else 0, under_way, self._waits)
+        self.host = open_host(host, self.specifications, self.programs, self.folder, scenario.node_timeout_s,
+                              shuffle_start, real_time, NODE_PRIORITY if self.schedules else 0, under_way, self._waits)
         self.conductor = Conductor(self.agenda, self.host, scenario.length_ns, progress=self._progress)
         self.replayed = None if replay is None else replay.links(self.ledger, self.conductor.deliver)
         self.network = Network(scenario, self.agenda, self.ledger, self.conductor.deliver, self.replayed, trace)
@@ -477,87 +460,6 @@ def _open_gateways(scenario: Scenario, event: Tell) -> list[Gateway]:
             gateways[-1].join(names, medium.datagram_format())
         opened.pop_all()
     return gateways
-
-
-def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
-    """Return a specification for each agent; the results of the programs' `prepare` are added to the table [team]."""
-    team: dict[str, Any] = dict(scenario.team)
-    blocking, handling_events = set(), set()
-    for path in sorted({agent.program for agent in scenario.agents.values()}):
-        program = class_for(path, scenario.folder)
-        if is_blocking(program):
-            blocking.add(path)
-            continue
-        if getattr(program, "handles_events", False):
-            handling_events.add(path)
-        if (prepare := getattr(program, "prepare", None)) is not None:
-            team.update(prepare(scenario, {name: OwnAgent(name, build_settings(program, agent.parameters), agent)
-                                           for name, agent in scenario.agents.items() if agent.program == path}))
-    folder = str(scenario.folder)
-    mortal = {node for fault in scenario.faults if fault.settings.kills for node, *_ in fault.targets}
-    fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
-    described = {fmu: describe(build_model(fmu) if fmu in own_models() else Path(fmu)) for fmu in sorted(fmus)}
-    models = {fmu: read_model(model_folder(fmu) / "variables.toml") for fmu in sorted(fmus & set(own_models()))}
-    return {name: NodeSpecification(name, agent.program, agent.parameters, agent.media, agent.clock,
-                                    _plant(agent, described, models), team, scenario.sample_period_ns, scenario.seed,
-                                    folder, agent.program in blocking, _own_frames(scenario, agent),
-                                    _notified(scenario, agent), _can_buses(scenario, agent), _shown(scenario, agent),
-                                    agent.name in mortal, agent.program in handling_events,
-                                    zenoh_of(scenario, agent) if agent.program in blocking else None,
-                                    interfaces_of(scenario, agent))
-            for name, agent in scenario.agents.items()}
-
-
-def _own_frames(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
-    return tuple(medium for medium in agent.media
-                 if scenario.media[medium].settings.reports_own_frames_to(agent.name))
-
-
-def _notified(scenario: Scenario, agent: AgentSpec) -> bool:
-    return any(scenario.media[medium].settings.notifies(agent.name) for medium in agent.media)
-
-
-def _can_buses(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
-    return tuple(medium for medium in agent.media if scenario.media[medium].settings.carries_can_frames)
-
-
-def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:
-    return tuple(Shown(medium, pose.period_ns, pose.outputs) for medium in agent.media
-                 if (pose := scenario.media[medium].settings.poses().get(agent.name)) is not None)
-
-
-def _plant(agent: AgentSpec, described: Mapping[str, PlantDescription],
-           models: Mapping[str, Model]) -> PlantSpecification | None:
-    if agent.plant is None:
-        return None
-    fmu, plant = agent.plant.fmu, described[agent.plant.fmu]
-    parameters, step_ns = agent.plant.parameters, agent.plant.step_ns
-    idle = models[fmu].idle_outputs(parameters) if fmu in models else []
-    return PlantSpecification(plant, parameters, step_ns, idle)
-
-
-def _host(host: HostName, specifications: Mapping[str, NodeSpecification], at_end: ExitStack, folder: Path,
-          timeout_s: float, shuffle_start: int | None, real_time: bool, priority: int, under_way: UnderWay | None,
-          waits: Callable[[Sequence[str], float], None]) -> Host:
-    if host == "inline":
-        under_way = under_way or UnderWay(shared=False)
-        return InlineHost({name: partial(build_node, specification, at_end, under_way, own_process=False)
-                           for name, specification in specifications.items()},
-                          None if real_time else OutsideGuard(ENTRANCES), under_way, timeout_s, waits,
-                          lambda name, life: build_node(specifications[name], at_end, under_way, life,
-                                                        own_process=False))
-    order = list(specifications)
-    if shuffle_start is not None:
-        random.Random(shuffle_start).shuffle(order)
-    # -P: modules are imported from the installation or the scenario's folder, not from the current folder
-    programs = sorted({specification.program.partition(":")[0] for specification in specifications.values()})
-    if any(specification.zenoh is not None and specification.zenoh.media for specification in specifications.values()):
-        programs.append(FOR_ZENOH)
-    return ProcessHost([sys.executable, "-P", "-m", "experiments.run.node_process",
-                        *(module for module in programs if module.startswith(OWN_PROGRAMS))],
-                       {name: msgspec.json.encode(specifications[name]) for name in order},
-                       logs=folder / "logs", timeout_s=timeout_s, real_time=real_time, priority=priority,
-                       waiting=waits)
 
 
 def _end_in_words(conductor: Conductor) -> str:

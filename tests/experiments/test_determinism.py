@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments.run.runner import HostName, run
+from experiments.run.node_host import HostName
+from experiments.run.runner import run
 from experiments.scenario import find, load
 
 LOSSES = 'impairments=[{on="radio: * -> *", kind="gilbert_elliott", loss_ratio=0.02, mean_burst_frames=2.0}]'

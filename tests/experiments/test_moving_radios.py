@@ -13,7 +13,8 @@ import pytest
 from mcap.reader import make_reader
 
 from experiments.judge.run_data import load_run
-from experiments.run.runner import HostName, run
+from experiments.run.node_host import HostName
+from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 
 MOVING = Path(__file__).parents[1] / "cases" / "moving" / "away.toml"

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from experiments.judge.run_data import load_run
-from experiments.run.runner import HostName, run
+from experiments.run.node_host import HostName
+from experiments.run.runner import run
 from experiments.scenario.loader import load
 from netem.media.table import MEDIA
 

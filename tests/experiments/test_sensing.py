@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from experiments.judge.run_data import load_run
-from experiments.run.runner import HostName, run
+from experiments.run.node_host import HostName
+from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 
 HOSTS: tuple[HostName, ...] = ("inline", "process")

@@ -17,7 +17,8 @@ from agents.tracking.noise import Noise
 from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, START
 from agents.triggering.policies.table import build_policy
 from experiments.judge.run_data import RunData, load_run
-from experiments.run.runner import HostName, run
+from experiments.run.node_host import HostName
+from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 from experiments.scenario.library import find
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments.run.runner import HostName, run
+from experiments.run.node_host import HostName
+from experiments.run.runner import run
 from experiments.scenario import load
 from experiments.scenario.blocking_programs import blocks
 

@@ -15,7 +15,8 @@ from agents.synchronization.robot import SyncRobot
 from agents.synchronization.team import read_team
 from experiments.judge.run_data import load_run
 from experiments.run.node_build import build_node
-from experiments.run.runner import node_specifications, run
+from experiments.run.node_specifications import node_specifications
+from experiments.run.runner import run
 from experiments.scenario import Scenario, ScenarioError, find, load
 from netem.core.transit import Transit
 from netem.impairments.delay import Delay

@@ -14,7 +14,7 @@ from agents.synchronization.preparation import prepare
 from agents.synchronization.robot import SyncRobot, SyncSettings
 from agents.synchronization.sync_frame import SyncFrameCodec
 from experiments.run.node_build import build_node
-from experiments.run.runner import node_specifications
+from experiments.run.node_specifications import node_specifications
 from experiments.scenario import find, load
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from experiments.run.runner import node_specifications
+from experiments.run.node_specifications import node_specifications
 from experiments.scenario import ScenarioError, load
 
 PROGRAMS = '''

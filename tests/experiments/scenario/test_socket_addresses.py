@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.run.runner import node_specifications
+from experiments.run.node_specifications import node_specifications
 from experiments.scenario import ScenarioError, load
 from firmware_sim.sockets.interface import Interface
 

@@ -19,7 +19,8 @@ from experiments.judge.monitors.outcome import Finding
 from experiments.judge.monitors.records import Records
 from experiments.judge.monitors.view_boundary import distance_m
 from experiments.judge.run_data import load_run
-from experiments.run.runner import HostName, run
+from experiments.run.node_host import HostName
+from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 from netem.media.sensing.field_of_view import FieldOfView
 from netem.media.sensing.settings import SensingSettings
