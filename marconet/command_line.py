@@ -81,9 +81,10 @@ class WithOptionalPorts(click.Command):
     """A command whose options `--view` and `--foxglove` may stand without a port, which is any free one then."""
 
     def parse_args(self, context: click.Context, words: list[str]) -> list[str]:
-        return super().parse_args(context, [
-            f"{word}=0" if word in ("--view", "--foxglove") and not (after and after[0].isdigit()) else word
-            for word, after in zip(words, [*([later] for later in words[1:]), []], strict=True)])
+        alone = [word in ("--view", "--foxglove") and not "".join(words[place + 1:place + 2]).isdigit()
+                 for place, word in enumerate(words)]
+        return super().parse_args(context, [f"{word}=0" if without else word
+                                            for word, without in zip(words, alone, strict=True)])
 
 
 @click.group(epilog="Example: marconet run output_sync", no_args_is_help=True)

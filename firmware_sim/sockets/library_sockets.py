@@ -95,7 +95,9 @@ def _make(program: BlockingProgram, family: int = -1, type: int = -1, proto: int
     if family == socket.AF_INET and kind == socket.SOCK_DGRAM and proto in (-1, 0, socket.IPPROTO_UDP) \
             and program.interfaces:
         return _new_socket(UdpSocket)
-    return _new_socket(OutsideSocket)
+    outside = _new_socket(OutsideSocket)
+    program.files.add(outside)
+    return outside
 
 
 def _selector(cls: type[selectors.BaseSelector], *args: Any, **kwargs: Any) -> Any:

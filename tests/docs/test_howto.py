@@ -8,7 +8,9 @@ import pytest
 
 from tests.docs.page import ROOT, follow, write_files
 
-PAGES = sorted(str(page.relative_to(ROOT)) for page in (ROOT / "docs" / "howto").glob("*.md"))
+OF_OTHERS = {"docs/howto/speak_over_can.md"}        # needs an extra: test_can_stacks_page.py
+PAGES = sorted(str(page.relative_to(ROOT)) for page in (ROOT / "docs" / "howto").glob("*.md")
+               if str(page.relative_to(ROOT)) not in OF_OTHERS)
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -81,6 +81,8 @@ def test_a_program_hears_its_own_robot_without_the_medium_and_nothing_twice(betw
     for _ in range(10):
         beside.until("^heard demo/a")
 
+    until(lambda: air.gateways["r1"].received >= 25)
+    time.sleep(0.3)
     assert air.gateways["r1"].received == 25                # one each, whatever is declared
     assert air.gateways["r2"].counters()["messages sent"] == 20
     there.do("alive", "nobody")
