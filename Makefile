@@ -65,7 +65,7 @@ demo: $(VENV)/.installed
 	@echo "run: output_sync; its plants are built before it starts"
 	@$(BIN)/marconet run output_sync --out $(OUT) --overwrite
 	@echo
-	@echo "compile: the inner loops, one to three minutes, so that later runs are faster; Ctrl-C does no harm"
+	@echo "compile: the inner loops, two to five minutes, so that later runs are faster; Ctrl-C does no harm"
 	@$(MAKE) --no-print-directory $(VENV)/.installed-compiled
 	@$(BIN)/marconet compile --if-possible
 

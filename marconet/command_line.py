@@ -442,7 +442,7 @@ def compile_inner_loops(if_possible: bool, verbose: bool) -> None:
         from experiments.compiled.build import CannotCompile, compile_modules
 
         try:
-            with _console().status("compiling, one to three minutes"):
+            with _console().status("compiling, two to five minutes"):
                 folder = compile_modules()
         except CannotCompile as error:
             if not if_possible:

@@ -187,10 +187,9 @@ def test_every_encoding_has_its_number(wire: Wire) -> None:
 def test_queries(wire: Wire, options: dict[str, object], ours: Request) -> None:
     theirs = wire.of(lambda: list(wire.caller.get(**options)), ours.key.encode() + b"\xa1")    # type: ignore[arg-type]
 
-    (read,) = decode(theirs)
-    assert isinstance(read, Request)
+    (read,) = (each for each in decode(theirs) if isinstance(each, Request))      # the final of another may be with it
     assert Request(read.number, *_rest(ours)) == read
-    assert encode(read) == theirs
+    assert encode(read) in theirs
 
 
 @pytest.mark.parametrize(("key", "data", "error"), [
