@@ -16,7 +16,7 @@ from netem.gateways import FLOODED, GARBAGE, GONE, SPEAKS
 from netem.gateways.zenoh import ZenohGateway, ZenohSettings
 from tests.netem.gateways.zenoh_between import PATIENCE_S, Between
 
-LEASE_NS = 800_000_000
+LEASE_NS = 2_000_000_000         # no stall of a loaded machine takes a token for lost
 
 
 @pytest.fixture
