@@ -95,6 +95,7 @@ class ViewServer:
         self._door = Doorkeeper(start.token, start.port)
         self._updated = asyncio.Event()
         self._told_pages = -1
+        self._watched_s = time.monotonic()          # when somebody watched last
         self._foxglove: FoxgloveServer | None = None
 
     async def run(self) -> None:
@@ -151,6 +152,7 @@ class ViewServer:
         if (whole := self._standing.whole()) is not None:
             page.tell(line_of(whole))
         self._pages[page.number] = page
+        self._tell_who_watches()            # at once, as the page may be gone before anybody counts
         sending = asyncio.create_task(page.send_all())
         self._updated.set()
         try:
@@ -172,9 +174,17 @@ class ViewServer:
         self._tell_run(msgspec.structs.replace(command, client=page.number))
         page.tell(line_of(await page.answered.get()))
 
+    async def _line(self) -> bytes:
+        """Return the next message of the run; b"" if it has ended, maybe within a message or with some unread."""
+        try:
+            line = await self._in.readline()
+        except ConnectionError:
+            return b""
+        return line if line.endswith(b"\n") else b""
+
     async def _hear_run(self) -> None:
         ended = False
-        while not ended and (line := await self._in.readline()):
+        while not ended and (line := await self._line()):
             match to_server.decode(line):
                 case Update() as update:
                     self._standing.add(update)
@@ -218,14 +228,17 @@ class ViewServer:
 
     async def _count_pages(self) -> None:
         """Tell the run how many watch: at once if somebody came, after GONE_AFTER_S if the last one went."""
-        gone_s = time.monotonic()
         while True:
-            if watching := self._watching():
-                gone_s = time.monotonic()
-            if watching != self._told_pages and (watching or time.monotonic() > gone_s + GONE_AFTER_S):
-                self._told_pages = watching
-                self._tell_run(Watching(watching))
+            self._tell_who_watches()
             await asyncio.sleep(ASK_EVERY_S / 2)
+
+    def _tell_who_watches(self) -> None:
+        watching, now_s = self._watching(), time.monotonic()
+        if watching:
+            self._watched_s = now_s
+        if watching != self._told_pages and (watching or now_s > self._watched_s + GONE_AFTER_S):
+            self._told_pages = watching
+            self._tell_run(Watching(watching))
 
     def _watching(self) -> int:
         return len(self._pages) + (0 if self._foxglove is None else self._foxglove.clients)

@@ -73,6 +73,26 @@ def test_the_run_is_asked_while_a_page_is_open_and_told_when_none_is(server: Ser
     assert (told, later) == ([1], [0])
 
 
+def test_a_page_that_comes_and_goes_at_once_is_told_too(server: ServerProcess) -> None:
+    send_all(server, Scene({}))
+    for _ in range(2):
+        with connect(server.url.replace("http:", "ws:").replace("/?", "/live?")) as page:
+            page.recv(60)
+        _, told = heard(server, 4.0, lambda: None)
+        assert told == [1, 0]
+
+
+def test_a_run_that_is_killed_within_a_message_is_told_to_pages(server: ServerProcess) -> None:
+    send_all(server, Scene({}))
+    with connect(server.url.replace("http:", "ws:").replace("/?", "/live?")) as page:
+        assert json.loads(page.recv(60))["type"] == "scene"
+        server.socket.send(b'{"type": "update", "now_n')
+        server.socket.close()
+        end = json.loads(page.recv(60))
+
+    assert (end["type"], end["words"]) == ("end", "The run was broken off: its process has ended.")
+
+
 def heard(server: ServerProcess, for_s: float, answer: object) -> tuple[int, list[int]]:
     """Return how often the server asked and the numbers of pages that it told, of `for_s`."""
     asked, told = 0, []

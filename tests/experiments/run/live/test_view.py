@@ -241,7 +241,6 @@ def test_a_run_that_is_killed_is_told_to_pages_and_leaves_no_process(tmp_path: P
     with viewed(scenario, tmp_path / "run", "--host", "inline") as shown, client_of(shown) as client:
         server, = [pid for pid in descendants(shown.process.pid) if b"view.server" in command_of(pid)]
         parent, = children(shown.process.pid) or [0]
-        os.kill(shown.process.pid, signal.SIGSTOP)      # or it might tell the server of its child's end first
         for pid in (parent, shown.process.pid):
             if pid:
                 os.kill(pid, signal.SIGKILL)
