@@ -23,15 +23,12 @@ from firmware_sim.zenoh_programs.values import PRIORITIES, attachment_of, encodi
 from netem.wire.zenoh_messages import Data, Qos
 
 
-class Publisher(Owned):
-    real = MODULE.Publisher
-    called = "publisher"
+class Sending(Owned):
+    """What a publisher and a querier share: a key, and whether anybody there matches it."""
 
-    def __init__(self, session: SessionFace, key: KeyExpr, encoding: Encoding, qos: Qos, reliability: Reliability,
-                 destination: Locality) -> None:
+    def __init__(self, session: SessionFace, key: KeyExpr) -> None:
         super().__init__(session)
-        self._key, self._encoding, self._qos = key, encoding, qos
-        self._reliability, self._destination = reliability, destination
+        self._key = key
         self._id = session.next_id()
 
     @property
@@ -43,6 +40,33 @@ class Publisher(Owned):
     def key_expr(self) -> KeyExpr:
         self._check()
         return self._key
+
+    @property
+    def matching_status(self) -> MatchingStatus:
+        self._check_open()
+        self._session.station.program.note_call()
+        return MatchingStatus(self._matches())
+
+    def declare_matching_listener(self, handler: Any = None) -> MatchingListener:
+        self._check_open()
+        return MatchingListener(self._session, self._matches, handler)
+
+    def _matches(self) -> bool:
+        raise NotImplementedError
+
+    def _end(self) -> None:
+        """Nothing was told to other nodes."""
+
+
+class Publisher(Sending):
+    real = MODULE.Publisher
+    called = "publisher"
+
+    def __init__(self, session: SessionFace, key: KeyExpr, encoding: Encoding, qos: Qos, reliability: Reliability,
+                 destination: Locality) -> None:
+        super().__init__(session, key)
+        self._encoding, self._qos = encoding, qos
+        self._reliability, self._destination = reliability, destination
 
     @property
     def encoding(self) -> Encoding:
@@ -64,12 +88,6 @@ class Publisher(Owned):
         self._check()
         return self._reliability
 
-    @property
-    def matching_status(self) -> MatchingStatus:
-        self._check_open()
-        self._session.station.program.note_call()
-        return MatchingStatus(self._matches())
-
     def put(self, payload: Any, *, encoding: Any = None, attachment: Any = None, timestamp: Any = None,
             timestamp_instrumentation: Any = None, source_info: Any = None) -> None:
         refuse_given("put", timestamp_instrumentation=timestamp_instrumentation, source_info=source_info)
@@ -85,15 +103,8 @@ class Publisher(Owned):
         self._session.push(self._key, Data(attachment=attachment_of(attachment), stamp=stamp_of(timestamp),
                                            deletes=True), self._qos, self._destination)
 
-    def declare_matching_listener(self, handler: Any = None) -> MatchingListener:
-        self._check_open()
-        return MatchingListener(self._session, self._matches, handler)
-
     def _matches(self) -> bool:
         return self._session.station.has_subscriber(self._session, self._key, self._destination)
-
-    def _end(self) -> None:
-        """Nothing was told to other nodes."""
 
 
 class Subscriber(Receiving):
@@ -137,35 +148,18 @@ class LivelinessToken(Owned):
         self._session.station.undeclare(self._entity)
 
 
-class Querier(Owned):
+class Querier(Sending):
     real = MODULE.Querier
     called = "querier"
 
     def __init__(self, session: SessionFace, key: KeyExpr, options: GetOptions) -> None:
-        super().__init__(session)
-        self._key, self._options = key, options
-        self._id = session.next_id()
-
-    @property
-    def id(self) -> Any:
-        self._check()
-        return self._id
-
-    @property
-    def key_expr(self) -> KeyExpr:
-        self._check()
-        return self._key
+        super().__init__(session, key)
+        self._options = options
 
     @property
     def accept_replies(self) -> ReplyKeyExpr:
         self._check()
         return self._options.accept
-
-    @property
-    def matching_status(self) -> MatchingStatus:
-        self._check_open()
-        self._session.station.program.note_call()
-        return MatchingStatus(self._matches())
 
     def get(self, handler: Any = None, *, parameters: Any = None, payload: Any = None, encoding: Any = None,
             attachment: Any = None, source_info: Any = None, cancellation_token: Any = None,
@@ -177,12 +171,5 @@ class Querier(Owned):
                                  if isinstance(parameters, dict) else parameters), handler, self._options,
                                  payload, encoding, attachment)
 
-    def declare_matching_listener(self, handler: Any = None) -> MatchingListener:
-        self._check_open()
-        return MatchingListener(self._session, self._matches, handler)
-
     def _matches(self) -> bool:
         return self._session.station.has_queryable(self._session, self._key, self._options)
-
-    def _end(self) -> None:
-        """Nothing was told to other nodes."""

@@ -45,8 +45,8 @@ from firmware_sim.zenoh_programs.values import (
     timestamp_of,
 )
 from netem.wire.zenoh_messages import OF_QUERIES, USUAL, Data, Entity, Push, Qos, Request
+from netem.wire.zenoh_timing import MS
 
-MS = 1_000_000
 SCOUTING_MS = 500               # the library's default of scouting/delay
 QUERIES_MS = 10_000             # the library's default of queries_default_timeout
 TARGETS = [QueryTarget.BEST_MATCHING, QueryTarget.ALL, QueryTarget.ALL_COMPLETE]     # by their numbers in messages

@@ -51,13 +51,10 @@ from netem.wire.zenoh_messages import (
     ResponseFinal,
     Undeclare,
 )
+from netem.wire.zenoh_timing import ANSWERED_WITHIN_NS, MS, SHAKEN, TOLD_AFTER_NS
 
-MS = 1_000_000
 HERE = "this node"              # among those that a query waits for
-TOLD_AFTER_NS = ((0, 10 * MS), (50 * MS, 100 * MS), (200 * MS, 400 * MS))      # [from, to) of each telling
-ANSWERED_WITHIN_NS = 50 * MS    # to the request of a session that opens
 HANDLED_WITHIN_NS = MS          # of a query, from its arrival to the queryables
-SHAKEN = 0.1                    # of `keep_alive_ns`, the largest deviation of a repetition
 
 
 @dataclass

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, ClassVar, Final, Protocol
 
+from netem.gateways.allowance import Allowance
 from netem.wire.instants import NEVER_NS
 from netem.wire.level import Level
 
@@ -105,3 +106,9 @@ class Gateway:
     def tell(self, kind: str, text: str, level: Level = Level.WARNING) -> None:
         """Record an event whose detail names this gateway."""
         self._event(kind, f"gateways.{self.name} {text}", level)
+
+    def tell_flood(self, allowance: Allowance, text: str) -> None:
+        """Record, once for each allowance, that somebody sends more than it: `text` says who, how much, the remedy."""
+        if not allowance.told:
+            allowance.told = True
+            self.tell(FLOODED, f"is flooded: {text}")

@@ -20,7 +20,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Any, Final, Protocol
 
-from netem.gateways import FLOODED, UNREAD, Gateway, Tell, tell_nobody
+from netem.gateways import UNREAD, Gateway, Tell, tell_nobody
 from netem.gateways.allowance import Allowance
 from netem.wire.instants import NEVER_NS
 
@@ -194,10 +194,8 @@ class StreamGateway(Gateway):
             peer.allowance.charge(len(data))
             peer.reads = False
             self._watch(peer)
-            if not peer.allowance.told:
-                peer.allowance.told = True
-                self.tell(FLOODED, f"is flooded: {peer.name} sends more than {peer.allowance.per_s} bytes a second and "
-                          "is made to wait; raise most_bytes_per_s if that is what it should send")
+            self.tell_flood(peer.allowance, f"{peer.name} sends more than {peer.allowance.per_s} bytes a second and is "
+                            "made to wait; raise most_bytes_per_s if that is what it should send")
         return data
 
     def _flush(self, peer: StreamPeer) -> None:

@@ -19,7 +19,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
-from netem.gateways import FLOODED, GONE, REFUSED, SPEAKS, Gateway, GatewaySettings, Tell, tell_nobody
+from netem.gateways import GONE, REFUSED, SPEAKS, Gateway, GatewaySettings, Tell, tell_nobody
 from netem.gateways.addresses import Address, OnlyFrom, address_of, family_of, text_of, wrong_addresses
 from netem.gateways.allowance import Allowance
 from netem.wire.instants import NEVER_NS
@@ -161,10 +161,8 @@ class UdpGateway(Gateway):
             self.received += 1
             return True
         self.flooded += 1
-        if not peer.allowance.told:
-            peer.allowance.told = True
-            self.tell(FLOODED, f"is flooded: {text_of(sender)} sends more than {self.settings.most_per_s} datagrams a "
-                      "second; those beyond are dropped and counted; raise most_per_s if that is what it should send")
+        self.tell_flood(peer.allowance, f"{text_of(sender)} sends more than {self.settings.most_per_s} datagrams a "
+                        "second; those beyond are dropped and counted; raise most_per_s if that is what it should send")
         return False
 
     def _why_not(self, sender: Address) -> str:

@@ -26,7 +26,6 @@ from itertools import count
 from typing import Any, ClassVar, Final
 
 from netem.gateways import (
-    FLOODED,
     GARBAGE,
     GONE,
     SPEAKS,
@@ -70,13 +69,10 @@ from netem.wire.zenoh_messages import (
     ResponseFinal,
     Undeclare,
 )
+from netem.wire.zenoh_timing import ANSWERED_WITHIN_NS, MS, SHAKEN, TOLD_AFTER_NS
 
 PROTOCOL: Final = "tcp/"
-MS: Final = 1_000_000
-TOLD_AFTER_NS: Final = ((0, 10 * MS), (50 * MS, 100 * MS), (200 * MS, 400 * MS))    # [from, to) of each telling
-ANSWERED_WITHIN_NS: Final = 50 * MS     # to the request of a node that begins
 ASKED_WITHIN_NS: Final = 500 * MS       # this gateway asks three times for what is declared
-SHAKEN: Final = 0.1                     # largest deviation of a repetition, as part of its period
 MOST_OPEN: Final = 1000                 # queries under way in each direction; further ones end at once
 MOST_IN_A_BATCH: Final = 100
 ALL, ALL_COMPLETE = 1, 2                # targets of a query
@@ -257,10 +253,8 @@ class ZenohGateway(Gateway):
             self.received += 1
             return True
         self.flooded += 1
-        if not self._allowance.told:
-            self._allowance.told = True
-            self.tell(FLOODED, f"is flooded: its programs send more than {self.settings.most_per_s} messages a second; "
-                      "those beyond are dropped and counted; raise most_per_s if that is what they should send")
+        self.tell_flood(self._allowance, f"its programs send more than {self.settings.most_per_s} messages a second; "
+                        "those beyond are dropped and counted; raise most_per_s if that is what they should send")
         return False
 
     def _ask_others(self, mirror: Declared, query: Any, now_ns: int) -> None:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Final
 
 from netem.core.nearest import did_you_mean
-from netem.gateways import FLOODED, UNREAD, Datagrams, Gateway, GatewaySettings, Tell, tell_nobody
+from netem.gateways import UNREAD, Datagrams, Gateway, GatewaySettings, Tell, tell_nobody
 from netem.gateways.allowance import Allowance
 from netem.gateways.reconnection import Reconnection, wrong_times
 from netem.media.can.frame import unpack
@@ -116,10 +116,8 @@ class CanGateway(Gateway):
                 found.append(data)
                 continue
             self.flooded += 1
-            if not self._allowance.told:
-                self._allowance.told = True
-                self.tell(FLOODED, f"is flooded with more than {self.settings.most_per_s} frames a second; those "
-                          "beyond are dropped and counted; raise most_per_s if the bus outside is as fast")
+            self.tell_flood(self._allowance, f"the bus outside sends more than {self.settings.most_per_s} frames a "
+                            "second; those beyond are dropped and counted; raise most_per_s if it is as fast")
         self.received += len(found)
         if outside.heard:
             outside.wake()

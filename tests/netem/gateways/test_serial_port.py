@@ -7,14 +7,13 @@ import shutil
 import subprocess
 import sys
 import time
-import tty
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
 from netem.gateways import GONE, LOST, MISSING, SPEAKS
 from netem.gateways.serial_port import SerialGateway, SerialSettings
+from tests.netem.gateways.pty_device import Device
 
 PATIENCE_S = 10.0
 ECHO = """
@@ -58,24 +57,6 @@ def made() -> Iterator[Callable[..., Heard]]:
     yield make
     for each in found:
         each.gateway.close()
-
-
-class Device:
-    """The far end of a serial device: a pseudo-terminal of the test, whose slave has the name `path`."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.plug_in()
-
-    def plug_in(self) -> None:
-        self.master, slave = os.openpty()
-        tty.setraw(slave)
-        os.symlink(os.ttyname(slave), self.path)
-        os.close(slave)
-
-    def pull_out(self) -> None:
-        self.path.unlink()
-        os.close(self.master)
 
 
 def test_a_program_opens_the_pseudo_terminal_like_a_device(made, tmp_path):

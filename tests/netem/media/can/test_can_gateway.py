@@ -5,9 +5,7 @@ from __future__ import annotations
 import os
 import socket
 import time
-import tty
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from random import Random
 
 import can
@@ -16,6 +14,7 @@ import pytest
 from netem.gateways import FLOODED, GARBAGE, LOST, MISSING, SPEAKS, UNREAD
 from netem.media.can.can_gateway import CanGateway, CanGatewaySettings
 from netem.media.can.frame import CanFrame, pack, unpack
+from tests.netem.gateways.pty_device import Device
 
 PATIENCE_S = 10.0
 GROUP = "239.74.163.2"
@@ -144,30 +143,6 @@ def test_a_flood_is_bounded_and_told_once(made, port):
     assert heard.kinds == [SPEAKS, FLOODED]
 
 
-class Adapter:
-    """The far end of a serial line to a CAN adapter that speaks slcan: a pseudo-terminal of the test."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.plug_in()
-
-    def plug_in(self) -> None:
-        self.master, slave = os.openpty()
-        tty.setraw(slave)
-        os.symlink(os.ttyname(slave), self.path)
-        os.close(slave)
-
-    def pull_out(self) -> None:
-        self.path.unlink()
-        os.close(self.master)
-
-    def said(self, count: int) -> bytes:
-        found = b""
-        while len(found) < count:
-            found += os.read(self.master, count - len(found))
-        return found
-
-
 @pytest.fixture
 def slcan(made, tmp_path) -> Callable[[], Heard]:
     return lambda: made(interface="slcan", channel=str(tmp_path / "adapter"), retry_ns=1_000_000,
@@ -175,7 +150,7 @@ def slcan(made, tmp_path) -> Callable[[], Heard]:
 
 
 def test_slcan_speaks_the_protocol_of_adapters(slcan, tmp_path):
-    adapter = Adapter(tmp_path / "adapter")
+    adapter = Device(tmp_path / "adapter")
     heard = slcan()
     heard.gateway.send(pack(CanFrame(0x123, b"\xAB\xCD")))
     heard.gateway.send(pack(CanFrame(0x004, bytes(8), error=True)))         # would leave as a data frame
@@ -190,7 +165,7 @@ def test_slcan_speaks_the_protocol_of_adapters(slcan, tmp_path):
 
 
 def test_slcan_finds_frames_behind_garbage(slcan, tmp_path):
-    adapter = Adapter(tmp_path / "adapter")
+    adapter = Device(tmp_path / "adapter")
     heard = slcan()
     rng = Random(2)
     for _ in range(50):
@@ -207,7 +182,7 @@ def test_an_adapter_that_is_missing_or_pulled_out_is_told_of_and_opened_when_it_
     heard = slcan()
     assert heard.kinds == [MISSING]
     heard.gateway.send(pack(FRAMES[0]))
-    adapter = Adapter(tmp_path / "adapter")
+    adapter = Device(tmp_path / "adapter")
     heard.until(lambda: heard.kinds == [MISSING, SPEAKS])
     adapter.pull_out()
     heard.until(lambda: heard.kinds == [MISSING, SPEAKS, LOST])
@@ -225,7 +200,7 @@ def test_an_adapter_that_is_missing_or_pulled_out_is_told_of_and_opened_when_it_
 
 
 def test_a_device_that_takes_nothing_does_not_hold_up_the_run(slcan, tmp_path):
-    adapter = Adapter(tmp_path / "adapter")
+    adapter = Device(tmp_path / "adapter")
     heard = slcan()
     began_s = time.monotonic()
     for _ in range(30_000):
