@@ -14,7 +14,7 @@ from fmus.cache import cache_folder
 
 ROOT: Final = Path(__file__).parents[2]
 PACKAGES: Final = ("agents", "firmware_sim", "fmus", "netem")
-LAYOUT: Final = 2       # raised when a change of `build` changes its result
+LAYOUT: Final = 3       # raised when a change of `build` changes its result
 MODULES: Final = (
     "fmus.event_plant",
     "fmus.plant",
