@@ -433,6 +433,8 @@ class _Run:
         self._leave_if_forked()
         if self.steering is not None:
             self.steering.poll()
+        if self.conductor.pace is not None:
+            self.ledger.keep()          # little at a time, since what is due meanwhile is late
         if time.monotonic() > self.kept_s + KEEP_EVERY_S:
             self._keep(now_ns)
             self.kept_s = time.monotonic()
