@@ -160,7 +160,7 @@ class Injection:
             at_ns = medium.next_fault_ns(at_ns)
         table = {"kind": request.kind, **keys, "at_ns": at_ns}
         spec = self._read(table)
-        if spec.settings.cuts:
+        if spec.settings.cuts or spec.settings.flips:
             table["spares_under_way"] = True
             spec = self._read(table)
         for node, *_ in spec.targets if spec.settings.kills else ():
