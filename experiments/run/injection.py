@@ -26,7 +26,7 @@ import msgspec
 
 from experiments.judge.run_files import FAULT_SOCKET, INJECTED, SCENARIO
 from experiments.run.run_folder import owner
-from experiments.scenario.faults import has_execution_time, read_fault, site_of
+from experiments.scenario.faults import has_execution_time, read_fault, refuse_overlaps, site_of
 from experiments.scenario.model import FaultSpec, Scenario
 from experiments.scenario.own_modules import class_for
 from experiments.scenario.plant_parameters import plant_names
@@ -148,6 +148,8 @@ class Injection:
 
     def _inject(self, request: Request) -> Answer:
         keys, conductor = dict(request.keys), self._conductor
+        if conductor.ended:
+            raise NotInjected(f"the run is at its end, {conductor.end_ns / 1e9:.9g} s: nothing can be injected any more")
         if given := next((key for key in keys if key.rpartition("_")[0] in TIMES or key == "times"), ""):
             raise NotInjected(f"{given}: an injected fault begins at once; lasts_s says how long it lasts")
         keys.setdefault("name", self._next_name())
@@ -168,9 +170,12 @@ class Injection:
                 raise NotInjected(f"{node}: the FMU of its plant cannot save its state, so a kill has to be known "
                                   "before the run: write it into the scenario")
         occurrence, = spec.occurrences
-        self._names.add(spec.name)
         faults = self._scenario.faults
         spec = msgspec.structs.replace(spec, place=path_text(("faults", len(faults))))
+        problems = Problems("fault")
+        refuse_overlaps((*faults, spec), Reading(self._scenario.folder, problems))
+        problems.stop_if_any()
+        self._names.add(spec.name)
         self._scenario = msgspec.structs.replace(self._scenario, faults=(*faults, spec))
         self._world.occurs(spec.settings, spec.cause, spec.targets, Occurrence(*occurrence))
         with (self._folder / INJECTED).open("a", encoding="utf-8") as file:

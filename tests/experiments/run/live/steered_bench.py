@@ -19,6 +19,7 @@ from experiments.run.runner import run
 from experiments.scenario import load
 from experiments.show.view.messages import Answer, Ask, Command, Scene, ToRun, Update, Watching
 from netem.emulator import conductor
+from netem.emulator.conductor import Conductor
 from netem.records.events import hash_of_events
 from netem.records.ledger_file import read_metadata
 
@@ -33,14 +34,15 @@ def hashes(folder: Path) -> tuple[str, str]:
 class SteeredView(ServerProcess):
     """Stands in for the server of a view; `script(view)` is called at each occasion to steer the run.
 
-    `now_ns` is the virtual time of the last update, and `answers` has what became of the commands of `fault`.
+    `now_ns` is the virtual time up to which windows have passed, and `answers` has what became of the commands of
+    `fault`, which the run takes at once.
     """
 
     def __init__(self, script: Script) -> None:
         self.socket, self._other = socket.socketpair()
         self._other.send(b"x")      # never read: the socket can always be read
         self.with_foxglove = False
-        self.now_ns = 0
+        self.steering: steering.Steering | None = None
         self.answers: list[Answer] = []
         self._script = script
         self._commands: list[ToRun] = [Watching(1), Command(0, 0, "speed", speed=SPEED)]
@@ -52,20 +54,23 @@ class SteeredView(ServerProcess):
         self._commands.append(message)
 
     @property
+    def now_ns(self) -> int:
+        assert self.steering is not None
+        return self.steering._conductor.passed_ns
+
+    @property
     def takes_more(self) -> bool:
         return True
 
     def send(self, message: Any) -> None:
         match message:
-            case Update():
-                self.now_ns = message.now_ns
-                self._script(self)
             case Answer(request=1):
                 self.answers.append(message)
             case _:
-                assert isinstance(message, Scene | Answer)
+                assert isinstance(message, Scene | Update | Answer)
 
     def receive(self) -> list[ToRun] | None:
+        self._script(self)
         commands, self._commands = self._commands, []
         return [*commands, Ask()]
 
@@ -79,6 +84,13 @@ def steered(scenario: Path, out: Path, script: Script, patch: pytest.MonkeyPatch
     patch.setattr(conductor, "PROGRESS_EVERY_S", 0.0)
     patch.setattr(steering, "PACED_S", stop_every_ns * 1e-9 / SPEED)
     view = SteeredView(script)
+
+    class Noted(steering.Steering):
+        def __init__(self, conductor: Conductor) -> None:
+            super().__init__(conductor)
+            view.steering = self
+
+    patch.setattr(steering, "Steering", Noted)
     try:
         run(load(scenario), host="inline", out=out, report=False, view=view)
     finally:
