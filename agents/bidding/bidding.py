@@ -183,7 +183,8 @@ class Bidding:
         auction.close()
         winner = auction.winner()
         if winner is None:
-            self._board.warn("nobody bids", f"{_named(auction)}: the sensor heard no bid in the window and has none")
+            self._board.warn("nobody bids", f"{_named(auction)}: the sensor heard no bid in the "
+                             "window and has no bid itself")
         elif winner != self._number:
             self._hold(auction, winner, auction.bids[winner])
         elif self._reward(auction.task) is None:

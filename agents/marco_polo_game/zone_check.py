@@ -54,7 +54,7 @@ def zone_problems(game: Game, medium: MediumView) -> Iterator[str]:
         if not any(zone.meets(corners) for zone in inside):
             told = ", ".join(f"({x:g}, {y:g})" for x, y in corners)
             yield (f"team.zones[{number}]={told} m: meets none of {where}, so planners avoid a place where the radio "
-                   f"works; give the radio a zone there, take this one out, or leave out all of {where}")
+                   f"works; give the radio a zone there, remove this one, or remove {where} altogether")
     for number, zone in enumerate(inside):
         x0, x1, y0, y1 = zone.sides_m()
         if x0 > x1 or y0 > y1:
@@ -64,5 +64,5 @@ def zone_problems(game: Game, medium: MediumView) -> Iterator[str]:
         if out_m > TOUCHING_M:
             yield (f"{where}[{number}] (x {x0:g} to {x1:g}, y {y0:g} to {y1:g} m): protrudes by {out_m:.3g} m from "
                    f"team.zones[{nearest}], so sensors drive to where nobody hears them; have one of team.zones cover "
-                   f"it, [[{x0:g}, {y0:g}], [{x1:g}, {y0:g}], [{x1:g}, {y1:g}], [{x0:g}, {y1:g}]] would do, or leave "
-                   "out all of team.zones")
+                   f"it, [[{x0:g}, {y0:g}], [{x1:g}, {y0:g}], [{x1:g}, {y1:g}], [{x0:g}, {y1:g}]] would do, or "
+                   "remove team.zones altogether")

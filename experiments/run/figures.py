@@ -1,4 +1,4 @@
-"""Runs a scenario with many seeds for its figures alone: no folder, no report; what is the same for all seeds, once.
+"""Runs a scenario with many seeds for its figures alone, without a folder or a report; seeds share what they can.
 
     scenario --specifications, resolved tables--> Repeated --seed--> figures, hash --collect--> the next seed
 

@@ -4,10 +4,11 @@
                                            <--where and when, or why not--
     the page of a view                     --its server--> experiments/run/live --------------------> Injection
 
-They come while the pace of a run in real time waits, or to a run in virtual time that has a view, between two windows.
-A fault begins at the instant of its arrival, or at the earliest that no window of the run has passed. It joins the
-faults in `scenario.json` of the run folder, and is written to `injected.toml` there, as a table [[faults]] with its
-instant; appended to the scenario it repeats the run.
+A run in real time takes faults while its pace waits; a run in virtual time takes them if it has a view, between two
+windows. A fault begins at the instant of its arrival, or at the earliest instant that no window of the run has passed.
+It joins the faults in `scenario.json` of the run folder, and is written to `injected.toml` there, as a table [[faults]]
+with its instant. The scenario with the tables of `injected.toml` appended repeats the run. A fault that the scenario
+could not have, because it overlaps another, is refused, and so is every fault after the last window.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ import msgspec
 
 from experiments.judge.run_files import FAULT_SOCKET, INJECTED, SCENARIO
 from experiments.run.run_folder import owner
-from experiments.scenario.faults import has_execution_time, read_fault, site_of
+from experiments.scenario.faults import has_execution_time, read_fault, refuse_overlaps, site_of
 from experiments.scenario.model import FaultSpec, Scenario
 from experiments.scenario.own_modules import class_for
 from experiments.scenario.plant_parameters import plant_names
@@ -63,15 +64,23 @@ class Answer(msgspec.Struct):
 
 
 class Attends(Protocol):
-    """What lets the time of a run pass and attends to sockets meanwhile."""
+    """Decides when the time of a run passes, and watches sockets while it does not.
 
-    def attend(self, file: Any, call: Callable[[], None]) -> None: ...
+    `Pace` does so in a run in real time, `Steering` in a run in virtual time with a view.
+    """
 
-    def leave(self, file: Any) -> None: ...
+    def attend(self, file: Any, call: Callable[[], None]) -> None:
+        """Call `call`, from now on, whenever the socket `file` can be read."""
+
+    def leave(self, file: Any) -> None:
+        """Stop watching `file`."""
 
 
 class Injection:
-    """Takes requests while `attends` lets time pass. `may_kill(node)` says whether a kill may be injected there."""
+    """Takes requests from the socket of the run folder, which `attends` watches, and from a view.
+
+    `may_kill(node)` returns whether a kill may be injected into the node.
+    """
 
     def __init__(self, scenario: Scenario, folder: Path, conductor: Conductor, attends: Attends, world: RunWorld,
                  may_kill: Callable[[str], bool]) -> None:
@@ -148,6 +157,9 @@ class Injection:
 
     def _inject(self, request: Request) -> Answer:
         keys, conductor = dict(request.keys), self._conductor
+        if conductor.ended:
+            raise NotInjected(f"the run is at its end, {conductor.end_ns / 1e9:.9g} s: nothing can be injected any "
+                              "more")
         if given := next((key for key in keys if key.rpartition("_")[0] in TIMES or key == "times"), ""):
             raise NotInjected(f"{given}: an injected fault begins at once; lasts_s says how long it lasts")
         keys.setdefault("name", self._next_name())
@@ -160,7 +172,7 @@ class Injection:
             at_ns = medium.next_fault_ns(at_ns)
         table = {"kind": request.kind, **keys, "at_ns": at_ns}
         spec = self._read(table)
-        if spec.settings.cuts:
+        if spec.settings.cuts or spec.settings.flips:
             table["spares_under_way"] = True
             spec = self._read(table)
         for node, *_ in spec.targets if spec.settings.kills else ():
@@ -168,9 +180,12 @@ class Injection:
                 raise NotInjected(f"{node}: the FMU of its plant cannot save its state, so a kill has to be known "
                                   "before the run: write it into the scenario")
         occurrence, = spec.occurrences
-        self._names.add(spec.name)
         faults = self._scenario.faults
         spec = msgspec.structs.replace(spec, place=path_text(("faults", len(faults))))
+        problems = Problems("fault")
+        refuse_overlaps((*faults, spec), Reading(self._scenario.folder, problems))
+        problems.stop_if_any()
+        self._names.add(spec.name)
         self._scenario = msgspec.structs.replace(self._scenario, faults=(*faults, spec))
         self._world.occurs(spec.settings, spec.cause, spec.targets, Occurrence(*occurrence))
         with (self._folder / INJECTED).open("a", encoding="utf-8") as file:

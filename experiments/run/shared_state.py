@@ -1,10 +1,10 @@
-"""What blocking programs of the host `inline` leave in the process is taken back: the environment, names of modules.
+"""Undoes what blocking programs on the host `inline` change in the emulator's process, after the run.
 
     os.environ                                      as before
     packages that modules beside the scenario use   a name of theirs that was bound anew has its former value
 
-So the next run in the process finds what this one found. Not taken back: what is kept inside objects (a cache, a list
-of handlers), new names, and the state of libraries in C. Nodes of one run still share all of it.
+So the next run in the process finds what this one found. Not undone: changes inside objects (a cache, a list of
+handlers), new names, and the state of libraries in C. The nodes of one run share all of this while it lasts.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from experiments.scenario.own_modules import modules_beside
 
 @contextmanager
 def shared_state_restored(folder: Path) -> Iterator[None]:
-    """Take back, after this context, what programs of the scenario in `folder` change in their process."""
+    """Restore, at the end of this context, what programs of the scenario in `folder` changed in the process."""
     environment = dict(os.environ)
     packages = _packages_used(folder)
     before = [(module, dict(vars(module))) for name, module in list(sys.modules.items())

@@ -1,4 +1,4 @@
-"""What the keys `sockets` and `zenoh` of an agent share: a function as program, and media that carry its datagrams."""
+"""Checks for agents with the key `sockets` or `zenoh`: the program is a function, and the media carry datagrams."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def read_faults(tables: Sequence[Any], reader: Agents, agents: Mapping[str, Agen
             if spec.name:
                 names.setdefault(spec.name, place)
             found.append(spec)
-    _refuse_overlaps(found, reading)
+    refuse_overlaps(found, reading)
     return tuple(found)
 
 
@@ -137,7 +137,7 @@ def _misplaced(kind: str, fault: Fault, target: Sequence[str], media: Mapping[st
             f"{', '.join(taken)}")
 
 
-def _refuse_overlaps(faults: Sequence[FaultSpec], reading: Reading) -> None:
+def refuse_overlaps(faults: Sequence[FaultSpec], reading: Reading) -> None:
     """Refuse faults at planned times that take a node away while another does so already."""
     gone: dict[str, list[tuple[int, int, FaultSpec]]] = {}
     for spec in faults:

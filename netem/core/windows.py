@@ -24,5 +24,10 @@ class Windows:
                 merged += [start, end]
         self._edges_ns = merged
 
+    def hold_both(self, first_ns: int, last_ns: int) -> bool:
+        """Return whether one and the same window, merged ones being one, holds both instants."""
+        edges = bisect_right(self._edges_ns, first_ns)
+        return bool(edges & 1) and edges == bisect_right(self._edges_ns, last_ns)
+
     def hold(self, time_ns: int) -> bool:
         return bool(bisect_right(self._edges_ns, time_ns) & 1)      # an odd number of edges lies behind

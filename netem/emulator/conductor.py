@@ -63,6 +63,7 @@ class Conductor:
     reached_ns: int = 0
     passed_ns: int = 0                  # every arrival before it is delivered, or waits at the seat of its node
     dead_ns: dict[str, list[tuple[int, int]]] = field(default_factory=dict)     # by node: [killed, booted)
+    ended: bool = False                 # no window and no stop follows
     ended_by: str = ""                  # the node that ended the run before its length, "" if none did,
     ended_because: str = ""             # and why
     counters: dict[str, dict[str, int]] = field(default_factory=dict)       # by node, from its last report
@@ -72,7 +73,7 @@ class Conductor:
     stop_ns: int = 0                    # instant of the present stop, or of the last
     _next_out_ns: int = 0
     _next_stop_ns: int = NEVER_NS       # the first of the instants in `_stops`
-    _stops: list[tuple[int, int, Callable[[], None]]] = field(default_factory=list)     # a heap
+    _stops: list[tuple[int, bool, int, Callable[[], None]]] = field(default_factory=list)       # a heap
     _stops_so_far: int = 0
     _faulty: list[Seat] = field(default_factory=list)           # those with faults for their next grants
     _talkers: set[str] = field(default_factory=set)     # nodes that made an offer in the last instant rounds
@@ -89,14 +90,16 @@ class Conductor:
             seat.renew()
             self.seats[name] = seat
 
-    def stop_at(self, time_ns: int, action: Callable[[], None]) -> None:
-        """Call `action` when all before `time_ns` has happened, and nothing at or after it, in the order of calls.
+    def stop_at(self, time_ns: int, action: Callable[[], None], *, first: bool = False) -> None:
+        """Call `action` when all before `time_ns` has happened, and nothing at or after it.
 
+        Actions of one instant are called in the order in which they were asked for, those with `first` before the
+        others: the end of a pause has the same place before a fault that was planned and before one that is injected.
         ValueError for an instant that windows have passed. In `action`, `kill`, `pause` and `fault` may be called.
         """
         if time_ns < self.passed_ns:
             raise ValueError(f"nothing can happen at {time_ns} ns any more: the run is at {self.passed_ns} ns")
-        heappush(self._stops, (time_ns, self._stops_so_far, action))
+        heappush(self._stops, (time_ns, not first, self._stops_so_far, action))
         self._stops_so_far += 1
         self._next_stop_ns = self._stops[0][0]
 
@@ -122,7 +125,7 @@ class Conductor:
         seat.leave(self.stop_ns, until_ns, pause)
         self.fault(name, "pause", {"until_ns": until_ns})
         if until_ns < self.end_ns:
-            self.stop_at(until_ns, partial(self._go_on, seat, pause))
+            self.stop_at(until_ns, partial(self._go_on, seat, pause), first=True)
         return True
 
     def kill(self, name: str, boots_ns: int, fields: Mapping[str, Any], cause: str = "") -> bool:
@@ -245,15 +248,16 @@ class Conductor:
             if (wall_s := time.monotonic()) >= next_progress_s:
                 next_progress_s = wall_s + PROGRESS_EVERY_S
                 self.progress(horizon_ns)
+        self.ended = True
         self._finish(seats, self.end_ns)
         self.progress(self.end_ns)
 
     def _stop(self) -> None:
-        """Call the actions of the next stop, in the order in which they were asked for."""
+        """Call the actions of the next stop in the order that `stop_at` tells."""
         self.stop_ns = self._next_stop_ns
         self.passed_ns = max(self.passed_ns, self.stop_ns)
         while self._stops and self._stops[0][0] == self.stop_ns:
-            heappop(self._stops)[2]()
+            heappop(self._stops)[3]()
         self._next_stop_ns = self._stops[0][0] if self._stops else NEVER_NS
 
     def _wait(self, pace: Pace, next_ns: int) -> bool:

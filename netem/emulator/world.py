@@ -81,12 +81,12 @@ class RunWorld:
             pipeline = self._links.pipeline(link)
             place = self._entrances.get(link, 0)
             self._entrances[link] = place + 1
-            pipeline.insert(place, (cause, Entrance(windows)))
+            pipeline.insert(place, (cause, Entrance(windows, self._now_ns if spares_under_way else None)))
             if not spares_under_way:
                 pipeline.append((cause, Exit(windows)))
         return windows
 
-    def flip(self, link: LinkName, cause: str, ratio: float, flipped_bits: int) -> Windows:
+    def flip(self, link: LinkName, cause: str, ratio: float, flipped_bits: int, spares_under_way: bool) -> Windows:
         windows = self._windows.get((link, cause))
         if windows is None:
             windows = self._windows[link, cause] = Windows()
@@ -94,11 +94,15 @@ class RunWorld:
             rng = self._rng_for(f"{cause}/{medium}: {sender} -> {receiver}")
             place = self._entrances.get(link, 0)
             self._entrances[link] = place + 1
-            flips: Impairment = Within(UndetectedFlips(ratio, flipped_bits, rng), windows)
+            flips: Impairment = Within(UndetectedFlips(ratio, flipped_bits, rng), windows,
+                                       self._now_ns if spares_under_way else None)
             if self._trace is not None:
                 flips = self._trace.watch(cause, link, flips)
             self._links.pipeline(link).insert(place, (cause, flips))
         return windows
+
+    def _now_ns(self) -> int:
+        return self._agenda.now_ns
 
     def _event(self, time_ns: int, subject: str, kind: str, detail: str, level: Level) -> None:
         self._agenda.at(time_ns, FAULT, subject, partial(

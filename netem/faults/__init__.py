@@ -69,11 +69,11 @@ class World(Protocol):
     def cut(self, link: LinkName, cause: str, spares_under_way: bool) -> Windows:
         """Return the windows in which `cause` cuts the link, to add one that has not begun.
 
-        With `spares_under_way` it does not cut copies that have entered the link before.
+        With `spares_under_way` it does not cut copies that their medium has passed to the link before the window.
         """
 
-    def flip(self, link: LinkName, cause: str, ratio: float, flipped_bits: int) -> Windows:
-        """Return the windows in which `cause` flips bits on the link that no checksum finds."""
+    def flip(self, link: LinkName, cause: str, ratio: float, flipped_bits: int, spares_under_way: bool) -> Windows:
+        """Return the windows in which `cause` flips bits on the link that no checksum finds; see `cut`."""
 
 
 class Fault:
@@ -85,7 +85,7 @@ class Fault:
     lasting: ClassVar[bool] = True          # whether an occurrence has an end, else it is an instant
     kills: ClassVar[bool] = False           # whether it may end a node's process
     cuts: ClassVar[bool] = False            # whether it cuts links, and takes the key `spares_under_way`
-    flips: ClassVar[bool] = False           # whether it changes copies on links, drawn while it acts
+    flips: ClassVar[bool] = False           # whether it changes copies on links, drawn while it acts, and takes it too
     away: ClassVar[bool] = False            # whether its nodes do not receive during an occurrence
 
     def resolve(self, on: str, site: Site) -> list[Target]:

@@ -19,7 +19,9 @@ CARRIERS: Final = "carriers"            # the part of a medium whose carriers ca
 
 @dataclass(frozen=True)
 class LinkDown(Fault):
-    """`spares_under_way` lets copies pass that have entered the link before: so do faults that were injected.
+    """`spares_under_way` lets copies pass that their medium has passed to the link before the window.
+
+    An injected fault has this key, since what becomes of those copies was decided before it was known.
 
     `carriers` is for media with carriers only, where None has the meaning of "cross".
     """

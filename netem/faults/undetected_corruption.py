@@ -16,11 +16,14 @@ from netem.faults.schedule import Occurrence
 
 @dataclass(frozen=True)
 class UndetectedCorruption(Fault):
+    """`spares_under_way` leaves copies as they are that their medium has passed to the link before the window."""
+
     on: ClassVar = "links"
     needs: ClassVar = "a medium with two nodes or more"
     flips: ClassVar = True
     ratio: float = 1.0
     flipped_bits: int = 1
+    spares_under_way: bool = False
 
     def __post_init__(self) -> None:
         if not 0 < self.ratio <= 1:
@@ -30,4 +33,5 @@ class UndetectedCorruption(Fault):
 
     def strike(self, world: World, cause: str, targets: Sequence[Target], occurrence: Occurrence) -> None:
         for medium, sender, receiver in targets:
-            world.flip((medium, sender, receiver), cause, self.ratio, self.flipped_bits).add(*occurrence)
+            world.flip((medium, sender, receiver), cause, self.ratio, self.flipped_bits,
+                       self.spares_under_way).add(*occurrence)

@@ -1,6 +1,7 @@
-"""A run that is watched: it answers what its view asks, and does what is asked for there.
+"""A run with a view: sends the view's server updates of the run, and carries out the commands of its pages.
 
-The socket of the view is attended to by whoever lets time pass: the pace of a run in real time, or `Steering`.
+`Pace` in a run in real time, `Steering` in one in virtual time, watches the socket to the server and calls `LiveRun`
+when a message has arrived.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class LiveRun:
                   file=sys.stderr)
 
     def finish(self, reached_ns: int) -> None:
-        """Leave the run, which has come to `reached_ns` and no further, and show the rest."""
+        """Take no more commands, and send a last update of the run, which ended at `reached_ns`."""
         if self._attended is not None:
             self._leave()
             self._update(reached_ns)

@@ -1,11 +1,11 @@
-"""How fast virtual time passes while somebody watches: at a speed, as fast as possible, or not at all.
+"""How fast virtual time passes while a page of the view is open: at a speed, as fast as possible, or not at all.
 
     paced:  stop --conductor--> hold until the wall clock is there --> the next stop, PACED_S of the wall clock later
     free:   the conductor calls `poll` after windows, some ten times a second
 
-The run is held at stops of the conductor, before which all has happened and after which nothing has, so that what it
-does depends neither on the speed nor on a pause, and a fault can be injected there. It is held only while a page is
-open: a run that nobody watches goes as fast as it can.
+`Steering` holds the run at stops of the conductor. At a stop, everything before its instant has happened and nothing
+after it has, so that what the run does depends neither on the speed nor on a pause, and a fault can be injected there.
+The run is held only while a page is open, and otherwise goes as fast as it can.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from typing import Any, Final
 from netem.emulator.conductor import Conductor
 
 PACED_S: Final = 0.02               # of the wall clock between two stops
-MOST_BEHIND_S: Final = 0.2          # what a slow stretch may be behind and is made up for
-LOOKS_EVERY_S: Final = 0.5          # in a pause
+MOST_BEHIND_S: Final = 0.2          # a run that is further behind its speed does not make up for it
+LOOKS_EVERY_S: Final = 0.5          # longest wait for a message during a pause
 
 
 class Steering:
@@ -33,11 +33,11 @@ class Steering:
         self._anchor: tuple[float, int] | None = None       # an instant of the wall clock [s] and of the run [ns]
 
     def attend(self, file: Any, call: Callable[[], None]) -> None:
-        """Call `call` while the run is held, and now and then else, whenever `file`, a socket, can be read."""
+        """Call `call` whenever the socket `file` can be read: at once while the run is held, else after a window."""
         self._selector.register(file, selectors.EVENT_READ, call)
 
     def leave(self, file: Any) -> None:
-        """Attend to `file` no more."""
+        """Stop watching `file`."""
         self._selector.unregister(file)
 
     def watched(self, pages: int) -> None:
@@ -62,7 +62,7 @@ class Steering:
         return self._watched
 
     def poll(self) -> None:
-        """Attend to what has arrived; between two windows, or before the first."""
+        """Handle the messages that have arrived. The conductor calls this between two windows, or before the first."""
         self._attend_for(0)
         if self._holds and not self._stop_comes:
             self._stop_at(self._conductor.passed_ns)

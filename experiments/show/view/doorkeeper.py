@@ -1,4 +1,4 @@
-"""Who may come in: only what this machine asks of the loopback address, with the token of the run.
+"""Which requests a view answers: those from this machine to its loopback address, with the token of the run.
 
 A page of another site that the same browser shows can reach the loopback address too, so its Origin is refused, and by
 the Host header a name of that site which its owner points at 127.0.0.1 (DNS rebinding).

@@ -1,4 +1,4 @@
-"""The page of a view as one text, so that it asks for nothing else: its style and scripts are in it."""
+"""The page of a view as one text with its style and scripts in it, so that a browser requests no other file."""
 
 from __future__ import annotations
 

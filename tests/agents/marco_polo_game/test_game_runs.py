@@ -322,11 +322,11 @@ def test_weights_that_are_not_given_are_the_defaults() -> None:
     ("team.zones=[[[5.5, 4.0], [7.5, 4.0], [7.5, 6.5], [5.5, 6.5]]]",
      "media.radio.topology.zones[0] (x 5.5 to 8, y 4 to 6.5 m): protrudes by 0.5 m from team.zones[0], so sensors "
      "drive to where nobody hears them; have one of team.zones cover it, [[5.5, 4], [8, 4], [8, 6.5], [5.5, 6.5]] "
-     "would do, or leave out all of team.zones"),
+     "would do, or remove team.zones altogether"),
     ("team.zones=[[[5.5, 4.0], [8.0, 4.0], [8.0, 6.5], [5.5, 6.5]], [[0.1, 0.1], [0.8, 0.1], [0.8, 0.8]]]",
      "team.zones[1]=(0.1, 0.1), (0.8, 0.1), (0.8, 0.8) m: meets none of media.radio.topology.zones, so planners avoid "
-     "a place where the radio works; give the radio a zone there, take this one out, or leave out all of "
-     "media.radio.topology.zones"),
+     "a place where the radio works; give the radio a zone there, remove this one, or remove "
+     "media.radio.topology.zones altogether"),
     ("media.radio.topology.zones=[{kind='circle', centre_m=[6.75, 5.0], radius_m=1.5, extra_loss_db=100.0}]",
      "media.radio.topology.zones[0] (x 5.25 to 8.25, y 3.5 to 6.5 m): protrudes by 0.5 m from team.zones[0]"),
 ])
