@@ -21,7 +21,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import msgspec
 
@@ -38,6 +38,7 @@ from experiments.show.view.fault_form import keys_of
 from netem.emulator.conductor import Conductor
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
+from netem.gateways import Attends
 
 LONGEST: Final = 65536                      # bytes of a request or an answer
 ANSWER_WITHIN_S: Final = 10.0
@@ -61,19 +62,6 @@ class Answer(msgspec.Struct):
     name: str = ""
     at_ns: int = -1
     fields: dict[str, str] = {}         # what is wrong, by the key that it is about
-
-
-class Attends(Protocol):
-    """Decides when the time of a run passes, and watches sockets while it does not.
-
-    `Pace` does so in a run in real time, `Steering` in a run in virtual time with a view.
-    """
-
-    def attend(self, file: Any, call: Callable[[], None]) -> None:
-        """Call `call`, from now on, whenever the socket `file` can be read."""
-
-    def leave(self, file: Any) -> None:
-        """Stop watching `file`."""
 
 
 class Injection:

@@ -31,6 +31,7 @@ from experiments.scenario.records import on_request
 from experiments.scenario.shape import Shape, shape_of
 from experiments.scenario.units import spellings
 from netem.faults.table import FAULTS
+from netem.gateways.network_settings import NetworkSettings
 from netem.gateways.real_time_settings import RealTimeSettings
 from netem.gateways.table import GATEWAYS, USUAL
 from netem.impairments.table import IMPAIRMENTS
@@ -50,6 +51,7 @@ ABOUT: Final = {
     "agents_defaults": "default values of every agent",
     "media": "the networks that carry frames between the agents",
     "gateways": "connections to devices and programs outside the run, in real time",
+    "network": "how the doors of a run are locked",
     "real_time": "pace of a run in real time, and what happens when it is late",
     "impairments": "losses, delays and errors on links, applied in this order",
     "faults": "what breaks and when: nodes, clocks, links",
@@ -71,6 +73,7 @@ def scenario_schema() -> Schema:
         "media": _named(_kinds({kind: shape_of(cls.Settings) for kind, cls in MEDIA.items()})),
         "gateways": _named(_kinds({kind: shape_of(cls.Settings) for kind, cls in GATEWAYS.items()},
                                   shape_of(GatewayHeader), usual=USUAL)),
+        "network": _table(shape_of(NetworkSettings)),
         "real_time": _table(shape_of(RealTimeSettings)),
         "impairments": {"type": "array", "items": _kinds(
             {kind: shape_of(cls) for kind, cls in impairments.items()}, shape_of(ImpairmentHeader),

@@ -23,7 +23,7 @@ from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
 from experiments.scenario.faults import read_faults
-from experiments.scenario.gateways import check_media, read_gateways
+from experiments.scenario.gateways import check_doors, check_media, read_gateways
 from experiments.scenario.ground import ground_of
 from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
@@ -36,6 +36,7 @@ from experiments.scenario.shape import shape_of
 from experiments.scenario.socket_addresses import check_sockets
 from experiments.scenario.zenoh_ways import check_ways
 from firmware_sim.scenario_view import OwnAgent
+from netem.gateways.network_settings import NetworkSettings
 from netem.gateways.real_time_settings import RealTimeSettings
 from netem.wire.instants import NEVER_NS
 
@@ -108,6 +109,10 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     tables_of_media = network.tables_of_media([*agents, *gateways, *derived, *media])
     recorded = [*agents, *gateways, *derived, *media, *tables_of_media]
     records = read_records(() if header is None else header.record, tables["records"], media, reading)
+    network_settings = reading.tables.read(shape_of(NetworkSettings), tables["network"], ("network",), (),
+                                           NetworkSettings).made
+    if network_settings is not None:
+        check_doors(gateways, network_settings, reading)
     real_time = reading.tables.read(shape_of(RealTimeSettings), tables["real_time"], ("real_time",), (),
                                     RealTimeSettings).made
     costs = read_costs(tables["costs"], [*agents, *derived, *media, *tables_of_media], media, derived, reading)
@@ -116,11 +121,13 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
         check_question_signal(header.question_signal, recorded, derived, problems)
     problems.stop_if_any()
     assert header is not None
+    assert network_settings is not None
     assert real_time is not None
     scenario = Scenario(source.stem, str(source.absolute()), question, header.seed, header.length_ns,
                         header.sample_period_ns, header.node_timeout_s, tables["team"], agents, media, impairments,
                         gateways, derived, implied(guarantees) | expect, guarantees, records, faults, costs,
-                        header.question_signal, real_time=real_time, changes=changes)
+                        header.question_signal, real_time=real_time, network=network_settings,
+                        changes=changes)
     _ask_programs(scenario, agent_reader.programs, problems)
     problems.stop_if_any()
     modes = check_automata(agent_reader.programs, scenario.team, problems)

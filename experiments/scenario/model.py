@@ -10,6 +10,7 @@ import msgspec
 
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.ground_plan import GroundPlan
+from netem.gateways.network_settings import NetworkSettings
 from netem.gateways.real_time_settings import RealTimeSettings
 from netem.media.answers import FloorPlan
 
@@ -172,6 +173,7 @@ class Scenario(msgspec.Struct, frozen=True):
     modes: dict[str, tuple[str, ...]] = {}      # of the automata that programs declare, by agent
     ground: GroundPlan | None = None    # on which the team acts, if its programs declare it
     real_time: RealTimeSettings = RealTimeSettings()    # for a run in real time
+    network: NetworkSettings = NetworkSettings()        # how the doors of a run are locked
     changes: dict[str, Any] = {}        # values that replaced those of the file at `path`, by their paths in it
 
     @property

@@ -13,7 +13,7 @@ from experiments.scenario.table_reader import TableReader
 _TABLE: Final = dict, "expected a table"
 SECTIONS: Final[Mapping[str, tuple[type, str]]] = {     # name -> type, and the rule in an error about another type
     "team": _TABLE, "agents": _TABLE, "agents_defaults": _TABLE, "media": _TABLE, "gateways": _TABLE,
-    "real_time": _TABLE,
+    "network": _TABLE, "real_time": _TABLE,
     "impairments": (list, "expected a list: write [[impairments]]"),
     "faults": (list, "expected a list: write [[faults]]"), "derived": _TABLE, "guarantees": _TABLE,
     "records": _TABLE, "costs": _TABLE, "expect": _TABLE}
