@@ -20,7 +20,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import msgspec
 
@@ -37,6 +37,7 @@ from experiments.show.view.fault_form import keys_of
 from netem.emulator.conductor import Conductor
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
+from netem.gateways import Attends
 
 LONGEST: Final = 65536                      # bytes of a request or an answer
 ANSWER_WITHIN_S: Final = 10.0
@@ -60,14 +61,6 @@ class Answer(msgspec.Struct):
     name: str = ""
     at_ns: int = -1
     fields: dict[str, str] = {}         # what is wrong, by the key that it is about
-
-
-class Attends(Protocol):
-    """What lets the time of a run pass and attends to sockets meanwhile."""
-
-    def attend(self, file: Any, call: Callable[[], None]) -> None: ...
-
-    def leave(self, file: Any) -> None: ...
 
 
 class Injection:

@@ -31,7 +31,8 @@ import msgspec
 from experiments.run.exits import ExitCode
 from netem.transport.diagnosis.stack_dump import DUMP_WITHIN_S, ask_for_dump, dump_stacks_into
 from netem.transport.diagnosis.under_way import UnderWay
-from netem.transport.left_behind import end_children, end_with_parent, take_orphans
+from netem.transport.left_behind import end_children, take_orphans
+from netem.wire.parent import end_with_parent
 
 FORWARDED: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LOOK_EVERY_S: Final = 0.05

@@ -27,7 +27,7 @@ from experiments.judge.run_files import SCENARIO, Json
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
-from experiments.run.injection import Attends, Injection
+from experiments.run.injection import Injection
 from experiments.run.network import Network
 from experiments.run.node_build import NodeSpecification
 from experiments.run.node_host import HostName, open_host
@@ -46,7 +46,7 @@ from netem.core.random_streams import stream
 from netem.emulator.conductor import Conductor, Recorders
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
-from netem.gateways import Gateway, Tell
+from netem.gateways import Attends, Gateway, Tell
 from netem.gateways.pace import Pace
 from netem.gateways.real_time_process import EMULATOR_PRIORITY, NODE_PRIORITY, in_real_time
 from netem.gateways.table import GATEWAYS
@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from experiments.run.live.live_run import LiveRun
     from experiments.run.live.server_process import ServerProcess
     from experiments.run.live.steering import Steering
+    from netem.gateways.tls_front import TlsFront
 
 KEEP_EVERY_S = 0.7          # largest age of the records on the disk; the conductor may be 0.1 s late
 # The records hold up to 231 000 objects in memory, rows of a chunk of the ledger and buffered samples, and none of them
@@ -186,9 +187,10 @@ class _Run:
         self.steering: Steering | None = None
         self.live = None if view is None else self._watched_in(view)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
+        self.doors = None if scenario.network.tls is None else _front(scenario.network.tls)
         if real_time:
-            self.conductor.pace = Pace(_open_gateways(scenario, self._gateway_event), self._wall_clock_event,
-                                       scenario.real_time, {
+            gateways = _open_gateways(scenario, self._gateway_event, self.doors)
+            self.conductor.pace = Pace(gateways, self._wall_clock_event, scenario.real_time, {
                 spec.name: TimeWatch(Timesync(), partial(self._sample_of_gateway, spec.name), spec.timesync,
                                      partial(self._device_clock_set, spec.name))
                 for spec in scenario.gateways.values()})
@@ -252,6 +254,8 @@ class _Run:
             self.at_end.callback(self.steering.close)
         if attends is None:
             return
+        if self.doors is not None:
+            self.doors.begin(attends)
         injection = Injection(self.scenario, self.folder, self.conductor, attends, world, self._may_kill)
         self.at_end.callback(injection.close)
         if self.live is not None:
@@ -299,6 +303,8 @@ class _Run:
         self._step(lambda: self.records.write_standing(self._standing(reached_ns)))
         self._step(self.programs.close)
         self._step(self.host.stop)
+        if self.doors is not None:
+            self._step(self.doors.close)
         self._step(self.at_end.close)
         if self.conductor.pace is not None:
             self._step(self.conductor.pace.close)
@@ -447,17 +453,30 @@ class _Run:
                                       time.monotonic() - self.started_s, self.conductor.windows, {}, nodes, waited_s))
 
 
-def _open_gateways(scenario: Scenario, event: Tell) -> list[Gateway]:
-    """Return the gateways; if one cannot be opened, those before it are closed again."""
+def _front(certificates: Path) -> TlsFront:
+    from netem.gateways.tls_front import TlsFront  # late: few runs have a door
+
+    return TlsFront(certificates)
+
+
+def _open_gateways(scenario: Scenario, event: Tell, doors: TlsFront | None) -> list[Gateway]:
+    """Return the gateways; if one cannot be opened, those before it are closed again, and all doors."""
     names = (*scenario.agents, *scenario.gateways)
     with ExitStack() as opened:
+        if doors is not None:
+            opened.callback(doors.close)
         gateways: list[Gateway] = []
         for spec in scenario.gateways.values():
             medium = scenario.media[spec.medium].settings
-            gateways.append(GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=event,
-                                                longest_bytes=medium.longest_frame_bytes()))
-            opened.callback(gateways[-1].close)
-            gateways[-1].join(names, medium.datagram_format())
+            gateway: Gateway = GATEWAYS[spec.kind](spec.name, spec.medium, spec.settings, event=event,
+                                                   longest_bytes=medium.longest_frame_bytes())
+            gateways.append(gateway)
+            opened.callback(gateway.close)
+            gateway.join(names, medium.datagram_format())
+            door = spec.settings.door(spec.name)
+            if door is not None:
+                assert doors is not None        # the scenario was checked
+                gateway.opened(doors.open(f"gateways.{spec.name}", door, gateway.onward(), gateway.tell))
         opened.pop_all()
     return gateways
 

@@ -10,6 +10,7 @@ from experiments.scenario.model import GatewaySpec, MediumSpec
 from experiments.scenario.problems import near
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of
+from netem.gateways.network_settings import NetworkSettings
 from netem.gateways.table import GATEWAYS, USUAL
 
 
@@ -55,6 +56,15 @@ def _check_addresses(gateways: Mapping[str, GatewaySpec], reading: Reading) -> N
             if other != name:
                 reading.problems.add(("gateways", name), f"has {address}, which gateways.{other} has already; give "
                                      "each one of its own, or let the clients share one gateway")
+
+
+def check_doors(gateways: Mapping[str, GatewaySpec], network: NetworkSettings, reading: Reading) -> None:
+    """Refuse doors with TLS in a scenario without certificates."""
+    for name, spec in gateways.items():
+        if spec.settings.door(name) is not None and network.tls is None:
+            reading.problems.add(("gateways", name, "listen"), "a door with TLS needs certificates; make a folder of "
+                                 "them with marconet certificates new FOLDER, and write [network] tls = \"FOLDER\"",
+                                 spec.settings.listen)
 
 
 def check_media(gateways: Mapping[str, GatewaySpec], media: Mapping[str, MediumSpec], reading: Reading) -> None:

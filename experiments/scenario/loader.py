@@ -23,7 +23,7 @@ from experiments.scenario.derived import read_derived
 from experiments.scenario.document import check_values, read
 from experiments.scenario.expect import read_expect
 from experiments.scenario.faults import read_faults
-from experiments.scenario.gateways import check_media, read_gateways
+from experiments.scenario.gateways import check_doors, check_media, read_gateways
 from experiments.scenario.ground import ground_of
 from experiments.scenario.guarantees import Guarantees, implied
 from experiments.scenario.model import Scenario
@@ -111,6 +111,8 @@ def load_tables(document: dict[str, Any], question: str, source: Path, *, seed: 
     records = read_records(() if header is None else header.record, tables["records"], media, reading)
     network_settings = reading.tables.read(shape_of(NetworkSettings), tables["network"], ("network",), (),
                                            NetworkSettings).made
+    if network_settings is not None:
+        check_doors(gateways, network_settings, reading)
     real_time = reading.tables.read(shape_of(RealTimeSettings), tables["real_time"], ("real_time",), (),
                                     RealTimeSettings).made
     costs = read_costs(tables["costs"], [*agents, *derived, *media, *tables_of_media], media, derived, reading)

@@ -40,8 +40,8 @@ from experiments.sweep.messages import (
 )
 from fmus.errors import PlantError
 from netem.impairments.traced import Trace
-from netem.transport.left_behind import end_with_parent
 from netem.wire.errors import NodeFailure
+from netem.wire.parent import end_with_parent
 
 REFUSALS = (ScenarioError, NeedsRealTime, PlantError, OSError)
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Any, ClassVar, Final, Protocol
+from typing import Any, ClassVar, Final, NamedTuple, Protocol
 
 from netem.gateways.allowance import Allowance
 from netem.wire.instants import NEVER_NS
@@ -48,12 +48,36 @@ class Datagrams(Protocol):
         """Return what a frame carries, None if it is no datagram."""
 
 
+class Attends(Protocol):
+    """What lets the time of a run pass and attends to sockets meanwhile."""
+
+    def attend(self, file: Any, call: Callable[[], None]) -> None: ...
+
+    def leave(self, file: Any) -> None: ...
+
+
+class Door(NamedTuple):
+    """A TLS door that the run's front opens: at `listen` ("host:port"), for `most` streams at a time.
+
+    Who comes through has a certificate whose common name is in `admits`, and an address in `only_from`, () for any.
+    """
+
+    listen: str
+    admits: tuple[str, ...]
+    only_from: tuple[str, ...] = ()
+    most: int = 32
+
+
 class GatewaySettings:
     """Questions that the settings of every kind of gateway answer before the run, with defaults."""
 
     def occupies(self) -> Collection[str]:
         """Return the addresses or devices that no other gateway of the run can have, as text for an error."""
         return ()
+
+    def door(self, name: str) -> Door | None:
+        """Return the TLS door that the gateway `name` needs, None if it listens by itself or not at all."""
+        return None
 
     def refusal(self, *, carries_can_frames: bool, datagrams: Datagrams | None) -> str:
         """Return why the gateway cannot be on its medium, with a remedy; "" if it can."""
@@ -79,6 +103,13 @@ class Gateway:
 
     def join(self, names: Sequence[str], datagrams: Datagrams | None) -> None:
         """Note the names of all nodes of the run and how the medium carries datagrams; called once, before the run."""
+
+    def onward(self) -> str:
+        """Return where the run's front is to pass the streams of the door, "unix/PATH" or "tcp/HOST:PORT"."""
+        raise NotImplementedError
+
+    def opened(self, door: Any) -> None:
+        """Note the door (`tls_front.OpenedDoor`) that the run's front has opened for this gateway."""
 
     def fileno(self) -> int:
         """Return the descriptor that becomes readable when there is something to receive; it stays the same."""

@@ -62,7 +62,7 @@ def wrong_addresses(only_from: Sequence[str], **given: str | None) -> Iterator[s
 
     Where a gateway listens, under the key `listen`, any `only_from` opens it; another address has to be among them.
     """
-    wrong = list(_wrong_networks(only_from))
+    wrong = list(wrong_networks(only_from))
     yield from wrong
     for key, text in given.items():
         if text is None:
@@ -80,7 +80,8 @@ def wrong_addresses(only_from: Sequence[str], **given: str | None) -> Iterator[s
             yield f"{key}={text}: is not among only_from = {list(only_from)}; add it there"
 
 
-def _wrong_networks(only_from: Iterable[str]) -> Iterator[str]:
+def wrong_networks(only_from: Iterable[str]) -> Iterator[str]:
+    """Yield `only_from=value: rule` for each that is neither an address nor a network."""
     for text in only_from:
         try:
             ip_network(text, strict=False)

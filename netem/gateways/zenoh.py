@@ -17,12 +17,16 @@ of its keys, all nodes with such a one are asked, else all with a queryable that
 from __future__ import annotations
 
 import random
+import shutil
+import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
+from ipaddress import ip_address
 from itertools import count
+from pathlib import Path
 from typing import Any, ClassVar, Final
 
 from netem.gateways import (
@@ -31,13 +35,15 @@ from netem.gateways import (
     SPEAKS,
     UNREAD,
     Datagrams,
+    Door,
     Gateway,
     GatewaySettings,
     Tell,
     tell_nobody,
 )
-from netem.gateways.addresses import address_of, wrong_addresses
+from netem.gateways.addresses import address_of, wrong_networks
 from netem.gateways.allowance import Allowance
+from netem.gateways.tls_front import OpenedDoor
 from netem.gateways.zenoh_endpoint import (
     Asked,
     Declared,
@@ -71,7 +77,9 @@ from netem.wire.zenoh_messages import (
 )
 from netem.wire.zenoh_timing import ANSWERED_WITHIN_NS, MS, SHAKEN, TOLD_AFTER_NS
 
-PROTOCOL: Final = "tcp/"
+TCP, TLS = "tcp/", "tls/"
+ENDPOINT_RULE: Final = ("expected an endpoint, an IP address and a port after tcp/ or tls/, such as "
+                        "\"tcp/127.0.0.1:7447\" or \"tls/192.168.1.5:7447\"")
 ASKED_WITHIN_NS: Final = 500 * MS       # this gateway asks three times for what is declared
 MOST_OPEN: Final = 1000                 # queries under way in each direction; further ones end at once
 MOST_IN_A_BATCH: Final = 100
@@ -83,7 +91,8 @@ USUAL_KEYS: Final = ("**", "**/@adv/**", "@ros2_lv/**")
 class ZenohSettings(GatewaySettings):
     """`keys`: what is carried; `*` and `**` stand for no chunk that begins with @, so such chunks have to be named."""
 
-    listen: str = "tcp/127.0.0.1:7447"
+    listen: str = "tcp/127.0.0.1:7447"      # beyond the loopback only with tls/
+    only_from: tuple[str, ...] = ()         # addresses and networks of programs, with tls/; (): any
     keys: tuple[str, ...] = USUAL_KEYS
     lease_ns: int = 10_000_000_000          # declarations are forgotten after so long without a repetition
     query_timeout_ns: int = 60_000_000_000
@@ -91,11 +100,9 @@ class ZenohSettings(GatewaySettings):
     most_per_s: int = 20_000                # messages of the robot's programs; those beyond are dropped
 
     def __post_init__(self) -> None:
-        wrong = []
-        if self.listen.startswith(PROTOCOL):
-            wrong += list(wrong_addresses((), listen=self.listen.removeprefix(PROTOCOL)))
-        else:
-            wrong.append(f"listen={self.listen}: expected an endpoint such as \"tcp/127.0.0.1:7447\"")
+        wrong = [*self._wrong_endpoint(), *wrong_networks(self.only_from)]
+        if self.only_from and not self.has_door:
+            wrong.append(f"only_from={list(self.only_from)}: is about a door with TLS; listen with tls/")
         wrong += [f"keys={key}: no key expression: {complaint}" for key in self.keys if (complaint := problem_of(key))]
         wrong += [f"{name}={value}: expected at least {least}" for name, value, least in (
             ("lease_ns", self.lease_ns, 100 * MS), ("query_timeout_ns", self.query_timeout_ns, MS),
@@ -105,9 +112,34 @@ class ZenohSettings(GatewaySettings):
         if wrong:
             raise ValueError("\n".join(wrong))
 
+    def _wrong_endpoint(self) -> Iterator[str]:
+        try:
+            host = address_of(self.address)[0]
+        except ValueError:
+            yield f"listen={self.listen}: {ENDPOINT_RULE}"
+            return
+        if not self.listen.startswith((TCP, TLS)):
+            yield f"listen={self.listen}: {ENDPOINT_RULE}"
+        elif not self.has_door and not ip_address(host).is_loopback:
+            yield (f"listen={self.listen}: is beyond the loopback, where tcp/ lets anybody be this robot; write "
+                   f"listen = \"{TLS}{self.address}\" and [network] tls = \"FOLDER\", with the certificates of "
+                   "marconet certificates new FOLDER")
+
+    @property
+    def address(self) -> str:
+        """The address "host:port" of the endpoint."""
+        return self.listen[len(TCP):]
+
+    @property
+    def has_door(self) -> bool:
+        return self.listen.startswith(TLS)
+
     def occupies(self) -> Collection[str]:
-        address = self.listen.removeprefix(PROTOCOL)
-        return () if address_of(address)[1] == 0 else (f"the TCP address {address}",)
+        return () if address_of(self.address)[1] == 0 else (f"the TCP address {self.address}",)
+
+    def door(self, name: str) -> Door | None:
+        """Return the door through which a program with the robot's certificate comes, and nobody else."""
+        return Door(self.address, (name,), self.only_from, self.most_clients) if self.has_door else None
 
     def refusal(self, *, carries_can_frames: bool, datagrams: Datagrams | None) -> str:
         if datagrams is None:
@@ -123,6 +155,17 @@ class Open:
 
     query: Any
     waits_for: set[int] = field(default_factory=set)
+
+
+class PrivateSocket:
+    """A path for a Unix socket in a folder that only this user may open, at `path`."""
+
+    def __init__(self) -> None:
+        self._folder = Path(tempfile.mkdtemp(prefix="marconet-"))
+        self.path = self._folder / "zenoh"
+
+    def close(self) -> None:
+        shutil.rmtree(self._folder, ignore_errors=True)
 
 
 class ZenohGateway(Gateway):
@@ -154,9 +197,13 @@ class ZenohGateway(Gateway):
         self._answering: dict[tuple[int, int], Request] = {}    # requests of other nodes, by (address, number)
         self._numbers = count(1)
         self._told_interest = self._told_unread = self._told_garbage = False
+        self._door: OpenedDoor | None = None
+        self._behind = PrivateSocket() if settings.has_door else None
+        listen = settings.listen if self._behind is None else f"unixsock-stream/{self._behind.path}"
         try:
-            self._endpoint = Endpoint(settings.listen, settings.keys, settings.most_clients)
+            self._endpoint = Endpoint(listen, settings.keys, settings.most_clients)
         except OSError as error:
+            self._close_behind()
             raise OSError(f"gateways.{name}: cannot listen on {settings.listen}: {error}; end the program or run that "
                           "has it, or listen on another port") from error
         self._others = Others(settings.lease_ns, self._endpoint.mirror, self._endpoint.unmirror)
@@ -173,7 +220,14 @@ class ZenohGateway(Gateway):
 
     def locators(self) -> Sequence[str]:
         """Return the endpoints at which programs can connect."""
-        return self._endpoint.locators()
+        return self._endpoint.locators() if self._door is None else [f"{TLS}{self._door.address}"]
+
+    def onward(self) -> str:
+        assert self._behind is not None
+        return f"unix/{self._behind.path}"
+
+    def opened(self, door: OpenedDoor) -> None:
+        self._door = door
 
     def fileno(self) -> int:
         return self._endpoint.fileno()
@@ -220,10 +274,16 @@ class ZenohGateway(Gateway):
                 "messages beyond the rate": self.flooded + self._endpoint.overflowed,
                 "messages sent": self.sent - self._endpoint.failed,
                 "messages not sent": self.unsent + self._endpoint.failed, "malformed frames": self.malformed,
-                "incomplete messages": self._receiver.incomplete, "connections": self.clients}
+                "incomplete messages": self._receiver.incomplete, "connections": self.clients,
+                "connections refused": 0 if self._door is None else self._door.refused}
 
     def close(self) -> None:
         self._endpoint.close()
+        self._close_behind()
+
+    def _close_behind(self) -> None:
+        if self._behind is not None:
+            self._behind.close()
 
     # --- from the programs
 
@@ -245,8 +305,9 @@ class ZenohGateway(Gateway):
                 self._declare(declared, now_ns)
             case Linked(address, identifier, connected):
                 self.clients += connected
-                self.tell(SPEAKS if connected else GONE, f"speaks with {address} (Zenoh {identifier})" if connected
-                          else f"speaks no more with {address} (Zenoh {identifier})", Level.INFO)
+                if self._behind is None:        # else the door tells it, which knows the address
+                    self.tell(SPEAKS if connected else GONE, f"speaks with {address} (Zenoh {identifier})" if connected
+                              else f"speaks no more with {address} (Zenoh {identifier})", Level.INFO)
 
     def _admit(self, now_ns: int) -> bool:
         if self._allowance.take(now_ns):

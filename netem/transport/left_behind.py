@@ -8,24 +8,19 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from collections.abc import Collection
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from netem.wire.parent import prctl
+
 CHILD_SUBREAPER: Final = 36             # prctl(2)
-DEATH_SIGNAL: Final = 1
 
 
 def take_orphans() -> None:
     """Make this process a child subreaper: orphans of its descendants become its children."""
-    _prctl(CHILD_SUBREAPER, 1)
-
-
-def end_with_parent(number: int) -> None:
-    """Have the system send this process the signal `number` when its parent ends."""
-    _prctl(DEATH_SIGNAL, number)
+    prctl(CHILD_SUBREAPER, 1)
 
 
 def end_children(but: Collection[int] = ()) -> None:
@@ -41,10 +36,3 @@ def end_children(but: Collection[int] = ()) -> None:
 
 def _children() -> list[int]:
     return [int(pid) for pid in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()]
-
-
-def _prctl(option: int, value: int) -> None:
-    if sys.platform == "linux":
-        import ctypes
-
-        ctypes.CDLL(None).prctl(option, value, 0, 0, 0)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final
 
-from experiments.run.injection import Attends, Injection, parse_value
+from experiments.run.injection import Injection, parse_value
 from experiments.run.live.server_process import ServerProcess
 from experiments.run.live.steering import Steering
 from experiments.run.live.tally import Tally
@@ -20,6 +20,7 @@ from experiments.scenario.model import Scenario
 from experiments.show.view.messages import Answer, Ask, Command, Scene, Update, Watching
 from experiments.show.view.scene import scene_of
 from netem.emulator.conductor import Conductor
+from netem.gateways import Attends
 from netem.records import Feed
 from netem.records.ledger import Ledger
 

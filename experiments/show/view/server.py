@@ -12,12 +12,8 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
-import signal
-import socket
-import sys
 import time
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import suppress
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
@@ -45,7 +41,8 @@ from experiments.show.view.messages import (
 )
 from experiments.show.view.page_text import CONTENT_POLICY, page_text
 from experiments.show.view.standing import Standing
-from netem.transport.left_behind import end_with_parent
+from netem.wire.companion_process import line_from
+from netem.wire.companion_process import serve as serve_run
 
 if TYPE_CHECKING:
     from experiments.show.view.foxglove_server import FoxgloveServer
@@ -56,7 +53,6 @@ ASK_AGAIN_S: Final = 0.2
 MOST_PAGES: Final = 16
 MOST_UPDATES_WAITING: Final = 30            # of one page, beside what the system buffers; then it is dropped
 LONGEST_COMMAND: Final = 65536              # bytes
-LONGEST_LINE: Final = 1 << 26               # bytes of a message of the run
 GONE_AFTER_S: Final = 3.0                   # without a page until the run is told so: a page may be loaded anew
 LAST_WORDS_S: Final = 2.0                   # for the pages to take the end of the run
 DECODE_COMMAND: Final = msgspec.json.Decoder(Command)
@@ -174,17 +170,9 @@ class ViewServer:
         self._tell_run(msgspec.structs.replace(command, client=page.number))
         page.tell(line_of(await page.answered.get()))
 
-    async def _line(self) -> bytes:
-        """Return the next message of the run; b"" if it has ended, maybe within a message or with some unread."""
-        try:
-            line = await self._in.readline()
-        except ConnectionError:
-            return b""
-        return line if line.endswith(b"\n") else b""
-
     async def _hear_run(self) -> None:
         ended = False
-        while not ended and (line := await self._line()):
+        while not ended and (line := await line_from(self._in)):
             match to_server.decode(line):
                 case Update() as update:
                     self._standing.add(update)
@@ -277,27 +265,12 @@ def _why_not(error: Exception, port: int) -> str:
     return f"--view {port}: cannot listen at 127.0.0.1:{port}: {why}: name another port, or none for any free one"
 
 
-@asynccontextmanager
-async def _connected(run: socket.socket) -> AsyncIterator[tuple[asyncio.StreamReader, asyncio.StreamWriter]]:
-    reader, writer = await asyncio.open_connection(sock=run, limit=LONGEST_LINE)
-    try:
-        yield reader, writer
-    finally:
-        with suppress(OSError):
-            writer.close()
-
-
-async def _main(run: socket.socket) -> None:
-    async with _connected(run) as (reader, writer):
-        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, reader.feed_eof)     # the run is gone
-        if line := await reader.readline():
-            start = to_server.decode(line)
-            assert isinstance(start, Start)
-            await ViewServer(reader, writer, start).run()
+async def _work(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    if line := await line_from(reader):
+        start = to_server.decode(line)
+        assert isinstance(start, Start)
+        await ViewServer(reader, writer, start).run()
 
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGINT, signal.SIG_IGN)        # Ctrl-C is for the run, which then says its end
-    end_with_parent(signal.SIGTERM)
-    with suppress(ConnectionError):                     # the run has ended
-        asyncio.run(_main(socket.socket(fileno=int(sys.argv[1]))))
+    serve_run(_work)
