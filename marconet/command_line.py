@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 import click
 
 from experiments.run.exits import ExitCode, errors_as_text
+from marconet.certificate_commands import certificates, verbosely
 from marconet.completion import complete_plant, complete_scenario, install, script
 from netem.records.table import FROM_FRAMES
 
@@ -42,8 +43,6 @@ changes = _shared(
     click.option("--duration", type=float, metavar="S", help="Seconds of robot time."),
     click.option("--set", "overrides", multiple=True, metavar="PATH.TO.KEY=VALUE",
                  help="Replace one value of the file; the value is TOML. May be repeated."))
-verbosely = click.option("--verbose", "--traceback", "verbose", is_flag=True,
-                         help="Show where in marconet's own code an error came from, too.")
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of text.")
 reporting = _shared(
     click.option("--junit", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
@@ -101,6 +100,9 @@ def app() -> None:
 @app.group(no_args_is_help=True, epilog="Example: marconet fmu info linear_system")
 def fmu() -> None:
     """Look at plants and build them."""
+
+
+app.add_command(certificates)
 
 
 @app.command("list", epilog="Example: marconet list")

@@ -115,12 +115,12 @@ class _Authority:
 
         try:
             read = x509.load_pem_x509_certificate(certificate.read_bytes())
-        except ValueError:
+        except Exception:                   # the library's errors about a file have no base of their own
             raise NotMade(f"{certificate}: is no certificate in PEM text; put the right one back, or name another "
                           "folder for a new authority") from None
         try:
             own = load_pem_private_key(key.read_bytes(), None)
-        except (ValueError, TypeError):
+        except Exception:
             raise NotMade(f"{key}: is no private key in PEM text without a password; put the right one back, or name "
                           "another folder for a new authority") from None
         if not isinstance(own, EllipticCurvePrivateKey) or own.public_key() != read.public_key():

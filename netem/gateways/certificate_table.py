@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from cryptography import x509
 
 LONGEST_FILE: Final = 1 << 20       # bytes
+_UNREADABLE: Final = Exception       # cryptography's errors about what is in a file have no base of their own
 State = Literal["valid", "expired", "not valid yet"]
 
 
@@ -61,7 +62,7 @@ def addresses_in(path: Path) -> Sequence[str]:
     """Return the addresses that the emulator's certificate in `path` names; none if it cannot be read."""
     try:
         return _addresses(_certificate(path))
-    except (OSError, ValueError):
+    except _UNREADABLE:
         return ()
 
 
@@ -71,21 +72,21 @@ class _Reader:
         self.authority_path = folder / f"{AUTHORITY}.crt"
         try:
             self._authority: x509.Certificate | None = _certificate(self.authority_path)
-        except (OSError, ValueError):
+        except _UNREADABLE:
             self._authority = None          # `row` tells why
-
         self._read: dict[str, tuple[x509.Certificate, Row]] = {}
 
     def row(self, path: Path) -> Row:
         """Raises ValueError, with the remedy, if `path` is no certificate."""
         try:
             certificate = _certificate(path)
-        except (OSError, ValueError) as error:
+            addresses = _addresses(certificate)
+        except _UNREADABLE as error:
             why = f"cannot be read: {error.strerror}" if isinstance(error, OSError) else "is no certificate in PEM text"
             raise ValueError(f"{path}: {why}; {self._remedy(path.stem)}") from None
         name = path.stem
         row = Row(name, AUTHORITY if name == AUTHORITY else EMULATOR if name == EMULATOR else "client",
-                  _addresses(certificate) if name == EMULATOR else (), certificate.not_valid_before_utc,
+                  addresses if name == EMULATOR else (), certificate.not_valid_before_utc,
                   certificate.not_valid_after_utc, _state(certificate), self._ours(certificate),
                   path.with_suffix(".key").exists())
         self._read[name] = certificate, row
@@ -114,27 +115,25 @@ class _Reader:
         try:
             if stat.S_IMODE(path.stat().st_mode) & 0o077:
                 yield f"{path}: other users of this machine may read it; chmod 600 {path}"
-            key = load_pem_private_key(_bytes(path), None)
+            key = load_pem_private_key(_bytes(path), None).public_key()
         except OSError as error:
             yield f"{path}: cannot be read: {error.strerror}; show the folder as its owner"
             return
-        except (ValueError, TypeError):
+        except _UNREADABLE:
             yield f"{path}: is no private key in PEM text without a password; {self._remedy(name)}"
             return
         if name not in self._read:
             if not path.with_suffix(".crt").exists():
                 yield f"{path}: belongs to no certificate, as {name}.crt is missing; put it back or delete the key"
-        elif key.public_key() != self._read[name][0].public_key():
+        elif key != self._read[name][0].public_key():
             yield f"{path}: does not belong to {name}.crt; {self._remedy(name)}"
 
     def _ours(self, certificate: x509.Certificate) -> bool | None:
-        from cryptography.exceptions import InvalidSignature
-
         if self._authority is None:
             return None
         try:
             certificate.verify_directly_issued_by(self._authority)
-        except (ValueError, TypeError, InvalidSignature):
+        except _UNREADABLE:
             return False
         return True
 
@@ -153,7 +152,9 @@ def _bytes(path: Path) -> bytes:
 def _certificate(path: Path) -> x509.Certificate:
     from cryptography import x509
 
-    return x509.load_pem_x509_certificate(_bytes(path))
+    certificate = x509.load_pem_x509_certificate(_bytes(path))
+    certificate.public_key()            # raises for a kind that the library does not know
+    return certificate
 
 
 def _common_name(certificate: x509.Certificate) -> str:
@@ -168,7 +169,7 @@ def _addresses(certificate: x509.Certificate) -> Sequence[str]:
 
     try:
         names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
-    except (x509.ExtensionNotFound, ValueError):
+    except x509.ExtensionNotFound:
         return ()
     found = [str(name.value) for name in names if isinstance(name, x509.DNSName | x509.IPAddress)]
     return [address for address in found if address != EMULATOR]

@@ -34,7 +34,7 @@ frames_lost_on_link = { min = 50 }
 """
 COMMANDS = [[], ["list"], ["check"], ["run"], ["report"], ["schema"], ["table"], ["compile"], ["fmu"], ["fmu", "list"],
             ["fmu", "info"], ["fmu", "build"], ["sweep"], ["compare"], ["export"], ["fault"], ["break"],
-            ["shrink"]]
+            ["shrink"], ["certificates"], ["certificates", "new"], ["certificates", "show"], ["certificates", "check"]]
 
 
 class StubRunner:
