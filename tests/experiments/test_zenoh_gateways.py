@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import socket
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
@@ -13,8 +17,10 @@ import pytest
 from experiments.judge.run_data import RunData, load_run
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
+from netem.gateways import REFUSED, SPEAKS
 from tests.firmware_sim.zenoh_programs.runs import LAN
-from tests.netem.gateways.zenoh_between import Client
+from tests.netem.gateways.certificate_folders import make, zenoh_settings
+from tests.netem.gateways.zenoh_between import CLIENT, PATIENCE_S, Client
 from tests.netem.gateways.zenoh_free_port import free_port
 
 SCENARIO = """# Two robots whose programs speak Zenoh.
@@ -60,6 +66,74 @@ def outside(folder: Path, more: str, medium: str, script: Callable[[Client, Clie
     if wrong:
         raise wrong[0]
     return load_run(result.folder), found[0]
+
+
+def test_at_tls_doors_only_the_robots_take_part_and_the_events_say_who_was_refused(tmp_path):
+    folder = tmp_path / "certificates"
+    make(folder, "r1", "r2")
+    ends = {name: f"tls/127.0.0.1:{free_port()}" for name in ("r1", "r2")}
+    (tmp_path / "case.toml").write_text(SCENARIO.format(medium="lan", length_s=6.0, **ends) + LAN +
+                                        '[network]\ntls = "certificates"\n')
+    heard: list[str] = []
+
+    def act() -> None:
+        with ExitStack() as at_end:
+            patient = {"connect/timeout_ms": 30_000}
+            robots = [Client(ends[name], "client", json.dumps(zenoh_settings(folder, name) | patient)) for name in ends]
+            for robot in robots:
+                at_end.callback(robot.close)
+            subprocess.run([sys.executable, str(CLIENT), ends["r1"], "client", json.dumps(
+                zenoh_settings(folder, "r2") | {"connect/timeout_ms": 300})], stdin=subprocess.DEVNULL,
+                capture_output=True, timeout=PATIENCE_S, check=False)
+            robots[1].do("sub", "demo/**")
+            robots[0].say("matching", "demo/a")
+            robots[0].until("^matching True")
+            robots[0].do("put", "demo/a", "hello")
+            heard.append(robots[1].until("^heard"))
+
+    acting = threading.Thread(target=act)
+    acting.start()
+    result = run(load(tmp_path / "case.toml"), host="inline", out=tmp_path / "run", report=False, real_time=True)
+    acting.join()
+
+    assert heard[0].startswith("heard demo/a hello")
+    data = load_run(result.folder)
+    told = [(event.kind, event.detail) for event in data.events if event.detail.startswith("gateways.r1 ")]
+    assert [kind for kind, _ in told[:2]] == [SPEAKS, REFUSED]
+    assert told[1][1].endswith(": its certificate is r2's; this door is r1's")
+    assert data.counters["r1"]["connections refused"] >= 1
+    assert data.counters["r1"]["connections"] == data.counters["r2"]["connections"] == 1
+
+
+@pytest.mark.parametrize(("section", "wrong"), [
+    ("", 'gateways.r1.listen="tls/127.0.0.1:1": a door with TLS needs certificates; make a folder of them with'),
+    ('[network]\ntls = "none"\n', 'network.tls="none": '),
+    ('[network]\ntls = "ours"\n', "emulator.crt: is missing; make new ones with marconet certificates new"),
+    ('[network]\ntsl = "ours"\n', 'network.tsl="ours": unknown key; did you mean "tls"?'),
+])
+def test_a_door_without_certificates_is_refused_before_the_run(tmp_path, section, wrong):
+    make(tmp_path / "ours")
+    (tmp_path / "ours" / "emulator.crt").unlink()
+    (tmp_path / "case.toml").write_text(SCENARIO.format(
+        medium="lan", length_s=1.0, r1="tls/127.0.0.1:1", r2="tcp/127.0.0.1:2") + LAN + section)
+
+    with pytest.raises(ScenarioError) as caught:
+        load(tmp_path / "case.toml")
+
+    assert wrong in str(caught.value)
+
+
+def test_a_door_at_an_address_that_is_taken_ends_the_run_before_it_begins(tmp_path):
+    make(tmp_path / "ours")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        (tmp_path / "case.toml").write_text(SCENARIO.format(
+            medium="lan", length_s=1.0, r1=f"tls/127.0.0.1:{taken.getsockname()[1]}", r2=f"tcp/127.0.0.1:{free_port()}")
+            + LAN + '[network]\ntls = "ours"\n')
+
+        with pytest.raises(OSError, match=r"gateways\.r1: cannot listen on 127\.0\.0\.1:\d+: .*in use; end the"):
+            run(load(tmp_path / "case.toml"), host="inline", out=tmp_path / "run", report=False, real_time=True)
 
 
 def talk(talker: Client, listener: Client) -> list[float]:

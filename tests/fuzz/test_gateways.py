@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import os
 import socket
+import ssl
 import sys
 import tempfile
 import time
 import tty
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -21,12 +23,15 @@ import can
 import msgpack
 import pytest
 
-from netem.gateways import Gateway
+from netem.gateways import Door, Gateway
+from netem.gateways.certificates import EMULATOR, Certificates
 from netem.gateways.serial_port import SerialGateway, SerialSettings
 from netem.gateways.tcp import TcpGateway, TcpSettings
 from netem.gateways.udp import UdpGateway, UdpSettings
 from netem.media.can.can_gateway import CanGateway, CanGatewaySettings
 from netem.media.can.frame import FD_BYTES, unpack
+from tests.netem.gateways.certificate_folders import make
+from tests.netem.gateways.door import Bench, Echo, connect, read
 
 FEW, MANY = 1_000, 100_000
 AT_ONCE = 50
@@ -160,7 +165,42 @@ def at_slcan(count: int, rng: Random, folder: Path) -> None:
     assert all(unpack(data) for data in found)
 
 
-ATTACKS = {"udp": at_udp, "tcp": at_tcp, "serial": at_serial, "udp_multicast": at_multicast, "slcan": at_slcan}
+def first_message(context: ssl.SSLContext) -> bytes:
+    """Return what a client sends first."""
+    sent = ssl.MemoryBIO()
+    with suppress(ssl.SSLWantReadError):
+        context.wrap_bio(ssl.MemoryBIO(), sent, server_hostname=EMULATOR).do_handshake()
+    return sent.read()
+
+
+def at_tls(count: int, rng: Random, folder: Path) -> None:
+    """Noise, first messages of TLS with errors, and connections that end at any time: each is refused and counted."""
+    make(folder / "certificates", "r1")
+    echo, bench = Echo(folder / "echo"), Bench(folder / "certificates")
+    door = bench.open("r1", Door("127.0.0.1:0", ("r1",)), echo.onward)
+    bench.begin()
+    context = Certificates(folder / "certificates").client_context("r1")
+    hello = first_message(context)
+    port = int(door.address.rpartition(":")[2])
+    for sent in range(1, count + 1):
+        said = bytearray(hello[:rng.randrange(len(hello))] if rng.random() < 0.3 else hello)
+        for _ in range(rng.randrange(4) if said else 0):
+            said[rng.randrange(len(said))] = rng.randrange(256)
+        with socket.create_connection(("127.0.0.1", port)) as here, suppress(ConnectionError):
+            here.sendall(said if rng.random() < 0.7 else rng.randbytes(int(rng.expovariate(1 / 100))))
+        if sent % AT_ONCE == 0:
+            bench.watched.until(lambda: door.refused >= sent)       # noqa: B023
+    bench.watched.until(lambda: door.refused == count)
+    assert echo.connections == []
+    with connect(door.address, context) as client:
+        client.sendall(b"hello")
+        assert read(client, 5) == b"hello"
+    bench.front.close()
+    echo.close()
+
+
+ATTACKS = {"udp": at_udp, "tcp": at_tcp, "tls": at_tls, "serial": at_serial, "udp_multicast": at_multicast,
+           "slcan": at_slcan}
 
 
 @pytest.mark.parametrize("kind", ATTACKS)

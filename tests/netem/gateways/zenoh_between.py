@@ -14,6 +14,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+from netem.gateways.tls_front import TlsFront
 from netem.gateways.zenoh import ZenohGateway, ZenohSettings
 from netem.media.answers import DatagramFormat
 
@@ -81,9 +82,13 @@ class Client:
 
 
 class Between:
-    """A medium between the gateways r1, r2, ...: `delay_s`, `cut` (nothing arrives), `carried` (frames)."""
+    """A medium between the gateways r1, r2, ...: `delay_s`, `cut` (nothing arrives), `carried` (frames).
 
-    def __init__(self, robots: int = 2, longest_bytes: int | None = None, **settings: Any) -> None:
+    With a folder of certificates each gateway has a TLS door.
+    """
+
+    def __init__(self, robots: int = 2, longest_bytes: int | None = None, tls: Path | None = None,
+                 **settings: Any) -> None:
         self.delay_s = 0.0
         self.cut = False
         self.carried = 0
@@ -93,11 +98,18 @@ class Between:
         self._ends = threading.Event()
         self.at_end = ExitStack()
         names = [f"r{k + 1}" for k in range(robots)]
-        self.gateways = {name: ZenohGateway(name, "air", ZenohSettings(**{"listen": "tcp/127.0.0.1:0", **settings}),
+        listen = f"{'tls' if tls else 'tcp'}/127.0.0.1:0"
+        self.gateways = {name: ZenohGateway(name, "air", ZenohSettings(**{"listen": listen, **settings}),
                                             event=lambda kind, detail, level: self.told.append((kind, detail)))
                          for name in names}
         for gateway in self.gateways.values():
             gateway.join(names, DatagramFormat(longest_bytes, addressed=False))
+        self._front = TlsFront(tls) if tls else None
+        if self._front is not None:
+            for name, gateway in self.gateways.items():
+                door = gateway.settings.door(name)
+                assert door is not None
+                gateway.opened(self._front.open(name, door, gateway.onward(), gateway.tell))
         self._thread = threading.Thread(target=self._carry, daemon=True)
         self._thread.start()
 
@@ -105,6 +117,8 @@ class Between:
         while not self._ends.is_set():
             moved = False
             now_s = time.monotonic()
+            if self._front is not None:
+                self._front.attend()
             for name, gateway in self.gateways.items():
                 for frame in gateway.receive(100):
                     moved = True
@@ -131,5 +145,7 @@ class Between:
         self.at_end.close()
         self._ends.set()
         self._thread.join()
+        if self._front is not None:
+            self._front.close()
         for gateway in self.gateways.values():
             gateway.close()
