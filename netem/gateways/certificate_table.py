@@ -40,7 +40,7 @@ class Table:
 
 
 def read_table(folder: Path) -> Table:
-    """Return a row for each certificate in `folder`. Raises FileNotFoundError or NotADirectoryError without a folder."""
+    """Return a row for each certificate in `folder`. Raises FileNotFoundError or NotADirectoryError if it is none."""
     if not folder.is_dir():
         kind = NotADirectoryError if folder.exists() else FileNotFoundError
         raise kind(f"{folder}: {'is a file' if folder.exists() else 'there is no such folder'}; name a folder of "
