@@ -78,7 +78,7 @@ def test_nothing_is_replaced_unless_it_is_asked_for(tmp_path):
 
 
 @pytest.mark.parametrize(("spoil", "complaint"), [
-    (lambda here: (here / "authority.key").unlink(), "authority.key: is missing, and without it no name can be added; "),
+    (lambda here: (here / "authority.key").unlink(), "authority.key: is missing, and without it no name "),
     (lambda here: (here / "authority.crt").unlink(), "authority.crt: is missing; "),
     (lambda here: (here / "authority.crt").write_text("none"), "authority.crt: is no certificate in PEM text; "),
     (lambda here: (here / "authority.key").write_text("none"), "authority.key: is no private key in PEM text"),
@@ -99,7 +99,8 @@ def test_an_authority_that_cannot_sign_is_told_and_nothing_is_written(tmp_path, 
 
 def test_all_that_is_wrong_with_the_names_and_addresses_is_told_at_once(tmp_path):
     with pytest.raises(NotMade) as caught:
-        make_certificates(tmp_path / "new", ["emulator", "../r1", "r" * 65, ""], ["1.2.3.4:5", "0.0.0.0", "a b"], days=0)
+        make_certificates(tmp_path / "new", ["emulator", "../r1", "r" * 65, ""], ["1.2.3.4:5", "0.0.0.0", "a b"],
+                          days=0)
 
     assert [line.partition(": ")[0] for line in str(caught.value).splitlines()] == [
         "emulator", "'../r1'", f"'{'r' * 65}'", "''", "--address 1.2.3.4:5", "--address 0.0.0.0", "--address a b",

@@ -157,7 +157,8 @@ def test_an_address_is_written_as_doors_write_it(text, address):
 def two_machines() -> Iterator[tuple[list[str], list[str]]]:
     """The beginnings of commands at HERE and at THERE: two network namespaces, joined by a cable of their own."""
     here, there = f"mar{os.getpid()}a", f"mar{os.getpid()}b"
-    steps = [f"netns add {here}", f"netns add {there}", f"-n {here} link add eth0 type veth peer name eth0 netns {there}",
+    steps = [f"netns add {here}", f"netns add {there}",
+             f"-n {here} link add eth0 type veth peer name eth0 netns {there}",
              f"-n {here} addr add {HERE}/30 dev eth0", f"-n {here} link set eth0 up",
              f"-n {there} addr add {THERE}/30 dev eth0", f"-n {there} link set eth0 up"]
     if shutil.which("ip") is None:
