@@ -169,6 +169,7 @@ class FrontDoor:
         """Return the client's side of the stream after the handshake; None if it failed."""
         outer = Half()
         try:
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)    # else a message may wait 40 ms
             await asyncio.get_running_loop().connect_accepted_socket(
                 lambda: outer, connection, ssl=self._context, ssl_handshake_timeout=HANDSHAKE_WITHIN_S,
                 ssl_shutdown_timeout=GOODBYE_WITHIN_S)

@@ -19,9 +19,10 @@ from typing import Any
 import pytest
 
 from netem.gateways import GONE, LOST, REFUSED, SPEAKS, Door, tls_front_process
-from netem.gateways.certificates import CHECK, Certificates
+from netem.gateways.addresses import Address
+from netem.gateways.certificates import CHECK, EMULATOR, Certificates
 from netem.gateways.door_messages import OpenDoor, Opened, Refused, to_run
-from netem.gateways.tls_front_process import Front
+from netem.gateways.tls_front_process import Front, FrontDoor, Half
 from tests.netem.gateways.certificate_folders import make
 from tests.netem.gateways.door import PATIENCE_S, Bench, Echo, connect, is_closed, read
 
@@ -269,6 +270,31 @@ def test_who_says_nothing_is_closed_after_a_while_and_does_not_keep_others_out(f
     refused = [message for message in run.told if isinstance(message, Refused)]
     assert [message.refused for message in refused] == [1, 2, 3, 4, 5, 6]
     assert all(message.why.startswith("it did not finish the TLS handshake in time") for message in refused)
+
+
+def test_a_small_message_does_not_wait_for_the_one_before(folder, monkeypatch):
+    """Nagle's algorithm would hold back the second of two small messages for 40 ms."""
+    let_in: list[int] = []
+
+    async def look(door: FrontDoor, outer: Half, address: Address) -> None:
+        let_in.append(outer.transport.get_extra_info("socket").getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+
+    monkeypatch.setattr(FrontDoor, "_let_in", look)
+    run = Noting()
+
+    async def meet() -> None:
+        front = Front(run)      # type: ignore[arg-type]
+        front.open(OpenDoor(0, str(folder), "r1", ANYWHERE, "unix/nowhere", ["r1"], [], 8))
+        reader, writer = await asyncio.open_connection("127.0.0.1", run.told[0].port, ssl=as_client(folder, "r1"),
+                                                       server_hostname=EMULATOR)
+        with suppress(ConnectionError):
+            await asyncio.wait_for(reader.read(), PATIENCE_S)
+        writer.close()
+        front.close()
+
+    asyncio.run(meet())
+
+    assert let_in == [1]
 
 
 def test_a_run_that_does_not_read_makes_the_front_leave_messages_out_but_not_the_count(folder):
