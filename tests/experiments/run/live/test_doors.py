@@ -78,13 +78,14 @@ def doors(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Doors]:
         with client_of(shown, context) as client:
             client.ask("pause")
             yield Doors(folder, shown, client, port)
-            shown.process.kill()        # else the client, which has updates unread, waits long for the last word
 
 
 def test_an_operator_gets_the_page_with_the_token_at_the_name_of_the_door_only(doors):
+    context = doors.certificate("second")
+
     def get(url: str, **headers: str) -> tuple[int, str]:
         try:
-            with urlopen(Request(url, headers=headers), context=doors.certificate("second"), timeout=WITHIN_S) as answer:
+            with urlopen(Request(url, headers=headers), context=context, timeout=WITHIN_S) as answer:
                 return answer.status, answer.read().decode()
         except HTTPError as error:
             with error:

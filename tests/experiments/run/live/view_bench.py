@@ -93,5 +93,5 @@ class Client:
 
 @contextmanager
 def client_of(run: Viewed, certificates: ssl.SSLContext | None = None) -> Iterator[Client]:
-    with connect(run.live, ssl=certificates) as connection:
+    with connect(run.live, ssl=certificates, close_timeout=1) as connection:
         yield Client(connection)
