@@ -49,7 +49,7 @@ class Made:
 
 def make_certificates(folder: Path, names: Sequence[str], addresses: Sequence[str] = (), *, days: int = 365,
                       overwrite: bool = False) -> Made:
-    """Make in `folder` what is missing of the authority's, the emulator's and each name's; all or nothing.
+    """Make in `folder` what is missing of the authority's, the emulator's and each name's.
 
     `addresses` are IP addresses and host names of the emulator. With `overwrite` the certificates of the names
     that are there are replaced, and the emulator's if it has other addresses or no name is given.
@@ -78,12 +78,15 @@ def make_certificates(folder: Path, names: Sequence[str], addresses: Sequence[st
                       f"{(authority.until - now).days} days; name fewer days, or another folder with a new authority")
     named = _addresses_of(addresses, folder)
     made = {name: authority.issue(name, named if name == EMULATOR else (), until) for name in wanted}
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     if authority.new:
         made = {AUTHORITY: authority.pems(), **made}
-    for name, (certificate, key) in made.items():
-        _write(folder / f"{name}.key", key, 0o600)
-        _write(folder / f"{name}.crt", certificate, 0o644)
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        for name, (certificate, key) in made.items():
+            _write(folder / f"{name}.key", key, 0o600)
+            _write(folder / f"{name}.crt", certificate, 0o644)
+    except OSError as error:
+        raise NotMade(f"{folder}: cannot be written: {error.strerror}; name a folder in which you may write") from None
     return Made(list(made), named if EMULATOR in made else (), until)
 
 

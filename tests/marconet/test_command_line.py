@@ -107,7 +107,7 @@ def test_the_examples_of_run_and_check_can_be_run(stub, here):
 def test_help_needs_no_heavy_module():
     code = ("import sys, marconet.command_line\n"
             "print([m for m in ('pydantic', 'rich', 'msgspec', 'zenoh', "
-            "'numpy', 'pyarrow', 'fmpy', 'scipy') if m in sys.modules])")
+            "'numpy', 'pyarrow', 'fmpy', 'scipy', 'cryptography') if m in sys.modules])")
 
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 

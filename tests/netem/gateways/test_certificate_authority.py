@@ -108,6 +108,13 @@ def test_all_that_is_wrong_with_the_names_and_addresses_is_told_at_once(tmp_path
     assert not (tmp_path / "new").exists()
 
 
+def test_a_folder_that_cannot_be_made_is_told(tmp_path):
+    (tmp_path / "file").write_text("")
+
+    with pytest.raises(NotMade, match=r"file/new: cannot be written: Not a directory; name a folder in which you may"):
+        make_certificates(tmp_path / "file" / "new", ["r1"])
+
+
 def test_a_certificate_does_not_outlive_its_authority(tmp_path):
     make_certificates(tmp_path, [])
 
