@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 import click
 
 from experiments.run.exits import ExitCode, errors_as_text
+from marconet.certificate_commands import certificates, verbosely
 from marconet.completion import complete_plant, complete_scenario, install, script
 from netem.records.table import FROM_FRAMES
 
@@ -42,8 +43,6 @@ changes = _shared(
     click.option("--duration", type=float, metavar="S", help="Seconds of robot time."),
     click.option("--set", "overrides", multiple=True, metavar="PATH.TO.KEY=VALUE",
                  help="Replace one value of the file; the value is TOML. May be repeated."))
-verbosely = click.option("--verbose", "--traceback", "verbose", is_flag=True,
-                         help="Show where in marconet's own code an error came from, too.")
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of text.")
 reporting = _shared(
     click.option("--junit", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
@@ -101,6 +100,9 @@ def app() -> None:
 @app.group(no_args_is_help=True, epilog="Example: marconet fmu info linear_system")
 def fmu() -> None:
     """Look at plants and build them."""
+
+
+app.add_command(certificates)
 
 
 @app.command("list", epilog="Example: marconet list")
@@ -330,16 +332,34 @@ def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
 
 
 @app.command(epilog="Example: marconet fault runs/third kill on=r3 restart_after_s=1.5")
-@click.argument("run_dir", metavar="RUN", type=click.Path(path_type=Path))
+@click.argument("run_dir", metavar="RUN")
 @click.argument("kind", metavar="KIND")
 @click.argument("keys", metavar="KEY=VALUE...", nargs=-1)
+@click.option("--certificates", type=click.Path(path_type=Path), metavar="FOLDER",
+              help="For a run on another machine: where authority.crt, NAME.crt and NAME.key are.")
+@click.option("--as", "operator", default="operator", show_default=True, metavar="NAME",
+              help="Whose certificate is shown to that run.")
 @verbosely
-def fault(run_dir: Path, kind: str, keys: Sequence[str], verbose: bool) -> None:
-    """Inject a fault, with the keys of [[faults]], into a run in real time; it begins at once."""
-    with errors_as_text(verbose):
-        from experiments.run.injection import inject, parse_keys
+def fault(run_dir: str, kind: str, keys: Sequence[str], certificates: Path | None, operator: str,
+          verbose: bool) -> None:
+    """Inject a fault, with the keys of [[faults]], into a run in real time or with a view; it begins at once.
 
-        name, at_ns = inject(run_dir, kind, parse_keys(keys))
+    RUN is the folder of a run on this machine, or tls://HOST:PORT with the `faults_port` of a run's [network].
+    """
+    with errors_as_text(verbose):
+        from experiments.run.injection import inject, inject_through_door, parse_keys
+
+        if "://" not in run_dir:
+            if certificates is not None:
+                raise click.UsageError("--certificates is for a run on another machine, as tls://192.168.1.5:7600")
+            name, at_ns = inject(Path(run_dir), kind, parse_keys(keys))
+        elif certificates is None:
+            raise click.UsageError(f"{run_dir}: a door with TLS needs --certificates FOLDER, with the certificate and "
+                                   f"key of {operator}")
+        else:
+            from netem.gateways.door_client import Caller
+
+            name, at_ns = inject_through_door(run_dir, Caller(certificates, operator), kind, parse_keys(keys))
         click.echo(f"{name}: {kind} at {at_ns / 1e9:.9g} s")
 
 

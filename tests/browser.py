@@ -63,7 +63,7 @@ class Browser:
         A page at an address may ask its own server for more, and nobody else.
         """
         address = page if isinstance(page, str) else page.absolute().as_uri()
-        self._own = tuple(f"{scheme}://{urlsplit(page).netloc}/" for scheme in ("http", "ws")) \
+        self._own = tuple(f"{scheme}://{urlsplit(page).netloc}/" for scheme in ("http", "ws", "https", "wss")) \
             if isinstance(page, str) else ()
         self._call("Emulation.setDeviceMetricsOverride", session=True, width=width, height=height, deviceScaleFactor=1,
                    mobile=False)
@@ -177,8 +177,11 @@ class Browser:
 
 
 @contextmanager
-def browser(profile: Path) -> Iterator[Browser]:
-    """Start a browser with an empty profile in the folder `profile`; it ends with the `with` block."""
+def browser(profile: Path, home: Path | None = None) -> Iterator[Browser]:
+    """Start a browser with the profile in the folder `profile`, empty at first; it ends with the `with` block.
+
+    It takes certificates from the folder `home`, if one is given.
+    """
     assert EXECUTABLE is not None, NEEDED
     command_read, command_write = os.pipe()
     answer_read, answer_write = os.pipe()
@@ -186,7 +189,7 @@ def browser(profile: Path) -> Iterator[Browser]:
         [sys.executable, "-c", LAUNCH, str(command_read), str(answer_write), EXECUTABLE, *FLAGS,
          "--remote-debugging-pipe", f"--user-data-dir={profile}", "about:blank"],
         pass_fds=(command_read, answer_write), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL)
+        stderr=subprocess.DEVNULL, env={**os.environ, **({} if home is None else {"HOME": str(home)})})
     os.close(command_read)
     os.close(answer_write)
     try:

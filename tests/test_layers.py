@@ -34,6 +34,7 @@ ADAPTERS = {
             "netem/media/can/outside_bus.py"},  # to buses outside of the run
     "cantools": {"netem/media/can/dbc_file.py"},
     "pymavlink": {"firmware_sim/mavlink/dialect.py"},
+    "cryptography": {"netem/gateways/certificate_authority.py", "netem/gateways/certificate_table.py"},
     "foxglove": {"experiments/show/view/foxglove_server.py"},
     "websockets": {"experiments/show/view/server.py"},
     "pydantic": {"experiments/scenario/foreign_types.py"},

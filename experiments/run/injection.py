@@ -2,6 +2,7 @@
 
     marconet fault RUN KIND key=value ...  --run.faults, a Unix socket that only its owner may open--> Injection
                                            <--where and when, or why not--
+    marconet fault tls://HOST:PORT ...     --the run's TLS door (own_doors.py)--> run.faults -----> Injection
     the page of a view                     --its server--> experiments/run/live --------------------> Injection
 
 A run in real time takes faults while its pace waits; a run in virtual time takes them if it has a view, between two
@@ -21,7 +22,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
@@ -39,6 +40,9 @@ from netem.emulator.conductor import Conductor
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
 from netem.gateways import Attends
+
+if TYPE_CHECKING:
+    from netem.gateways.door_client import Caller
 
 LONGEST: Final = 65536                      # bytes of a request or an answer
 ANSWER_WITHIN_S: Final = 10.0
@@ -212,12 +216,37 @@ def inject(run: Path, kind: str, keys: Mapping[str, Any]) -> tuple[str, int]:
                 if owner(run) else "the run has ended"
             raise NotInjected(f"{run}: {why}") from None
         try:
-            asking.sendall(msgspec.json.encode(Request(kind, dict(keys)), enc_hook=str) + b"\n")
-            answer = msgspec.json.decode(_line(asking), type=Answer)
+            answer = _answer_on(asking, kind, keys)
         except TimeoutError:
             raise NotInjected(f"{run}: no answer within {ANSWER_WITHIN_S:g} s: is the run stopped?") from None
         except (OSError, msgspec.MsgspecError):
             raise NotInjected(f"{run}: the run ended before it answered") from None
+    return _injected(answer)
+
+
+def inject_through_door(address: str, caller: Caller, kind: str, keys: Mapping[str, Any]) -> tuple[str, int]:
+    """Inject a fault into the run with a TLS door at `address`; as `inject`, or NotAdmitted says why not."""
+    from netem.gateways.door_client import ask_door, open_stream, told
+
+    silent = f"lets {caller.name} in, but no answer came within {ANSWER_WITHIN_S:g} s: the run is stopped or overloaded"
+    with open_stream(address, caller) as stream, told(address, caller, silent):
+        stream.settimeout(ANSWER_WITHIN_S)
+        try:
+            answer = _answer_on(stream, kind, keys)
+        except (ConnectionError, EOFError, msgspec.MsgspecError):      # the door says why to somebody who asks
+            ask_door(address, caller)
+            raise NotInjected(f"{address}: lets {caller.name} in, but no run answers behind it: it takes no faults yet "
+                              "or has just ended, or it is the door of something else; see faults_port of its "
+                              "scenario") from None
+    return _injected(answer)
+
+
+def _answer_on(asking: socket.socket, kind: str, keys: Mapping[str, Any]) -> Answer:
+    asking.sendall(msgspec.json.encode(Request(kind, dict(keys)), enc_hook=str) + b"\n")
+    return msgspec.json.decode(_line(asking), type=Answer)
+
+
+def _injected(answer: Answer) -> tuple[str, int]:
     if answer.error:
         raise NotInjected(answer.error)
     return answer.name, answer.at_ns

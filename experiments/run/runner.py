@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from experiments.run.live.live_run import LiveRun
     from experiments.run.live.server_process import ServerProcess
     from experiments.run.live.steering import Steering
+    from netem.gateways.network_settings import NetworkSettings
     from netem.gateways.tls_front import TlsFront
 
 KEEP_EVERY_S = 0.7          # largest age of the records on the disk; the conductor may be 0.1 s late
@@ -188,8 +189,11 @@ class _Run:
         self.live = None if view is None else self._watched_in(view)
         self.conductor.recorders = Recorders(self.feed.sampler(), self.feed.event, self.ledger.receiver_away)
         self.doors = None if scenario.network.tls is None else _front(scenario.network.tls)
+        self.at_end = ExitStack()
+        if scenario.network.faults_port is not None and (real_time or view is not None):
+            self._open_fault_door(scenario.network)
         if real_time:
-            gateways = _open_gateways(scenario, self._gateway_event, self.doors)
+            gateways = _open_gateways(scenario, self._event_now, self.doors)
             self.conductor.pace = Pace(gateways, self._wall_clock_event, scenario.real_time, {
                 spec.name: TimeWatch(Timesync(), partial(self._sample_of_gateway, spec.name), spec.timesync,
                                      partial(self._device_clock_set, spec.name))
@@ -201,7 +205,6 @@ class _Run:
         self.process = os.getpid()
         self.failure: BaseException | None = None
         self.result: LedgerResult | None = None
-        self.at_end = ExitStack()
 
     def run(self) -> RunResult:
         try:
@@ -242,7 +245,13 @@ class _Run:
     def _watched_in(self, view: ServerProcess) -> LiveRun:
         from experiments.run.live.live_run import LiveRun  # late: few runs are watched
 
-        return LiveRun(view, self.scenario, self.feed, self.conductor, self._view_event)
+        return LiveRun(view, self.scenario, self.feed, self.conductor, self._wall_clock_event)
+
+    def _open_fault_door(self, network: NetworkSettings) -> None:
+        from experiments.run.own_doors import FaultDoor  # late: few runs have a door
+
+        assert self.doors is not None                   # the scenario was checked
+        self.at_end.callback(FaultDoor(network, self.folder, self.doors, self._event_now).close)
 
     def _take_from_outside(self, world: RunWorld) -> None:
         """Let faults be injected into a run in real time or with a view, and the view be shown and steer the run."""
@@ -414,15 +423,12 @@ class _Run:
             self.conductor.recorders.sample(gateway, time_ns, values)
 
     def _device_clock_set(self, gateway: str) -> None:
-        self._gateway_event("device clock set", f"gateways.{gateway}: the clock of the device outside was set, or the "
+        self._event_now("device clock set", f"gateways.{gateway}: the clock of the device outside was set, or the "
                             "device started anew; its offset and drift are estimated anew", Level.WARNING)
 
-    def _view_event(self, time_ns: int, kind: str, detail: str) -> None:
-        self._wall_clock_event(time_ns, kind, detail, Level.INFO)
-
-    def _gateway_event(self, kind: str, detail: str, level: Level) -> None:
-        assert self.conductor.pace is not None
-        self._wall_clock_event(max(self.conductor.pace.now_ns(), 0), kind, detail, level)
+    def _event_now(self, kind: str, detail: str, level: Level) -> None:
+        pace = self.conductor.pace
+        self._wall_clock_event(self.conductor.passed_ns if pace is None else max(pace.now_ns(), 0), kind, detail, level)
 
     def _real_time(self) -> Json | None:
         """Return lateness and pace of a run in real time; None in virtual time."""

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from experiments.run.replay import Replay
     from experiments.scenario import Scenario
     from experiments.show.console import Console
+    from netem.gateways.network_settings import NetworkSettings
+
 
 class ViewPorts(NamedTuple):
     """Where a run is shown: the port of the page, that for Foxglove, or None; 0: any free port."""
@@ -139,7 +141,7 @@ class Batch:
         if self.child is not None:
             self.child.begins(folder, list(scenario.agents), scenario.node_timeout_s)
             options = options | {"under_way": self.child.under_way}
-        with shown_in(ports) as view:
+        with shown_in(ports, scenario.network) as view:
             with live_view(self.console, scenario.name, scenario.length_ns * 1e-9) as progress:
                 result = runner.run(scenario, out=folder, progress=progress, view=view, **options)
             if view is not None:
@@ -176,16 +178,19 @@ class Batch:
 
 
 @contextmanager
-def shown_in(ports: ViewPorts | None) -> Iterator[ServerProcess | None]:
+def shown_in(ports: ViewPorts | None, network: NetworkSettings) -> Iterator[ServerProcess | None]:
     """Yield the server of a view for one run, whose addresses are printed; None if `ports` asks for none."""
     if ports is None:
         yield None
         return
     from experiments.run.live.server_process import ServerProcess  # late: few runs are watched
 
-    server = ServerProcess(ports.page, ports.foxglove)
+    server = ServerProcess(ports.page, ports.foxglove, network)
     try:
         print(f"view: {server.url}", file=sys.stderr, flush=True)
+        if server.door is not None:
+            print("view: a browser needs the certificate of " + " or ".join(network.operators), file=sys.stderr,
+                  flush=True)
         if server.foxglove_url:
             print(f"Foxglove: open {server.foxglove_url}", file=sys.stderr, flush=True)
         yield server

@@ -35,14 +35,18 @@ _TOO_OLD: Final = {"UNSUPPORTED_PROTOCOL", "NO_PROTOCOLS_AVAILABLE", "TLSV1_ALER
 
 
 class Certificates:
-    """The certificates in `folder`. Raises ValueError, with path, rule and remedy, if the emulator's are unusable."""
+    """The certificates in `folder`. Raises ValueError, with path, rule and remedy, if the emulator's are unusable.
 
-    def __init__(self, folder: Path) -> None:
+    With `emulators` false it may be the folder of a client's machine, without the emulator's.
+    """
+
+    def __init__(self, folder: Path, *, emulators: bool = True) -> None:
         self.folder = folder
         if not folder.is_dir():
             raise ValueError(f"{folder}: is no folder; {self._remedy()}")
         self._read_authority(ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT))
-        self._try_emulator()
+        if emulators:
+            self._try_emulator()
 
     def names(self) -> list[str]:
         """Return the names of the clients with a certificate in the folder."""
@@ -62,7 +66,11 @@ class Certificates:
         Raises ValueError as the class does, also for a certificate that has expired.
         """
         context = self._context(ssl.PROTOCOL_TLS_CLIENT, name)
-        self._try(name, server=self.server_context(), client=context)
+        shows = self._context(ssl.PROTOCOL_TLS_CLIENT, name)        # to a server that needs no certificate of its own
+        shows.check_hostname, shows.verify_mode = False, ssl.CERT_NONE
+        looks = self._context(ssl.PROTOCOL_TLS_SERVER, name)
+        looks.verify_mode = ssl.CERT_REQUIRED
+        self._try(name, server=looks, client=shows)
         return context
 
     # --- files
@@ -80,7 +88,7 @@ class Certificates:
         try:
             context.load_verify_locations(path)
         except ssl.SSLError:
-            raise ValueError(f"{path}: is no certificate in PEM text; {self._remedy()}") from None
+            raise ValueError(f"{path}: is no certificate in PEM text; {self._remedy(AUTHORITY)}") from None
 
     def _read_own(self, context: ssl.SSLContext, name: str) -> None:
         certificate, key = self.folder / f"{name}.crt", self.folder / f"{name}.key"
@@ -100,8 +108,10 @@ class Certificates:
             with path.open("rb"):
                 pass
         except OSError as error:
-            why = "is missing" if isinstance(error, FileNotFoundError) else f"cannot be read: {error.strerror}"
-            raise ValueError(f"{path}: {why}; {self._remedy(path.stem)}") from None
+            if not isinstance(error, FileNotFoundError):
+                raise ValueError(f"{path}: cannot be read: {error.strerror}; run as the user that has it") from None
+            raise ValueError(f"{path}: is missing; {self._remedy(path.stem, replaces=False)}, or copy it from the "
+                             "folder in which it was made") from None
 
     def _is_certificate(self, path: Path) -> bool:
         try:
@@ -110,8 +120,10 @@ class Certificates:
             return False
         return True
 
-    def _remedy(self, name: str = "") -> str:
-        more = "" if name in ("", AUTHORITY, EMULATOR) else f" {name}"
+    def _remedy(self, name: str = "", *, replaces: bool = True) -> str:
+        if name == AUTHORITY:
+            return f"put the right one back, or delete the folder and marconet certificates new {self.folder}"
+        more = ("" if name in ("", EMULATOR) else f" {name}") + (" --overwrite" if name and replaces else "")
         return f"make new ones with marconet certificates new {self.folder}{more}"
 
     # --- a handshake in memory tells whether certificates are accepted

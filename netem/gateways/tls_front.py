@@ -105,16 +105,17 @@ class TlsFront:
         if lines is None:
             for door in self._doors:
                 door.end()
-            self._leave()
+            self.leave()
 
-    def close(self) -> None:
-        """Close all doors and the streams through them."""
-        self._leave()
-        if self._process is not None:
-            self._process.close()
-            self._process = None
-
-    def _leave(self) -> None:
+    def leave(self) -> None:
+        """Tell no more who comes; the doors stay open."""
         if self._attends is not None and self._process is not None:
             self._attends.leave(self._process.socket)
         self._attends = None
+
+    def close(self) -> None:
+        """Close all doors and the streams through them."""
+        self.leave()
+        if self._process is not None:
+            self._process.close()
+            self._process = None

@@ -17,8 +17,6 @@ of its keys, all nodes with such a one are asked, else all with a queryable that
 from __future__ import annotations
 
 import random
-import shutil
-import tempfile
 import time
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
@@ -26,7 +24,6 @@ from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from ipaddress import ip_address
 from itertools import count
-from pathlib import Path
 from typing import Any, ClassVar, Final
 
 from netem.gateways import (
@@ -43,6 +40,7 @@ from netem.gateways import (
 )
 from netem.gateways.addresses import address_of, wrong_networks
 from netem.gateways.allowance import Allowance
+from netem.gateways.private_socket import PrivateSocket
 from netem.gateways.tls_front import OpenedDoor
 from netem.gateways.zenoh_endpoint import (
     Asked,
@@ -155,17 +153,6 @@ class Open:
 
     query: Any
     waits_for: set[int] = field(default_factory=set)
-
-
-class PrivateSocket:
-    """A path for a Unix socket in a folder that only this user may open, at `path`."""
-
-    def __init__(self) -> None:
-        self._folder = Path(tempfile.mkdtemp(prefix="marconet-"))
-        self.path = self._folder / "zenoh"
-
-    def close(self) -> None:
-        shutil.rmtree(self._folder, ignore_errors=True)
 
 
 class ZenohGateway(Gateway):

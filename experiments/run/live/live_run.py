@@ -17,6 +17,7 @@ from experiments.run.injection import Injection, parse_value
 from experiments.run.live.server_process import ServerProcess
 from experiments.run.live.steering import Steering
 from experiments.run.live.tally import Tally
+from experiments.run.own_doors import told_of
 from experiments.scenario.model import Scenario
 from experiments.show.view.messages import Answer, Ask, Command, Scene, Update, Watching
 from experiments.show.view.scene import scene_of
@@ -24,10 +25,11 @@ from netem.emulator.conductor import Conductor
 from netem.gateways import Attends
 from netem.records import Feed
 from netem.records.ledger import Ledger
+from netem.wire.level import Level
 
 PAGE_WITHIN_S: Final = 30.0         # for a page to be opened before a run in virtual time begins
 SPEED_OVER_S: Final = 1.0
-Tell = Callable[[int, str, str], None]      # an event about the wall clock: time [ns], kind, detail
+Tell = Callable[[int, str, str, Level], None]       # an event about the wall clock: time [ns], kind, detail
 
 
 class LiveRun:
@@ -40,6 +42,7 @@ class LiveRun:
         self._injection: Injection | None = None
         self._ledger: Ledger | None = None
         self._attended: Attends | None = None
+        self._leave_door: Callable[[], None] = lambda: None
         self._past: deque[tuple[float, int]] = deque()          # (wall clock [s], virtual time [ns])
 
     def begin(self, injection: Injection, ledger: Ledger, attends: Attends, steering: Steering | None,
@@ -48,6 +51,8 @@ class LiveRun:
         self._injection, self._ledger, self._steering, self._attended = injection, ledger, steering, attends
         self._server.send(Scene(scene_of(self._scenario, injection.site, str(folder), real_time=steering is None)))
         attends.attend(self._server.socket, self._hear)
+        if self._server.door is not None:
+            self._leave_door = self._server.door.begin(attends, told_of("view", self._event_now))
         if steering is not None and not steering.await_page(PAGE_WITHIN_S):
             print(f"no page was opened within {PAGE_WITHIN_S:g} s: the run goes as fast as it can until one is",
                   file=sys.stderr)
@@ -61,6 +66,7 @@ class LiveRun:
     def _leave(self) -> None:
         if self._attended is not None:
             self._attended.leave(self._server.socket)
+            self._leave_door()
             self._attended = None
 
     def _hear(self) -> None:
@@ -104,7 +110,7 @@ class LiveRun:
                     return answer
                 self._steering.choose(command.speed)
                 answer.told = "as fast as possible" if command.speed is None else f"{command.speed:g} x real time"
-        self._tell(self._now_ns(), "view", answer.told)
+        self._event_now("view", answer.told, Level.INFO)
         return answer
 
     def _inject(self, command: Command, answer: Answer) -> Answer:
@@ -116,6 +122,9 @@ class LiveRun:
         else:
             answer.told = f"{done.name}: {command.kind} at {done.at_ns / 1e9:.9g} s"
         return answer
+
+    def _event_now(self, kind: str, detail: str, level: Level) -> None:
+        self._tell(self._now_ns(), kind, detail, level)
 
     def _now_ns(self) -> int:
         conductor, pace = self._conductor, self._conductor.pace

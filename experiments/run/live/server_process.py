@@ -8,6 +8,7 @@ from __future__ import annotations
 import secrets
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from experiments.show.view.messages import (
     Answer,
@@ -21,7 +22,11 @@ from experiments.show.view.messages import (
     line_of,
     to_run,
 )
+from netem.gateways.network_settings import NetworkSettings
 from netem.wire.companion import ENDS_WITHIN_S, Companion
+
+if TYPE_CHECKING:
+    from experiments.run.live.view_door import ViewDoor
 
 
 class NoView(ValueError):
@@ -31,18 +36,26 @@ class NoView(ValueError):
 
 
 class ServerProcess:
-    """`url` is the address of the page with its token; `foxglove_url` that for Foxglove, "" if it was not asked for."""
+    """`url` is the address of the page with its token; `foxglove_url` that for Foxglove, "" if it was not asked for.
 
-    def __init__(self, port: int, foxglove: int | None) -> None:
+    `door` is the TLS door before the page, None if `network` has no certificates.
+    """
+
+    def __init__(self, port: int, foxglove: int | None, network: NetworkSettings = NetworkSettings()) -> None:
+        self.door = None if network.tls is None else _door(network, port)
+        token = secrets.token_urlsafe(24)
+        start = Start(token, port, foxglove)
+        if self.door is not None:
+            start = Start(token, 0, foxglove, self.door.behind, self.door.hosts)
         self._companion = Companion("experiments.show.view.server")
         self.socket = self._companion.socket
-        token = secrets.token_urlsafe(24)
         try:
-            ready = self._begin(Start(token, port, foxglove))
+            ready = self._begin(start)
         except BaseException:
             self.close(0.0)
             raise
-        self.url = f"http://127.0.0.1:{ready.port}/?token={token}"
+        address = f"http://127.0.0.1:{ready.port}" if self.door is None else f"https://{self.door.hosts[0]}"
+        self.url = f"{address}/?token={token}"
         self.with_foxglove = ready.foxglove is not None
         self.foxglove_url = f"ws://127.0.0.1:{ready.foxglove}" if self.with_foxglove else ""
 
@@ -81,3 +94,11 @@ class ServerProcess:
     def close(self, within_s: float = ENDS_WITHIN_S) -> None:
         """Let the server pass on what it has, then end it."""
         self._companion.close(within_s)
+        if self.door is not None:
+            self.door.close()
+
+
+def _door(network: NetworkSettings, port: int) -> ViewDoor:
+    from experiments.run.live.view_door import ViewDoor  # late: few runs have a door
+
+    return ViewDoor(network, port)

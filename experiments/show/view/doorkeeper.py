@@ -1,5 +1,7 @@
 """Which requests a view answers: those from this machine to its loopback address, with the token of the run.
 
+Behind a TLS door, only what is asked of the names of that door.
+
 A page of another site that the same browser shows can reach the loopback address too, so its Origin is refused, and by
 the Host header a name of that site which its owner points at 127.0.0.1 (DNS rebinding).
 """
@@ -15,10 +17,12 @@ NAMES = ("127.0.0.1", "localhost")
 
 
 class Doorkeeper:
-    def __init__(self, token: str, port: int) -> None:
+    """Of the loopback address at `port`, or of a TLS door with these names ("host:port") if there are any."""
+
+    def __init__(self, token: str, port: int, names: Sequence[str] = ()) -> None:
         self._token = token
-        self._hosts = {f"{name}:{port}" for name in NAMES}
-        self._origins = {f"http://{host}" for host in self._hosts}
+        self._hosts = {*names} or {f"{name}:{port}" for name in NAMES}
+        self._origins = {f"{'https' if names else 'http'}://{host}" for host in self._hosts}
 
     def refusal(self, path: str, hosts: Sequence[str], origins: Sequence[str]) -> tuple[HTTPStatus, str] | None:
         """Return why a request is refused, None if it is not; `hosts` and `origins` are the headers of these names."""

@@ -17,11 +17,16 @@ TimedEvent = tuple[int, str, str, str, int]         # time [ns], node, kind, det
 
 
 class Start(msgspec.Struct, tag="start"):
-    """The server may listen: at `port` for pages, at `foxglove` for Foxglove if that is not None; 0: any free port."""
+    """The server may listen: at `port` for pages, at `foxglove` for Foxglove if that is not None; 0: any free port.
+
+    Behind a TLS door it listens at the Unix socket `behind` instead of a port, for pages of `hosts` ("host:port").
+    """
 
     token: str
     port: int
     foxglove: int | None
+    behind: str = ""
+    hosts: Sequence[str] = ()
 
 
 class Scene(msgspec.Struct, tag="scene"):

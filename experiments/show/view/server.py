@@ -1,8 +1,8 @@
 """The server of a view: `python -m experiments.show.view.server FILE_DESCRIPTOR`, started by the run.
 
-It listens on 127.0.0.1 only. A page gets the scene, one update with all that has happened, then each update of the run.
-Commands of one page are carried out one after another. A page whose updates pile up is dropped; it connects again by
-itself and gets all anew.
+It listens on 127.0.0.1 only, or behind a TLS door at a Unix socket. A page gets the scene, one update with all that has
+happened, then each update of the run. Commands of one page are carried out one after another. A page whose updates
+pile up is dropped; it connects again by itself and gets all anew.
 
 The process ends when the run says its end, closes the pair of sockets, or ends in any other way.
 """
@@ -15,11 +15,11 @@ import os
 import time
 from contextlib import suppress
 from http import HTTPStatus
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
 import msgspec
-from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.asyncio.server import Server, ServerConnection, serve, unix_serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
@@ -85,10 +85,11 @@ class ViewServer:
         self._pages: dict[int, Page] = {}
         self._pages_so_far = 0
         self._standing = Standing()
+        self._port = 0                  # behind a TLS door
         self._scene = asyncio.Event()
         self._scene_line = b""
         self._body = page_text().encode()
-        self._door = Doorkeeper(start.token, start.port)
+        self._door = Doorkeeper(start.token, start.port, start.hosts)
         self._updated = asyncio.Event()
         self._told_pages = -1
         self._watched_s = time.monotonic()          # when somebody watched last
@@ -119,10 +120,13 @@ class ViewServer:
         silent = logging.getLogger("marconet.view")
         silent.addHandler(logging.NullHandler())
         silent.propagate = False
-        server = await serve(self._attend, ADDRESS, self._start.port, process_request=self._at_door, compression=None,
-                             max_size=LONGEST_COMMAND, max_queue=4, write_limit=1 << 16, close_timeout=1,
-                             server_header=None, logger=silent)
-        self._port: int = next(iter(server.sockets)).getsockname()[1]
+        options: dict[str, Any] = {
+            "process_request": self._at_door, "compression": None, "max_size": LONGEST_COMMAND, "max_queue": 4,
+            "write_limit": 1 << 16, "close_timeout": 1, "server_header": None, "logger": silent}
+        if self._start.behind:
+            return await unix_serve(self._attend, self._start.behind, **options)
+        server = await serve(self._attend, ADDRESS, self._start.port, **options)
+        self._port = next(iter(server.sockets)).getsockname()[1]
         self._door = Doorkeeper(self._start.token, self._port)
         return server
 

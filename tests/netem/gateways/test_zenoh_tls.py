@@ -10,8 +10,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+import trustme
 
 from netem.gateways import GONE, REFUSED, SPEAKS
+from netem.gateways.certificate_authority import make_certificates
 from netem.gateways.zenoh import ZenohSettings
 from tests.netem.gateways.certificate_folders import EXPIRED, make, put, zenoh_settings
 from tests.netem.gateways.zenoh_between import CLIENT, PATIENCE_S, Between, Client
@@ -20,7 +22,8 @@ from tests.netem.gateways.zenoh_between import CLIENT, PATIENCE_S, Between, Clie
 class Folders:
     def __init__(self, here: Path) -> None:
         self.ours, self.theirs, self.late = here / "ours", here / "theirs", here / "late"
-        authority = make(self.ours, "r1", "r2")
+        make_certificates(self.ours, ["r1", "r2"])
+        authority = trustme.CA.from_pem(*((self.ours / f"authority.{end}").read_bytes() for end in ("crt", "key")))
         make(self.theirs, "r1")
         make(self.late, authority=authority)
         put(self.late, authority, "r1", not_after=EXPIRED)

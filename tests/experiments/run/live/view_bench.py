@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import ssl
 import subprocess
 import sys
 import time
@@ -35,13 +36,13 @@ class Viewed:
         self.process, self.out = process, out
         assert process.stderr is not None
         line = process.stderr.readline()
-        assert line.startswith("view: http://127.0.0.1:"), line + process.stderr.read()
+        assert line.startswith(("view: http://127.0.0.1:", "view: https://127.0.0.1:")), line + process.stderr.read()
         self.url = line.split()[1]
         self.port = int(self.url.partition("1:")[2].partition("/")[0])
 
     @property
     def live(self) -> str:
-        return self.url.replace("http:", "ws:").replace("/?", "/live?")
+        return self.url.replace("http", "ws", 1).replace("/?", "/live?")
 
     def ends(self) -> str:
         """Wait for the end of the run; return what it wrote to standard error."""
@@ -91,6 +92,6 @@ class Client:
 
 
 @contextmanager
-def client_of(run: Viewed) -> Iterator[Client]:
-    with connect(run.live) as connection:
+def client_of(run: Viewed, certificates: ssl.SSLContext | None = None) -> Iterator[Client]:
+    with connect(run.live, ssl=certificates, close_timeout=1) as connection:
         yield Client(connection)

@@ -61,7 +61,7 @@ function take(message) {
 }
 
 function connect() {
-  const socket = new WebSocket(`ws://${location.host}/live${location.search}`);
+  const socket = new WebSocket(`${location.protocol.replace("http", "ws")}//${location.host}/live${location.search}`);
   socket.addEventListener("open", () => { tries = 0; RUN.socket = socket; });
   socket.addEventListener("message", (event) => take(JSON.parse(event.data)));
   socket.addEventListener("close", () => {
