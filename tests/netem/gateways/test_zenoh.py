@@ -289,7 +289,7 @@ def test_a_program_that_reads_nothing_does_not_hold_up_the_gateway(between):
 
 
 def test_wrong_settings_are_refused_with_the_rule():
-    for settings, rule in (({"listen": "127.0.0.1:7447"}, "expected an endpoint such as"),
+    for settings, rule in (({"listen": "127.0.0.1:7447"}, "expected an endpoint, an IP address"),
                            ({"listen": "tcp/0.0.0.0:7447"}, "beyond the loopback"),
                            ({"keys": ("a//b",)}, "keys=a//b: no key expression: empty chunks"),
                            ({"keys": ()}, "nothing would be carried"),
