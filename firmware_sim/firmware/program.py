@@ -80,8 +80,8 @@ class FirmwareProgram:
             given: Mapping[str, Any] = self.companion.configure(self._board.team, self._board.name, settings)
             names = [row.name for row in firmware.configuration]
             if sorted(given) != sorted(names):
-                raise ValueError(f"{firmware.companion}.configure gave {', '.join(sorted(given))}: expected the rows "
-                                 f"[[configuration]] of {self.folder / 'firmware.toml'}: {', '.join(sorted(names))}")
+                raise ValueError(f"{firmware.companion}.configure gave {', '.join(sorted(given))}: expected rows of "
+                                 f"[[configuration]] in {self.folder / 'firmware.toml'}: {', '.join(sorted(names))}")
             values += [_flat(given[name]) for name in names]
         return values
 

@@ -21,7 +21,8 @@
 #include "text.h"
 #include "topology.h"
 
-enum { TIMER_WAKE, TIMER_HOLD_OWN, TIMER_DISTURB };
+/* A clock that is set forward may bring two own slots within one frame's way to the others, so several holds wait. */
+enum { HOLDS = 8, TIMER_WAKE = 0, TIMER_DISTURB, TIMER_HOLD_OWN };
 typedef enum { BEGIN, SPEAK, DISCOVER, ADOPT } Act;
 
 static Team team;
@@ -37,6 +38,7 @@ static int64_t since_ns;                /* local time from which the schedule is
 static int64_t certified_ns;
 static Robots heard;                    /* robots whose sync frames arrived since the last own slot */
 static double spoken[MAX_VALUES];       /* output broadcast last */
+static uint32_t holds;                  /* number of own values sent */
 static double omega;
 static uint32_t piece;                  /* of the disturbance, the next one */
 static Act act;
@@ -193,7 +195,7 @@ static void speak(void)
     measure(spoken);
     board_send(PORT_RADIO, bytes, sync_frame_pack(&team, spoken_slot, spoken, bytes));
     if (delay_ns > 0) {
-        board_set_delay(TIMER_HOLD_OWN, delay_ns, BOARD_SILENT);
+        board_set_delay(TIMER_HOLD_OWN + holds++ % HOLDS, delay_ns, BOARD_SILENT);
     } else {
         hold_own();
     }
@@ -339,11 +341,11 @@ void board_timer(uint32_t timer)
     case TIMER_WAKE:
         wake();
         break;
-    case TIMER_HOLD_OWN:
-        hold_own();
+    case TIMER_DISTURB:
+        disturb();
         break;
     default:
-        disturb();
+        hold_own();
         break;
     }
 }
