@@ -25,7 +25,7 @@ from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
 from firmware_sim.firmware.build import build_for_host
 from firmware_sim.firmware.description import Firmware, Parameter, Signal, Variable
-from firmware_sim.firmware.errors import FirmwareMistake
+from firmware_sim.firmware.errors import FirmwareError, FirmwareMistake
 from firmware_sim.firmware.host.library import Library, Operation, Question
 from firmware_sim.scenario_view import Own, ScenarioView
 from fmus.errors import PlantError
@@ -60,7 +60,7 @@ class FirmwareProgram:
         self._written = [0.0] * len(self._write)
         parameters = self._parameter_values(settings)
         self._library = Library(build_for_host(self.folder), parameters, len(firmware.signals), partial(_now, board),
-                                self._carry_out, self._answer)
+                                self._carry_out, self._answer, firmware.name, board.call_record)
         board.at_end(self._library.close)
         for counter in firmware.counters:
             board.count(counter.name, 0)
@@ -162,7 +162,10 @@ def firmware_class(firmware: Firmware, folder: Path, companion: Any = None) -> t
     """Return the program class of a firmware; `companion` is the class that its firmware.toml names."""
     def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
         yield from _problems(firmware, own)
-        build_for_host(folder)
+        try:
+            build_for_host(folder)
+        except FirmwareError as error:
+            yield str(error)
         if (more := getattr(companion, "check", None)) is not None:
             yield from more(scenario, own)
 

@@ -19,6 +19,8 @@ from enum import IntEnum
 from pathlib import Path
 from typing import Any, Final
 
+from fmus.call_record import CallRecord
+
 CALLS: Final = 256              # as in marconet_host.c, like all of the layout below
 BYTES: Final = 16384
 _HEAD: Final = struct.Struct("@qIIIIPPP")
@@ -50,12 +52,13 @@ NO_VALUE: Final = -4            # BoardError of marconet_board.h
 
 class Library:
     """`carry_out(operation, id, integer, flags, real, data)` gets each call of the firmware, `answer(question, id,
-    integer, real)` those whose result the firmware waits for; it returns the result, None for BOARD_NO_VALUE.
+    integer, real)` those whose result the firmware waits for; it returns the result, None for BOARD_NO_VALUE. `record`
+    receives the function of the firmware `name` that runs.
     """
 
     def __init__(self, file: Path, parameters: Sequence[Sequence[float]], signals: int, now: Callable[[], int],
                  carry_out: Callable[[int, int, int, int, float, bytes], None],
-                 answer: Callable[[int, int, int, float], float | None]) -> None:
+                 answer: Callable[[int, int, int, float], float | None], name: str, record: CallRecord) -> None:
         self._now, self._carry_out, self._answer_of = now, carry_out, answer
         self._error: BaseException | None = None
         library = _private_copy(file)
@@ -79,6 +82,10 @@ class Library:
         self._ask = _ASK(self._answer)
         _HEAD.pack_into(memory, 0, 0, 0, 0, 0, 0, c.cast(self._ask, c.c_void_p).value, c.addressof(self._values),
                         c.addressof(self._first))
+        self._word = record.call_word
+        self._starting, self._ringing, self._receiving = (
+            record.place(f"{function} of firmware {name}")
+            for function in ("board_start", "board_timer", "board_receive"))
         self._start = _function(library, "host_start", c.c_int64, c.POINTER(c.c_int32))
         self._timer = _function(library, "host_timer", c.c_int64, c.c_uint32)
         self._receive = _function(library, "host_receive", c.c_int64, c.c_uint32, c.c_char_p, c.c_uint32)
@@ -86,15 +93,18 @@ class Library:
     def start(self) -> int:
         """Call `board_start`; return its result."""
         code = c.c_int32()
+        self._running = self._word[0] = self._starting
         self._finish(self._start(self._now(), c.byref(code)))
         return code.value
 
     def timer(self, timer: int) -> None:
         """Call `board_timer`."""
+        self._running = self._word[0] = self._ringing
         self._finish(self._timer(self._now(), timer))
 
     def receive(self, port: int, data: bytes) -> None:
         """Call `board_receive`."""
+        self._running = self._word[0] = self._receiving
         self._finish(self._receive(self._now(), port, data, len(data)))
 
     def close(self) -> None:
@@ -107,6 +117,7 @@ class Library:
             _ctypes.dlclose(handle)
 
     def _finish(self, calls: int) -> None:
+        self._word[0] = 0
         if self._error is not None:
             error, self._error = self._error, None
             raise error
@@ -137,6 +148,8 @@ class Library:
         except BaseException as error:
             self._error = error
             return NO_VALUE
+        finally:
+            self._word[0] = self._running       # a plant that was stepped has noted its own calls
         return 0
 
 

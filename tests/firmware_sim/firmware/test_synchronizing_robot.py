@@ -1,4 +1,4 @@
-"""The synchronizing robot in C sends, bit for bit, what the one in Python sends: one ledger hash, also in mixed teams."""
+"""The synchronizing robot in C sends, bit for bit, what the one in Python sends: one ledger hash, mixed too."""
 
 from __future__ import annotations
 
