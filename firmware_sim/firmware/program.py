@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, make_dataclass
 from functools import partial
-from operator import attrgetter
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -74,7 +73,7 @@ class FirmwareProgram:
         self._written = [0.0] * len(self._write)
         parameters = self._parameter_values(settings)
         self._library = Library(build_for_host(self.folder), parameters, len(firmware.signals),
-                                partial(attrgetter("now_ns"), board), self._carry_out, self._answer, firmware.name,
+                                board.clock_reading(), self._carry_out, self._answer, firmware.name,
                                 board.call_record)
         board.at_end(self._library.close)
         for counter in firmware.counters:
