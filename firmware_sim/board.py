@@ -29,6 +29,7 @@ from firmware_sim.board_timers import Repetition, Timer, Timers
 from firmware_sim.local_clock import LocalClock
 from firmware_sim.old_names import OldName
 from firmware_sim.processor import Processor
+from fmus.call_record import CallRecord, NoRecord
 from fmus.event_plant import EventPlant
 from fmus.plant import InputGroup, OutputGroup, Plant
 from netem.node.node import Node, Port
@@ -51,8 +52,10 @@ class Board:
     silent_unless_heard_until: ClassVar = OldName("silent_unless_heard_until")
 
     def __init__(self, node: Node, clock: LocalClock, plant: Plant | None, team: Mapping[str, Any], rng: Random,
-                 parameters: Mapping[str, Any], processor: Processor | None = None) -> None:
+                 parameters: Mapping[str, Any], processor: Processor | None = None,
+                 call_record: CallRecord | None = None) -> None:
         """`team`: the scenario's table [team]."""
+        self.call_record: CallRecord = NoRecord() if call_record is None else call_record   # for programs in C
         self.name = node.name
         self.team = team
         self.rng = rng
@@ -216,6 +219,10 @@ class Board:
         self._node.at_end(action)
 
     # --- for the code that builds the node
+
+    def clock_reading(self) -> Callable[[], int]:
+        """Return a function that returns `now_ns`, for a program that asks often."""
+        return self._clock.now_ns
 
     def keep_promises(self) -> None:
         """Make the node take its promise from the timers of this board."""

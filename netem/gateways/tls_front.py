@@ -15,8 +15,8 @@ from typing import Final
 from netem.gateways import GONE, LOST, REFUSED, SPEAKS, Attends, Door
 from netem.gateways.addresses import address_of, text_of
 from netem.gateways.door_messages import Came, Left, NotOpened, OpenDoor, Opened, Refused, ToRun, line_of, to_run
-from netem.wire.companion import Companion
 from netem.wire.level import Level
+from netem.wire.side_process import SideProcess
 
 MOST_TOLD: Final = 20               # refusals at a door with an event each; further ones are only counted
 
@@ -56,7 +56,7 @@ class TlsFront:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._process: Companion | None = None
+        self._process: SideProcess | None = None
         self._doors: list[OpenedDoor] = []
         self._early: list[ToRun] = []           # messages that came while a door was being opened
         self._attends: Attends | None = None
@@ -67,7 +67,7 @@ class TlsFront:
         Raises OSError, with the address and a remedy, if it cannot listen.
         """
         if self._process is None:
-            self._process = Companion("netem.gateways.tls_front_process")
+            self._process = SideProcess("netem.gateways.tls_front_process")
         number = len(self._doors)
         line = line_of(OpenDoor(number, str(self._folder), name, door.listen, onward, door.admits, door.only_from,
                                 door.most))

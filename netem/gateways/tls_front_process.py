@@ -26,7 +26,7 @@ from typing import Any, Final
 from netem.gateways.addresses import Address, OnlyFrom, address_of, family_of, text_of
 from netem.gateways.certificates import CHECK, Certificates, common_name, why_refused
 from netem.gateways.door_messages import Came, Left, NotOpened, OpenDoor, Opened, Refused, ToRun, line_of, to_front
-from netem.wire.companion_process import line_from, serve
+from netem.wire.side_process_work import line_from, serve
 
 HANDSHAKE_WITHIN_S: Final = 5.0
 GOODBYE_WITHIN_S: Final = 2.0

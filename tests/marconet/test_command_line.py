@@ -33,7 +33,8 @@ loss_ratio = 0.1
 frames_lost_on_link = { min = 50 }
 """
 COMMANDS = [[], ["list"], ["check"], ["run"], ["report"], ["schema"], ["table"], ["compile"], ["fmu"], ["fmu", "list"],
-            ["fmu", "info"], ["fmu", "build"], ["sweep"], ["compare"], ["export"], ["fault"], ["break"],
+            ["fmu", "info"], ["fmu", "build"], ["firmware"], ["firmware", "new"], ["firmware", "build"],
+            ["firmware", "info"], ["sweep"], ["compare"], ["export"], ["fault"], ["break"],
             ["shrink"], ["certificates"], ["certificates", "new"], ["certificates", "show"], ["certificates", "check"]]
 
 
@@ -93,7 +94,8 @@ def test_help_of_every_command_has_an_example_of_it(command):
 
 
 def test_no_command_is_missing_from_the_help_tests():
-    of_groups = {(group, name) for group in ("fmu", "certificates") for name in app.commands[group].commands}
+    groups = ("fmu", "firmware", "certificates")
+    of_groups = {(group, name) for group in groups for name in app.commands[group].commands}
 
     assert of_groups | {(name,) for name in app.commands} | {()} == set(map(tuple, COMMANDS))
 

@@ -23,7 +23,7 @@ from experiments.show.view.messages import (
     to_run,
 )
 from netem.gateways.network_settings import NetworkSettings
-from netem.wire.companion import ENDS_WITHIN_S, Companion
+from netem.wire.side_process import ENDS_WITHIN_S, SideProcess
 
 if TYPE_CHECKING:
     from experiments.run.live.view_door import ViewDoor
@@ -47,8 +47,8 @@ class ServerProcess:
         start = Start(token, port, foxglove)
         if self.door is not None:
             start = Start(token, 0, foxglove, self.door.behind, self.door.hosts)
-        self._companion = Companion("experiments.show.view.server")
-        self.socket = self._companion.socket
+        self._side_process = SideProcess("experiments.show.view.server")
+        self.socket = self._side_process.socket
         try:
             ready = self._begin(start)
         except BaseException:
@@ -60,7 +60,7 @@ class ServerProcess:
         self.foxglove_url = f"ws://127.0.0.1:{ready.foxglove}" if self.with_foxglove else ""
 
     def _begin(self, start: Start) -> Listening:
-        line = self._companion.ask(line_of(start))
+        line = self._side_process.ask(line_of(start))
         if not line:
             raise NoView("--view: the server of the page did not start: its error is above")
         ready = to_run.decode(line)
@@ -72,14 +72,14 @@ class ServerProcess:
     @property
     def takes_more(self) -> bool:
         """Whether all that was sent has been taken."""
-        return self._companion.takes_more
+        return self._side_process.takes_more
 
     def send(self, message: Scene | Update | Answer | End) -> None:
-        self._companion.send(line_of(message))
+        self._side_process.send(line_of(message))
 
     def receive(self) -> list[ToRun] | None:
         """Return the messages that have arrived; None if the server has ended."""
-        lines = self._companion.receive()
+        lines = self._side_process.receive()
         return None if lines is None else [to_run.decode(line) for line in lines]
 
     def end(self, holds: bool, problems: Sequence[str], folder: Path) -> None:
@@ -93,7 +93,7 @@ class ServerProcess:
 
     def close(self, within_s: float = ENDS_WITHIN_S) -> None:
         """Let the server pass on what it has, then end it."""
-        self._companion.close(within_s)
+        self._side_process.close(within_s)
         if self.door is not None:
             self.door.close()
 

@@ -41,8 +41,8 @@ from experiments.show.view.messages import (
 )
 from experiments.show.view.page_text import CONTENT_POLICY, page_text
 from experiments.show.view.standing import Standing
-from netem.wire.companion_process import line_from
-from netem.wire.companion_process import serve as serve_run
+from netem.wire.side_process_work import line_from
+from netem.wire.side_process_work import serve as serve_run
 
 if TYPE_CHECKING:
     from experiments.show.view.foxglove_server import FoxgloveServer

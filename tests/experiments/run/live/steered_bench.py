@@ -41,7 +41,7 @@ class SteeredView(ServerProcess):
     def __init__(self, script: Script) -> None:
         self.socket, self._other = socket.socketpair()
         self._other.send(b"x")      # never read: the socket can always be read
-        self.with_foxglove = False
+        self.with_foxglove, self.door = False, None
         self.steering: steering.Steering | None = None
         self.answers: list[Answer] = []
         self._script = script

@@ -1,6 +1,6 @@
 """A process that a run starts for itself, and messages with it, a line each, over a pair of connected sockets.
 
-    run: Companion(module) --python -m module FILE_DESCRIPTOR--> process: serve(work) (companion_process.py)
+    run: SideProcess(module) --python -m module FILE_DESCRIPTOR--> process: serve(work) (side_process_work.py)
 
 The run never waits for the process, apart from its first line. What the process does not take stays in a buffer. The
 process ends when the run closes the pair of sockets or ends in any way.
@@ -20,7 +20,7 @@ ENDS_WITHIN_S: Final = 4.0
 AT_ONCE: Final = 65536          # bytes
 
 
-class Companion:
+class SideProcess:
     """The run's side; `socket` can be read when the process has said something."""
 
     def __init__(self, module: str) -> None:

@@ -1,4 +1,4 @@
-"""The process's side of a `Companion`: an asyncio program that works for one run, and ends with it."""
+"""The process's side of a `SideProcess`: an asyncio program that works for one run, and ends with it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Work = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
 
 
 def serve(work: Work) -> None:
-    """Do the work of the process that `Companion` started: `work` is given the lines of the run, and ends with them."""
+    """Do `work`, in the process that `SideProcess` started, with the lines of the run; it ends when they end."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)        # Ctrl-C is for the run, which then says its end
     end_with_parent(signal.SIGTERM)
     with suppress(ConnectionError):                     # the run has ended
