@@ -29,6 +29,7 @@ from firmware_sim.board_timers import Repetition, Timer, Timers
 from firmware_sim.local_clock import LocalClock
 from firmware_sim.old_names import OldName
 from firmware_sim.processor import Processor
+from fmus.call_record import CallRecord, NoRecord
 from fmus.event_plant import EventPlant
 from fmus.plant import InputGroup, OutputGroup, Plant
 from netem.node.node import Node, Port
@@ -51,8 +52,10 @@ class Board:
     silent_unless_heard_until: ClassVar = OldName("silent_unless_heard_until")
 
     def __init__(self, node: Node, clock: LocalClock, plant: Plant | None, team: Mapping[str, Any], rng: Random,
-                 parameters: Mapping[str, Any], processor: Processor | None = None) -> None:
+                 parameters: Mapping[str, Any], processor: Processor | None = None,
+                 call_record: CallRecord | None = None) -> None:
         """`team`: the scenario's table [team]."""
+        self.call_record: CallRecord = NoRecord() if call_record is None else call_record   # for programs in C
         self.name = node.name
         self.team = team
         self.rng = rng

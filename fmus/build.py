@@ -20,7 +20,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -114,10 +114,12 @@ def _build(draft: Path, spec: describe.Model, sources: dict[str, bytes], token: 
         **content})
 
 
-def compile_library(code: dict[str, bytes], what: str, more_options: Sequence[str] = ()) -> bytes:
+def compile_library(code: dict[str, bytes], what: str, more_options: Sequence[str] = (),
+                    signatures: Mapping[str, str] = SIGNATURES, main: str = "model.c") -> bytes:
     """Return the bytes of the shared library compiled from `code`, C files and headers by name.
 
-    `what` names the library in the PlantError that is raised if there is no compiler or it fails."""
+    `what` names the library in the PlantError that is raised if there is no compiler or it fails, `signatures` has
+    the functions that the author of `main` has to define."""
     compiler = find_compiler()
     with tempfile.TemporaryDirectory(prefix="marconet-") as name:
         folder = Path(name)
@@ -133,8 +135,8 @@ def compile_library(code: dict[str, bytes], what: str, more_options: Sequence[st
             raise PlantError(f"{compiler[0]}: cannot run the C compiler ({error.strerror}): set CC to one that works, "
                              "or unset it") from None
         if missing := sorted(set(_UNDEFINED.findall(done.stderr))):
-            raise PlantError(f"{what}: model.c defines no {', '.join(missing)}; add "
-                             + "; ".join(SIGNATURES.get(name, name) for name in missing))
+            raise PlantError(f"{what}: {main} defines no {', '.join(missing)}; add "
+                             + "; ".join(signatures.get(name, name) for name in missing))
         if done.returncode:
             raise PlantError(f"{what} does not compile ({shlex.join(compiler)}, exit code {done.returncode}):\n"
                              f"{(done.stderr or done.stdout).strip()}")

@@ -103,6 +103,11 @@ def fmu() -> None:
     """Look at plants and build them."""
 
 
+@app.group(no_args_is_help=True, epilog="Example: marconet firmware new blinker")
+def firmware() -> None:
+    """Write, build and look at robots' programs in C."""
+
+
 @app.command("list", epilog="Example: marconet list")
 @as_json
 @verbosely
@@ -507,6 +512,49 @@ def build(plants: Sequence[str], fmi: Literal["3.0", "2.0"], verbose: bool) -> N
             _refuse_unknown_plant(name)
         for name in plants or own_models():
             print_path(_console(), name, build_model(name if name in own_models() else Path(name), fmi))
+
+
+@firmware.command("new", epilog="Example: marconet firmware new blinker")
+@click.argument("folder", type=click.Path(path_type=Path))
+@verbosely
+def new_firmware(folder: Path, verbose: bool) -> None:
+    """Write a folder with a small firmware that runs, and a scenario of two robots with it."""
+    with errors_as_text(verbose):
+        from experiments.show.text_views import print_path
+        from firmware_sim.firmware.new_folder import write_new
+
+        for path in write_new(folder):
+            print_path(_console(), "written", path)
+
+
+@firmware.command("build", epilog="Example: marconet firmware build synchronizing_robot")
+@click.argument("folders", nargs=-1)
+@verbosely
+def build_firmware(folders: Sequence[str], verbose: bool) -> None:
+    """Compile firmware into shared libraries, where that has not been done, and say where they are.
+
+    FOLDERS are folders with firmware.toml, or names of firmware that comes with marconet; default: all of these.
+    """
+    with errors_as_text(verbose):
+        from experiments.show.text_views import print_path
+        from firmware_sim.firmware.build import build_for_host, firmware_folder, own_firmware
+
+        for name in folders or own_firmware():
+            print_path(_console(), name, build_for_host(firmware_folder(name, Path())))
+
+
+@firmware.command("info", epilog="Example: marconet firmware info synchronizing_robot")
+@click.argument("folder")
+@verbosely
+def firmware_info(folder: str, verbose: bool) -> None:
+    """Show a firmware's size, the functions that it defines, and what it declares, with the numbers in board_ids.h."""
+    with errors_as_text(verbose):
+        from experiments.show.firmware_view import print_firmware
+        from firmware_sim.firmware.build import build_for_host, firmware_folder
+        from firmware_sim.firmware.description import read_description
+
+        found = firmware_folder(folder, Path())
+        print_firmware(_console(), read_description(found), found, build_for_host(found))
 
 
 def _refuse_unknown_plant(name: str) -> None:

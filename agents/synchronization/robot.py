@@ -87,7 +87,7 @@ class SyncRobot:
                 self._law.held[number] = tuple(float(value) for value in other.C @ (model.x0 or [0.0] * other.states))
         self._act: Callable[[], None] = self._begin
         board.at(board.now_ns, self._begin)
-        for from_ns, value in _pieces(settings.disturbance):
+        for from_ns, value in disturbance_pieces(settings.disturbance):
             board.at(from_ns, partial(self._disturb, value), sends=False)
 
     # --- the program
@@ -295,7 +295,7 @@ class SyncRobot:
         self._last_control = -1
 
 
-def _pieces(disturbance: Sequence[Sequence[float]]) -> list[tuple[int, float]]:
+def disturbance_pieces(disturbance: Sequence[Sequence[float]]) -> list[tuple[int, float]]:
     """Return `disturbance` as (from_ns, value) pairs; ValueError unless pairs, ascending from 0 on."""
     if any(len(piece) != 2 for piece in disturbance):
         raise ValueError(f"disturbance={[list(piece) for piece in disturbance]}: expected pairs [from_s, value]")

@@ -92,7 +92,8 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
 
     `at_end` is closed at the end of the run, in the node's process or, without `own_process`, in that of all nodes;
     then a blocking program gets copies of the modules of its folder. `record` receives the FMI call
-    of the plant that runs. With a `life` the node was killed: its plant goes on, and its program starts when it boots.
+    of the plant that runs, or the function of the firmware. With a `life` the node was killed: its plant goes on,
+    and its program starts when it boots.
     """
     if specification.blocking:
         from firmware_sim.blocking.node import BlockingNode
@@ -106,7 +107,7 @@ def build_node(specification: NodeSpecification, at_end: ExitStack | None = None
     plant = _plant(specification, node, record)
     _take_faults(node, plant, clock, processor)
     begin = partial(_begin, specification, node, clock, processor, plant, at_end, 0 if life is None else life.number,
-                    own_process)
+                    own_process, record)
     if life is None:
         begin()
         return node
@@ -132,9 +133,9 @@ def _take_faults(node: Node, plant: Plant | None, clock: LocalClock, processor: 
 
 
 def _begin(specification: NodeSpecification, node: Node, clock: LocalClock, processor: Processor, plant: Plant | None,
-           at_end: ExitStack | None, life: int, own_process: bool) -> None:
+           at_end: ExitStack | None, life: int, own_process: bool, record: CallRecord | None) -> None:
     """Construct and start the program; record what it declares and the outputs of its plant."""
-    board = _board(specification, node, clock, processor, plant, life)
+    board = _board(specification, node, clock, processor, plant, life, record)
     if specification.blocking:
         assert at_end is not None, "blocking code has threads that somebody has to end"
         board.take_faults([_begin_blocking(specification, node, board, at_end, 0 if own_process else life + 1)])
@@ -241,10 +242,10 @@ def _plant(specification: NodeSpecification, node: Node, record: CallRecord | No
 
 
 def _board(specification: NodeSpecification, node: Node, clock: LocalClock, processor: Processor,
-           plant: Plant | None, life: int) -> Board:
+           plant: Plant | None, life: int, record: CallRecord | None) -> Board:
     name = specification.name
     team = Named(specification.team, name, "key of [team]", "the scenario has no [team]")
     parameters = Named(specification.parameters, name, "parameter", f"agents.{name}.parameters is empty")
     place = f"agents.{name}/life {life}" if life else f"agents.{name}"
     return Board(node, clock, plant, team, stream(specification.seed, place), parameters,
-                 processor)
+                 processor, record)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
 
 from experiments.scenario.blocking_programs import is_blocking
+from experiments.scenario.firmware_programs import is_firmware, program_of, target_complaint
 from experiments.scenario.model import AgentSpec, PlantSpec
 from experiments.scenario.overrides import parse_path
 from experiments.scenario.plant_parameters import PlantNames, plant_names
@@ -30,7 +31,9 @@ class PlantTable:
 
 @dataclass(frozen=True)
 class AgentTable:
-    program: str
+    program: str = ""                               # either it or `firmware`
+    firmware: str = ""                              # a folder with firmware.toml, or the name of one of marconet's
+    target: str = "host"                            # where the firmware runs
     parameters: dict[str, Any] = field(default_factory=dict)
     clock: ClockSettings = field(default_factory=ClockSettings)
     plant: PlantTable | None = None
@@ -38,6 +41,10 @@ class AgentTable:
     media: tuple[str, ...] | None = None
     zenoh: str | dict[str, str] | None = None       # medium, or key expression -> medium
     sockets: dict[str, str] = field(default_factory=dict)
+
+
+WITH_FIRMWARE: Final = shape_of(AgentTable)
+WITH_PROGRAM: Final = replace(WITH_FIRMWARE, required=frozenset({"program"}))
 
 
 class Agents:
@@ -59,13 +66,16 @@ class Agents:
         """Return the agent; with mistakes in it, without its wrong parts, as other sections may refer to it."""
         place = ("agents", name)
         self.reading.check_name(place, name)
-        merged = _merged(defaults, table) if defaults and isinstance(table, dict) else table
-        values = self.reading.tables.read(shape_of(AgentTable), merged, place).values
+        merged = _merged(_without_other(defaults, table), table) if defaults and isinstance(table, dict) else table
+        has_firmware = isinstance(merged, dict) and "firmware" in merged
+        values = self.reading.tables.read(WITH_FIRMWARE if has_firmware else WITH_PROGRAM, merged, place).values
         written = values.pop("parameters", {})
-        found = AgentTable(**{"program": "", **values})
+        found = AgentTable(**values)
+        program, key = self._program(found, merged, values, place)
         parameters: dict[str, Any] = {}
-        if "program" in values:
-            cls, parameters, settings = check_program(found.program, written, place, self.reading.tables)
+        if key:
+            cls, parameters, settings = check_program(program, written, place, self.reading.tables, key,
+                                                      found.firmware if key == "firmware" else "")
             if cls is not None:
                 self.blocking[name] = is_blocking(cls)
             if isinstance(cls, type):
@@ -78,8 +88,30 @@ class Agents:
                 attached = media
         if found.at_m is not None and len(found.at_m) not in (2, 3):
             self.problems.add((*place, "at_m"), "expected [x, y] or [x, y, z]", list(found.at_m))
-        return AgentSpec(name, found.program, parameters, found.clock, plant, found.at_m, tuple(attached),
+        return AgentSpec(name, program, parameters, found.clock, plant, found.at_m, tuple(attached),
                          ways(found.zenoh), found.sockets)
+
+    def _program(self, table: AgentTable, written: Any, values: Mapping[str, Any], place: Place) -> tuple[str, str]:
+        """Return the agent's program and the key that names it, "" if none can be found."""
+        if not isinstance(written, dict):
+            return "", ""
+        if "program" in written and "firmware" in written:
+            self.problems.add((*place, "firmware"), "expected either `program` or `firmware`: remove one of them",
+                              table.firmware)
+            return "", ""
+        if "firmware" not in written:
+            if "target" in written:
+                self.problems.add((*place, "target"), "expected `firmware` with it: a program in Python runs in its "
+                                                      "node's process", table.target)
+            if is_firmware(table.program):
+                self.problems.add((*place, "program"), f"write firmware = \"{table.program.rpartition(':')[2]}\" "
+                                                       "instead of it", table.program)
+                return "", ""
+            return table.program, "program" if "program" in values else ""
+        if complaint := target_complaint(table.target):
+            self.problems.add((*place, "target"), complaint, table.target)
+            return "", ""
+        return program_of(table.firmware, table.target), "firmware" if "firmware" in values else ""
 
     def _plant(self, table: PlantTable, written: Mapping[str, Any], place: Place) -> PlantSpec | None:
         try:
@@ -110,6 +142,12 @@ class Agents:
             self.problems.add((*place, key), complaint, *([written[key]] if key in written else []))
         return PlantSpec(plant.fmu, given if self.problems.found > before else plant.over_preset(table.preset, given),
                          table.step_ns)
+
+
+def _without_other(defaults: dict[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return `defaults` without the program if the agent has a firmware, and the other way round."""
+    dropped = {"program"} if "firmware" in table else {"firmware", "target"} if "program" in table else set()
+    return {key: value for key, value in defaults.items() if key not in dropped}
 
 
 def _merged(defaults: dict[str, Any], table: dict[str, Any]) -> dict[str, Any]:

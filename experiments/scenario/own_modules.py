@@ -43,10 +43,14 @@ def module_for(name: str, folder: Path) -> ModuleType:
 
 
 def class_for(path: str, folder: Path) -> Any:
-    """Return the class that "package.module:Class" names, or the function of a blocking program.
+    """Return the class that "package.module:Class" names, the function of a blocking program, or a firmware's class.
 
     The loader has checked that it exists.
     """
+    if path.startswith("firmware:"):
+        from experiments.scenario.firmware_programs import firmware_class_for
+
+        return firmware_class_for(path, folder)
     module_name, _, class_name = path.partition(":")
     return getattr(module_for(module_name, folder), class_name)
 

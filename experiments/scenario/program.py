@@ -11,10 +11,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import is_dataclass
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import Any, Final, get_type_hints
+from typing import Any, Final, cast, get_type_hints
 
 import msgspec
 
+from experiments.scenario.firmware_programs import firmware_class_for, is_firmware
 from experiments.scenario.moved_modules import where_it_is
 from experiments.scenario.own_modules import NameTaken, module_for
 from experiments.scenario.problems import Place, near
@@ -42,6 +43,8 @@ def import_program(program: str, folder: Path) -> Callable[..., Any]:
 
     Raises ValueError with the reason if the path is wrong, and any exception of the module's own code.
     """
+    if is_firmware(program):
+        return cast(Callable[..., Any], firmware_class_for(program, folder))
     module_name, colon, class_name = program.partition(":")
     parts = module_name.split(".")
     if not colon or not class_name.isidentifier() or not all(part.isidentifier() for part in parts):
@@ -68,27 +71,28 @@ def import_program(program: str, folder: Path) -> Callable[..., Any]:
     return program_found
 
 
-def check_program(program: str, parameters: dict[str, Any], place: Place,
-                  tables: TableReader) -> tuple[Callable[..., Any] | None, dict[str, Any], Any]:
+def check_program(program: str, parameters: dict[str, Any], place: Place, tables: TableReader, key: str = "program",
+                  written: str = "") -> tuple[Callable[..., Any] | None, dict[str, Any], Any]:
     """Return the program, its parameters with times in ns, and its `Settings` (None without or with wrong ones).
 
-    Problems are added at `place`, that of the agent; then the program may be None.
+    Problems are added at `place`, that of the agent, about its `key`, which the author has `written`; then the program
+    may be None.
     """
-    problems = tables.problems
+    problems, written = tables.problems, written or program
     try:
         cls = import_program(program, tables.folder)
     except ValueError as error:
-        problems.add((*place, "program"), str(error), program)
+        problems.add((*place, key), str(error), written)
         return None, parameters, None
     except Exception as error:
-        problems.add((*place, "program"), f"importing it failed: {type(error).__name__}: {error}", program)
+        problems.add((*place, key), f"importing it failed: {type(error).__name__}: {error}", written)
         return None, parameters, None
     if isinstance(cls, type) and (complaint := complaint_about_run(cls)):
-        problems.add((*place, "program"), complaint, program)
+        problems.add((*place, key), complaint, written)
         return None, parameters, None
     shape, complaint = parameters_of(cls)
     if complaint:
-        problems.add((*place, "program"), complaint, program)
+        problems.add((*place, key), complaint, written)
         return None, parameters, None
     if shape is None:
         return cls, parameters, None

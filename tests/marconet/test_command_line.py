@@ -33,7 +33,8 @@ loss_ratio = 0.1
 frames_lost_on_link = { min = 50 }
 """
 COMMANDS = [[], ["list"], ["check"], ["run"], ["report"], ["schema"], ["table"], ["compile"], ["fmu"], ["fmu", "list"],
-            ["fmu", "info"], ["fmu", "build"], ["sweep"], ["compare"], ["export"], ["fault"], ["break"],
+            ["fmu", "info"], ["fmu", "build"], ["firmware"], ["firmware", "new"], ["firmware", "build"],
+            ["firmware", "info"], ["sweep"], ["compare"], ["export"], ["fault"], ["break"],
             ["shrink"]]
 
 
@@ -93,9 +94,9 @@ def test_help_of_every_command_has_an_example_of_it(command):
 
 
 def test_no_command_is_missing_from_the_help_tests():
-    plants = app.commands["fmu"]
+    groups = {(group, name) for group in ("fmu", "firmware") for name in app.commands[group].commands}
 
-    assert {("fmu", name) for name in plants.commands} | {(name,) for name in app.commands} | {()} == set(
+    assert groups | {(name,) for name in app.commands} | {()} == set(
         map(tuple, COMMANDS))
 
 

@@ -1,0 +1,83 @@
+"""Builds a folder of firmware into a shared library for the host, once: the cache is that of plants.
+
+    *.c *.h of the folder + board_ids.h + marconet_board.h + host/marconet_host.c --compiler--> NAME.so
+
+The compiler and its options are those of plants (`fmus/build.py`): no fused multiply-adds, no link-time surprises.
+Warnings are errors.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from firmware_sim.firmware.description import TABLE, Firmware, read_description
+from firmware_sim.firmware.errors import FirmwareError
+from firmware_sim.firmware.ids_header import ids_header
+from fmus.build import OPTIONS, compile_library
+from fmus.cache import cache_folder, kept
+from fmus.errors import PlantError
+from fmus.platform_names import library_suffix, platform_fmi3
+
+FIRMWARE: Final = Path(__file__).parent
+BOARD_HEADER: Final = FIRMWARE / "include" / "marconet_board.h"
+HOST: Final = FIRMWARE / "host"
+WARNINGS: Final = ("-Wall", "-Wextra", "-Werror")
+OURS: Final = ("board_ids.h", "marconet_board.h", "marconet_host.c")
+EXPORTS: Final = {"board_start": "int32_t board_start(void)",
+                  "board_timer": "void board_timer(uint32_t timer)",
+                  "board_receive": "void board_receive(uint32_t port, const uint8_t *data, uint32_t length)"}
+
+
+def firmware_folder(firmware: str | Path, beside: Path) -> Path:
+    """Return the folder of a firmware: a path, from `beside` on, or the name of one that comes with marconet.
+
+    Raises FirmwareError if there is none."""
+    own = FIRMWARE / firmware
+    folder = own if str(firmware) in own_firmware() and not (beside / firmware / TABLE).is_file() else beside / firmware
+    if not (folder / TABLE).is_file():
+        raise FirmwareError(f"{firmware}: no firmware there: a firmware is a folder with {TABLE} and C files; those "
+                            f"that come with marconet are {', '.join(own_firmware()) or '(none)'}")
+    return folder
+
+
+def own_firmware() -> list[str]:
+    return sorted(file.parent.name for file in FIRMWARE.glob(f"*/{TABLE}"))
+
+
+def build_for_host(folder: Path, cache: Path | None = None) -> Path:
+    """Return the path of the firmware's shared library; builds it unless the cache holds it.
+
+    Raises FirmwareError for a wrong table, no compiler, code that does not compile or a missing function."""
+    firmware = read_description(folder)
+    code = sources(folder, firmware)
+    key = hashlib.sha256()
+    for name, data in sorted(code.items()):
+        key.update(f"{name}\0{len(data)}\0".encode() + data)
+    key.update("\0".join([*OPTIONS, *WARNINGS, platform_fmi3()]).encode())
+    try:
+        home = kept((cache or cache_folder()) / "firmware" / f"{firmware.name}-{key.hexdigest()[:16]}",
+                    partial(_build, folder=folder, firmware=firmware, code=code))
+    except PlantError as error:
+        raise FirmwareError(str(error)) from None
+    return home / f"{firmware.name}{library_suffix()}"
+
+
+def sources(folder: Path, firmware: Firmware) -> dict[str, bytes]:
+    """Return the content of every file that the library is built from, by its name."""
+    code = {file.name: file.read_bytes() for file in sorted(folder.glob("*.[ch]"))}
+    if not any(name.endswith(".c") for name in code):
+        raise FirmwareError(f"{folder}: no C file there: it has to define {', '.join(EXPORTS)}")
+    if taken := [name for name in OURS if name in code]:
+        raise FirmwareError(f"{folder / taken[0]}: marconet adds a file of this name: rename or remove yours")
+    return {**code, "board_ids.h": ids_header(firmware).encode(), BOARD_HEADER.name: BOARD_HEADER.read_bytes(),
+            **{file.name: file.read_bytes() for file in sorted(HOST.glob("*.c"))}}
+
+
+def _build(draft: Path, folder: Path, firmware: Firmware, code: dict[str, bytes]) -> None:
+    linked = ["-Wl,-z,defs"] if sys.platform == "linux" else []
+    (draft / f"{firmware.name}{library_suffix()}").write_bytes(compile_library(
+        code, f"the firmware {folder}", [*WARNINGS, *linked], EXPORTS, "its C code"))

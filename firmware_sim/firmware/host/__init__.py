@@ -1,0 +1,1 @@
+"""Firmware as a shared library in the process of its node."""

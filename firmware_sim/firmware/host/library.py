@@ -1,0 +1,171 @@
+"""A firmware's shared library, loaded for one robot, and the journal of its calls (`marconet_host.c`).
+
+Each robot loads a copy of the file, as two loads of one file share their variables.
+
+*Invariants*
+- the calls of one activation are carried out in order, at the instant of the activation;
+- an exception of `carry_out` or `answer` reaches the caller of `start`, `timer` or `receive` after the firmware's
+  function has returned; calls after it are dropped.
+"""
+
+from __future__ import annotations
+
+import ctypes as c
+import os
+import struct
+import tempfile
+from collections.abc import Callable, Sequence
+from enum import IntEnum
+from pathlib import Path
+from typing import Any, Final
+
+from fmus.call_record import CallRecord
+
+CALLS: Final = 256              # as in marconet_host.c, like all of the layout below
+BYTES: Final = 16384
+_HEAD: Final = struct.Struct("@qIIIIPPP")
+_CALL: Final = struct.Struct("@IIqqd")
+_ASK: Final = c.CFUNCTYPE(c.c_int32, c.c_uint32, c.c_uint32, c.c_int64, c.POINTER(c.c_double))
+
+
+class Operation(IntEnum):
+    SEND = 0
+    SET_TIMER = 1
+    SET_DELAY = 2
+    CANCEL = 3
+    PROMISE = 4
+    ACTUATE = 5
+    COUNT = 6
+    EVENT = 7
+    MISTAKE = 8
+
+
+class Question(IntEnum):
+    HAND_OVER = 0
+    ADJUST_CLOCK = 1
+    SENSE = 2
+    RANDOM = 3
+
+
+NO_VALUE: Final = -4            # BoardError of marconet_board.h
+
+
+class Library:
+    """`carry_out(operation, id, integer, flags, real, data)` gets each call of the firmware, `answer(question, id,
+    integer, real)` those whose result the firmware waits for; it returns the result, None for BOARD_NO_VALUE. `record`
+    receives the function of the firmware `name` that runs.
+    """
+
+    def __init__(self, file: Path, parameters: Sequence[Sequence[float]], signals: int, now: Callable[[], int],
+                 carry_out: Callable[[int, int, int, int, float, bytes], None],
+                 answer: Callable[[int, int, int, float], float | None], name: str, record: CallRecord) -> None:
+        self._now, self._carry_out, self._answer_of = now, carry_out, answer
+        self._error: BaseException | None = None
+        library = _private_copy(file)
+        self._handle: int = library._handle
+        library.host_memory.restype = c.c_void_p
+        base: int = library.host_memory()
+        size = _HEAD.size + CALLS * _CALL.size + BYTES + 8 * (signals + 1)
+        memory = memoryview((c.c_char * size).from_address(base)).cast("B")
+        calls_end = _HEAD.size + CALLS * _CALL.size
+        self._words = memory[:8].cast("q")
+        self._calls = memory[_HEAD.size:calls_end]
+        self._bytes = memory[calls_end:calls_end + BYTES]
+        self.signals = memory[calls_end + BYTES:].cast("d")     # value of each signal
+        self._count = memory[8:12].cast("I")
+        # kept, as the library has their addresses
+        self._values = (c.c_double * max(1, sum(map(len, parameters))))(*(value for row in parameters for value in row))
+        ends = [0]
+        for row in parameters:
+            ends.append(ends[-1] + len(row))
+        self._first = (c.c_uint32 * len(ends))(*ends)
+        self._ask = _ASK(self._answer)
+        _HEAD.pack_into(memory, 0, 0, 0, 0, 0, 0, c.cast(self._ask, c.c_void_p).value, c.addressof(self._values),
+                        c.addressof(self._first))
+        self._word = record.call_word
+        self._starting, self._ringing, self._receiving = (
+            record.place(f"{function} of firmware {name}")
+            for function in ("board_start", "board_timer", "board_receive"))
+        self._start = _function(library, "host_start", c.c_int64, c.POINTER(c.c_int32))
+        self._timer = _function(library, "host_timer", c.c_int64, c.c_uint32)
+        self._receive = _function(library, "host_receive", c.c_int64, c.c_uint32, c.c_char_p, c.c_uint32)
+
+    def start(self) -> int:
+        """Call `board_start`; return its result."""
+        code = c.c_int32()
+        self._running = self._word[0] = self._starting
+        self._finish(self._start(self._now(), c.byref(code)))
+        return code.value
+
+    def timer(self, timer: int) -> None:
+        """Call `board_timer`."""
+        self._running = self._word[0] = self._ringing
+        self._finish(self._timer(self._now(), timer))
+
+    def receive(self, port: int, data: bytes) -> None:
+        """Call `board_receive`."""
+        self._running = self._word[0] = self._receiving
+        self._finish(self._receive(self._now(), port, data, len(data)))
+
+    def close(self) -> None:
+        """Unload the library; nothing may be called afterwards."""
+        if self._handle and os.name == "posix":
+            import _ctypes
+
+            self._words.release()
+            handle, self._handle = self._handle, 0
+            _ctypes.dlclose(handle)
+
+    def _finish(self, calls: int) -> None:
+        self._word[0] = 0
+        if self._error is not None:
+            error, self._error = self._error, None
+            raise error
+        if calls:
+            self._hand_over(calls)
+
+    def _hand_over(self, calls: int) -> None:
+        carry_out = self._carry_out
+        for operation, number, integer, place, real in _CALL.iter_unpack(self._calls[:calls * _CALL.size]):
+            if operation == Operation.SEND or operation >= Operation.EVENT:
+                carry_out(operation, number, integer, 0, real, bytes(self._bytes[place:place + integer]))
+            else:
+                carry_out(operation, number, integer, place, real, b"")
+
+    def _answer(self, question: int, number: int, integer: int, real: Any) -> int:
+        """Called by the firmware's thread of control; an exception is kept, as C code cannot pass it on."""
+        if self._error is not None:
+            return NO_VALUE
+        try:
+            self._hand_over(self._count[0])
+            if question == Question.HAND_OVER:
+                return 0
+            result = self._answer_of(question, number, integer, real[0])
+            if result is None:
+                return NO_VALUE
+            real[0] = result
+            self._words[0] = self._now()
+        except BaseException as error:
+            self._error = error
+            return NO_VALUE
+        finally:
+            self._word[0] = self._running       # a plant that was stepped has noted its own calls
+        return 0
+
+
+def _function(library: c.CDLL, name: str, *arguments: Any) -> Callable[..., int]:
+    found = getattr(library, name)
+    found.argtypes, found.restype = arguments, c.c_uint32
+    function: Callable[..., int] = found
+    return function
+
+
+def _private_copy(file: Path) -> c.CDLL:
+    """Load a copy of the library, which has variables of its own; the file of the copy is gone afterwards."""
+    handle, name = tempfile.mkstemp(prefix="marconet-", suffix=file.suffix)
+    try:
+        with os.fdopen(handle, "wb") as copy:
+            copy.write(file.read_bytes())
+        return c.CDLL(name)
+    finally:
+        Path(name).unlink()

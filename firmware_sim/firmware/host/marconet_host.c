@@ -1,0 +1,249 @@
+/* marconet_host.c: the board of a firmware that runs as a shared library in its node's process.
+ *
+ *     host_timer(now, id) --> board_timer(id) --board_send, board_actuate, ...--> `host` --> the process
+ *
+ * What the firmware asks for waits in `host.call` until its function returns; the process then carries it out, in
+ * order, at the same instant. The functions that need an answer of the process (`host.ask`) hand it over before.
+ * The layout of `host` is known to library.py.
+ */
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+#include "board_ids.h"
+#include "marconet_board.h"
+
+enum { CALLS = 256, BYTES = 16384 };
+
+typedef enum { SEND, SET_TIMER, SET_DELAY, CANCEL, PROMISE, ACTUATE, COUNT, EVENT, MISTAKE } Operation;
+typedef enum { HAND_OVER, ADJUST_CLOCK, SENSE, RANDOM } Question;
+
+typedef struct {
+    uint32_t operation;
+    uint32_t id;
+    int64_t integer;        /* time; length in `host.bytes`; number to count */
+    int64_t place;          /* first byte in `host.bytes`; flags of a timer */
+    double real;            /* value; code of a mistake */
+} Call;
+
+static struct {
+    int64_t now;
+    uint32_t calls;
+    uint32_t bytes_used;
+    uint32_t starting;
+    uint32_t reserved;
+    int32_t (*ask)(uint32_t question, uint32_t id, int64_t integer, double *real);
+    const double *values;           /* of all parameters, one after the other */
+    const uint32_t *first;          /* place of a parameter's first value; the last entry is the end */
+    Call call[CALLS];
+    uint8_t bytes[BYTES];
+    double signal[SIGNALS_DECLARED + 1u];
+} host;
+
+BOARD_EXPORT void *host_memory(void);
+BOARD_EXPORT uint32_t host_start(int64_t now, int32_t *code);
+BOARD_EXPORT uint32_t host_timer(int64_t now, uint32_t timer);
+BOARD_EXPORT uint32_t host_receive(int64_t now, uint32_t port, const uint8_t *data, uint32_t length);
+
+void *host_memory(void) { return &host; }
+
+uint32_t host_start(int64_t now, int32_t *code)
+{
+    host.now = now;
+    host.calls = host.bytes_used = 0;
+    host.starting = 1;
+    *code = board_start();
+    host.starting = 0;
+    return host.calls;
+}
+
+uint32_t host_timer(int64_t now, uint32_t timer)
+{
+    host.now = now;
+    host.calls = host.bytes_used = 0;
+    board_timer(timer);
+    return host.calls;
+}
+
+uint32_t host_receive(int64_t now, uint32_t port, const uint8_t *data, uint32_t length)
+{
+    host.now = now;
+    host.calls = host.bytes_used = 0;
+    board_receive(port, data, length);
+    return host.calls;
+}
+
+/* --- the journal of calls */
+
+static int32_t ask(Question question, uint32_t id, int64_t integer, double *real)
+{
+    const int32_t code = host.ask(question, id, integer, real);     /* it carries out the calls so far */
+    host.calls = host.bytes_used = 0;
+    return code;
+}
+
+/* Return the next call, with a copy of `length` bytes; if there is no room, the process carries out those so far. */
+static Call *next(Operation operation, uint32_t id, const void *data, uint32_t length)
+{
+    if (host.calls == CALLS || host.bytes_used + length > BYTES) {
+        double unused = 0.0;
+        ask(HAND_OVER, 0, 0, &unused);
+    }
+    Call *call = &host.call[host.calls++];
+    call->operation = operation;
+    call->id = id;
+    call->integer = length;
+    call->place = host.bytes_used;
+    call->real = 0.0;
+    if (length > 0) {
+        memcpy(host.bytes + host.bytes_used, data, length);
+        host.bytes_used += length;
+    }
+    return call;
+}
+
+/* Note a mistake of the program in a call of `function`, which ends the run when the firmware's function returns. */
+static int32_t mistake(const char *function, uint32_t id, BoardError code)
+{
+    next(MISTAKE, id, function, (uint32_t)strlen(function))->real = code;
+    return code;
+}
+
+static bool known(uint32_t id, uint32_t declared) { return id < declared; }
+
+/* --- the board's functions */
+
+int64_t board_now(void) { return host.now; }
+
+static int32_t arm(Operation operation, uint32_t timer, int64_t time, uint32_t flags)
+{
+    if (!known(timer, BOARD_TIMERS)) {
+        return mistake(operation == SET_TIMER ? "board_set_timer" : operation == SET_DELAY ? "board_set_delay"
+                       : "board_cancel_timer", timer, BOARD_UNKNOWN_ID);
+    }
+    if (flags & ~BOARD_SILENT || (operation == SET_DELAY && time < 0)) {
+        return BOARD_OUT_OF_RANGE;
+    }
+    Call *call = next(operation, timer, NULL, 0);
+    call->integer = time;
+    call->place = flags;
+    return BOARD_OK;
+}
+
+int32_t board_set_timer(uint32_t timer, int64_t local_ns, uint32_t flags)
+{
+    return arm(SET_TIMER, timer, local_ns, flags);
+}
+
+int32_t board_set_delay(uint32_t timer, int64_t delay_ns, uint32_t flags)
+{
+    return arm(SET_DELAY, timer, delay_ns, flags);
+}
+
+int32_t board_cancel_timer(uint32_t timer) { return arm(CANCEL, timer, 0, 0); }
+
+int32_t board_adjust_clock(int64_t step_ns, double trim_ppm)
+{
+    if (!(-1e6 < trim_ppm && trim_ppm < 1e6)) {
+        return BOARD_OUT_OF_RANGE;
+    }
+    return ask(ADJUST_CLOCK, 0, step_ns, &trim_ppm);
+}
+
+int32_t board_promise(int64_t local_ns, uint32_t flags)
+{
+    if (flags & ~BOARD_FIRM) {
+        return BOARD_OUT_OF_RANGE;
+    }
+    next(PROMISE, flags, NULL, 0)->integer = local_ns;
+    return BOARD_OK;
+}
+
+int32_t board_send(uint32_t port, const uint8_t *data, uint32_t length)
+{
+    if (!known(port, PORTS_DECLARED)) {
+        return mistake("board_send", port, BOARD_UNKNOWN_ID);
+    }
+    if (host.starting) {
+        return mistake("board_send", port, BOARD_NOT_NOW);
+    }
+    if (length > BOARD_MAX_FRAME_BYTES) {
+        return BOARD_TOO_LONG;
+    }
+    next(SEND, port, data, length);
+    return BOARD_OK;
+}
+
+uint32_t board_random(void)
+{
+    double bits = 0.0;
+    ask(RANDOM, 0, 0, &bits);
+    return (uint32_t)bits;
+}
+
+int32_t board_sense(uint32_t sensor, double *value)
+{
+    if (!known(sensor, SENSORS_DECLARED)) {
+        return mistake("board_sense", sensor, BOARD_UNKNOWN_ID);
+    }
+    return ask(SENSE, sensor, 0, value);
+}
+
+int32_t board_actuate(uint32_t actuator, double value)
+{
+    if (!known(actuator, ACTUATORS_DECLARED)) {
+        return mistake("board_actuate", actuator, BOARD_UNKNOWN_ID);
+    }
+    next(ACTUATE, actuator, NULL, 0)->real = value;
+    return BOARD_OK;
+}
+
+int32_t board_parameter_length(uint32_t parameter)
+{
+    if (!known(parameter, PARAMETERS_DECLARED)) {
+        return mistake("board_parameter_length", parameter, BOARD_UNKNOWN_ID);
+    }
+    return (int32_t)(host.first[parameter + 1] - host.first[parameter]);
+}
+
+int32_t board_parameter(uint32_t parameter, uint32_t index, double *value)
+{
+    if (!known(parameter, PARAMETERS_DECLARED)) {
+        return mistake("board_parameter", parameter, BOARD_UNKNOWN_ID);
+    }
+    if (index >= host.first[parameter + 1] - host.first[parameter]) {
+        return BOARD_NO_VALUE;
+    }
+    *value = host.values[host.first[parameter] + index];
+    return BOARD_OK;
+}
+
+int32_t board_count(uint32_t counter, uint32_t by)
+{
+    if (!known(counter, COUNTERS_DECLARED)) {
+        return mistake("board_count", counter, BOARD_UNKNOWN_ID);
+    }
+    next(COUNT, counter, NULL, 0)->integer = by;
+    return BOARD_OK;
+}
+
+int32_t board_record(uint32_t signal, double value)
+{
+    if (!known(signal, SIGNALS_DECLARED)) {
+        return mistake("board_record", signal, BOARD_UNKNOWN_ID);
+    }
+    host.signal[signal] = value;
+    return BOARD_OK;
+}
+
+int32_t board_event(uint32_t event, const char *detail)
+{
+    if (!known(event, EVENTS_DECLARED)) {
+        return mistake("board_event", event, BOARD_UNKNOWN_ID);
+    }
+    uint32_t length = 0;
+    while (length < BOARD_MAX_DETAIL_BYTES && detail[length] != '\0') {
+        length++;
+    }
+    next(EVENT, event, detail, length);
+    return BOARD_OK;
+}

@@ -1,0 +1,281 @@
+"""A firmware as a robot's program: what `marconet_board.h` promises, done with a `Board`.
+
+    Board --timers, ports--> FirmwareProgram --board_timer, board_receive--> firmware
+    firmware --Operation, Question--> FirmwareProgram --at, send, actuate--> Board
+
+`firmware_class` makes the class of one firmware. Its `Settings` are the parameters that firmware.toml declares, its
+`check` compares what the firmware names with the scenario and builds it. The companion, a class of the firmware's
+author, may have static methods
+
+    check(scenario, own), prepare(scenario, own)        as a program's (`scenario_view.py`)
+    configure(team, name, settings)                     values of the rows [[configuration]] for the robot `name`
+
+`configure` corresponds to what is written into a robot's memory before it is deployed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import field, make_dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar, Final
+
+from firmware_sim.board import Board
+from firmware_sim.board_timers import Timer
+from firmware_sim.firmware.build import build_for_host
+from firmware_sim.firmware.description import Firmware, Parameter, Signal, Variable
+from firmware_sim.firmware.errors import FirmwareError, FirmwareMistake
+from firmware_sim.firmware.host.library import Library, Operation, Question
+from firmware_sim.scenario_view import Own, ScenarioView
+from fmus.errors import PlantError
+from netem.wire.level import Level
+
+MAX_FRAME_BYTES: Final = 2048       # BOARD_MAX_FRAME_BYTES of marconet_board.h, as all constants here
+TIMERS: Final = 32
+SILENT: Final = 1
+FIRM: Final = 1
+NOT_NOW: Final = -2
+TYPES: Final[Mapping[str, Any]] = {"float": float, "int": int, "bool": bool, "floats": list[float],
+                                   "rows": list[list[float]]}
+
+
+class FirmwareProgram:
+    """One robot with a firmware on the host; subclasses have the firmware's `firmware` and `folder`."""
+
+    firmware: ClassVar[Firmware]
+    folder: ClassVar[Path]
+    companion: ClassVar[Any] = None
+
+    def __init__(self, board: Board, settings: Any) -> None:
+        self._board = board
+        firmware = self.firmware
+        self._timers: list[Any] = [None] * TIMERS       # a Timer, a number of `_delays`, None: not armed
+        self._rings = [partial(self._ring, number) for number in range(TIMERS)]
+        self._delays = 0                                # number of delays armed so far
+        self._send = [board.port(port.name, partial(self._receive, number), listen_only=port.listen_only).send
+                      for number, port in enumerate(firmware.ports)]
+        self._read = [read for row in firmware.sensors for read in _readers(board, row)]
+        self._write = [write for row in firmware.actuators for write in _writers(board, row)]
+        self._written = [0.0] * len(self._write)
+        parameters = self._parameter_values(settings)
+        self._library = Library(build_for_host(self.folder), parameters, len(firmware.signals), partial(_now, board),
+                                self._carry_out, self._answer, firmware.name, board.call_record)
+        board.at_end(self._library.close)
+        for counter in firmware.counters:
+            board.count(counter.name, 0)
+        signals = [signal for number, row in enumerate(firmware.signals)
+                   for signal in self._signals(number, row, parameters)]
+        board.record_all([(name, unit) for name, unit, _ in signals],
+                         lambda: [read() for _, _, read in signals])
+        if code := self._library.start():
+            raise FirmwareMistake(f"{board.name}: board_start of {firmware.name} returned {code}: it refuses to start "
+                                  "with these parameters; 0 means that it starts")
+
+    def _parameter_values(self, settings: Any) -> list[list[float]]:
+        """Return the values of every parameter by its number."""
+        firmware = self.firmware
+        values = [_flat(getattr(settings, row.name)) for row in firmware.parameters]
+        if firmware.configuration:
+            given: Mapping[str, Any] = self.companion.configure(self._board.team, self._board.name, settings)
+            names = [row.name for row in firmware.configuration]
+            if sorted(given) != sorted(names):
+                raise ValueError(f"{firmware.companion}.configure gave {', '.join(sorted(given))}: expected rows of "
+                                 f"[[configuration]] in {self.folder / 'firmware.toml'}: {', '.join(sorted(names))}")
+            values += [_flat(given[name]) for name in names]
+        return values
+
+    def _signals(self, number: int, row: Signal,
+                 parameters: Sequence[Sequence[float]]) -> Iterator[tuple[str, str, Callable[[], Any]]]:
+        firmware = self.firmware
+        if not (row.sensor or row.actuator):
+            yield row.name, row.unit, partial(self._library.signals.__getitem__, number)
+            return
+        rows, name = (firmware.sensors, row.sensor) if row.sensor else (firmware.actuators, row.actuator)
+        first, _ = _place(rows, name)
+        count = int(parameters[firmware.parameter_names.index(row.count)][0]) if row.count else 1
+        for k in range(count):
+            read = self._read[first + k] if row.sensor else partial(self._written.__getitem__, first + k)
+            yield f"{row.name}{k + 1 if count > 1 else ''}", row.unit, read
+
+    # --- what happens to the board
+
+    def _ring(self, timer: int) -> None:
+        self._timers[timer] = None
+        self._library.timer(timer)
+
+    def _delay_over(self, timer: int, delay: int) -> None:
+        if self._timers[timer] == delay:
+            self._ring(timer)
+
+    def _receive(self, port: int, data: bytes) -> None:
+        if len(data) > MAX_FRAME_BYTES:
+            self._board.count("frames too long for the firmware")
+            return
+        self._library.receive(port, data)
+
+    # --- what the firmware asks for
+
+    def _carry_out(self, operation: int, number: int, integer: int, flags: int, real: float, data: bytes) -> None:
+        board = self._board
+        if operation == Operation.ACTUATE:
+            self._written[number] = real
+            self._write[number](real)
+        elif operation == Operation.SET_TIMER:
+            self._disarm(number)
+            self._timers[number] = board.at(integer, self._rings[number], sends=not flags & SILENT)
+        elif operation == Operation.SEND:
+            self._send[number](data)
+        elif operation == Operation.SET_DELAY:
+            self._disarm(number)
+            self._delays += 1
+            self._timers[number] = self._delays
+            board.after(integer, partial(self._delay_over, number, self._delays), sends=not flags & SILENT)
+        elif operation == Operation.COUNT:
+            board.count(self.firmware.counters[number].name, integer)
+        elif operation == Operation.CANCEL:
+            self._disarm(number)
+        elif operation == Operation.EVENT:
+            event = self.firmware.events[number]
+            board.event(event.name, data.decode(errors="replace"),
+                        Level.WARNING if event.level == "warning" else Level.INFO)
+        elif operation == Operation.PROMISE:
+            (board.promise_firm if number & FIRM else board.promise_soft)(integer)
+        else:
+            raise FirmwareMistake(f"{board.name}: {self.firmware.name} {_words(data.decode(), number, int(real))}")
+
+    def _answer(self, question: int, number: int, integer: int, real: float) -> float | None:
+        if question == Question.SENSE:
+            return self._read[number]()
+        if question == Question.ADJUST_CLOCK:
+            self._board.adjust_clock(integer, real)
+            return real
+        return float(self._board.rng.getrandbits(32))
+
+    def _disarm(self, timer: int) -> None:
+        armed, self._timers[timer] = self._timers[timer], None
+        if isinstance(armed, Timer):
+            armed.cancel()
+
+
+def firmware_class(firmware: Firmware, folder: Path, companion: Any = None) -> type[FirmwareProgram]:
+    """Return the program class of a firmware; `companion` is the class that its firmware.toml names."""
+    def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
+        yield from _problems(firmware, own)
+        try:
+            build_for_host(folder)
+        except FirmwareError as error:
+            yield str(error)
+        if (more := getattr(companion, "check", None)) is not None:
+            yield from more(scenario, own)
+
+    members: dict[str, Any] = {"firmware": firmware, "folder": folder, "companion": companion,
+                               "Settings": _settings(firmware), "check": staticmethod(check)}
+    if (prepare := getattr(companion, "prepare", None)) is not None:
+        members["prepare"] = staticmethod(prepare)
+    return type(firmware.name, (FirmwareProgram,), members)
+
+
+def _problems(firmware: Firmware, own: Own[Any]) -> Iterator[str]:
+    """Yield what the firmware names and its robots lack."""
+    for name, agent in own.items():
+        for port in firmware.ports:
+            if port.name not in agent.media:
+                yield (f"agents.{name}.firmware: {firmware.name} has a port {port.name!r}, but the robot is on "
+                       f"{', '.join(agent.media) or 'no medium'}: give the medium this name, or the port that of the "
+                       "medium, in firmware.toml")
+        if (firmware.sensors or firmware.actuators) and not agent.has_plant:
+            yield (f"agents.{name}.firmware: {firmware.name} has sensors or actuators, but the robot has no plant: "
+                   f"give it one, as agents.{name}.plant = {{ fmu = \"...\" }}")
+
+
+def _settings(firmware: Firmware) -> type:
+    """Return a dataclass with the firmware's parameters, which refuses values outside their limits."""
+    def refuse(self: Any) -> None:
+        for row in firmware.parameters:
+            for value in _flat(getattr(self, row.name)):
+                if (row.min is not None and value < row.min) or (row.max is not None and value > row.max):
+                    raise ValueError(f"{row.name}={getattr(self, row.name)}: expected {_limits(row)}")
+
+    required = [(row.name, TYPES[row.type]) for row in firmware.parameters if row.default is None]
+    optional = [(row.name, TYPES[row.type], _default(row)) for row in firmware.parameters if row.default is not None]
+    return make_dataclass(f"{firmware.name}_settings", [*required, *optional], frozen=True,
+                          namespace={"__post_init__": refuse})
+
+
+def _default(row: Parameter) -> Any:
+    if isinstance(row.default, list):
+        return field(default_factory=partial(list, row.default))
+    return field(default=TYPES[row.type](row.default))
+
+
+def _limits(row: Parameter) -> str:
+    if row.min is not None and row.max is not None:
+        return f"{row.min:g} to {row.max:g}"
+    return f"at least {row.min:g}" if row.min is not None else f"at most {row.max:g}"
+
+
+def _flat(value: Any) -> list[float]:
+    """Return numbers and nested lists of them as one list."""
+    if isinstance(value, list | tuple):
+        return [number for entry in value for number in _flat(entry)]
+    return [float(value)]
+
+
+def _place(rows: Sequence[Variable], name: str) -> tuple[int, Variable]:
+    """Return the number of the first entry of a sensor or an actuator, and its row."""
+    number = 0
+    for row in rows:
+        if row.name == name:
+            return number, row
+        number += len(row.variables)
+    raise AssertionError(f"{name} was checked when firmware.toml was read")
+
+
+def _readers(board: Board, row: Variable) -> list[Callable[[], float | None]]:
+    """Return functions that read the entries of a sensor; those that the plant lacks give None."""
+    def reader(variable: str) -> Callable[[], float | None]:
+        read = board.sensors([variable], [row.unit or None]).read
+        return lambda: float(read()[0])
+
+    return [_no_value if made is None else made for made in _made(row, reader)]
+
+
+def _writers(board: Board, row: Variable) -> list[Callable[[float], object]]:
+    """Return functions that set the entries of an actuator; those that the plant lacks have no effect."""
+    def writer(variable: str) -> Callable[[float], object]:
+        write = board.actuators([variable], [row.unit or None]).write
+        return lambda value: write((value,))
+
+    return [_no_effect if made is None else made for made in _made(row, writer)]
+
+
+def _made(row: Variable, make: Callable[[str], Any]) -> Iterator[Any]:
+    for number, variable in enumerate(row.variables):
+        try:
+            yield make(variable)
+        except PlantError:
+            if number == 0:
+                raise
+            yield None
+
+
+def _no_value() -> None:
+    return None
+
+
+def _no_effect(value: float) -> None:
+    return None
+
+
+def _now(board: Board) -> int:
+    return board.now_ns
+
+
+def _words(function: str, number: int, code: int) -> str:
+    if code == NOT_NOW:
+        return (f"called {function}({number}) within board_start: a board sends nothing before it runs; arm a timer "
+                "for board_now() and send from board_timer")
+    if "timer" in function or "delay" in function:
+        return f"called {function}({number}): timers are numbered 0 to {TIMERS - 1}, BOARD_TIMERS - 1"
+    return f"called {function}({number}): no such number in board_ids.h; add a row to firmware.toml"
