@@ -28,7 +28,7 @@ enum {
     VALUES_PARAMETER = 0x00, VALUES_INDEX = 0x04, VALUES_LENGTH = 0x08, VALUES_LOW = 0x0C, VALUES_HIGH = 0x10,
 
     RECORD_LOW = 0x00, RECORD_HIGH = 0x04, RECORD_SIGNAL = 0x08, RECORD_COUNTER = 0x0C, RECORD_TEXT = 0x10,
-    RECORD_EVENT = 0x14,
+    RECORD_EVENT = 0x14, RECORD_MISTAKE = 0x18,
 
     PORT_KIND = 0x00, PORT_CONTROL = 0x04, PORT_FRAMES = 0x08, RX_LENGTH = 0x0C, RX_DATA = 0x10, RX_NEXT = 0x14,
     TX_DATA = 0x18, TX_SEND = 0x1C, TX_ROOM = 0x20, RX_LOST = 0x24, TX_OVERFLOW = 0x28,
@@ -73,12 +73,14 @@ static Command *command(Machine *m, CommandKind kind, uint32_t id, int64_t integ
     return noted;
 }
 
-static void command_bytes(Machine *m, CommandKind kind, uint32_t id, const void *data, uint32_t length)
+static Command *command_bytes(Machine *m, CommandKind kind, uint32_t id, const void *data, uint32_t length)
 {
     const uint32_t place = m->journal.bytes_used;
     memcpy(m->journal.bytes + place, data, length);
     m->journal.bytes_used += length;
-    command(m, kind, id, length)->place = place;
+    Command *noted = command(m, kind, id, length);
+    noted->place = place;
+    return noted;
 }
 
 void request_reset(Machine *m) { command(m, RESTART, 0, 0); }
@@ -217,6 +219,10 @@ static void write_records(Machine *m, uint32_t offset, uint32_t value)
         break;
     case RECORD_EVENT:
         command_bytes(m, EVENT, value, m->detail, s->detail_length);
+        s->detail_length = 0;
+        break;
+    case RECORD_MISTAKE:
+        command_bytes(m, MISTAKE, value, m->detail, s->detail_length)->real = (int32_t)low(s->record_value);
         s->detail_length = 0;
         break;
     default: trouble(m, UNKNOWN_REGISTER, DEVICES_BASE + 0x4000u + offset);

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, Final, Protocol
 
-from firmware_sim.cortex_m.errors import MachineFault
+from firmware_sim.cortex_m.errors import MachineFault, ProgramEnds
 from firmware_sim.cortex_m.fault import describe
 from firmware_sim.cortex_m.image import Image
 from firmware_sim.cortex_m.machine import NEVER, Ask, Machine, Stop
@@ -26,6 +26,7 @@ AHEAD_NS: Final = 10_000_000
 NO_VALUE: Final = -4                # BoardError of marconet_board.h
 WATCHDOG_RESET: Final = 1
 SOFTWARE_RESET: Final = 2
+BYTES: Final = (Ask.SEND, Ask.EVENT, Ask.MISTAKE)
 
 
 class Outside(Protocol):
@@ -140,9 +141,9 @@ class Driver:
             if ask >= Ask.ADJUST_CLOCK:
                 value = outside.answer(ask, number, integer, real)
                 machine.answer(ask, NO_VALUE if value is None else 0, value or 0.0, self._board.now_ns)
-            elif ask == Ask.SEND or ask == Ask.EVENT:
+            elif ask in BYTES:
                 outside.carry_out(ask, number, integer, 0, real, machine.bytes_at(place, integer))
-            elif ask < Ask.EVENT or ask == Ask.RECORD:
+            elif ask <= Ask.RECORD:
                 outside.carry_out(ask, number, integer, place, real, b"")
             elif ask == Ask.CAPTURE:
                 machine.answer(ask, 0, 0.0, self._board.now_ns)
@@ -152,8 +153,8 @@ class Driver:
                 self._reset(SOFTWARE_RESET)
                 return
             else:
-                raise MachineFault(f"{self._board.name}: its program ended the run with code {number} (register "
-                                   f"RUN_END), {describe(machine.fault(), self._image, 'last')}")
+                raise ProgramEnds(number, f"{self._board.name}: its program ended the run with code {number} (register "
+                                  f"RUN_END), {describe(machine.fault(), self._image, 'last')}")
 
     def _feed(self, delay_us: int) -> None:
         self._fed += 1

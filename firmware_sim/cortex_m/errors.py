@@ -15,6 +15,14 @@ class MachineFault(RuntimeError):
     """A program on the emulated Cortex-M cannot go on."""
 
 
+class ProgramEnds(MachineFault):
+    """A program wrote `code` to the register that ends the run."""
+
+    def __init__(self, code: int, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
 def needs(package: str) -> MachineMissing:
     return MachineMissing(f"the emulated Cortex-M needs the Python package {package}: install it with "
                           "`pip install marconet[cortex-m]`")

@@ -51,8 +51,8 @@ typedef enum {                                  /* cause of the last fault */
 } Cause;
 
 typedef enum {                                  /* what a program asks of the world outside the machine */
-    SEND, SET_TIMER, SET_DELAY, CANCEL_TIMER, PROMISE, ACTUATE, COUNT, RECORD, EVENT, WATCHDOG, CAPTURE, END, RESTART,
-    ADJUST_CLOCK, SENSE, RANDOM
+    SEND, SET_TIMER, SET_DELAY, CANCEL_TIMER, PROMISE, ACTUATE, COUNT, EVENT, MISTAKE,      /* Operation of the host's */
+    RECORD, WATCHDOG, CAPTURE, END, RESTART, ADJUST_CLOCK, SENSE, RANDOM                    /* from END on they stop */
 } CommandKind;
 
 typedef struct {

@@ -39,15 +39,16 @@ class Ask(IntEnum):
     PROMISE = 4
     ACTUATE = 5
     COUNT = 6
-    RECORD = 7
-    EVENT = 8
-    WATCHDOG = 9
-    CAPTURE = 10
-    END = 11
-    RESTART = 12
-    ADJUST_CLOCK = 13
-    SENSE = 14
-    RANDOM = 15
+    EVENT = 7
+    MISTAKE = 8
+    RECORD = 9
+    WATCHDOG = 10
+    CAPTURE = 11
+    END = 12
+    RESTART = 13
+    ADJUST_CLOCK = 14
+    SENSE = 15
+    RANDOM = 16
 
 
 class Fault(NamedTuple):

@@ -122,6 +122,9 @@ class CortexM:
         elif ask == Ask.RECORD:
             self._named(settings.signals, "signals", number)
             self._values[number] = real
+        elif ask == Ask.MISTAKE:
+            raise MachineFault(f"{board.name}: its program reports a mistake with {data.decode(errors='replace')}, "
+                               f"number {number}, code {int(real)}")
         else:
             board.event(self._named(settings.events, "events", number), data.decode(errors="replace"))
 

@@ -58,6 +58,7 @@
 #define RECORD_COUNTER REGISTER(0x4000400Cu)        /* w: add the number to this counter */
 #define RECORD_TEXT REGISTER(0x40004010u)           /* w: one more byte of the text ... */
 #define RECORD_EVENT REGISTER(0x40004014u)          /* w: ... of this event */
+#define RECORD_MISTAKE REGISTER(0x40004018u)        /* w: end the run: the text is a function's name, the number a code */
 
 /* port p, in the order of the scenario: interrupt 8 + p while frames wait and it is enabled */
 #define PORT_REGISTER(p, offset) REGISTER(0x40010000u + 0x1000u * (p) + (offset))
