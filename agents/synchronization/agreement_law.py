@@ -5,13 +5,14 @@
 A robot leaves out the term of a neighbour until it has received a value from it. The term of a neighbour that is new in
 N_i acts from its next slot on, or at once if its value was received since the last slot of the old topology.
 
+Errors are summed over j ascending, each term as (own - other) - offset, as in C (docs/firmware.md, shared arithmetic).
+
 Differs from the dissertation, which does not say what a receiver uses before the first frame of a new link.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from operator import mul
 
 from agents.synchronization.graph import Floats
 
@@ -54,4 +55,12 @@ class AgreementLaw:
                 other, offset = held[j], offsets[j]
                 for k, value in enumerate(own):
                     errors[k] += value - other[k] - offset[k]
-        return [-sum(map(mul, row, errors)) for row in self._gain]
+        return [-_product(row, errors) for row in self._gain]
+
+
+def _product(row: Sequence[float], errors: Sequence[float]) -> float:
+    """Return row times errors, summed from the first term on: the built-in `sum` is compensated from Python 3.12 on."""
+    total = row[0] * errors[0]
+    for k in range(1, len(errors)):
+        total += row[k] * errors[k]
+    return total

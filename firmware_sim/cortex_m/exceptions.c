@@ -130,6 +130,7 @@ static void go_to_vector(Machine *m, int exception)
     s->pending[exception] = false;
     s->active[exception] = true;
     s->event_register = true;
+    m->spent += ENTRY_INSTRUCTIONS;
     if (!read_word(m, s->vector_table + 4u * (uint32_t)exception, &handler)) {
         raise_fault(m, HARD_FAULT, VECTOR_READ, reg(m, UC_ARM_REG_PC), s->vector_table, 0);
         return;

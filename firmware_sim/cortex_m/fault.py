@@ -73,7 +73,7 @@ def _line(elf: Any, address: int) -> str:
         if program is None:
             continue
         for file, line, start, end in _rows(program):
-            if start <= address < end:
+            if line and start <= address < end:         # 0: code that no line has alone
                 return f"{_file_name(program, file)}:{line}"
     return ""
 

@@ -47,7 +47,8 @@ def parse_image(data: bytes, name: str) -> Image:
         raise needs("pyelftools") from None
     try:
         elf = ELFFile(io.BytesIO(data))
-        machine, little, profile = elf["e_machine"], elf.little_endian and elf.elfclass == 32, _profile(elf)
+        machine, little = elf["e_machine"], elf.little_endian and elf.elfclass == 32
+        profile = _profile(elf) if machine == "EM_ARM" else None
         loads = [(segment["p_paddr"], segment["p_vaddr"], segment["p_memsz"], segment.data())
                  for segment in elf.iter_segments() if segment["p_type"] == "PT_LOAD" and segment["p_memsz"]]
     except Exception as error:              # pyelftools raises errors of many kinds on damaged files

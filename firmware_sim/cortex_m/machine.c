@@ -195,10 +195,12 @@ static void settle(Machine *m, uc_err error)
     }
 }
 
-/* Run until the program sleeps, asks for something, or reaches `until_ns` or the count `budget`; return a Stop. */
+/* Run until the program sleeps, asks for something, or reaches `until_ns` or the count `budget`; return a Stop.
+ * The entry of an exception takes some of the budget, as it takes the emulator long. */
 MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budget)
 {
     State *s = &m->state;
+    m->spent = 0;
     for (;;) {
         if (s->locked_up) {
             return LOCKED_UP;
@@ -225,10 +227,11 @@ MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budge
             return SLEEPS;
         }
         const uint64_t reached = count_at(m, until_ns), tick = count_at(m, next_tick_ns(m));
-        if (s->count >= reached || s->count >= budget) {
+        const uint64_t last = budget > m->spent ? budget - m->spent : 0;
+        if (s->count >= reached || s->count >= last) {
             return REACHED_LIMIT;
         }
-        m->limit = reached < budget ? reached : budget;
+        m->limit = reached < last ? reached : last;
         if (tick < m->limit) {
             m->limit = tick;
         }

@@ -33,6 +33,7 @@ enum {
     INTERRUPTS = 32, EXCEPTIONS = 16 + INTERRUPTS, PORTS = 8, TIMERS = 32, FILTERS = 14,
     IRQ_TIMER = 0, IRQ_PORT = 8,                /* of port 0; port p has IRQ_PORT + p */
     FRAME_BYTES = 2048, RX_FRAMES = 32, RX_BYTES = 16384,
+    ENTRY_INSTRUCTIONS = 200,                   /* an exception's entry in the budget */
     COMMANDS = 256, COMMAND_BYTES = 16384, DETAIL_BYTES = 240
 };
 
@@ -119,6 +120,7 @@ typedef struct Machine {
     uc_engine *uc;
     uint64_t stop_at;                           /* the hook looks closer from this count on */
     uint64_t limit;
+    uint64_t spent;                             /* of the budget, by entries of exceptions */
     uint32_t pc;                                /* of the instruction that runs, or ran last */
     bool stopping;                              /* the hook has asked Unicorn to stop */
     bool attention;                             /* the loop has something to do before the next instruction */

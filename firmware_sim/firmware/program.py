@@ -15,9 +15,10 @@ author, may have static methods
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, make_dataclass
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -26,7 +27,20 @@ from firmware_sim.board_timers import Timer
 from firmware_sim.firmware.build import build_for_host
 from firmware_sim.firmware.description import Firmware, Parameter, Signal, Variable
 from firmware_sim.firmware.errors import FirmwareError, FirmwareMistake
-from firmware_sim.firmware.host.library import Library, Operation, Question
+from firmware_sim.firmware.host.library import (
+    ACTUATE,
+    ADJUST_CLOCK,
+    CANCEL,
+    COUNT,
+    MISTAKE,
+    PROMISE,
+    SEND,
+    SENSE,
+    SET_DELAY,
+    SET_TIMER,
+    Call,
+    Library,
+)
 from firmware_sim.scenario_view import Own, ScenarioView
 from fmus.errors import PlantError
 from netem.wire.level import Level
@@ -73,8 +87,9 @@ class FirmwareProgram:
 
     def _load(self, parameters: Sequence[Sequence[float]]) -> Any:
         """Return the firmware as a Library, or as what a subclass runs it on, with the same functions."""
-        return Library(build_for_host(self.folder), parameters, len(self.firmware.signals), partial(_now, self._board),
-                       self._carry_out, self._answer, self.firmware.name, self._board.call_record)
+        return Library(build_for_host(self.folder), parameters, len(self.firmware.signals),
+                       partial(attrgetter("now_ns"), self._board), self._carry_out, self._answer, self.firmware.name,
+                       self._board.call_record)
 
     def _parameter_values(self, settings: Any) -> list[list[float]]:
         """Return the values of every parameter by its number."""
@@ -120,38 +135,44 @@ class FirmwareProgram:
 
     # --- what the firmware asks for
 
-    def _carry_out(self, operation: int, number: int, integer: int, flags: int, real: float, data: bytes) -> None:
+    def _carry_out(self, calls: Iterable[Call]) -> None:
         board = self._board
-        if operation == Operation.ACTUATE:
-            self._written[number] = real
-            self._write[number](real)
-        elif operation == Operation.SET_TIMER:
-            self._disarm(number)
-            self._timers[number] = board.at(integer, self._rings[number], sends=not flags & SILENT)
-        elif operation == Operation.SEND:
-            self._send[number](data)
-        elif operation == Operation.SET_DELAY:
-            self._disarm(number)
-            self._delays += 1
-            self._timers[number] = self._delays
-            board.after(integer, partial(self._delay_over, number, self._delays), sends=not flags & SILENT)
-        elif operation == Operation.COUNT:
-            board.count(self.firmware.counters[number].name, integer)
-        elif operation == Operation.CANCEL:
-            self._disarm(number)
-        elif operation == Operation.EVENT:
-            event = self.firmware.events[number]
-            board.event(event.name, data.decode(errors="replace"),
-                        Level.WARNING if event.level == "warning" else Level.INFO)
-        elif operation == Operation.PROMISE:
-            (board.promise_firm if number & FIRM else board.promise_soft)(integer)
-        else:
-            raise FirmwareMistake(f"{board.name}: {self.firmware.name} {_words(data.decode(), number, int(real))}")
+        for operation, number, integer, place, real in calls:
+            if operation == ACTUATE:
+                self._written[number] = real
+                self._write[number]((real,))
+            elif operation == SET_TIMER:
+                if self._timers[number] is not None:
+                    self._disarm(number)
+                self._timers[number] = board.at(integer, self._rings[number], sends=not place & SILENT)
+            elif operation == SEND:
+                self._send[number](bytes(self._library.bytes[place:place + integer]))
+            elif operation == SET_DELAY:
+                self._disarm(number)
+                self._delays += 1
+                self._timers[number] = self._delays
+                board.after(integer, partial(self._delay_over, number, self._delays), sends=not place & SILENT)
+            elif operation == COUNT:
+                board.count(self.firmware.counters[number].name, integer)
+            elif operation == CANCEL:
+                self._disarm(number)
+            elif operation == PROMISE:
+                (board.promise_firm if number & FIRM else board.promise_soft)(integer)
+            else:
+                self._tell(operation, number, bytes(self._library.bytes[place:place + integer]), int(real))
+
+    def _tell(self, operation: int, number: int, text: bytes, code: int) -> None:
+        """Record an event; raise FirmwareMistake for a mistake of the firmware."""
+        if operation == MISTAKE:
+            raise FirmwareMistake(f"{self._board.name}: {self.firmware.name} {_words(text.decode(), number, code)}")
+        event = self.firmware.events[number]
+        self._board.event(event.name, text.decode(errors="replace"),
+                          Level.WARNING if event.level == "warning" else Level.INFO)
 
     def _answer(self, question: int, number: int, integer: int, real: float) -> float | None:
-        if question == Question.SENSE:
+        if question == SENSE:
             return self._read[number]()
-        if question == Question.ADJUST_CLOCK:
+        if question == ADJUST_CLOCK:
             self._board.adjust_clock(integer, real)
             return real
         return float(self._board.rng.getrandbits(32))
@@ -244,16 +265,15 @@ def _readers(board: Board, row: Variable) -> list[Callable[[], float | None]]:
     """Return functions that read the entries of a sensor; those that the plant lacks give None."""
     def reader(variable: str) -> Callable[[], float | None]:
         read = board.sensors([variable], [row.unit or None]).read
-        return lambda: float(read()[0])
+        return lambda: read()[0]
 
     return [_no_value if made is None else made for made in _made(row, reader)]
 
 
-def _writers(board: Board, row: Variable) -> list[Callable[[float], object]]:
+def _writers(board: Board, row: Variable) -> list[Callable[[tuple[float]], object]]:
     """Return functions that set the entries of an actuator; those that the plant lacks have no effect."""
-    def writer(variable: str) -> Callable[[float], object]:
-        write = board.actuators([variable], [row.unit or None]).write
-        return lambda value: write((value,))
+    def writer(variable: str) -> Callable[[tuple[float]], object]:
+        return board.actuators([variable], [row.unit or None]).write
 
     return [_no_effect if made is None else made for made in _made(row, writer)]
 
@@ -272,12 +292,8 @@ def _no_value() -> None:
     return None
 
 
-def _no_effect(value: float) -> None:
+def _no_effect(values: tuple[float]) -> None:
     return None
-
-
-def _now(board: Board) -> int:
-    return board.now_ns
 
 
 def _words(function: str, number: int, code: int) -> str:

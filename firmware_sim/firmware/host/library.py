@@ -14,8 +14,7 @@ import ctypes as c
 import os
 import struct
 import tempfile
-from collections.abc import Callable, Sequence
-from enum import IntEnum
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,41 +22,41 @@ from fmus.call_record import CallRecord
 
 CALLS: Final = 256              # as in marconet_host.c, like all of the layout below
 BYTES: Final = 16384
-_HEAD: Final = struct.Struct("@qIIIIPPP")
+_HEAD: Final = struct.Struct("@qIIIiPPP")
 _CALL: Final = struct.Struct("@IIqqd")
-_ASK: Final = c.CFUNCTYPE(c.c_int32, c.c_uint32, c.c_uint32, c.c_int64, c.POINTER(c.c_double))
+_ASK: Final = c.CFUNCTYPE(c.c_double, c.c_uint32, c.c_uint32, c.c_int64, c.c_double)
 
 
-class Operation(IntEnum):
-    SEND = 0
-    SET_TIMER = 1
-    SET_DELAY = 2
-    CANCEL = 3
-    PROMISE = 4
-    ACTUATE = 5
-    COUNT = 6
-    EVENT = 7
-    MISTAKE = 8
+# Operation of marconet_host.c. Plain numbers: to compare members of an enumeration takes longer than most calls.
+SEND: Final = 0
+SET_TIMER: Final = 1
+SET_DELAY: Final = 2
+CANCEL: Final = 3
+PROMISE: Final = 4
+ACTUATE: Final = 5
+COUNT: Final = 6
+EVENT: Final = 7
+MISTAKE: Final = 8
 
+# Question of marconet_host.c
+HAND_OVER: Final = 0
+ADJUST_CLOCK: Final = 1
+SENSE: Final = 2
+RANDOM: Final = 3
 
-class Question(IntEnum):
-    HAND_OVER = 0
-    ADJUST_CLOCK = 1
-    SENSE = 2
-    RANDOM = 3
-
+Call = tuple[int, int, int, int, float]         # operation, id, integer, place, real: see `Call` of marconet_host.c
 
 NO_VALUE: Final = -4            # BoardError of marconet_board.h
 
 
 class Library:
-    """`carry_out(operation, id, integer, flags, real, data)` gets each call of the firmware, `answer(question, id,
-    integer, real)` those whose result the firmware waits for; it returns the result, None for BOARD_NO_VALUE. `record`
-    receives the function of the firmware `name` that runs.
+    """`carry_out(calls)` gets the calls of the firmware, `answer(question, id, integer, real)` those whose result the
+    firmware waits for; it returns the result, None for BOARD_NO_VALUE. `record` receives the function of the firmware
+    `name` that runs. `now` returns the local time.
     """
 
     def __init__(self, file: Path, parameters: Sequence[Sequence[float]], signals: int, now: Callable[[], int],
-                 carry_out: Callable[[int, int, int, int, float, bytes], None],
+                 carry_out: Callable[[Iterable[Call]], None],
                  answer: Callable[[int, int, int, float], float | None], name: str, record: CallRecord) -> None:
         self._now, self._carry_out, self._answer_of = now, carry_out, answer
         self._error: BaseException | None = None
@@ -70,9 +69,10 @@ class Library:
         calls_end = _HEAD.size + CALLS * _CALL.size
         self._words = memory[:8].cast("q")
         self._calls = memory[_HEAD.size:calls_end]
-        self._bytes = memory[calls_end:calls_end + BYTES]
+        self.bytes = memory[calls_end:calls_end + BYTES]
         self.signals = memory[calls_end + BYTES:].cast("d")     # value of each signal
         self._count = memory[8:12].cast("I")
+        self._code = memory[20:24].cast("i")
         # kept, as the library has their addresses
         self._values = (c.c_double * max(1, sum(map(len, parameters))))(*(value for row in parameters for value in row))
         ends = [0]
@@ -94,18 +94,26 @@ class Library:
         """Call `board_start`; return its result."""
         code = c.c_int32()
         self._running = self._word[0] = self._starting
-        self._finish(self._start(self._now(), c.byref(code)))
+        calls = self._start(self._now(), c.byref(code))
+        self._word[0] = 0
+        self._finish(calls)
         return code.value
 
     def timer(self, timer: int) -> None:
         """Call `board_timer`."""
         self._running = self._word[0] = self._ringing
-        self._finish(self._timer(self._now(), timer))
+        calls = self._timer(self._now(), timer)
+        self._word[0] = 0
+        if calls or self._error is not None:
+            self._finish(calls)
 
     def receive(self, port: int, data: bytes) -> None:
         """Call `board_receive`."""
         self._running = self._word[0] = self._receiving
-        self._finish(self._receive(self._now(), port, data, len(data)))
+        calls = self._receive(self._now(), port, data, len(data))
+        self._word[0] = 0
+        if calls or self._error is not None:
+            self._finish(calls)
 
     def close(self) -> None:
         """Unload the library; nothing may be called afterwards."""
@@ -117,40 +125,31 @@ class Library:
             _ctypes.dlclose(handle)
 
     def _finish(self, calls: int) -> None:
-        self._word[0] = 0
         if self._error is not None:
             error, self._error = self._error, None
             raise error
-        if calls:
-            self._hand_over(calls)
+        self._carry_out(_CALL.iter_unpack(self._calls[:calls * _CALL.size]))
 
-    def _hand_over(self, calls: int) -> None:
-        carry_out = self._carry_out
-        for operation, number, integer, place, real in _CALL.iter_unpack(self._calls[:calls * _CALL.size]):
-            if operation == Operation.SEND or operation >= Operation.EVENT:
-                carry_out(operation, number, integer, 0, real, bytes(self._bytes[place:place + integer]))
-            else:
-                carry_out(operation, number, integer, place, real, b"")
-
-    def _answer(self, question: int, number: int, integer: int, real: Any) -> int:
+    def _answer(self, question: int, number: int, integer: int, real: float) -> float:
         """Called by the firmware's thread of control; an exception is kept, as C code cannot pass it on."""
+        self._code[0] = NO_VALUE
         if self._error is not None:
-            return NO_VALUE
+            return 0.0
         try:
-            self._hand_over(self._count[0])
-            if question == Question.HAND_OVER:
-                return 0
-            result = self._answer_of(question, number, integer, real[0])
-            if result is None:
-                return NO_VALUE
-            real[0] = result
-            self._words[0] = self._now()
+            if calls := self._count[0]:
+                self._carry_out(_CALL.iter_unpack(self._calls[:calls * _CALL.size]))
+            result = 0.0 if question == HAND_OVER else self._answer_of(question, number, integer, real)
+            if question == ADJUST_CLOCK:
+                self._words[0] = self._now()
         except BaseException as error:
             self._error = error
-            return NO_VALUE
+            return 0.0
         finally:
             self._word[0] = self._running       # a plant that was stepped has noted its own calls
-        return 0
+        if result is None:
+            return 0.0
+        self._code[0] = 0
+        return result
 
 
 def _function(library: c.CDLL, name: str, *arguments: Any) -> Callable[..., int]:

@@ -30,8 +30,8 @@ static struct {
     uint32_t calls;
     uint32_t bytes_used;
     uint32_t starting;
-    uint32_t reserved;
-    int32_t (*ask)(uint32_t question, uint32_t id, int64_t integer, double *real);
+    int32_t code;                   /* BoardError of the answer to the last question */
+    double (*ask)(uint32_t question, uint32_t id, int64_t integer, double real);
     const double *values;           /* of all parameters, one after the other */
     const uint32_t *first;          /* place of a parameter's first value; the last entry is the end */
     Call call[CALLS];
@@ -76,9 +76,12 @@ uint32_t host_receive(int64_t now, uint32_t port, const uint8_t *data, uint32_t 
 
 static int32_t ask(Question question, uint32_t id, int64_t integer, double *real)
 {
-    const int32_t code = host.ask(question, id, integer, real);     /* it carries out the calls so far */
+    const double answer = host.ask(question, id, integer, *real);   /* it carries out the calls so far */
     host.calls = host.bytes_used = 0;
-    return code;
+    if (host.code == BOARD_OK) {
+        *real = answer;
+    }
+    return host.code;
 }
 
 /* Return the next call, with a copy of `length` bytes; if there is no room, the process carries out those so far. */
@@ -185,7 +188,12 @@ int32_t board_sense(uint32_t sensor, double *value)
     if (!known(sensor, SENSORS_DECLARED)) {
         return mistake("board_sense", sensor, BOARD_UNKNOWN_ID);
     }
-    return ask(SENSE, sensor, 0, value);
+    double read = 0.0;
+    const int32_t code = ask(SENSE, sensor, 0, &read);
+    if (code == BOARD_OK) {
+        *value = read;
+    }
+    return code;
 }
 
 int32_t board_actuate(uint32_t actuator, double value)
