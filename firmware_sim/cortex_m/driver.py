@@ -26,13 +26,13 @@ AHEAD_NS: Final = 10_000_000
 NO_VALUE: Final = -4                # BoardError of marconet_board.h
 WATCHDOG_RESET: Final = 1
 SOFTWARE_RESET: Final = 2
-BYTES: Final = (Ask.SEND, Ask.EVENT, Ask.MISTAKE)
 
 
 class Outside(Protocol):
     """The world outside the machine: the program of its board."""
 
-    def carry_out(self, ask: int, number: int, integer: int, flags: int, real: float, data: bytes) -> None: ...
+    def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
+        """Do it; `place` is that of the first byte in `machine.bytes`, or has the flags of a timer."""
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
         """Return the answer, None for BOARD_NO_VALUE."""
     def disarm_all(self) -> None:
@@ -141,10 +141,8 @@ class Driver:
             if ask >= Ask.ADJUST_CLOCK:
                 value = outside.answer(ask, number, integer, real)
                 machine.answer(ask, NO_VALUE if value is None else 0, value or 0.0, self._board.now_ns)
-            elif ask in BYTES:
-                outside.carry_out(ask, number, integer, 0, real, machine.bytes_at(place, integer))
             elif ask <= Ask.RECORD:
-                outside.carry_out(ask, number, integer, place, real, b"")
+                outside.carry_out(ask, number, integer, place, real)
             elif ask == Ask.CAPTURE:
                 machine.answer(ask, 0, 0.0, self._board.now_ns)
             elif ask == Ask.WATCHDOG:

@@ -7,7 +7,7 @@ All but the loading is that of a firmware on the host (`firmware/program.py`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -21,6 +21,7 @@ from firmware_sim.cortex_m.program import PORT_KINDS, unique_id
 from firmware_sim.firmware.build import sources
 from firmware_sim.firmware.description import read_description
 from firmware_sim.firmware.errors import FirmwareError
+from firmware_sim.firmware.host.library import Call
 from firmware_sim.firmware.program import FirmwareProgram
 from fmus.errors import PlantError
 
@@ -60,7 +61,7 @@ class FirmwareMachine:
     """What `Library` is on the host: the firmware's functions and the values of its signals."""
 
     def __init__(self, file: Path, board: Board, parameters: Sequence[Sequence[float]], ports: Sequence[str],
-                 signals: int, carry_out: Callable[[int, int, int, int, float, bytes], None],
+                 signals: int, carry_out: Callable[[Iterable[Call]], None],
                  answer: Callable[[int, int, int, float], float | None], disarm_all: Callable[[], None], clock_hz: int,
                  cycles_per_instruction: float) -> None:
         image = read_image(file)
@@ -68,6 +69,7 @@ class FirmwareMachine:
         self.signals: Any = [0.0] * (signals + 1)
         self._machine = Machine(image, clock_hz, cycles_per_instruction, [PORT_KINDS.get(name, 1) for name in ports],
                                 parameters, unique_id(board.name))
+        self.bytes = self._machine.bytes            # of frames and texts
         self._driver = Driver(self._machine, image, board, self, cycles_per_instruction > 0, BUDGET)
         self.timer, self.receive, self.close = self._driver.ring, self._driver.receive, self._machine.close
 
@@ -79,11 +81,11 @@ class FirmwareMachine:
             return end.code - 2**32 if end.code >= 2**31 else end.code
         return 0
 
-    def carry_out(self, ask: int, number: int, integer: int, flags: int, real: float, data: bytes) -> None:
+    def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
         if ask == Ask.RECORD:
             self.signals[number] = real
         else:
-            self._carry_out(ask, number, integer, flags, real, data)
+            self._carry_out([(ask, number, integer, place, real)])       # an Ask up to MISTAKE is the host's operation
 
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
-        return self._answer(ask - Ask.ADJUST_CLOCK + 1, number, integer, real)      # a Question of the host
+        return self._answer(ask - Ask.ADJUST_CLOCK + 1, number, integer, real)      # the host's number of the question

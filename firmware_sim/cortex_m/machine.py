@@ -85,7 +85,7 @@ class Machine:
         library.machine_parameters(machine, len(parameters), self._values, self._first)
         size = _COMMAND.size * COMMANDS
         self._commands = memoryview((c.c_char * size).from_address(library.machine_commands(machine))).cast("B")
-        self._bytes = memoryview(
+        self.bytes = memoryview(            # of the commands, while the machine does not run
             (c.c_char * COMMAND_BYTES).from_address(library.machine_command_bytes(machine))).cast("B")
         self.ram = memoryview((c.c_char * len(RAM)).from_address(library.machine_ram(machine))).cast("B")
 
@@ -108,10 +108,6 @@ class Machine:
         found = _COMMAND.iter_unpack(bytes(self._commands[:count * _COMMAND.size]))
         self._library.machine_clear_commands(self._machine)
         return found
-
-    def bytes_at(self, place: int, length: int) -> bytes:
-        """Return the bytes of a command, while the machine does not run."""
-        return bytes(self._bytes[place:place + length])
 
     def answer(self, kind: int, status: int, real: float, local_ns: int) -> None:
         self._library.machine_answer(self._machine, kind, status, real, local_ns)
@@ -165,7 +161,7 @@ class Machine:
         """Give its memory back; the machine may not be used afterwards."""
         if self._machine:
             self._commands.release()
-            self._bytes.release()
+            self.bytes.release()
             self.ram.release()
             machine, self._machine = self._machine, None
             self._library.machine_free(machine)

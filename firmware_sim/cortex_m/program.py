@@ -99,18 +99,18 @@ class CortexM:
 
     # --- what the program asks for
 
-    def carry_out(self, ask: int, number: int, integer: int, flags: int, real: float, data: bytes) -> None:
+    def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
         board, settings = self._board, self._settings
         if ask == Ask.SEND:
-            self._send[number](data)
+            self._send[number](self._bytes(place, integer))
         elif ask == Ask.SET_TIMER:
             self._disarm(number)
-            self._timers[number] = board.at(integer, partial(self._ring, number), sends=not flags & SILENT)
+            self._timers[number] = board.at(integer, partial(self._ring, number), sends=not place & SILENT)
         elif ask == Ask.SET_DELAY:
             self._disarm(number)
             self._delays += 1
             self._timers[number] = self._delays
-            board.after(max(0, integer), partial(self._delay_over, number, self._delays), sends=not flags & SILENT)
+            board.after(max(0, integer), partial(self._delay_over, number, self._delays), sends=not place & SILENT)
         elif ask == Ask.CANCEL_TIMER:
             self._disarm(number)
         elif ask == Ask.PROMISE:
@@ -123,10 +123,16 @@ class CortexM:
             self._named(settings.signals, "signals", number)
             self._values[number] = real
         elif ask == Ask.MISTAKE:
-            raise MachineFault(f"{board.name}: its program reports a mistake with {data.decode(errors='replace')}, "
-                               f"number {number}, code {int(real)}")
+            raise MachineFault(f"{board.name}: its program reports a mistake with {self._text(place, integer)}, number "
+                               f"{number}, code {int(real)}")
         else:
-            board.event(self._named(settings.events, "events", number), data.decode(errors="replace"))
+            board.event(self._named(settings.events, "events", number), self._text(place, integer))
+
+    def _bytes(self, place: int, length: int) -> bytes:
+        return bytes(self._driver.machine.bytes[place:place + length])
+
+    def _text(self, place: int, length: int) -> str:
+        return self._bytes(place, length).decode(errors="replace")
 
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
         if ask == Ask.SENSE:

@@ -1,6 +1,6 @@
 """Builds a folder of firmware into a shared library for the host, once: the cache is that of plants.
 
-    *.c *.h of the folder + board_ids.h + marconet_board.h + host/marconet_host.c --compiler--> NAME.so
+    *.c *.h of the folder + board_ids.h + include/*.h + host/marconet_host.c --compiler--> NAME.so
 
 The compiler and its options are those of plants (`fmus/build.py`): no fused multiply-adds, no link-time surprises.
 Warnings are errors.
@@ -23,10 +23,9 @@ from fmus.errors import PlantError
 from fmus.platform_names import library_suffix, platform_fmi3
 
 FIRMWARE: Final = Path(__file__).parent
-BOARD_HEADER: Final = FIRMWARE / "include" / "marconet_board.h"
+INCLUDE: Final = FIRMWARE / "include"
 HOST: Final = FIRMWARE / "host"
 WARNINGS: Final = ("-Wall", "-Wextra", "-Werror")
-OURS: Final = ("board_ids.h", "marconet_board.h", "marconet_host.c")
 EXPORTS: Final = {"board_start": "int32_t board_start(void)",
                   "board_timer": "void board_timer(uint32_t timer)",
                   "board_receive": "void board_receive(uint32_t port, const uint8_t *data, uint32_t length)"}
@@ -71,10 +70,11 @@ def sources(folder: Path, firmware: Firmware) -> dict[str, bytes]:
     code = {file.name: file.read_bytes() for file in sorted(folder.glob("*.[ch]"))}
     if not any(name.endswith(".c") for name in code):
         raise FirmwareError(f"{folder}: no C file there: it has to define {', '.join(EXPORTS)}")
-    if taken := [name for name in OURS if name in code]:
+    ours = {"board_ids.h": ids_header(firmware).encode(),
+            **{file.name: file.read_bytes() for file in (*sorted(INCLUDE.glob("*.h")), *sorted(HOST.glob("*.c")))}}
+    if taken := [name for name in ours if name in code]:
         raise FirmwareError(f"{folder / taken[0]}: marconet adds a file of this name: rename or remove yours")
-    return {**code, "board_ids.h": ids_header(firmware).encode(), BOARD_HEADER.name: BOARD_HEADER.read_bytes(),
-            **{file.name: file.read_bytes() for file in sorted(HOST.glob("*.c"))}}
+    return {**code, **ours}
 
 
 def _build(draft: Path, folder: Path, firmware: Firmware, code: dict[str, bytes]) -> None:

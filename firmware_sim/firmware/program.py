@@ -67,8 +67,8 @@ class FirmwareProgram:
         self._timers: list[Any] = [None] * TIMERS       # a Timer, a number of `_delays`, None: not armed
         self._rings = [partial(self._ring, number) for number in range(TIMERS)]
         self._delays = 0                                # number of delays armed so far
-        self._send = [board.port(port.name, partial(self._receive, number), listen_only=port.listen_only).send
-                      for number, port in enumerate(firmware.ports)]
+        self._send = [board.port(medium_of(port.name, firmware, board.ports), partial(self._receive, number),
+                                 listen_only=port.listen_only).send for number, port in enumerate(firmware.ports)]
         self._read = [read for row in firmware.sensors for read in _readers(board, row)]
         self._write = [write for row in firmware.actuators for write in _writers(board, row)]
         self._written = [0.0] * len(self._write)
@@ -205,11 +205,16 @@ def firmware_class(firmware: Firmware, folder: Path, companion: Any = None,
     return type(firmware.name, (target,), members)
 
 
+def medium_of(port: str, firmware: Firmware, media: Sequence[str]) -> str:
+    """Return the medium of a port: that of its name, or the only medium of the robot for the only port."""
+    return media[0] if len(firmware.ports) == len(media) == 1 else port
+
+
 def _problems(firmware: Firmware, own: Own[Any]) -> Iterator[str]:
     """Yield what the firmware names and its robots lack."""
     for name, agent in own.items():
         for port in firmware.ports:
-            if port.name not in agent.media:
+            if medium_of(port.name, firmware, agent.media) not in agent.media:
                 yield (f"agents.{name}.firmware: {firmware.name} has a port {port.name!r}, but the robot is on "
                        f"{', '.join(agent.media) or 'no medium'}: give the medium this name, or the port that of the "
                        "medium, in firmware.toml")

@@ -1,7 +1,7 @@
 /* age_watch.c: see age_watch.h. */
 #include "age_watch.h"
 #include <string.h>
-#include "numbers.h"
+#include "marconet_numbers.h"
 
 void age_watch_init(AgeWatch *watch, const Team *team)
 {

@@ -4,7 +4,7 @@
 #include "board_ids.h"
 #include "discovery.h"
 #include "marconet_board.h"
-#include "numbers.h"
+#include "marconet_numbers.h"
 #include "text.h"
 
 enum { INBOX = 32, JOIN_DELAY_CYCLES = 1 };     /* frames received between two slots of its own: at most one a slot */

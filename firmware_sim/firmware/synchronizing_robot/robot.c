@@ -13,7 +13,7 @@
 #include "board_ids.h"
 #include "discovery.h"
 #include "marconet_board.h"
-#include "numbers.h"
+#include "marconet_numbers.h"
 #include "slot_clock.h"
 #include "slots.h"
 #include "sync_frame.h"

@@ -3,7 +3,7 @@
 #include <stddef.h>
 #include "board_ids.h"
 #include "marconet_board.h"
-#include "numbers.h"
+#include "marconet_numbers.h"
 #include "text.h"
 
 static double size(double value) { return value < 0.0 ? -value : value; }

@@ -1,6 +1,6 @@
 /* slots.c: Protocol 1, see slots.h. */
 #include "slots.h"
-#include "numbers.h"
+#include "marconet_numbers.h"
 
 /* Smallest k >= 0 with start + k slot + offset > local. */
 static int64_t first_after(const Slots *slots, int64_t local_ns, int64_t offset_ns)

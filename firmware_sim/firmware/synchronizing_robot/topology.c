@@ -5,7 +5,7 @@
 #include <string.h>
 #include "board_ids.h"
 #include "discovered.h"
-#include "numbers.h"
+#include "marconet_numbers.h"
 
 static uint32_t current;        /* design of the topology in force, told */
 

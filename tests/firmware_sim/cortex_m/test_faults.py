@@ -1,4 +1,4 @@
-"""A program that cannot go on ends its node with cause, function, line and registers; any image leaves the host alive."""
+"""A program that cannot go on ends its node with cause, function, line and registers; no image harms the host."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_an_elf_file_of_another_kind_is_refused(image: Callable[..., Path], name
     whole = bytearray(image("beacon").read_bytes())
     whole[place:place + len(data)] = data
 
-    with pytest.raises(ImageError, match="expected|read") as error:
+    with pytest.raises(ImageError) as error:
         parse_image(bytes(whole), "x.elf")
 
     assert words in str(error.value)
@@ -158,7 +158,7 @@ def survive(image: Image, seed: int) -> None:
         for _ in range(20):
             stop = machine.run(budget=machine.count + 2_000)
             for ask, _, length, place, _, _ in machine.commands():
-                assert ask != Ask.SEND or len(machine.bytes_at(place, length)) == length <= 2048
+                assert ask != Ask.SEND or len(machine.bytes[place:place + length]) == length <= 2048
             if stop != Stop.HAS_COMMANDS:
                 break
     machine.close()

@@ -1,6 +1,7 @@
-/* numbers.h: whole-number arithmetic as in the equations: quotients rounded down, remainders not negative. */
-#ifndef NUMBERS_H
-#define NUMBERS_H
+/* marconet_numbers.h: whole-number arithmetic as in the equations, for firmware that wants it: quotients rounded down,
+ * remainders not negative, halves rounded to even. A header of plain C; it needs no board. */
+#ifndef MARCONET_NUMBERS_H
+#define MARCONET_NUMBERS_H
 
 #include <stdint.h>
 
