@@ -50,10 +50,24 @@ static bool is_enabled(const State *s, int exception)
     }
 }
 
+/* Return whether any of the flags is set, eight at a time. */
+static bool any(const bool *flags)
+{
+    uint64_t words[EXCEPTIONS / 8], all = 0;
+    memcpy(words, flags, sizeof words);
+    for (int i = 0; i < EXCEPTIONS / 8; i++) {
+        all |= words[i];
+    }
+    return all != 0;
+}
+
 /* Return the pending exception that comes first, 0 if none. */
 static int first_pending(const State *s)
 {
     int first = 0;
+    if (!any(s->pending)) {
+        return 0;
+    }
     for (int exception = NMI; exception < EXCEPTIONS; exception++) {
         if (s->pending[exception] && is_enabled(s, exception)
             && (first == 0 || priority_of(s, exception) < priority_of(s, first))) {
@@ -66,6 +80,9 @@ static int first_pending(const State *s)
 static int active_priority(const State *s)
 {
     int least = IDLE;
+    if (!any(s->active)) {
+        return least;
+    }
     for (int exception = NMI; exception < EXCEPTIONS; exception++) {
         if (s->active[exception] && group(s, priority_of(s, exception)) < least) {
             least = group(s, priority_of(s, exception));
@@ -393,6 +410,9 @@ int64_t next_tick_ns(const Machine *m)
 void run_tick(Machine *m)
 {
     State *s = &m->state;
+    if (!(s->tick_control & TICK_ENABLE)) {
+        return;
+    }
     const int64_t now = now_ns(m);
     while (next_tick_ns(m) <= now) {
         s->tick_number++;

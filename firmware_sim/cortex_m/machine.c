@@ -50,6 +50,9 @@ bool privileged(Machine *m) { return reg(m, UC_ARM_REG_IPSR) != 0 || !(reg(m, UC
 
 static int64_t time_of(const Machine *m, uint64_t count)
 {
+    if (m->cost_num == 0) {
+        return m->state.base_ns;
+    }
     const unsigned __int128 passed = (unsigned __int128)(count - m->state.base_count) * m->cost_num;
     return m->state.base_ns + (int64_t)(passed / m->cost_den);
 }

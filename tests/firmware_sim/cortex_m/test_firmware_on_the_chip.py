@@ -12,6 +12,7 @@ from experiments.scenario import load
 
 ROOT = Path(__file__).parents[3]
 ALL = ("r1", "r2", "r3", "r4", "r5")
+PROGRAM = 'program = "firmware_sim.drive_controller.drive_controller:DriveController"'
 MIXED = ("r1", "r4")
 
 
@@ -30,6 +31,20 @@ def test_robots_on_the_chip_leave_the_ledger_of_robots_in_python(name: str, tmp_
 
     assert hash_of(name, tmp_path / "chip", ALL, 0.5) == python
     assert hash_of(name, tmp_path / "mixed", MIXED, 0.5, "process") == python
+
+
+@pytest.mark.usefixtures("image")
+def test_drives_on_the_chip_leave_the_ledger_of_drives_in_python(tmp_path: Path):
+    python = (ROOT / "scenarios/tracking_individual.toml").read_text()
+    hashes = set()
+    for name, agent in (("python", PROGRAM), ("chip", 'firmware = "drive"\ntarget = "cortex_m4"')):
+        path = tmp_path / f"{name}.toml"
+        path.write_text(python.replace(PROGRAM, agent))
+        result = run(load(path, duration_s=1.0), host="inline", out=tmp_path / name, report=False)
+        hashes.add(result.summary.ledger_hash)
+
+    assert PROGRAM in python
+    assert len(hashes) == 1
 
 
 @pytest.mark.usefixtures("image")
