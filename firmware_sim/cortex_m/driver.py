@@ -62,6 +62,7 @@ class Driver:
         self._ahead_to_ns = -1          # where the run ahead ended, -1: the machine is not ahead
         self._stop = int(Stop.SLEEPS)   # why it ended there
         self._woke_at = 0               # count of instructions at the last wake-up
+        self._counted = 0               # instructions in the counter of the records
         self._fed = 0                   # times that the watchdog was written
 
     def start(self) -> None:
@@ -88,9 +89,16 @@ class Driver:
             machine.restore()
             machine.run(now_ns)
         self._ahead_to_ns = -1
+        self._count()
         machine.at(now_ns, self._board.now_ns)
         event()
         self._go_on()
+
+    def _count(self) -> None:
+        """Bring the counter of the records to the present."""
+        count = self.machine.count
+        self._board.count("instructions", count - self._counted)
+        self._counted = count
 
     def _go_on(self) -> None:
         machine, now_ns = self.machine, self._board.present_ns()
@@ -110,6 +118,7 @@ class Driver:
             self._carry_out()
             if stop == Stop.SLEEPS:
                 self._woke_at = machine.count
+                self._count()
                 self._wake(machine.next_tick_ns)
                 return
             if stop != Stop.HAS_COMMANDS:

@@ -21,7 +21,7 @@ static void section(uint32_t number) { note(0x5EC70000u | number); }
 
 #define READ(name) ({ uint32_t value_; __asm__ volatile("mrs %0, " #name : "=r"(value_)); value_; })
 #define WRITE(name, value) __asm__ volatile("msr " #name ", %0\n isb" : : "r"(value) : "memory")
-#define SVC(n) __asm__ volatile("svc #" #n : : : "r0", "memory")     /* the handler returns a value in r0 */
+#define SVC(n) __asm__ volatile("mov r0, #" #n "\n svc #" #n : : : "r0", "memory")     /* the handler returns a value in r0 */
 #define BARRIER() __asm__ volatile("dsb\n isb" : : : "memory")
 
 static uint32_t sp_now(void)
@@ -41,12 +41,12 @@ void handle(uint32_t *frame, uint32_t exc_return)
     note(0xE0000000u | exception);
     note(exc_return);
     note(READ(control));
-    note(frame[7] & 0xFF0001FFu);                   /* xPSR without IT, with exception number */
+    note(frame[7] & 0x010001FFu);                   /* xPSR: Thumb, exception number; the flags are the compiler's */
     note(frame[7] >> 9 & 1u);                       /* whether the frame was aligned */
     note((uint32_t)frame & 7u);
     note(SCB_ICSR & 0x1FFu);
     note(SCB_ICSR >> 11 & 1u);                      /* RETTOBASE */
-    note(frame[0]);
+    note(exception == 11 ? frame[0] : 0);
     note(READ(primask) | READ(basepri) << 8 | READ(faultmask) << 16);
     if (exception == 11) {
         const uint8_t number = ((const uint8_t *)frame[6])[-2];
