@@ -218,7 +218,11 @@ class Board:
         """Call `action` when this robot's program ends, with the run or by a kill: close a socket, a device."""
         self._node.at_end(action)
 
-    # --- for the code that builds the node
+    # --- for emulated hardware and the code that builds the node; no program reads true time
+
+    def present_ns(self) -> int:
+        """Return the true time, that of an oscillator without error, on which an emulated processor runs."""
+        return self._node.present_ns()
 
     def clock_reading(self) -> Callable[[], int]:
         """Return a function that returns `now_ns`, for a program that asks often."""

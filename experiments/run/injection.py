@@ -29,8 +29,8 @@ import msgspec
 from experiments.judge.run_files import FAULT_SOCKET, INJECTED, SCENARIO
 from experiments.run.run_folder import owner
 from experiments.scenario.faults import has_execution_time, read_fault, refuse_overlaps, site_of
+from experiments.scenario.firmware_programs import class_for
 from experiments.scenario.model import FaultSpec, Scenario
-from experiments.scenario.own_modules import class_for
 from experiments.scenario.plant_parameters import plant_names
 from experiments.scenario.problems import Problems, path_text
 from experiments.scenario.sections import Reading

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from experiments.scenario.blocking_programs import is_blocking
-from experiments.scenario.firmware_programs import is_firmware, program_of, target_complaint
+from experiments.scenario.firmware_programs import Target, is_firmware, program_of, target_complaint
 from experiments.scenario.model import AgentSpec, PlantSpec
 from experiments.scenario.overrides import parse_path
 from experiments.scenario.plant_parameters import PlantNames, plant_names
@@ -34,6 +34,8 @@ class AgentTable:
     program: str = ""                               # either it or `firmware`
     firmware: str = ""                              # a folder with firmware.toml, or the name of one of marconet's
     target: str = "host"                            # where the firmware runs
+    clock_hz: int = 100_000_000                     # of an emulated processor
+    cycles_per_instruction: float = 0.0             # 0: computing takes no time
     parameters: dict[str, Any] = field(default_factory=dict)
     clock: ClockSettings = field(default_factory=ClockSettings)
     plant: PlantTable | None = None
@@ -108,10 +110,11 @@ class Agents:
                                                        "instead of it", table.program)
                 return "", ""
             return table.program, "program" if "program" in values else ""
-        if complaint := target_complaint(table.target):
+        target = Target(table.target, table.clock_hz, table.cycles_per_instruction)
+        if complaint := target_complaint(target):
             self.problems.add((*place, "target"), complaint, table.target)
             return "", ""
-        return program_of(table.firmware, table.target), "firmware" if "firmware" in values else ""
+        return program_of(table.firmware, target), "firmware" if "firmware" in values else ""
 
     def _plant(self, table: PlantTable, written: Mapping[str, Any], place: Place) -> PlantSpec | None:
         try:
@@ -146,7 +149,11 @@ class Agents:
 
 def _without_other(defaults: dict[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
     """Return `defaults` without the program if the agent has a firmware, and the other way round."""
-    dropped = {"program"} if "firmware" in table else {"firmware", "target"} if "program" in table else set()
+    dropped: set[str] = set()
+    if "firmware" in table:
+        dropped = {"program"}
+    elif "program" in table:
+        dropped = {"firmware", "target", "clock_hz", "cycles_per_instruction"}
     return {key: value for key, value in defaults.items() if key not in dropped}
 
 

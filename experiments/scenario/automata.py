@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 from agents.hybrid.automaton import Automaton
 from experiments.scenario.declarations import declared
-from experiments.scenario.own_modules import class_for
+from experiments.scenario.firmware_programs import class_for
 from experiments.scenario.problems import Problems
 from firmware_sim.program_settings import build_settings
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
+from experiments.scenario.firmware_programs import class_for
 from experiments.scenario.model import Scenario
-from experiments.scenario.own_modules import class_for
 
 
 def is_blocking(program: Any) -> bool:

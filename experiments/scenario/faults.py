@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.scenario.agents import Agents
+from experiments.scenario.firmware_programs import class_for
 from experiments.scenario.model import AgentSpec, FaultSpec, MediumSpec, Scenario, positions
-from experiments.scenario.own_modules import class_for
 from experiments.scenario.plant_parameters import PlantNames, plant_names
 from experiments.scenario.problems import Place, near, path_text
 from experiments.scenario.refusals import refuse

@@ -1,14 +1,17 @@
 """The key `firmware` of an agent, in place of `program`: a folder of firmware in C becomes a program's class.
 
-Within marconet such an agent's program is "firmware:TARGET:FIRMWARE", which `class_for` turns into the class.
+Within marconet such an agent's program is "firmware:TARGET:FIRMWARE", which `class_for` turns into the class. The
+target of an emulated processor has its clock and cost with it: "cortex_m4 at 100000000 Hz, 1.0".
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
+from experiments.scenario.own_modules import function_for, module_for
 from experiments.scenario.problems import near
 from firmware_sim.firmware.build import firmware_folder
 from firmware_sim.firmware.description import TABLE, read_description
@@ -16,10 +19,28 @@ from firmware_sim.firmware.errors import FirmwareError
 
 PREFIX: Final = "firmware:"
 TARGETS: Final = ("host", "cortex_m4")
-NOT_BUILT_IN: Final = ("cortex_m4",)
 
 
-def program_of(firmware: str, target: str) -> str:
+@dataclass(frozen=True)
+class Target:
+    """Where a firmware runs; clock and cost are those of an emulated processor."""
+
+    name: str = "host"
+    clock_hz: int = 100_000_000
+    cycles_per_instruction: float = 0.0     # 0: computing takes no time
+
+    def __str__(self) -> str:
+        return self.name if self.name == "host" else f"{self.name} at {self.clock_hz} Hz, {self.cycles_per_instruction}"
+
+
+def target_of(text: str) -> Target:
+    """Return the target whose `str` is `text`."""
+    name, _, rest = text.partition(" at ")
+    clock, _, cost = rest.partition(" Hz, ")
+    return Target(name, int(clock), float(cost)) if rest else Target(name)
+
+
+def program_of(firmware: str, target: Target) -> str:
     return f"{PREFIX}{target}:{firmware}"
 
 
@@ -27,13 +48,30 @@ def is_firmware(program: str) -> bool:
     return program.startswith(PREFIX)
 
 
-def target_complaint(target: str) -> str:
+def target_complaint(target: Target) -> str:
     """Return why no firmware runs on `target`, "" if one does."""
-    if target not in TARGETS:
-        return f"no such target; {near(target, TARGETS)}"
-    if target in NOT_BUILT_IN:
-        return 'this target is not built in yet: expected "host"'
+    from firmware_sim.cortex_m.program import check_clock
+
+    if target.name not in TARGETS:
+        return f"no such target; {near(target.name, TARGETS)}"
+    if target.name == "host" and target != Target():
+        return 'clock_hz and cycles_per_instruction are those of an emulated processor: expected "cortex_m4" with them'
+    try:
+        check_clock(target.clock_hz, target.cycles_per_instruction, 0)
+    except ValueError as error:
+        return str(error)
     return ""
+
+
+def class_for(path: str, folder: Path) -> Any:
+    """Return the class that "package.module:Class" names, the function of a blocking program, or a firmware's class.
+
+    The loader has checked that it exists.
+    """
+    if is_firmware(path):
+        return firmware_class_for(path, folder)
+    module_name, _, class_name = path.partition(":")
+    return getattr(module_for(module_name, folder), class_name)
 
 
 def firmware_class_for(program: str, folder: Path) -> Any:
@@ -41,24 +79,29 @@ def firmware_class_for(program: str, folder: Path) -> Any:
 
     Raises FirmwareError for a wrong folder or firmware.toml, or a companion that cannot be imported.
     """
-    _, _, firmware = program.removeprefix(PREFIX).partition(":")
+    target, _, firmware = program.removeprefix(PREFIX).partition(":")
     home = firmware_folder(firmware, folder).resolve()
-    return _made(home, (home / TABLE).read_bytes())
+    return _made(home, (home / TABLE).read_bytes(), target_of(target))
 
 
 @lru_cache(maxsize=64)
-def _made(folder: Path, table: bytes) -> Any:
+def _made(folder: Path, table: bytes, target: Target) -> Any:
     """`table`: the content of firmware.toml, so that a changed one makes another class."""
-    from experiments.scenario.program import import_program
     from firmware_sim.firmware.program import firmware_class
 
     firmware, companion = read_description(folder), None
     if firmware.companion:
         try:
-            companion = import_program(firmware.companion, folder)
+            companion = function_for(firmware.companion, folder)
         except Exception as error:
             raise FirmwareError(f"{folder / TABLE}: companion={firmware.companion!r}: {error}") from error
     if firmware.configuration and not hasattr(companion, "configure"):
         raise FirmwareError(f"{folder / TABLE}: [[configuration]]: expected a `companion` with a static method "
                             "configure(team, name, settings), which computes these values")
-    return firmware_class(firmware, folder, companion)
+    if target.name == "host":
+        return firmware_class(firmware, folder, companion)
+    from firmware_sim.cortex_m.firmware import CortexFirmwareProgram, build_for_cortex_m4
+
+    on_chip = type("OnCortexM4", (CortexFirmwareProgram,), {
+        "clock_hz": target.clock_hz, "cycles_per_instruction": target.cycles_per_instruction})
+    return firmware_class(firmware, folder, companion, on_chip, build_for_cortex_m4)

@@ -42,19 +42,6 @@ def module_for(name: str, folder: Path) -> ModuleType:
     return _modules_in(folder.absolute()).module(name)
 
 
-def class_for(path: str, folder: Path) -> Any:
-    """Return the class that "package.module:Class" names, the function of a blocking program, or a firmware's class.
-
-    The loader has checked that it exists.
-    """
-    if path.startswith("firmware:"):
-        from experiments.scenario.firmware_programs import firmware_class_for
-
-        return firmware_class_for(path, folder)
-    module_name, _, class_name = path.partition(":")
-    return getattr(module_for(module_name, folder), class_name)
-
-
 @contextmanager
 def copies_for(node: str, folder: Path) -> Iterator[Callable[[str], Any]]:
     """Give a function like `class_for` whose modules of the folder are copies for `node`; forget them afterwards."""

@@ -54,7 +54,7 @@ TYPES: Final[Mapping[str, Any]] = {"float": float, "int": int, "bool": bool, "fl
 
 
 class FirmwareProgram:
-    """One robot with a firmware on the host; subclasses have the firmware's `firmware` and `folder`."""
+    """One robot with a firmware, here on the host; subclasses have the firmware's `firmware` and `folder`."""
 
     firmware: ClassVar[Firmware]
     folder: ClassVar[Path]
@@ -72,9 +72,7 @@ class FirmwareProgram:
         self._write = [write for row in firmware.actuators for write in _writers(board, row)]
         self._written = [0.0] * len(self._write)
         parameters = self._parameter_values(settings)
-        self._library = Library(build_for_host(self.folder), parameters, len(firmware.signals),
-                                board.clock_reading(), self._carry_out, self._answer, firmware.name,
-                                board.call_record)
+        self._library = self._load(parameters)
         board.at_end(self._library.close)
         for counter in firmware.counters:
             board.count(counter.name, 0)
@@ -85,6 +83,12 @@ class FirmwareProgram:
         if code := self._library.start():
             raise FirmwareMistake(f"{board.name}: board_start of {firmware.name} returned {code}: it refuses to start "
                                   "with these parameters; 0 means that it starts")
+
+    def _load(self, parameters: Sequence[Sequence[float]]) -> Any:
+        """Return the firmware as a Library, or as what a subclass runs it on, with the same functions."""
+        return Library(build_for_host(self.folder), parameters, len(self.firmware.signals),
+                       self._board.clock_reading(), self._carry_out, self._answer, self.firmware.name,
+                       self._board.call_record)
 
     def _parameter_values(self, settings: Any) -> list[list[float]]:
         """Return the values of every parameter by its number."""
@@ -178,12 +182,16 @@ class FirmwareProgram:
             armed.cancel()
 
 
-def firmware_class(firmware: Firmware, folder: Path, companion: Any = None) -> type[FirmwareProgram]:
-    """Return the program class of a firmware; `companion` is the class that its firmware.toml names."""
+def firmware_class(firmware: Firmware, folder: Path, companion: Any = None,
+                   target: type[FirmwareProgram] = FirmwareProgram, build: Callable[[Path], Path] = build_for_host,
+                   ) -> type[FirmwareProgram]:
+    """Return the program class of a firmware, a subclass of `target`; its `check` builds the firmware by `build`.
+
+    `companion` is the class that its firmware.toml names."""
     def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
         yield from _problems(firmware, own)
         try:
-            build_for_host(folder)
+            build(folder)
         except FirmwareError as error:
             yield str(error)
         if (more := getattr(companion, "check", None)) is not None:
@@ -193,7 +201,7 @@ def firmware_class(firmware: Firmware, folder: Path, companion: Any = None) -> t
                                "Settings": _settings(firmware), "check": staticmethod(check)}
     if (prepare := getattr(companion, "prepare", None)) is not None:
         members["prepare"] = staticmethod(prepare)
-    return type(firmware.name, (FirmwareProgram,), members)
+    return type(firmware.name, (target,), members)
 
 
 def medium_of(port: str, firmware: Firmware, media: Sequence[str]) -> str:

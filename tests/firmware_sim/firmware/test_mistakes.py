@@ -89,7 +89,7 @@ def test_a_folder_without_a_table_is_no_firmware(tmp_path: Path) -> None:
     ("agents.a.parameters.period_ms=0.5", "expected at least 1e+06"),
     ('agents.a.parameters.period_ms="soon"', "expected"),
     ('agents_defaults.program="beacon:Beacon"', "expected either `program` or `firmware`: remove one of them"),
-    ('agents_defaults.target="cortex_m4"', 'this target is not built in yet: expected "host"'),
+    ('agents_defaults.clock_hz=8_000_000', 'those of an emulated processor: expected "cortex_m4" with them'),
     ('agents_defaults.target="avr"', "no such target"),
     ("agents.a.media=[]", "has a port 'radio', but the robot is on no medium"),
 ])

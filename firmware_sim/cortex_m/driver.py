@@ -1,0 +1,195 @@
+"""Runs a machine in the virtual time of its node: what happens to the board goes in, what the program asks for out.
+
+If computing takes no time, all that a wake-up does happens at its instant. Otherwise the driver runs the machine ahead
+of the node, to the first instruction that asks for something outside, and carries that out when the node's time has
+come to it. What happens to the board before, an interrupt, undoes this: the machine goes back to the snapshot that was
+taken where the run ahead began, and runs to the first instruction boundary at or after the interrupt's instant.
+
+*Invariants*
+- between the snapshot and the present state of the machine it asks for nothing: running that again is the same;
+- the machine is at most `AHEAD_NS` ahead of its node;
+- an alarm of the past (`_generation`) acts no more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Final, Protocol
+
+from firmware_sim.cortex_m.errors import MachineFault, ProgramEnds
+from firmware_sim.cortex_m.fault import describe
+from firmware_sim.cortex_m.image import Image
+from firmware_sim.cortex_m.machine import NEVER, Ask, Machine, Stop
+
+AHEAD_NS: Final = 10_000_000
+NO_VALUE: Final = -4                # BoardError of marconet_board.h
+WATCHDOG_RESET: Final = 1
+SOFTWARE_RESET: Final = 2
+
+
+class Outside(Protocol):
+    """The world outside the machine: the program of its board."""
+
+    def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
+        """Do it; `place` is that of the first byte in `machine.bytes`, or has the flags of a timer."""
+    def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
+        """Return the answer, None for BOARD_NO_VALUE."""
+    def disarm_all(self) -> None:
+        """Disarm all timers, as the machine is reset."""
+
+
+class Processor(Protocol):
+    """What the driver needs of a Board."""
+
+    name: str
+
+    @property
+    def now_ns(self) -> int: ...
+    def present_ns(self) -> int: ...
+    def after(self, delay_ns: int, action: Callable[[], object], *, sends: bool = True) -> None: ...
+    def count(self, name: str, by: int = 1) -> None: ...
+
+
+class Driver:
+    """`budget`: instructions after which a program that does not sleep counts as an endless loop, 0 for no limit."""
+
+    def __init__(self, machine: Machine, image: Image, board: Processor, outside: Outside, timed: bool,
+                 budget: int) -> None:
+        self.machine, self._image, self._board, self._outside = machine, image, board, outside
+        self._timed, self._budget = timed, budget
+        self._generation = 0            # of the alarm that acts
+        self._ahead_to_ns = -1          # where the run ahead ended, -1: the machine is not ahead
+        self._stop = int(Stop.SLEEPS)   # why it ended there
+        self._woke_at = 0               # count of instructions at the last wake-up
+        self._counted = 0               # instructions in the counter of the records
+        self._fed = 0                   # times that the watchdog was written
+
+    def start(self) -> None:
+        """Run the program from its reset until it sleeps or, if computing takes time, for the present instant."""
+        self.machine.reset(self._board.present_ns())
+        self._happen(_nothing)
+
+    def receive(self, port: int, data: bytes) -> None:
+        """A frame has arrived."""
+        self._happen(partial(self.machine.receive, port, data))
+
+    def ring(self, channel: int) -> None:
+        """A channel of the timer is due."""
+        self._happen(partial(self.machine.ring, channel))
+
+    # --- the machine and the node's time
+
+    def _happen(self, event: Callable[[], object]) -> None:
+        """Let something happen to the board, now."""
+        machine, now_ns = self.machine, self._board.present_ns()
+        if 0 <= self._ahead_to_ns <= now_ns:
+            self._settle()
+        elif self._ahead_to_ns > now_ns:
+            machine.restore()
+            machine.run(now_ns)
+        self._ahead_to_ns = -1
+        self._count()
+        machine.at(now_ns, self._board.now_ns)
+        event()
+        self._go_on()
+
+    def _count(self) -> None:
+        """Bring the counter of the records to the present."""
+        count = self.machine.count
+        self._board.count("instructions", count - self._counted)
+        self._counted = count
+
+    def _go_on(self) -> None:
+        machine, now_ns = self.machine, self._board.present_ns()
+        limit = self._woke_at + self._budget if self._budget else NEVER
+        while True:
+            if self._timed:
+                machine.save()
+                stop = machine.run(now_ns + AHEAD_NS, limit)
+                reached_ns = machine.now_ns
+                self._stop, self._ahead_to_ns = stop, reached_ns
+                if reached_ns > now_ns:
+                    self._wake(machine.next_tick_ns if stop == Stop.SLEEPS else reached_ns)
+                    return
+                self._ahead_to_ns = -1
+            else:
+                stop = machine.run(NEVER, limit)
+            self._carry_out()
+            if stop == Stop.SLEEPS:
+                self._woke_at = machine.count
+                self._count()
+                self._wake(machine.next_tick_ns)
+                return
+            if stop != Stop.HAS_COMMANDS:
+                self._end(stop)
+
+    def _settle(self) -> None:
+        """Do what the machine, which ran ahead to the present, asks for there."""
+        stop, self._ahead_to_ns = self._stop, -1
+        self._carry_out()
+        if stop == Stop.SLEEPS:
+            self._woke_at = self.machine.count
+        elif stop == Stop.LOCKED_UP or (stop == Stop.REACHED_LIMIT and self._budget
+                                        and self.machine.count >= self._woke_at + self._budget):
+            self._end(stop)
+
+    def _wake(self, at_ns: int) -> None:
+        """Go on at `at_ns` unless something happens before."""
+        self._generation += 1
+        if at_ns < NEVER:
+            self._board.after(max(0, at_ns - self._board.present_ns()), partial(self._alarm, self._generation))
+
+    def _alarm(self, generation: int) -> None:
+        if generation == self._generation:
+            self._happen(_nothing)
+
+    def _carry_out(self) -> None:
+        machine, outside = self.machine, self._outside
+        for ask, number, integer, place, real, _ in machine.commands():
+            if ask >= Ask.ADJUST_CLOCK:
+                value = outside.answer(ask, number, integer, real)
+                machine.answer(ask, NO_VALUE if value is None else 0, value or 0.0, self._board.now_ns)
+            elif ask <= Ask.RECORD:
+                outside.carry_out(ask, number, integer, place, real)
+            elif ask == Ask.CAPTURE:
+                machine.answer(ask, 0, 0.0, self._board.now_ns)
+            elif ask == Ask.WATCHDOG:
+                self._feed(integer)
+            elif ask == Ask.RESTART:
+                self._reset(SOFTWARE_RESET)
+                return
+            else:
+                raise ProgramEnds(number, f"{self._board.name}: its program ended the run with code {number} (register "
+                                  f"RUN_END), {describe(machine.fault(), self._image, 'last')}")
+
+    def _feed(self, delay_us: int) -> None:
+        self._fed += 1
+        if delay_us:
+            self._board.after(delay_us * 1000, partial(self._bite, self._fed))
+
+    def _bite(self, fed: int) -> None:
+        if fed == self._fed:
+            self._board.count("watchdog resets")
+            self._ahead_to_ns = -1
+            self._reset(WATCHDOG_RESET)
+            self._happen(_nothing)
+
+    def _reset(self, cause: int) -> None:
+        self._fed += 1
+        self._outside.disarm_all()
+        self.machine.reset(self._board.present_ns(), cause)
+        self.machine.at(self._board.present_ns(), self._board.now_ns)
+        self._woke_at = self.machine.count
+
+    def _end(self, stop: int) -> None:
+        fault = self.machine.fault()
+        if stop == Stop.REACHED_LIMIT:
+            raise MachineFault(f"{self._board.name}: endless loop: {self._budget} instructions without sleeping, "
+                               f"{describe(fault, self._image, 'the last')}; a program waits with `wfi`, or set "
+                               "instruction_budget higher")
+        raise MachineFault(f"{self._board.name}: {describe(fault, self._image)}")
+
+
+def _nothing() -> Any:
+    return None

@@ -1,0 +1,91 @@
+"""A firmware behind `marconet_board.h` on the emulated Cortex-M4: the program of a robot with `target = "cortex_m4"`.
+
+    *.c of the folder + board_ids.h + port.c + startup.c --ziglang--> image --Driver--> FirmwareProgram --> Board
+
+All but the loading is that of a firmware on the host (`firmware/program.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any, ClassVar, Final
+
+from firmware_sim.board import Board
+from firmware_sim.cortex_m.build import PORT, build_image
+from firmware_sim.cortex_m.driver import Driver
+from firmware_sim.cortex_m.errors import ImageError, MachineMissing, ProgramEnds
+from firmware_sim.cortex_m.image import read_image
+from firmware_sim.cortex_m.machine import Ask, Machine
+from firmware_sim.cortex_m.program import PORT_KINDS, unique_id
+from firmware_sim.firmware.build import sources
+from firmware_sim.firmware.description import read_description
+from firmware_sim.firmware.errors import FirmwareError
+from firmware_sim.firmware.host.library import Call
+from firmware_sim.firmware.program import FirmwareProgram
+from fmus.errors import PlantError
+
+OF_THE_HOST: Final = "marconet_host.c"
+BUDGET: Final = 20_000_000              # instructions without sleeping
+
+
+def build_for_cortex_m4(folder: Path) -> Path:
+    """Return the path of the firmware's image; raises FirmwareError as `build_for_host` does."""
+    firmware = read_description(folder)
+    code = {name: data for name, data in sources(folder, firmware).items() if name != OF_THE_HOST}
+    code |= {name: (PORT / name).read_bytes() for name in ("port.c", "string.h")}
+    try:
+        return build_image(firmware.name, code)
+    except (ImageError, MachineMissing, PlantError) as error:
+        raise FirmwareError(str(error)) from None
+
+
+class CortexFirmwareProgram(FirmwareProgram):
+    """One robot with a firmware on its emulated Cortex-M4; subclasses have `clock_hz` and `cycles_per_instruction`."""
+
+    clock_hz: ClassVar[int] = 100_000_000
+    cycles_per_instruction: ClassVar[float] = 0.0
+
+    def _load(self, parameters: Sequence[Sequence[float]]) -> FirmwareMachine:
+        return FirmwareMachine(build_for_cortex_m4(self.folder), self._board, parameters,
+                               [port.name for port in self.firmware.ports], len(self.firmware.signals),
+                               self._carry_out, self._answer, self._disarm_all, self.clock_hz,
+                               self.cycles_per_instruction)
+
+    def _disarm_all(self) -> None:
+        for timer in range(len(self._timers)):
+            self._disarm(timer)
+
+
+class FirmwareMachine:
+    """What `Library` is on the host: the firmware's functions and the values of its signals."""
+
+    def __init__(self, file: Path, board: Board, parameters: Sequence[Sequence[float]], ports: Sequence[str],
+                 signals: int, carry_out: Callable[[Iterable[Call]], None],
+                 answer: Callable[[int, int, int, float], float | None], disarm_all: Callable[[], None], clock_hz: int,
+                 cycles_per_instruction: float) -> None:
+        image = read_image(file)
+        self._carry_out, self._answer, self.disarm_all = carry_out, answer, disarm_all
+        self.signals: Any = [0.0] * (signals + 1)
+        self._machine = Machine(image, clock_hz, cycles_per_instruction, [PORT_KINDS.get(name, 1) for name in ports],
+                                parameters, unique_id(board.name))
+        self.bytes = self._machine.bytes            # of frames and texts
+        self._driver = Driver(self._machine, image, board, self, cycles_per_instruction > 0, BUDGET)
+        self.timer, self.receive, self.close = self._driver.ring, self._driver.receive, self._machine.close
+
+    def start(self) -> int:
+        """Start the image; return what `board_start` returned, if it takes no time."""
+        try:
+            self._driver.start()
+        except ProgramEnds as end:
+            return end.code - 2**32 if end.code >= 2**31 else end.code
+        return 0
+
+    def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
+        if ask == Ask.RECORD:
+            self.signals[number] = real
+        else:
+            self._carry_out([(ask, number, integer, place, real)])       # an Ask up to MISTAKE is the host's operation
+
+    def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
+        return self._answer(ask - Ask.ADJUST_CLOCK + 1, number, integer, real)      # the host's number of the question

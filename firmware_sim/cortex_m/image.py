@@ -1,0 +1,104 @@
+"""An image for the machine: an .elf file, read and checked by pyelftools.
+
+What is loaded are the segments of the file, at their physical addresses, all in flash; what lies in RAM the program
+fills itself when it starts. The vector table is at address 0: initial stack pointer, reset handler.
+"""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from firmware_sim.cortex_m.errors import ImageError, needs
+
+FLASH: Final = range(0x0008_0000)          # as in machine.h
+RAM: Final = range(0x2000_0000, 0x2002_0000)
+ARM: Final = 40
+MICROCONTROLLER: Final = ord("M")                       # Tag_CPU_arch_profile
+
+
+@dataclass(frozen=True)
+class Image:
+    name: str
+    data: bytes                                         # the file
+    segments: tuple[tuple[int, bytes], ...]             # address in flash, content
+    stack_top: int
+    entry: int
+    flash_bytes: int
+    ram_bytes: int                                      # declared by the file's segments, stack included
+
+
+def read_image(file: Path) -> Image:
+    """Return the image in an .elf file; raises ImageError with the file, the mistake and the rule."""
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise ImageError(f"{file}: {error.strerror}: expected an .elf file") from None
+    return parse_image(data, str(file))
+
+
+def parse_image(data: bytes, name: str) -> Image:
+    """Return the image in the bytes of an .elf file called `name`; raises ImageError."""
+    try:
+        from elftools.elf.elffile import ELFFile
+    except ModuleNotFoundError:
+        raise needs("pyelftools") from None
+    try:
+        elf = ELFFile(io.BytesIO(data))
+        machine, little = elf["e_machine"], elf.little_endian and elf.elfclass == 32
+        profile = _profile(elf) if machine == "EM_ARM" else None
+        loads = [(segment["p_paddr"], segment["p_vaddr"], segment["p_memsz"], segment.data())
+                 for segment in elf.iter_segments() if segment["p_type"] == "PT_LOAD" and segment["p_memsz"]]
+    except Exception as error:              # pyelftools raises errors of many kinds on damaged files
+        raise ImageError(f"{name}: no .elf file that can be read ({type(error).__name__}: {error})") from None
+    if machine != "EM_ARM" or not little:
+        raise ImageError(f"{name}: is for another processor ({machine}): expected 32 bit ARM, little endian, as "
+                         "`ziglang cc -target thumb-freestanding-eabihf -mcpu=cortex_m4+vfp4d16sp` builds it")
+    if profile not in (None, MICROCONTROLLER):
+        raise ImageError(f"{name}: is for an ARM core of profile {chr(profile)}: expected one of profile M, Cortex-M4")
+    return _checked(name, data, loads)
+
+
+def _checked(name: str, data: bytes, loads: list[tuple[int, int, int, bytes]]) -> Image:
+    memory = bytearray(b"\0" * len(FLASH))
+    used = ram = 0
+    segments = []
+    for place, address, size, content in loads:
+        if content and (place not in FLASH or place + len(content) > FLASH.stop):
+            raise ImageError(f"{name}: {len(content)} bytes at 0x{place:08x}: expected all content between "
+                             f"0x{FLASH.start:08x} and 0x{FLASH.stop:08x}, the flash: use the linker script machine.ld")
+        if not content and (address not in RAM or address + size > RAM.stop):
+            raise ImageError(f"{name}: {size} bytes without content at 0x{address:08x}: expected them between "
+                             f"0x{RAM.start:08x} and 0x{RAM.stop:08x}, the RAM")
+        if content:
+            memory[place:place + len(content)] = content
+            used = max(used, place + len(content))
+            segments.append((place, content))
+        if address in RAM:
+            ram += size
+    stack, entry = (int.from_bytes(memory[k:k + 4], "little") for k in (0, 4))
+    if not segments or not any(place <= 0 and place + len(content) >= 8 for place, content in segments):
+        raise ImageError(f"{name}: no vector table: expected the initial stack pointer and the reset handler at "
+                         "address 0")
+    if stack % 8 or not RAM.start < stack <= RAM.stop:
+        raise ImageError(f"{name}: the vector table begins with the stack pointer 0x{stack:08x}: expected a multiple "
+                         f"of 8 from 0x{RAM.start + 8:08x} to 0x{RAM.stop:08x}, in the RAM")
+    if not entry & 1 or entry - 1 not in FLASH or entry - 1 >= used:
+        raise ImageError(f"{name}: the reset handler is 0x{entry:08x}: expected an odd address (Thumb) within the "
+                         f"{used} bytes of the image")
+    return Image(name, data, tuple(segments), stack, entry, used, ram)
+
+
+def _profile(elf: Any) -> int | None:
+    """Return the letter of the core's profile as the file's attributes have it, None if they say nothing."""
+    section = elf.get_section_by_name(".ARM.attributes")
+    if section is None:
+        return None
+    for subsection in section.iter_subsections():
+        for part in subsection.iter_subsubsections():
+            for attribute in part.iter_attributes("TAG_CPU_ARCH_PROFILE"):
+                value = int(attribute.value)
+                return value or None
+    return None

@@ -1,0 +1,420 @@
+/* machine.c: runs a program on Unicorn's Cortex-M4, counts its instructions and stops at exact ones.
+ *
+ *     machine_run:  exceptions that are due --> instructions --> why they stopped --> ...   until there is nothing to do
+ *
+ * An instruction is counted in a hook before it executes; the hook also stops it. Unicorn finishes an IT block before
+ * it stops, so a stop within one is late by up to three instructions, always the same ones.
+ * Memory: flash is not writable, RAM is not executable; all else faults.
+ */
+#include "machine.h"
+#include <stdlib.h>
+#include <string.h>
+
+#define NOWHERE 0xF0000000u                     /* no program gets there: nothing is mapped */
+#define TRANSLATION_BYTES (16u << 20)
+
+struct Snapshot {
+    uc_context *context;
+    State state;
+    uint8_t ram[RAM_BYTES];
+};
+
+uint32_t reg(Machine *m, int name)
+{
+    uint32_t value = 0;
+    uc_reg_read(m->uc, name, &value);
+    return value;
+}
+
+void set_reg(Machine *m, int name, uint32_t value) { uc_reg_write(m->uc, name, &value); }
+
+uint8_t *ram_at(Machine *m, uint32_t address, uint32_t length)
+{
+    const uint32_t place = address - RAM_BASE;
+    return place < RAM_BYTES && length <= RAM_BYTES - place ? m->ram + place : NULL;
+}
+
+bool read_word(Machine *m, uint32_t address, uint32_t *word)
+{
+    const uint8_t *from = ram_at(m, address, 4);
+    if (from == NULL && address - FLASH_BASE <= FLASH_BYTES - 4) {
+        from = m->flash + (address - FLASH_BASE);
+    }
+    if (from != NULL) {
+        memcpy(word, from, 4);
+    }
+    return from != NULL;
+}
+
+bool privileged(Machine *m) { return reg(m, UC_ARM_REG_IPSR) != 0 || !(reg(m, UC_ARM_REG_CONTROL) & 1u); }
+
+static int64_t time_of(const Machine *m, uint64_t count)
+{
+    if (m->cost_num == 0) {
+        return m->state.base_ns;
+    }
+    const unsigned __int128 passed = (unsigned __int128)(count - m->state.base_count) * m->cost_num;
+    return m->state.base_ns + (int64_t)(passed / m->cost_den);
+}
+
+int64_t now_ns(const Machine *m) { return time_of(m, m->state.count); }
+
+/* Return the first count that is reached at or after `time`; UINT64_MAX if computing takes no time. */
+static uint64_t count_at(const Machine *m, int64_t time)
+{
+    if (m->cost_num == 0 || time == INT64_MAX) {
+        return UINT64_MAX;
+    }
+    if (time <= m->state.base_ns) {
+        return m->state.base_count;
+    }
+    const unsigned __int128 passed = (unsigned __int128)(uint64_t)(time - m->state.base_ns) * m->cost_den;
+    const unsigned __int128 counts = (passed + m->cost_num - 1) / m->cost_num;
+    return counts > UINT64_MAX / 2 ? UINT64_MAX : m->state.base_count + (uint64_t)counts;
+}
+
+void need_attention(Machine *m)
+{
+    m->attention = true;
+    m->stop_at = 0;
+}
+
+void trouble(Machine *m, Cause cause, uint32_t address)
+{
+    if (m->state.trouble == NO_FAULT) {
+        m->state.trouble = cause;
+        m->state.trouble_address = address;
+        m->state.trouble_pc = m->pc;
+    }
+    need_attention(m);
+}
+
+/* --- hooks */
+
+static void stop(Machine *m)
+{
+    m->stopping = true;
+    uc_emu_stop(m->uc);
+}
+
+static void on_instruction(uc_engine *uc, uint64_t address, uint32_t size, void *user)
+{
+    Machine *m = user;
+    (void)uc;
+    (void)size;
+    if (m->state.count >= m->stop_at
+        && (m->attention || m->state.count >= m->limit || (m->watching && masks_allow(m)))) {
+        stop(m);
+    }
+    m->state.count++;
+    m->pc = (uint32_t)address;
+}
+
+static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
+{
+    Machine *m = user;
+    (void)uc;
+    m->interrupt = number + 1;
+    stop(m);
+}
+
+static bool on_invalid_instruction(uc_engine *uc, void *user)
+{
+    Machine *m = user;
+    (void)uc;
+    m->invalid = UNDEFINED;
+    m->invalid_address = m->pc;
+    return false;
+}
+
+static bool on_invalid_access(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value, void *user)
+{
+    Machine *m = user;
+    (void)uc;
+    (void)size;
+    (void)value;
+    if (m->invalid == NO_FAULT) {
+        m->invalid = type == UC_MEM_FETCH_UNMAPPED || type == UC_MEM_FETCH_PROT ? BAD_FETCH
+            : type == UC_MEM_WRITE_PROT ? FLASH_WRITE : type == UC_MEM_WRITE_UNMAPPED ? UNMAPPED_WRITE : UNMAPPED_READ;
+        m->invalid_address = (uint32_t)address;
+    }
+    return false;
+}
+
+/* --- the loop */
+
+static bool is_wait_for_event(Machine *m)
+{
+    uint16_t code;
+    if (m->pc - FLASH_BASE > FLASH_BYTES - 4) {
+        return false;
+    }
+    memcpy(&code, m->flash + (m->pc - FLASH_BASE), 2);
+    if (code == 0xBF20) {
+        return true;
+    }
+    uint16_t second;
+    memcpy(&second, m->flash + (m->pc - FLASH_BASE) + 2, 2);
+    return code == 0xF3AF && second == 0x8002;
+}
+
+/* Let the processor act on why Unicorn returned. */
+static void settle(Machine *m, uc_err error)
+{
+    const uint32_t interrupt = m->interrupt, invalid = m->invalid;
+    const uint32_t pc = reg(m, UC_ARM_REG_PC);
+    m->interrupt = 0;
+    m->invalid = NO_FAULT;
+    if (interrupt == 8 + 1) {
+        return_from_exception(m, pc | 1u);
+    } else if (interrupt == 2 + 1) {
+        call_supervisor(m, pc);
+    } else if (interrupt == 7 + 1) {
+        raise_fault(m, HARD_FAULT, BREAKPOINT, m->pc, m->pc, 0);
+    } else if (interrupt != 0) {
+        raise_fault(m, USAGE_FAULT, BAD_STATE, m->pc, pc, 1u << 17);
+    } else if (invalid == UNDEFINED) {
+        if (is_wait_for_event(m)) {
+            set_reg(m, UC_ARM_REG_PC, pc | 1u);
+            m->state.asleep = !m->state.event_register;
+            m->state.event_register = false;
+        } else {
+            raise_fault(m, USAGE_FAULT, UNDEFINED, m->pc, m->pc, 1u << 16);
+        }
+    } else if (invalid == BAD_FETCH) {
+        raise_fault(m, BUS_FAULT, BAD_FETCH, m->invalid_address, m->invalid_address, 1u << 8);
+    } else if (invalid != NO_FAULT) {
+        raise_fault(m, BUS_FAULT, (Cause)invalid, m->pc, m->invalid_address, 1u << 9 | 1u << 15);
+    } else if (error == UC_ERR_EXCEPTION) {
+        raise_fault(m, USAGE_FAULT, BAD_STATE, m->pc, pc, 1u << 17);
+    } else if (error != UC_ERR_OK) {
+        raise_fault(m, HARD_FAULT, ENGINE, m->pc, (uint32_t)error, 0);
+    } else if (m->stopping) {
+        if (pc == m->pc) {
+            m->state.count--;                   /* stopped before the instruction that was counted last */
+        }
+    } else {
+        m->state.asleep = true;                 /* wfi */
+    }
+}
+
+/* Run until the program sleeps, asks for something, or reaches `until_ns` or the count `budget`; return a Stop.
+ * The entry of an exception takes some of the budget, as it takes the emulator long. */
+MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budget)
+{
+    State *s = &m->state;
+    m->spent = 0;
+    for (;;) {
+        if (s->locked_up) {
+            return LOCKED_UP;
+        }
+        if (s->trouble != NO_FAULT) {
+            const Cause cause = (Cause)s->trouble;
+            s->trouble = NO_FAULT;
+            raise_fault(m, BUS_FAULT, cause, s->trouble_pc, s->trouble_address, 1u << 10);
+            continue;
+        }
+        if (m->journal.commands > 0 && m->attention) {
+            m->attention = false;
+            return HAS_COMMANDS;
+        }
+        m->attention = false;
+        run_tick(m);
+        if (s->asleep && would_wake(m)) {
+            s->asleep = false;
+        }
+        if (!s->asleep && take_pending(m)) {
+            continue;
+        }
+        if (s->asleep) {
+            return SLEEPS;
+        }
+        const uint64_t reached = count_at(m, until_ns), tick = count_at(m, next_tick_ns(m));
+        const uint64_t last = budget > m->spent ? budget - m->spent : 0;
+        if (s->count >= reached || s->count >= last) {
+            return REACHED_LIMIT;
+        }
+        m->limit = reached < last ? reached : last;
+        if (tick < m->limit) {
+            m->limit = tick;
+        }
+        m->stop_at = m->watching ? 0 : m->limit;
+        m->stopping = false;
+        const uc_err error = uc_emu_start(m->uc, reg(m, UC_ARM_REG_PC) | 1u, NOWHERE, 0, 0);
+        settle(m, error);
+    }
+}
+
+/* --- for machine.py */
+
+MACHINE_EXPORT void machine_free(Machine *m)
+{
+    if (m->uc != NULL) {
+        uc_close(m->uc);
+    }
+    if (m->snapshot != NULL) {
+        if (m->snapshot->context != NULL) {
+            uc_context_free(m->snapshot->context);
+        }
+        free(m->snapshot);
+    }
+    free(m->flash);
+    free(m->ram);
+    free(m->rx_bytes);
+    free(m->tx_bytes);
+    free(m->journal.bytes);
+    free(m);
+}
+
+static bool set_up(Machine *m)
+{
+    uc_hook hook;
+    if (uc_open(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS, &m->uc) != UC_ERR_OK) {
+        return false;
+    }
+    uc_ctl_set_cpu_model(m->uc, UC_CPU_ARM_CORTEX_M4);
+    uc_ctl_set_tcg_buffer_size(m->uc, TRANSLATION_BYTES);
+    return uc_mem_map_ptr(m->uc, FLASH_BASE, FLASH_BYTES, UC_PROT_READ | UC_PROT_EXEC, m->flash) == UC_ERR_OK
+        && uc_mem_map_ptr(m->uc, RAM_BASE, RAM_BYTES, UC_PROT_READ | UC_PROT_WRITE, m->ram) == UC_ERR_OK
+        && uc_mmio_map(m->uc, DEVICES_BASE, DEVICES_BYTES, read_device, m, write_device, m) == UC_ERR_OK
+        && uc_mmio_map(m->uc, SYSTEM_BASE, SYSTEM_BYTES, read_system, m, write_system, m) == UC_ERR_OK
+        && uc_hook_add(m->uc, &hook, UC_HOOK_CODE, (void *)on_instruction, m, 1, 0) == UC_ERR_OK
+        && uc_hook_add(m->uc, &hook, UC_HOOK_INTR, (void *)on_interrupt, m, 1, 0) == UC_ERR_OK
+        && uc_hook_add(m->uc, &hook, UC_HOOK_INSN_INVALID, (void *)on_invalid_instruction, m, 1, 0) == UC_ERR_OK
+        && uc_hook_add(m->uc, &hook, UC_HOOK_MEM_INVALID, (void *)on_invalid_access, m, 1, 0) == UC_ERR_OK;
+}
+
+MACHINE_EXPORT Machine *machine_new(uint64_t tick_num, uint64_t tick_den, uint64_t cost_num, uint64_t cost_den)
+{
+    Machine *m = calloc(1, sizeof *m);
+    if (m == NULL) {
+        return NULL;
+    }
+    m->flash = calloc(1, FLASH_BYTES);
+    m->ram = calloc(1, RAM_BYTES);
+    m->rx_bytes = calloc(PORTS, RX_BYTES);
+    m->tx_bytes = calloc(PORTS, FRAME_BYTES);
+    m->journal.bytes = calloc(1, COMMAND_BYTES);
+    m->tick_num = tick_num;
+    m->tick_den = tick_den;
+    m->cost_num = cost_num;
+    m->cost_den = cost_den;
+    m->each_command_stops = cost_num != 0;
+    if (!m->flash || !m->ram || !m->rx_bytes || !m->tx_bytes || !m->journal.bytes || !set_up(m)) {
+        machine_free(m);
+        return NULL;
+    }
+    return m;
+}
+
+/* Place `length` bytes of the image into the flash; false if they do not fit. */
+MACHINE_EXPORT bool machine_load(Machine *m, uint32_t address, const uint8_t *data, uint32_t length)
+{
+    const uint32_t place = address - FLASH_BASE;
+    if (place > FLASH_BYTES || length > FLASH_BYTES - place) {
+        return false;
+    }
+    memcpy(m->flash + place, data, length);
+    return true;
+}
+
+MACHINE_EXPORT void machine_identify(Machine *m, const uint32_t *id) { memcpy(m->id, id, sizeof m->id); }
+
+MACHINE_EXPORT void machine_ports(Machine *m, uint32_t ports, const uint32_t *kinds)
+{
+    m->ports = ports;
+    memcpy(m->port_kind, kinds, ports * sizeof *kinds);
+}
+
+MACHINE_EXPORT void machine_parameters(Machine *m, uint32_t parameters, const double *values, const uint32_t *first)
+{
+    m->parameters = parameters;
+    m->values = values;
+    m->first_value = first;
+}
+
+/* Start as after power-on, at `time_ns`, through the vector table at address 0. */
+MACHINE_EXPORT void machine_reset(Machine *m, int64_t time_ns, uint32_t cause)
+{
+    const uint64_t count = m->state.count;
+    memset(&m->state, 0, sizeof m->state);
+    memset(m->ram, 0, RAM_BYTES);
+    m->state.count = m->state.base_count = count;
+    m->state.base_ns = time_ns;
+    m->state.reset_cause = cause;
+    m->state.deepest_stack = UINT32_MAX;
+    m->watching = m->attention = false;
+    m->invalid = NO_FAULT;
+    m->interrupt = 0;
+    m->journal.commands = m->journal.bytes_used = 0;
+    reset_exceptions(m);
+    set_reg(m, UC_ARM_REG_XPSR, 1u << 24);
+    for (int name = UC_ARM_REG_R0; name <= UC_ARM_REG_R12; name++) {
+        set_reg(m, name, 0);
+    }
+    set_reg(m, UC_ARM_REG_PRIMASK, 0);
+    set_reg(m, UC_ARM_REG_BASEPRI, 0);
+    set_reg(m, UC_ARM_REG_CONTROL, 0);
+    uint32_t stack = 0, entry = 0;
+    read_word(m, FLASH_BASE, &stack);
+    read_word(m, FLASH_BASE + 4, &entry);
+    set_reg(m, UC_ARM_REG_SP, stack & ~3u);
+    set_reg(m, UC_ARM_REG_LR, 0xFFFFFFFFu);
+    set_reg(m, UC_ARM_REG_PC, entry | 1u);
+    if (!(entry & 1u)) {
+        raise_fault(m, USAGE_FAULT, BAD_STATE, entry, entry, 1u << 17);
+    }
+}
+
+/* The present is `time_ns`: a sleeping machine's instructions count from now on. */
+MACHINE_EXPORT void machine_at(Machine *m, int64_t time_ns, int64_t local_ns)
+{
+    m->state.local_ns = local_ns;
+    if (m->state.asleep || m->cost_num == 0) {
+        m->state.base_ns = time_ns;
+        m->state.base_count = m->state.count;
+    }
+}
+
+MACHINE_EXPORT void machine_save(Machine *m)
+{
+    if (m->snapshot == NULL) {
+        m->snapshot = calloc(1, sizeof *m->snapshot);
+        uc_context_alloc(m->uc, &m->snapshot->context);
+    }
+    uc_context_save(m->uc, m->snapshot->context);
+    m->snapshot->state = m->state;
+    memcpy(m->snapshot->ram, m->ram, RAM_BYTES);
+}
+
+MACHINE_EXPORT void machine_restore(Machine *m)
+{
+    uc_context_restore(m->uc, m->snapshot->context);
+    m->state = m->snapshot->state;
+    memcpy(m->ram, m->snapshot->ram, RAM_BYTES);
+    m->journal.commands = m->journal.bytes_used = 0;
+    m->attention = false;
+}
+
+MACHINE_EXPORT int64_t machine_now(const Machine *m) { return now_ns(m); }
+MACHINE_EXPORT uint64_t machine_count(const Machine *m) { return m->state.count; }
+MACHINE_EXPORT int64_t machine_next_tick(const Machine *m) { return next_tick_ns(m); }
+MACHINE_EXPORT uint32_t machine_deepest_stack(const Machine *m) { return (uint32_t)m->state.deepest_stack; }
+MACHINE_EXPORT Command *machine_commands(Machine *m) { return m->journal.command; }
+MACHINE_EXPORT uint8_t *machine_command_bytes(Machine *m) { return m->journal.bytes; }
+MACHINE_EXPORT uint32_t machine_command_count(const Machine *m) { return m->journal.commands; }
+MACHINE_EXPORT void machine_clear_commands(Machine *m) { m->journal.commands = m->journal.bytes_used = 0; }
+MACHINE_EXPORT uint8_t *machine_ram(Machine *m) { return m->ram; }
+MACHINE_EXPORT uint32_t machine_register(Machine *m, uint32_t name) { return reg(m, (int)name); }
+
+/* Fill `cause` with cause, program counter, address, r0-r12, sp, lr, pc, xpsr of the last fault, or of now. */
+MACHINE_EXPORT void machine_fault(Machine *m, uint32_t *cause)
+{
+    if (m->state.cause == NO_FAULT) {
+        note_registers(m, m->pc);
+    }
+    cause[0] = m->state.cause;
+    cause[1] = m->state.cause_registers[15];
+    cause[2] = m->state.cause_address;
+    memcpy(cause + 3, m->state.cause_registers, sizeof m->state.cause_registers);
+}

@@ -1,0 +1,172 @@
+"""A board with an emulated Cortex-M4F and a program of one's own: an .elf file that uses the machine's registers.
+
+    [agents.r1]
+    program = "firmware_sim.cortex_m.program:CortexM"
+    parameters = { image = "blink.elf", sensors = ["omega"], actuators = ["u"] }
+
+Sensors, actuators, counters, signals and events have the numbers of their places in these lists, ports those of the
+robot's media in the scenario, `values` those of its rows. The memory map and all registers: docs/cortex_m.md.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+from firmware_sim.board import Board
+from firmware_sim.board_timers import Timer
+from firmware_sim.cortex_m.driver import Driver
+from firmware_sim.cortex_m.errors import MachineFault
+from firmware_sim.cortex_m.image import read_image
+from firmware_sim.cortex_m.machine import Ask, Machine
+from firmware_sim.scenario_view import Own, ScenarioView
+
+MAX_PORTS: Final = 8
+MAX_FRAME_BYTES: Final = 2048
+PORT_KINDS: Final = {"can": 2, "serial": 3}         # register PORT_KIND by the name of the port; 1 for others
+SILENT: Final = 1
+FIRM: Final = 1
+
+
+@dataclass(frozen=True)
+class CortexMSettings:
+    image: Path                                             # an .elf file
+    clock_hz: int = 100_000_000                             # of the processor
+    cycles_per_instruction: float = 0.0                     # 0: computing takes no time
+    instruction_budget: int = 20_000_000                    # without sleeping; 0: no limit
+    values: list[list[float]] = field(default_factory=list)
+    sensors: list[str] = field(default_factory=list)        # variables of the plant
+    actuators: list[str] = field(default_factory=list)
+    counters: list[str] = field(default_factory=list)
+    signals: list[str] = field(default_factory=list)
+    events: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        check_clock(self.clock_hz, self.cycles_per_instruction, self.instruction_budget)
+
+
+def check_clock(clock_hz: int, cycles_per_instruction: float, instruction_budget: int) -> None:
+    """Raise ValueError for a clock or cost that no processor has."""
+    if not 1_000 <= clock_hz <= 1_000_000_000:
+        raise ValueError(f"clock_hz={clock_hz}: expected 1000 to 1000000000")
+    if not 0 <= cycles_per_instruction <= 1000:
+        raise ValueError(f"cycles_per_instruction={cycles_per_instruction}: expected 0, no time, to 1000")
+    if instruction_budget < 0:
+        raise ValueError(f"instruction_budget={instruction_budget}: expected 0, no limit, or more")
+
+
+class CortexM:
+    Settings = CortexMSettings
+
+    @staticmethod
+    def check(scenario: ScenarioView, own: Own[CortexMSettings]) -> Iterator[str]:
+        """Yield what is wrong with the images."""
+        for name, agent in own.items():
+            try:
+                read_image(agent.settings.image)
+            except (ValueError, RuntimeError) as error:
+                yield f"{name}: {error}"
+            if len(agent.media) > MAX_PORTS:
+                yield f"{name}: {len(agent.media)} media: the machine has {MAX_PORTS} ports"
+
+    def __init__(self, board: Board, settings: CortexMSettings) -> None:
+        self._board, self._settings = board, settings
+        self._timers: dict[int, Any] = {}               # a Timer, or a number of `_delays`, by channel
+        self._delays = 0
+        self._send: list[Callable[[bytes], None]] = [
+            board.port(name, partial(self._receive, number)).send for number, name in enumerate(board.ports)]
+        self._values = [0.0] * len(settings.signals)
+        image = read_image(settings.image)
+        machine = Machine(image, settings.clock_hz, settings.cycles_per_instruction,
+                          [PORT_KINDS.get(name, 1) for name in board.ports], settings.values, unique_id(board.name))
+        board.at_end(machine.close)
+        for counter in settings.counters:
+            board.count(counter, 0)
+        board.record_all([(name, "1") for name in settings.signals], lambda: self._values)
+        self._driver = Driver(machine, image, board, self, settings.cycles_per_instruction > 0,
+                              settings.instruction_budget)
+        board.at(board.now_ns, self._driver.start)
+
+    def _receive(self, port: int, data: bytes) -> None:
+        if len(data) > MAX_FRAME_BYTES:
+            self._board.count("frames too long for the port")
+            return
+        self._driver.receive(port, data)
+
+    # --- what the program asks for
+
+    def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
+        board, settings = self._board, self._settings
+        if ask == Ask.SEND:
+            self._send[number](self._bytes(place, integer))
+        elif ask == Ask.SET_TIMER:
+            self._disarm(number)
+            self._timers[number] = board.at(integer, partial(self._ring, number), sends=not place & SILENT)
+        elif ask == Ask.SET_DELAY:
+            self._disarm(number)
+            self._delays += 1
+            self._timers[number] = self._delays
+            board.after(max(0, integer), partial(self._delay_over, number, self._delays), sends=not place & SILENT)
+        elif ask == Ask.CANCEL_TIMER:
+            self._disarm(number)
+        elif ask == Ask.PROMISE:
+            (board.promise_firm if number & FIRM else board.promise_soft)(integer)
+        elif ask == Ask.ACTUATE:
+            board.actuate(self._named(settings.actuators, "actuators", number), real)
+        elif ask == Ask.COUNT:
+            board.count(self._named(settings.counters, "counters", number), integer)
+        elif ask == Ask.RECORD:
+            self._named(settings.signals, "signals", number)
+            self._values[number] = real
+        elif ask == Ask.MISTAKE:
+            raise MachineFault(f"{board.name}: its program reports a mistake with {self._text(place, integer)}, number "
+                               f"{number}, code {int(real)}")
+        else:
+            board.event(self._named(settings.events, "events", number), self._text(place, integer))
+
+    def _bytes(self, place: int, length: int) -> bytes:
+        return bytes(self._driver.machine.bytes[place:place + length])
+
+    def _text(self, place: int, length: int) -> str:
+        return self._bytes(place, length).decode(errors="replace")
+
+    def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
+        if ask == Ask.SENSE:
+            return float(self._board.sense(self._named(self._settings.sensors, "sensors", number)))
+        if ask == Ask.ADJUST_CLOCK:
+            self._board.adjust_clock(integer, real)
+            return real
+        return float(self._board.rng.getrandbits(32))
+
+    def disarm_all(self) -> None:
+        for channel in list(self._timers):
+            self._disarm(channel)
+
+    def _named(self, names: list[str], key: str, number: int) -> str:
+        if number >= len(names):
+            raise MachineFault(f"{self._board.name}: its program uses number {number} of `{key}`, which has "
+                               f"{len(names)} names: add one in the scenario, or correct the program")
+        return names[number]
+
+    def _ring(self, channel: int) -> None:
+        self._timers.pop(channel, None)
+        self._driver.ring(channel)
+
+    def _delay_over(self, channel: int, delay: int) -> None:
+        if self._timers.get(channel) == delay:
+            self._ring(channel)
+
+    def _disarm(self, channel: int) -> None:
+        armed = self._timers.pop(channel, None)
+        if isinstance(armed, Timer):
+            armed.cancel()
+
+
+def unique_id(name: str) -> list[int]:
+    """Return the 128 bits by which a program can tell its board from others, as 4 words."""
+    digest = hashlib.sha256(f"marconet board {name}".encode()).digest()
+    return [int.from_bytes(digest[4 * k:4 * k + 4], "little") for k in range(4)]

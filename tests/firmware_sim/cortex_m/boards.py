@@ -1,0 +1,30 @@
+"""A node with an emulated Cortex-M, without a scenario."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from firmware_sim.board import Board
+from firmware_sim.clock_settings import ClockSettings
+from firmware_sim.cortex_m.program import CortexM, CortexMSettings
+from firmware_sim.local_clock import LocalClock
+from netem.node.node import Node
+from netem.wire.messages import Grant
+
+ARRIVAL = tuple[int, int, bytes]            # instant, port, bytes
+
+
+def board_node(image: Path, ports: tuple[str, ...] = ("radio",), **settings: Any) -> Node:
+    node = Node("r1", ports)
+    board = Board(node, LocalClock(ClockSettings(), lambda: node.now_ns), None, {}, Random(1), {})
+    board.keep_promises()
+    CortexM(board, CortexMSettings(image=image, **settings))
+    node.hello()
+    return node
+
+
+def offers(node: Node, until_ns: int, arrivals: list[ARRIVAL] | None = None) -> list[tuple[int, int, bytes]]:
+    """Return (instant, port, bytes) of the frames that the node sends before `until_ns`."""
+    return node.advance(Grant(1, until_ns, False, False, arrivals or [])).offers
