@@ -19,7 +19,7 @@ def test_every_example_of_the_page_runs(tmp_path):
                           capture_output=True, text=True, check=False)
 
     assert done.returncode == 0, done.stderr
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["captures", "marconet.schema.json", "runs"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["blinker", "captures", "marconet.schema.json", "runs"]
 
 
 def test_every_command_has_a_place_on_the_page():
