@@ -20,7 +20,7 @@ def test_every_example_of_the_page_runs(tmp_path):
 
     assert done.returncode == 0, done.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "captures", "certificates", "marconet.schema.json", "runs"]
+        "blinker", "captures", "certificates", "marconet.schema.json", "runs"]
 
 
 def test_every_command_has_a_place_on_the_page():
