@@ -224,6 +224,10 @@ class Board:
         """Return the true time, that of an oscillator without error, on which an emulated processor runs."""
         return self._node.present_ns()
 
+    def clock_reading(self) -> Callable[[], int]:
+        """Return a function that returns `now_ns`, for a program that asks often."""
+        return self._clock.now_ns
+
     def keep_promises(self) -> None:
         """Make the node take its promise from the timers of this board."""
         self._node.next_frame_ns = self._timers.next_frame_ns

@@ -529,8 +529,9 @@ def new_firmware(folder: Path, verbose: bool) -> None:
 
 @firmware.command("build", epilog="Example: marconet firmware build synchronizing_robot")
 @click.argument("folders", nargs=-1)
+@click.option("--header", is_flag=True, help="Print board_ids.h instead, for a build of your own.")
 @verbosely
-def build_firmware(folders: Sequence[str], verbose: bool) -> None:
+def build_firmware(folders: Sequence[str], header: bool, verbose: bool) -> None:
     """Compile firmware into shared libraries, where that has not been done, and say where they are.
 
     FOLDERS are folders with firmware.toml, or names of firmware that comes with marconet; default: all of these.
@@ -538,9 +539,15 @@ def build_firmware(folders: Sequence[str], verbose: bool) -> None:
     with errors_as_text(verbose):
         from experiments.show.text_views import print_path
         from firmware_sim.firmware.build import build_for_host, firmware_folder, own_firmware
+        from firmware_sim.firmware.description import read_description
+        from firmware_sim.firmware.ids_header import ids_header
 
         for name in folders or own_firmware():
-            print_path(_console(), name, build_for_host(firmware_folder(name, Path())))
+            folder = firmware_folder(name, Path())
+            if header:
+                click.echo(ids_header(read_description(folder)), nl=False)
+            else:
+                print_path(_console(), name, build_for_host(folder))
 
 
 @firmware.command("info", epilog="Example: marconet firmware info synchronizing_robot")

@@ -18,6 +18,7 @@ from firmware_sim.scenario_view import Own, ScenarioView
 
 MAX_ROBOTS: Final = 16          # as in team.h
 MAX_VALUES: Final = 4
+MAX_PIECES: Final = 20          # as in robot.c
 
 
 class SyncFirmware:
@@ -27,6 +28,11 @@ class SyncFirmware:
     def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
         """Yield every reason why these robots cannot synchronize, or do not fit into the firmware."""
         yield from check(scenario, own)
+        for name, robot in own.items():
+            if len(robot.settings.disturbance) > MAX_PIECES:
+                yield (f"agents.{name}.parameters.disturbance: {len(robot.settings.disturbance)} pieces: the firmware "
+                       f"synchronizing_robot holds {MAX_PIECES}")
+            disturbance_pieces(robot.settings.disturbance)
         try:
             team = read_team(scenario.team)
         except TeamError:

@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, make_dataclass
 from functools import partial
-from operator import attrgetter
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -88,7 +87,7 @@ class FirmwareProgram:
     def _load(self, parameters: Sequence[Sequence[float]]) -> Any:
         """Return the firmware as a Library, or as what a subclass runs it on, with the same functions."""
         return Library(build_for_host(self.folder), parameters, len(self.firmware.signals),
-                       partial(attrgetter("now_ns"), self._board), self._carry_out, self._answer, self.firmware.name,
+                       self._board.clock_reading(), self._carry_out, self._answer, self.firmware.name,
                        self._board.call_record)
 
     def _parameter_values(self, settings: Any) -> list[list[float]]:

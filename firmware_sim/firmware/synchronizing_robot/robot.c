@@ -21,8 +21,9 @@
 #include "text.h"
 #include "topology.h"
 
-/* A clock that is set forward may bring two own slots within one frame's way to the others, so several holds wait. */
-enum { HOLDS = 8, TIMER_WAKE = 0, TIMER_DISTURB, TIMER_HOLD_OWN };
+/* A clock that is set forward may bring two own slots within one frame's way to the others, so several holds wait.
+ * The disturbance has a timer for each piece, all armed at the start, so that no later change of the clock moves them. */
+enum { HOLDS = 8, PIECES = 20, TIMER_WAKE = 0, TIMER_HOLD_OWN = 1, TIMER_DISTURB = TIMER_HOLD_OWN + HOLDS };
 typedef enum { BEGIN, SPEAK, DISCOVER, ADOPT } Act;
 
 static Team team;
@@ -40,7 +41,6 @@ static Robots heard;                    /* robots whose sync frames arrived sinc
 static double spoken[MAX_VALUES];       /* output broadcast last */
 static uint32_t holds;                  /* number of own values sent */
 static double omega;
-static uint32_t piece;                  /* of the disturbance, the next one */
 static Act act;
 static int64_t adoption_ns, control_slot;
 
@@ -68,19 +68,10 @@ static void hold_own(void)
     apply();
 }
 
-static void arm_disturbance(void)
-{
-    if (piece < (uint32_t)board_parameter_length(PARAMETER_DISTURBANCE_FROM_NS)) {
-        board_set_timer(TIMER_DISTURB, team_whole(PARAMETER_DISTURBANCE_FROM_NS, piece), BOARD_SILENT);
-    }
-}
-
-static void disturb(void)
+static void disturb(uint32_t piece)
 {
     omega = team_value(PARAMETER_DISTURBANCE, 2 * piece + 1);
-    piece++;
     apply();
-    arm_disturbance();
 }
 
 /* --- schedules */
@@ -309,7 +300,8 @@ static void synchronize(const SyncFrame *frame)
 int32_t board_start(void)
 {
     Design design;
-    if (!team_read(&team)) {
+    const uint32_t pieces = (uint32_t)board_parameter_length(PARAMETER_DISTURBANCE_FROM_NS);
+    if (!team_read(&team) || pieces > PIECES) {
         return 1;
     }
     agreement_init(&law, &team);
@@ -331,22 +323,20 @@ int32_t board_start(void)
     }
     act = BEGIN;
     board_set_timer(TIMER_WAKE, board_now(), 0);
-    arm_disturbance();
+    for (uint32_t piece = 0; piece < pieces; piece++) {
+        board_set_timer(TIMER_DISTURB + piece, team_whole(PARAMETER_DISTURBANCE_FROM_NS, piece), BOARD_SILENT);
+    }
     return 0;
 }
 
 void board_timer(uint32_t timer)
 {
-    switch (timer) {
-    case TIMER_WAKE:
+    if (timer == TIMER_WAKE) {
         wake();
-        break;
-    case TIMER_DISTURB:
-        disturb();
-        break;
-    default:
+    } else if (timer < TIMER_DISTURB) {
         hold_own();
-        break;
+    } else {
+        disturb(timer - TIMER_DISTURB);
     }
 }
 

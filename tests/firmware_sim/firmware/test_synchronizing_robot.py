@@ -58,6 +58,64 @@ def test_robots_in_c_record_the_signals_counters_and_events_of_robots_in_python(
     assert {"y", "u"} <= set(c.signals["r1"].columns)
 
 
+TWO_OUTPUTS = """
+seed = 2
+length_s = 0.6
+
+[team]
+topology = "told"
+sure = false
+slot_us = 700.0
+resynchronize = true
+guard_s = 20e-6
+requests = [
+  { from_s = 0.0, links = ["* -> *"] },
+  { from_s = 0.3, links = ["a -> b", "b -> c", "c -> a"] },
+]
+
+[agents_defaults]
+program = "agents.synchronization.robot:SyncRobot"
+
+[media.radio]
+kind = "broadcast_radio"
+preset = "crazyflie_p2p"
+topology = { kind = "fixed", links = ["* -> *"] }
+
+[[impairments]]
+kind = "bernoulli_loss"
+on = "radio: * -> *"
+loss_ratio = 0.05
+"""
+ROBOT = """
+[team.models.{name}]
+A = [[-0.3, 1.1, 0.2], [-1.0, -0.2, 0.7], [0.1, -0.4, -0.6]]
+B = [[1.0, 0.3], [0.2, 1.1], [0.0, 0.4]]
+C = [[1.0, 0.1, 0.3], [0.0, 1.3, -0.2]]
+K = [[2.1, 0.3], [0.7, 1.9]]
+x0 = [{x0}, 0.3, -0.7]
+d = [0.1, {x0}]
+
+[agents.{name}]
+plant = {{ fmu = "linear_system", parameters_from = "team.models.{name}" }}
+parameters = {{ disturbance = [[0.1, 0.3], [0.2, -0.7], [0.4, 0.0]] }}
+clock = {{ drift_ppm = {drift}, tick_us = 1 }}
+"""
+
+
+def test_robots_with_two_inputs_and_outputs_biases_disturbances_and_lost_frames_agree_too(tmp_path: Path) -> None:
+    text = TWO_OUTPUTS + "".join(ROBOT.format(name=name, x0=x0, drift=drift)
+                                 for name, x0, drift in (("a", 1.7, 30), ("b", -0.9, -20), ("c", 0.4, 5)))
+    (tmp_path / "python.toml").write_text(text)
+    (tmp_path / "c.toml").write_text(text.replace('program = "agents.synchronization.robot:SyncRobot"',
+                                                  'firmware = "synchronizing_robot"'))
+
+    summaries = [run(load(tmp_path / f"{name}.toml"), host="inline", out=tmp_path / name, report=False).summary
+                 for name in ("python", "c")]
+
+    assert summaries[1].ledger_hash == summaries[0].ledger_hash
+    assert summaries[0].frames["lost"] > 50
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["faults_output_sync", "output_sync", "output_sync_drift", "output_sync_formation",
                                   "output_sync_lossy", "output_sync_reference"])
