@@ -27,10 +27,10 @@ def hash_of(name: str, out: Path, on_chip: tuple[str, ...], duration_s: float, h
 @pytest.mark.usefixtures("image")
 @pytest.mark.parametrize("name", ["output_sync_reference", "output_sync"])
 def test_robots_on_the_chip_leave_the_ledger_of_robots_in_python(name: str, tmp_path: Path):
-    python = hash_of(name, tmp_path / "python", (), 0.5)
+    python = hash_of(name, tmp_path / "python", (), 0.25)
 
-    assert hash_of(name, tmp_path / "chip", ALL, 0.5) == python
-    assert hash_of(name, tmp_path / "mixed", MIXED, 0.5, "process") == python
+    assert hash_of(name, tmp_path / "chip", ALL, 0.25) == python
+    assert hash_of(name, tmp_path / "mixed", MIXED, 0.25, "process") == python
 
 
 @pytest.mark.usefixtures("image")
@@ -40,7 +40,7 @@ def test_drives_on_the_chip_leave_the_ledger_of_drives_in_python(tmp_path: Path)
     for name, agent in (("python", PROGRAM), ("chip", 'firmware = "drive"\ntarget = "cortex_m4"')):
         path = tmp_path / f"{name}.toml"
         path.write_text(python.replace(PROGRAM, agent))
-        result = run(load(path, duration_s=1.0), host="inline", out=tmp_path / name, report=False)
+        result = run(load(path, duration_s=0.4), host="inline", out=tmp_path / name, report=False)
         hashes.add(result.summary.ledger_hash)
 
     assert PROGRAM in python
@@ -50,8 +50,8 @@ def test_drives_on_the_chip_leave_the_ledger_of_drives_in_python(tmp_path: Path)
 @pytest.mark.usefixtures("image")
 def test_computing_that_takes_time_gives_one_hash_too(tmp_path: Path):
     cost = "cycles_per_instruction=1.0"
-    hashes = {hash_of("output_sync_reference", tmp_path / f"{host}{k}", ALL, 0.3, host, cost)
+    hashes = {hash_of("output_sync_reference", tmp_path / f"{host}{k}", ALL, 0.1, host, cost)
               for k, host in enumerate(("inline", "inline", "process"))}
 
     assert len(hashes) == 1
-    assert hashes != {hash_of("output_sync_reference", tmp_path / "python", (), 0.3)}
+    assert hashes != {hash_of("output_sync_reference", tmp_path / "python", (), 0.1)}
