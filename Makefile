@@ -57,7 +57,7 @@ $(VENV)/.installed-docs: pyproject.toml | $(VENV)/.installed
 	@touch $@
 
 # A variable, since `call` would split its arguments at the commas.
-EXTRAS = dev,clients,oracles,peers,compiler,pandas,docs
+EXTRAS = dev,clients,oracles,peers,compiler,cortex-m,pandas,docs
 
 $(VENV)/.installed-all: pyproject.toml | $(VENV)/.installed-dev
 	@$(call install,-e '.[$(EXTRAS)]')

@@ -23,7 +23,7 @@ _OUR_TYPE: Final = re.compile(r"^(?:netem|fmus|firmware_sim|experiments)(?:\.\w+
 _PRIVATE_NAME: Final = re.compile(r"@[0-9a-f]{12}(?=\.)")          # suffix of a module that lies beside a scenario
 _OURS: Final = str(Path(__file__).parents[2])
 _PACKAGES: Final = tuple(f"{root}{name}/" for root in (f"{_OURS}/", "")      # compiled code has relative paths
-                         for name in ("netem", "fmus", "firmware_sim", "experiments"))
+                         for name in ("netem", "fmus", "firmware_sim", "experiments", "marconet"))
 _LIBRARIES: Final = tuple(f"{path}/" for path in {sysconfig.get_paths()[key] for key in
                                                   ("stdlib", "platstdlib", "purelib", "platlib")})
 MOST_FRAMES: Final = 5             # number of frames shown, the innermost ones
