@@ -16,8 +16,8 @@ TOP = Path(__file__).parents[2]
 OURS = {"marconet", "netem", "fmus", "firmware_sim", "agents", "experiments", "scenarios"}
 PROJECT = tomllib.loads((TOP / "pyproject.toml").read_text())["project"]
 READ_AS_DATA = {"plotly"}                           # the report takes its JavaScript
-OF_AN_EXTRA = {"cma", "distributed", "elftools", "filterpy", "foxglove", "mypy", "mypyc", "polars", "pytest", "setuptools",
-               "ziglang"}                           # by an extra
+OF_AN_EXTRA = {"cma", "distributed", "elftools", "filterpy", "foxglove", "mypy", "mypyc", "polars", "pytest",
+               "setuptools", "ziglang"}             # by an extra
 
 
 def imported() -> set[str]:
