@@ -198,6 +198,9 @@ class _Run:
                 spec.name: TimeWatch(Timesync(), partial(self._sample_of_gateway, spec.name), spec.timesync,
                                      partial(self._device_clock_set, spec.name))
                 for spec in scenario.gateways.values()})
+        self.closed_doors = [] if scenario.network.faults_port is None or real_time or view is not None else [
+            f"network.faults_port={scenario.network.faults_port}: is not open: a run in virtual time takes faults only "
+            "with --view; start it with --view or --real-time to inject some"]
         self.not_allowed: list[str] = []            # of real-time scheduling and locked memory
         self.started_s = self.ended_s = command_s
         self.started_processor_s = self.processor_s = 0.0
@@ -403,7 +406,7 @@ class _Run:
 
     def _warnings(self) -> list[str]:
         of_records = [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
-        return [*standing_robots(self.scenario), *self.not_allowed, *of_records]
+        return [*standing_robots(self.scenario), *self.closed_doors, *self.not_allowed, *of_records]
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
         """Return the units of the signals of each agent, medium and table of a medium."""

@@ -190,3 +190,13 @@ def test_a_port_in_use_is_told_before_the_run(doors):
 
     assert str(caught.value).startswith(
         f"network.faults_port: cannot listen on 127.0.0.1:{port}: Address already in use; end the ")
+
+
+def test_a_run_that_takes_no_faults_says_that_its_door_for_them_is_closed(doors, tmp_path):
+    short = doors.folder / "short.toml"
+    short.write_text((doors.folder / "faults.toml").read_text().replace("length_s = 500.0", "length_s = 0.1"))
+
+    warnings = run(load(short), host="inline", out=tmp_path / "run", report=False).summary.warnings
+
+    assert [warning.partition(": is not open: ")[0] for warning in warnings] == [
+        f"network.faults_port={doors.address['faults'].partition(':')[2]}"]
