@@ -38,6 +38,7 @@ def fades_s(frames):
     return [(end_ns - start_ns) / 1e9 for (bad, start_ns), (_, end_ns) in pairwise(starts) if bad]
 
 
+@pytest.mark.slow
 def test_a_fade_lasts_as_long_for_a_robot_at_1_hz_as_for_one_at_100_hz(lost_of):
     lost = lost_of(BURST, overrides=[f"impairments=[{FADES}}}]"])
 

@@ -27,6 +27,7 @@ def lossy(*links: str) -> str:
     return f"impairments=[{', '.join(tables)}]"
 
 
+@pytest.mark.slow
 def test_both_hosts_have_one_ledger(tmp_path: Path) -> None:
     _, inline = played(tmp_path / "inline", CAPTURES)
     _, process = played(tmp_path / "process", CAPTURES, host="process")

@@ -35,6 +35,7 @@ def test_another_fault_or_bound_breaks_its_formula(overrides: tuple[str, ...], k
     assert key in broken(tmp_path / "run", *overrides)
 
 
+@pytest.mark.slow
 def test_both_hosts_have_one_ledger_while_sensors_die(tmp_path: Path) -> None:
     scenario = load(find("marco_polo_faults"), duration_s=21.5, overrides=["expect={}"])
 

@@ -39,6 +39,7 @@ def columns(data: RunData, node: str, *names: str) -> dict[int, list[float]]:
     return dict(zip(np.asarray(table.time_ns).tolist(), found.tolist(), strict=True))
 
 
+@pytest.mark.slow
 def test_both_hosts_have_one_ledger(tmp_path: Path) -> None:
     short = ("length_s=8.0", "expect={}", "node_timeout_s=150.0")
 

@@ -99,7 +99,8 @@ def assert_whole(out: Path) -> None:
 slow = pytest.mark.slow
 
 
-@pytest.mark.parametrize(("host", "presses"), [("process", 3), ("inline", 3), pytest.param("process", 1, marks=slow),
+@pytest.mark.parametrize(("host", "presses"), [("process", 3), pytest.param("inline", 3, marks=slow),
+                                               pytest.param("process", 1, marks=slow),
                                                pytest.param("inline", 1, marks=slow)])
 def test_a_second_and_a_third_interrupt_cut_no_record_off(tmp_path: Path, forever: Path, host: str, presses: int
                                                           ) -> None:

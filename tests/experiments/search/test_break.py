@@ -118,6 +118,7 @@ def test_below_the_certified_slot_length_no_pattern_is_found_in_10_000_runs(tmp_
     assert len(found.costs) == 10_000
 
 
+@pytest.mark.slow
 def test_the_outcome_does_not_depend_on_the_number_of_runs_at_a_time(watched: Path, tmp_path: Path) -> None:
     base = Base.of(watched)
     found = [search(base, "count.c.heard", 30, watched.parent, "radio: * -> c: at most 2 lost of 7",
@@ -146,6 +147,7 @@ def test_faults_are_found_that_cost_most_and_no_more_than_allowed(watched: Path,
     assert (of["c.missed.last"].value, of["c.missed.last"].holds) == (found.value, False)
 
 
+@pytest.mark.slow
 def test_the_search_does_better_than_random_search_with_as_many_runs(tmp_path: Path) -> None:
     """At 25 ms of the slot only few patterns violate the formula, by the transient alone."""
     base = Base.of(PAIR, overrides=("team.slot_us=25000",))
@@ -157,6 +159,7 @@ def test_the_search_does_better_than_random_search_with_as_many_runs(tmp_path: P
     assert ours.value < by_chance.value
 
 
+@pytest.mark.slow
 def test_a_continuous_setting_is_searched_by_cma(watched: Path, tmp_path: Path) -> None:
     pytest.importorskip("cma")
     base = Base.of(watched)

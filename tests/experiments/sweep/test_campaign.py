@@ -190,6 +190,7 @@ def test_after_a_kill_nothing_is_run_twice_and_no_worker_is_left(beacons: Path, 
     assert not (out / JOURNAL).exists()
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_loses_no_run(beacons: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     with command(beacons, out) as running:

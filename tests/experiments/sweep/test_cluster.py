@@ -110,6 +110,7 @@ def running(folder: Path, scheme: str, config: Path | None = None) -> Iterator[A
             process.wait()
 
 
+@pytest.mark.slow
 def test_a_campaign_loses_no_run_when_a_worker_is_killed(cluster: Any, beacons: Path, tmp_path: Path) -> None:
     killed: list[int] = []
 
@@ -138,6 +139,7 @@ def test_a_campaign_loses_no_run_when_a_worker_is_killed(cluster: Any, beacons: 
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 def test_a_cluster_that_loses_all_workers_is_told_and_keeps_what_has_ended(
         cluster: Any, beacons: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clusters, "PATIENCE_S", 2.0)

@@ -37,6 +37,7 @@ def test_it_takes_off_and_hovers_in_lockstep(fly):
     assert guest["pressure_hpa"] == pytest.approx(955.8, abs=0.5)   # standard atmosphere at 489.5 m
 
 
+@pytest.mark.slow
 def test_the_same_flight_has_the_same_hash(fly):
     hashes = {fly("px4", PX4, length_s=2.0).run.ledger_hash for _ in range(3)}
     assert len(hashes) == 1

@@ -99,7 +99,8 @@ def scenario(folder: Path, device: str, length_s: float = 20.0):
     return load(folder / "quad.toml")
 
 
-@pytest.mark.parametrize("device", ["udpout:127.0.0.1:14580", "udpin:0.0.0.0:14550"])
+@pytest.mark.parametrize("device", ["udpout:127.0.0.1:14580",
+                                    pytest.param("udpin:0.0.0.0:14550", marks=pytest.mark.slow)])
 def test_an_unmodified_ground_station_flies_the_quadrotor_and_repeats_exactly(tmp_path, device):
     made = scenario(tmp_path, device)
 

@@ -67,6 +67,7 @@ def test_the_rate_of_the_frames_does_not_change_the_state():
                                                                        strict=True))
 
 
+@pytest.mark.slow
 def test_frames_far_apart_and_slightly_out_of_order_see_the_same_states():
     instants = [k * 7 * MS for k in range(300_000)]                     # 2100 s of fades of 3 ms: some are forgotten
     one, other = (fades(mean_good_ns=2 * MS, mean_bad_ns=1 * MS) for _ in range(2))

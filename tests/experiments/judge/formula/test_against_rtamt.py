@@ -90,7 +90,7 @@ COLUMN = st.lists(st.integers(-16, 16).map(lambda quarter: quarter / 4), min_siz
 
 
 @pytest.mark.filterwarnings("ignore")                           # antlr's of old escapes
-@settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(formulas(), st.fixed_dictionaries(dict.fromkeys(NAMES, COLUMN)))
 def test_robustness_is_that_of_rtamt(formula: Text, columns: dict[str, list[float]]) -> None:
     data = run(SAMPLES * S, signals=signals("r", **columns))
