@@ -68,7 +68,10 @@ class Agents:
         """Return the agent; with mistakes in it, without its wrong parts, as other sections may refer to it."""
         place = ("agents", name)
         self.reading.check_name(place, name)
-        merged = _merged(_without_other(defaults, table), table) if defaults and isinstance(table, dict) else table
+        merged = table
+        if defaults and isinstance(table, dict):
+            dropped = _of_the_other("firmware" in table, "program" in table)
+            merged = _merged({key: value for key, value in defaults.items() if key not in dropped}, table)
         has_firmware = isinstance(merged, dict) and "firmware" in merged
         values = self.reading.tables.read(WITH_FIRMWARE if has_firmware else WITH_PROGRAM, merged, place).values
         written = values.pop("parameters", {})
@@ -147,14 +150,11 @@ class Agents:
                          table.step_ns)
 
 
-def _without_other(defaults: dict[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `defaults` without the program if the agent has a firmware, and the other way round."""
-    dropped: set[str] = set()
-    if "firmware" in table:
-        dropped = {"program"}
-    elif "program" in table:
-        dropped = {"firmware", "target", "clock_hz", "cycles_per_instruction"}
-    return {key: value for key, value in defaults.items() if key not in dropped}
+def _of_the_other(has_firmware: bool, has_program: bool) -> frozenset[str]:
+    """Return the keys of the program, if an agent has a firmware, and the other way round."""
+    if has_firmware:
+        return frozenset({"program"})
+    return frozenset({"firmware", "target", "clock_hz", "cycles_per_instruction"} if has_program else ())
 
 
 def _merged(defaults: dict[str, Any], table: dict[str, Any]) -> dict[str, Any]:

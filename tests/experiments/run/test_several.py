@@ -175,10 +175,10 @@ def test_the_shell_completes_commands_scenarios_plants_and_choices(typed, offere
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash: `apt-get install bash`")
 @pytest.mark.parametrize(("typed", "offered"), [
-    ("run output_sync_f", ["output_sync_formation"]),       # a name
+    ("run output_sync_fo", ["output_sync_formation"]),       # a name
     ("run output_sync_lo", ["output_sync_longer.toml", "output_sync_lossy"]),       # a name and a file
     ("run goo", ["good.toml"]),
-    ("run good.toml output_sync_f", ["output_sync_formation"]),
+    ("run good.toml output_sync_fo", ["output_sync_formation"]),
     ("fmu info wheel", ["wheel_motor", "wheel_of_mine"]),
     ("run ./goo", []),                                      # bash completes paths itself
     ("ch", ["check"])])
