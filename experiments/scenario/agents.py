@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -76,7 +76,7 @@ class Agents:
         values = self.reading.tables.read(WITH_FIRMWARE if has_firmware else WITH_PROGRAM, merged, place).values
         written = values.pop("parameters", {})
         found = AgentTable(**values)
-        program, key = self._program(found, merged, values, place)
+        program, key = self._program(found, frozenset(merged if isinstance(merged, dict) else ()), set(values), place)
         parameters: dict[str, Any] = {}
         if key:
             cls, parameters, settings = check_program(program, written, place, self.reading.tables, key,
@@ -96,10 +96,12 @@ class Agents:
         return AgentSpec(name, program, parameters, found.clock, plant, found.at_m, tuple(attached),
                          ways(found.zenoh), found.sockets)
 
-    def _program(self, table: AgentTable, written: Any, values: Mapping[str, Any], place: Place) -> tuple[str, str]:
-        """Return the agent's program and the key that names it, "" if none can be found."""
-        if not isinstance(written, dict):
-            return "", ""
+    def _program(self, table: AgentTable, written: Collection[str], read: Collection[str],
+                 place: Place) -> tuple[str, str]:
+        """Return the agent's program and the key that names it, "" if none can be found.
+
+        `written` are the keys that the author has written, `read` those whose values have the right type.
+        """
         if "program" in written and "firmware" in written:
             self.problems.add((*place, "firmware"), "expected either `program` or `firmware`: remove one of them",
                               table.firmware)
@@ -112,12 +114,12 @@ class Agents:
                 self.problems.add((*place, "program"), f"write firmware = \"{table.program.rpartition(':')[2]}\" "
                                                        "instead of it", table.program)
                 return "", ""
-            return table.program, "program" if "program" in values else ""
+            return table.program, "program" if "program" in read else ""
         target = Target(table.target, table.clock_hz, table.cycles_per_instruction)
         if complaint := target_complaint(target):
             self.problems.add((*place, "target"), complaint, table.target)
             return "", ""
-        return program_of(table.firmware, target), "firmware" if "firmware" in values else ""
+        return program_of(table.firmware, target), "firmware" if "firmware" in read else ""
 
     def _plant(self, table: PlantTable, written: Mapping[str, Any], place: Place) -> PlantSpec | None:
         try:
