@@ -65,11 +65,11 @@ class Wire:
     def _copy(self, source: socket.socket, sink: socket.socket) -> None:
         waiting = b""
         while data := source.recv(65536):
-            sink.sendall(data)
             waiting += data
             while len(waiting) >= 2 and len(waiting) >= 2 + (size := int.from_bytes(waiting[:2], "little")):
                 self.batches.append(waiting[2:2 + size])
                 waiting = waiting[2 + size:]
+            sink.sendall(data)              # only now, so that no answer is kept before what it answers
         sink.shutdown(socket.SHUT_WR)
 
     def of(self, act: Callable[[], object], marker: bytes, batches: int = 1) -> bytes:
