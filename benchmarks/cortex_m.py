@@ -1,4 +1,4 @@
-"""What the emulated Cortex-M4 costs: `python -m benchmarks.cortex_m`.
+"""Measures what the emulated Cortex-M4 costs in processor time: `python -m benchmarks.cortex_m`.
 
 Instructions and wake-ups of one machine for each second of processor time, the size of the firmware's images, and the
 processor time of output_sync_reference with robots in Python and on the chip, inline; computing takes no time.

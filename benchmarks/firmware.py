@@ -1,4 +1,4 @@
-"""What robots in C cost beside robots in Python: output_sync and output_sync_reference, inline.
+"""Measures robots in C beside robots in Python, as ratios: output_sync and output_sync_reference, inline.
 
     python -m benchmarks.firmware [RUNS [SECONDS]]
 

@@ -1,4 +1,4 @@
-"""What the synchronizing robot in C (`firmware_sim/firmware/synchronizing_robot`) asks its scenario, as `SyncRobot`.
+"""Checks a scenario for the synchronizing robot in C (`firmware_sim/firmware/synchronizing_robot`), and configures it.
 
 `configure` turns the team's table, with the frame times and the designs that `prepare` adds to it, into the numbers
 that are written into a robot's memory before it is deployed.

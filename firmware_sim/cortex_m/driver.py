@@ -40,7 +40,7 @@ class Outside(Protocol):
 
 
 class Processor(Protocol):
-    """What the driver needs of a Board."""
+    """The part of `Board` that the driver uses: instants [ns], timers by true time, counters."""
 
     name: str
 

@@ -1,4 +1,4 @@
-"""What ended a program, in words: cause, function and line, registers.
+"""Says in words why a program on the chip was ended: the cause, the function and line, the registers.
 
 Functions come from the symbols of the .elf file, lines from its debugging tables (DWARF), both read by pyelftools.
 """

@@ -58,7 +58,7 @@ class CortexFirmwareProgram(FirmwareProgram):
 
 
 class FirmwareMachine:
-    """What `Library` is on the host: the firmware's functions and the values of its signals."""
+    """One robot's firmware on an emulated Cortex-M4, with the methods that `Library` has for one on the host."""
 
     def __init__(self, file: Path, board: Board, parameters: Sequence[Sequence[float]], ports: Sequence[str],
                  signals: int, carry_out: Callable[[Iterable[Call]], None],

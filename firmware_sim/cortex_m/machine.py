@@ -30,7 +30,7 @@ class Stop(IntEnum):
 
 
 class Ask(IntEnum):
-    """What a program asks of the world outside its machine."""
+    """Kinds of requests that a program makes by its registers, and that the robot's board carries out."""
 
     SEND = 0
     SET_TIMER = 1

@@ -1,4 +1,4 @@
-"""What the drive controller in C (`firmware_sim/firmware/drive`) asks its scenario, as `DriveController` does."""
+"""Checks a scenario for the drive controller in C (`firmware_sim/firmware/drive`), as `DriveController` does."""
 
 from __future__ import annotations
 

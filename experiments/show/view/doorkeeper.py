@@ -17,7 +17,7 @@ NAMES = ("127.0.0.1", "localhost")
 
 
 class Doorkeeper:
-    """Of the loopback address at `port`, or of a TLS door with these names ("host:port") if there are any."""
+    """Admits requests to the view at the loopback's `port`, or behind a TLS door at one of `names` ("host:port")."""
 
     def __init__(self, token: str, port: int, names: Sequence[str] = ()) -> None:
         self._token = token
