@@ -193,9 +193,6 @@ static void enter(Machine *m, int exception)
     }
     set_reg(m, UC_ARM_REG_CONTROL, control & CONTROL_UNPRIVILEGED);
     set_reg(m, UC_ARM_REG_LR, 0xFFFFFFE1u | (fp ? 0u : 0x10u) | (thread ? 8u : 0u) | (psp ? 4u : 0u));
-    if (reg(m, UC_ARM_REG_SP) < s->deepest_stack) {
-        s->deepest_stack = reg(m, UC_ARM_REG_SP);
-    }
     go_to_vector(m, exception);
     if (place == NULL) {
         raise_fault(m, BUS_FAULT, STACKING, reg(m, UC_ARM_REG_PC), frame, CFSR_STACKING);

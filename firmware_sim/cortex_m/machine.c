@@ -342,7 +342,6 @@ MACHINE_EXPORT void machine_reset(Machine *m, int64_t time_ns, uint32_t cause)
     m->state.count = m->state.base_count = count;
     m->state.base_ns = time_ns;
     m->state.reset_cause = cause;
-    m->state.deepest_stack = UINT32_MAX;
     m->watching = m->attention = false;
     m->invalid = NO_FAULT;
     m->interrupt = 0;
@@ -399,7 +398,6 @@ MACHINE_EXPORT void machine_restore(Machine *m)
 MACHINE_EXPORT int64_t machine_now(const Machine *m) { return now_ns(m); }
 MACHINE_EXPORT uint64_t machine_count(const Machine *m) { return m->state.count; }
 MACHINE_EXPORT int64_t machine_next_tick(const Machine *m) { return next_tick_ns(m); }
-MACHINE_EXPORT uint32_t machine_deepest_stack(const Machine *m) { return (uint32_t)m->state.deepest_stack; }
 MACHINE_EXPORT Command *machine_commands(Machine *m) { return m->journal.command; }
 MACHINE_EXPORT uint8_t *machine_command_bytes(Machine *m) { return m->journal.bytes; }
 MACHINE_EXPORT uint32_t machine_command_count(const Machine *m) { return m->journal.commands; }

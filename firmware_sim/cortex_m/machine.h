@@ -106,7 +106,6 @@ typedef struct {
     uint32_t reset_cause;
     int64_t timer_compare, clock_step, promise_until;
     int64_t clock_trim, sense_value, actuate_value, record_value;   /* bits of a double; record_value also a number */
-    uint64_t deepest_stack;                     /* lowest main stack pointer at an exception entry */
     PortState port[PORTS];
 } State;
 

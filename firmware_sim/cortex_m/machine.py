@@ -146,12 +146,6 @@ class Machine:
         next_ns: int = self._library.machine_next_tick(self._machine)
         return next_ns
 
-    @property
-    def deepest_stack(self) -> int:
-        """The least stack pointer at the entry of an exception so far."""
-        pointer: int = self._library.machine_deepest_stack(self._machine)
-        return pointer
-
     def fault(self) -> Fault:
         words = (c.c_uint32 * 20)()
         self._library.machine_fault(self._machine, words)
@@ -186,7 +180,7 @@ def _library() -> Any:
         "machine_receive": (None, [pointer, u32, c.c_char_p, u32]), "machine_ring": (None, [pointer, u32]),
         "machine_save": (None, [pointer]), "machine_restore": (None, [pointer]), "machine_now": (i64, [pointer]),
         "machine_count": (u64, [pointer]), "machine_next_tick": (i64, [pointer]),
-        "machine_deepest_stack": (u32, [pointer]), "machine_fault": (None, [pointer, pointer])}
+        "machine_fault": (None, [pointer, pointer])}
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)
         function.restype, function.argtypes = result, arguments
