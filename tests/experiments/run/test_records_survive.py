@@ -71,10 +71,10 @@ def wait_for(condition: Callable[[], bool], seconds: float = 120.0) -> None:
 
 
 def under_way(out: Path) -> bool:
-    """Something of every record is on the disk: how far the run came is written last."""
+    """A second and more of every record is on the disk: how far the run came is written last."""
     try:
-        return (out / "run.json.part").read_bytes().startswith(b"{")
-    except FileNotFoundError:
+        return bool(json.loads((out / "run.json.part").read_bytes())["reached_ns"] > 1e9)
+    except (FileNotFoundError, json.JSONDecodeError):
         return False
 
 
