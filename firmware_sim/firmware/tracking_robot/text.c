@@ -55,7 +55,28 @@ static double scaled(double size, int32_t exponent)
     return size;
 }
 
-/* Add digits[from] to digits[to - 1], without zeros at the end of a fraction. */
+static double upper_half(double value) { return 134217729.0 * value - (134217729.0 * value - value); }
+
+/* Return a * b - product, where `product` is a * b rounded (Dekker 1971). */
+static double lost_by(double a, double b, double product)
+{
+    const double a1 = upper_half(a), a2 = a - a1, b1 = upper_half(b), b2 = b - b1;
+    return ((a1 * b1 - product) + a1 * b2 + a2 * b1) + a2 * b2;
+}
+
+/* Return size * 10^exponent, rounded to a whole number. What the product lost decides if it lies halfway between two. */
+static int64_t digits_of(double size, int32_t exponent)
+{
+    const double product = scaled(size, exponent);
+    const int64_t below = (int64_t)product;
+    const double lost = 0 < exponent && exponent <= 22 ? lost_by(size, scaled(1.0, exponent), product) : 0.0;
+    if (product - (double)below == 0.5 && lost != 0.0) {
+        return lost > 0.0 ? below + 1 : below;
+    }
+    return rounded(product);
+}
+
+/* Add `whole` digits, a point and the other ones of `count`, without zeros at the end of the fraction. */
 static void significant(Text *text, const char *digits, int32_t whole, int32_t count)
 {
     while (count > whole && digits[count - 1] == '0') {
@@ -97,7 +118,7 @@ void text_real(Text *text, double number, uint32_t digits)
     while (scaled(size, -exponent) < 1.0) {
         exponent--;
     }
-    int64_t value = rounded(scaled(size, count - 1 - exponent));
+    int64_t value = digits_of(size, count - 1 - exponent);
     if (value >= limit) {
         value /= 10;
         exponent++;
