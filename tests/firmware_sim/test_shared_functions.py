@@ -33,7 +33,10 @@ CODE = r"""
 
 static uint64_t digest[COUNTERS_DECLARED];
 
-static void fold(uint32_t counter, double value) { digest[counter] = (digest[counter] ^ bits_of(value)) * 0x100000001B3u; }
+static void fold(uint32_t counter, double value)
+{
+    digest[counter] = (digest[counter] ^ bits_of(value)) * 0x100000001B3u;
+}
 
 int32_t board_start(void) { return board_set_timer(0, 0, BOARD_SILENT); }
 
@@ -160,8 +163,8 @@ def test_c_on_the_host_gives_the_same_bits(tmp_path: Path) -> None:
 
 
 def test_c_on_the_chip_gives_the_same_bits(tmp_path: Path) -> None:
-    pytest.importorskip("unicorn")
-    pytest.importorskip("ziglang")
+    for needed in ("unicorn", "elftools", "ziglang"):
+        pytest.importorskip(needed)
     numbers = values(200)
 
     assert counted("cortex_m4", numbers, tmp_path) == digests(numbers)

@@ -9,6 +9,7 @@ enum { CELLS = 32, ROWS = 64 };         /* as in heading_slope.py */
 
 static Gains k;
 static double step, bump;               /* [m], [1]: of the table's chords */
+static double at_node[CELLS];           /* k3 z of each column */
 static int64_t row_read;                /* number of the row in `row` */
 static double row[CELLS + 1];
 
@@ -17,6 +18,9 @@ void error_bound_init(const Gains *gains)
     k = *gains;
     board_parameter(PARAMETER_SLOPE_STEP_M, 0, &step);
     board_parameter(PARAMETER_SLOPE_BUMP, 0, &bump);
+    for (uint32_t j = 0; j < CELLS; j++) {
+        at_node[j] = k.k3 * (double)j * step;
+    }
     row_read = -1;
 }
 
@@ -47,7 +51,7 @@ static double a13(double v, double m2, double m3)
         last = n + 1;
     }
     for (int64_t j = 0; j < last; j++) {
-        const double here = k.k3 * (double)j * step + v * row[j];
+        const double here = at_node[j] + v * row[j];
         if (here > largest) {
             largest = here;
         }

@@ -1,4 +1,4 @@
-"""The tracking robot in C sends, bit for bit, what the one in Python sends, whatever arrives on its radio and its bus."""
+"""The tracking robot in C sends, bit for bit, what the one in Python sends, whatever arrives on radio and bus."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from experiments.run.runner import run
 from experiments.scenario import load
 from experiments.scenario.problems import ScenarioError
 from marconet.running import Run
+from tests.firmware_sim.firmware.noisy_tracking import NOISE, NOISY, without_expectations
 
 ROOT = Path(__file__).parents[3]
 HASHES: dict[str, str] = tomllib.loads((ROOT / "tests/scenarios/ledger_hashes.toml").read_text())
@@ -21,62 +22,6 @@ DRIVE = 'program = "firmware_sim.drive_controller.drive_controller:DriveControll
 POLICY = 'policy = "individual_gains"'
 UNIFIED, PERIODIC = 'policy = "unified_gain"', 'policy = "periodic", certified_radius = 4.0'
 WHOLE = ["faults_tracking", "tracking_busload", "tracking_individual", "tracking_lossy", "tracking_unified"]
-
-NOISE = '''
-from struct import pack
-
-from netem.media.can.frame import CanFrame, pack as pack_can
-
-
-class Noise:
-    """Sends answers and messages of the drive, many of them wrong in a way that a radio and a bus can carry."""
-
-    def __init__(self, board):
-        self.board, self.radio, self.can = board, board.port("radio"), board.port("can")
-        board.every(7_000_000, self.say)
-        board.every(5_300_000, self.tell)
-
-    def say(self):
-        rng = self.board.rng
-        numbers = [rng.uniform(-3, 3) for _ in range(5)]
-        numbers[rng.randrange(5)] = rng.choice([2e2, -1e300, float("nan"), 0.0])
-        if rng.random() < 0.4:
-            numbers = [rng.uniform(-3, 3) for _ in range(3)] + rng.choice([[1.0, 1.0], [0.6, 0.15], [1.5, 1.0], [4.0, 1.0]])
-        look = rng.choice([0xFFFF, 0xFFFF, rng.randrange(100), 0])
-        self.radio.send(pack("<BH5d", rng.choice([0xA6, 0xA6, 0xA6, 0xA5]), look, *numbers)[:rng.choice([43, 43, 43, 42])])
-
-    def tell(self):
-        rng = self.board.rng
-        identifier = rng.choice([0x110, 0x190, 0x190, 0x1A0, 0x710, 0x111])
-        data = bytearray(rng.randbytes(rng.choice([8, 8, 8, 8, 7])))
-        if len(data) == 8 and rng.random() < 0.8:
-            data[2], data[5], data[6] = rng.choice([0, 1, 255]), rng.choice([0, 1, 255, 128]), rng.choice([0, 1, 1, 2])
-        self.can.send(pack_can(CanFrame(identifier, bytes(data), extended=rng.random() < 0.1)))
-'''
-NOISY = '''
-[agents.noise]
-program = "noise:Noise"
-media = ["radio", "can"]
-
-[[impairments]]
-on = "radio: reference -> companion"
-during_s = [0.4, 0.6]
-kind = "bernoulli_loss"
-loss_ratio = 0.9
-
-[[faults]]
-kind = "clock_step"
-name = "back"
-on = "companion"
-at_s = 0.8
-by_ms = -20.3
-
-[[faults]]
-kind = "link_down"
-name = "loose_plug"
-on = "can: drive -> companion"
-during_s = [0.2, 0.25]
-'''
 
 
 def tracked(text: str, folder: Path, *, in_c: tuple[tuple[str, str], ...] = (), target: str = "host",
@@ -93,10 +38,6 @@ def tracked(text: str, folder: Path, *, in_c: tuple[tuple[str, str], ...] = (), 
 
 def scenario(name: str) -> str:
     return (ROOT / f"scenarios/{name}.toml").read_text()
-
-
-def without_expectations(text: str) -> str:
-    return text[:text.index("[media.can.messages]")] + text[text.index("[derived.error]"):text.index("[guarantees")]
 
 
 @pytest.mark.parametrize(("policy", "duration_s"), [(POLICY, 2.4), (UNIFIED, 0.5), (PERIODIC, 0.5)],
@@ -116,8 +57,8 @@ def test_a_robot_in_c_does_the_same_with_wrong_frames_lost_answers_and_a_clock_t
     text = without_expectations(scenario("tracking_individual")) + NOISY
     (tmp_path / "noise.py").write_text(NOISE)
 
-    python = tracked(text, tmp_path, duration_s=1.2)
-    c = tracked(text, tmp_path, in_c=(COMPANION,), duration_s=1.2)
+    python = tracked(text, tmp_path, duration_s=0.8)
+    c = tracked(text, tmp_path, in_c=(COMPANION,), duration_s=0.8)
 
     assert c.ledger_hash == python.ledger_hash
     assert c.counters == python.counters
