@@ -1,7 +1,7 @@
 """Checks a scenario for the tracking robot in C (`firmware_sim/firmware/tracking_robot`), and configures it.
 
 `configure` computes what the trigger needs before the robot starts: the table of gains, the table D of `heading_slope`,
-and for the policy `periodic` the certified period with its growth.
+and a decision at x = 0, which for the policy `periodic` is that of every state.
 """
 
 from __future__ import annotations
@@ -36,11 +36,8 @@ class TrackingFirmware:
         """Return the rows of [[configuration]] for the robot `name`; `table` is the scenario's [team]."""
         robot, gains, controller = table["robot"], gains_of(table), TrackingController()
         slope = HeadingSlope(controller.k2_per_m2, controller.k3_per_s)
-        certified_ns, growth_per_s = 0, 0.0
-        if settings.policy == "periodic":
-            decision = make_policy(table, "periodic", _settings(settings).policy_settings()).decide(
-                0, (0.0, 0.0, 0.0), LIMITS)
-            certified_ns, growth_per_s = decision.valid_ns, decision.growth_per_s
+        own = _settings(settings)
+        at_rest = make_policy(table, own.policy, own.policy_settings()).decide(0, (0.0, 0.0, 0.0), LIMITS)
         return {
             "wheel_radius_m": robot["wheel_radius_m"],
             "track_m": robot["track_m"],
@@ -48,14 +45,14 @@ class TrackingFirmware:
             "k": [controller.k1_per_s, controller.k2_per_m2, controller.k3_per_s],
             "limits": list(LIMITS),
             "planned_gains": [list(row) for row in gains.rows],
-            "unified_gain": gains.unified,
+            "largest_gain": gains.unified,
             "kappa": KAPPA,
             "noise_bound": NOISE,
             "slope": [list(row) for row in heading_table()],
             "slope_step_m": slope.step_m,
             "slope_bump": slope.bump,
-            "certified_ns": certified_ns,
-            "certified_growth": growth_per_s,
+            "certified_ns": at_rest.valid_ns,
+            "certified_growth": at_rest.growth_per_s,
         }
 
 

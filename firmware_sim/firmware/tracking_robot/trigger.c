@@ -33,7 +33,7 @@ void trigger_init(Trigger *trigger)
     trigger->policy = (Policy)number(PARAMETER_POLICY, 0);
     trigger->gains = gains;
     trigger->limits = limits;
-    trigger->unified_gain = number(PARAMETER_UNIFIED_GAIN, 0);
+    trigger->unified_gain = number(PARAMETER_LARGEST_GAIN, 0);
     trigger->noise = number(PARAMETER_NOISE_BOUND, 0);
     trigger->kappa = number(PARAMETER_KAPPA, 0);
     trigger->losses_allowed = (int64_t)number(PARAMETER_MAX_SUCCESSIVE_LOSSES, 0);
