@@ -3,7 +3,7 @@
 #include "board_ids.h"
 #include "marconet_board.h"
 #include "marconet_functions.h"
-#include "text.h"
+#include "marconet_text.h"
 
 #define BIT(assumption) (1u << (assumption))
 
@@ -90,9 +90,9 @@ void assumptions_check(Assumptions *watch, const Decision *in_force, int64_t now
         board_event(EVENT_GAIN_PRODUCT, text.letters);
     }
     if (failed > allowed && fails(watch, LOSSES, &text)) {
-        text_whole(&text, failed);
+        text_number(&text, failed);
         text_add(&text, " attempts in a row failed, ");
-        text_whole(&text, allowed);
+        text_number(&text, allowed);
         text_add(&text, " are allowed");
         violated(&text);
     }

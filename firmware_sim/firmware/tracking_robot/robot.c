@@ -22,7 +22,7 @@
 #include "look_frames.h"
 #include "marconet_board.h"
 #include "marconet_numbers.h"
-#include "text.h"
+#include "marconet_text.h"
 #include "trigger.h"
 
 enum { TIMER_LOOK, TIMER_REPEAT, TIMER_FRESH, TIMER_UNSTABLE };

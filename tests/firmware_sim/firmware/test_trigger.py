@@ -21,10 +21,10 @@ from fmus.build import compile_library
 
 FOLDER = firmware_folder("tracking_robot", Path())
 TEAM = {"robot": {"wheel_radius_m": 0.11, "track_m": 0.573, "counts_per_turn": 16384}}
-FILES = ("trigger.c", "error_bound.c", "reachable_set.c", "controller.c", "text.c")
+FILES = ("trigger.c", "error_bound.c", "reachable_set.c", "controller.c")
 HARNESS = r"""
 #include "board_ids.h"
-#include "text.h"
+#include "marconet_text.h"
 #include "trigger.h"
 
 static const double *value;
