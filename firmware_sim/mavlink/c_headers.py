@@ -35,7 +35,8 @@ def c_headers(dialect: str, cache: Path | None = None) -> Path:
 def dialects() -> dict[str, Path]:
     """Return the definitions that come with pymavlink, by the name of the dialect."""
     found = find_spec("pymavlink")
-    assert found is not None and found.origin is not None
+    assert found is not None
+    assert found.origin is not None
     return {file.stem: file for file in (Path(found.origin).parent / "dialects" / "v20").glob("*.xml")}
 
 

@@ -1,4 +1,4 @@
-"""A ground station in pymavlink that drives the rover in C: `python drive_rover.py DEVICE` prints what it saw as JSON."""
+"""A station in pymavlink that drives the rover in C; `python drive_rover.py DEVICE` prints as JSON what it saw."""
 
 import json
 import sys

@@ -35,7 +35,7 @@ baud_bps = 57_600
 chunk_bytes = 64
 idle_bytes = 3
 '''
-IN_VIRTUAL_TIME = "# Question: does pymavlink drive it in virtual time?\nseed = 1\nlength_s = 8.0\n" + ROVER + '''
+IN_VIRTUAL_TIME = "# Question: does pymavlink drive it in virtual time?\nseed = 1\nlength_s = 5.0\n" + ROVER + '''
 [agents.ground]
 program = "ground:fly"
 media = ["{medium}"]
@@ -100,5 +100,5 @@ def test_in_virtual_time_with_one_ledger_on_the_host_and_on_the_chip(tmp_path: P
     for run in runs:
         check(json.loads(run.events.filter(run.events["kind"] == "told")["detail"][0]))
     assert runs[0].ledger_hash == runs[1].ledger_hash
-    assert runs[0].counters["rover"].items() <= runs[1].counters["rover"].items()      # the chip counts instructions too
+    assert runs[0].counters["rover"].items() <= runs[1].counters["rover"].items()      # it counts instructions too
     assert runs[0].counters["rover"]["parse errors"] > 0

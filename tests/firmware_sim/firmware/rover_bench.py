@@ -1,4 +1,4 @@
-"""A rover with the firmware `mavlink_rover`, without a scenario, and a ground station of pymavlink at its serial port."""
+"""A rover with the firmware `mavlink_rover` by itself, and a ground station of pymavlink at its serial port."""
 
 from __future__ import annotations
 

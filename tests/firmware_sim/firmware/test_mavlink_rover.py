@@ -14,7 +14,7 @@ from pymavlink.dialects.v20 import common
 from firmware_sim.firmware.build import INCLUDE, header_options
 from firmware_sim.firmware.description import read_description
 from firmware_sim.firmware.ids_header import ids_header
-from tests.firmware_sim.firmware.rover_bench import FOLDER, MS, S, Rover, inputs
+from tests.firmware_sim.firmware.rover_bench import FOLDER, MS, Rover, S, inputs
 
 on_chip = pytest.mark.skipif(
     any(importlib.util.find_spec(package) is None for package in ("unicorn", "elftools", "ziglang")),

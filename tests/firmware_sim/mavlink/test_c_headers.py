@@ -32,5 +32,5 @@ def test_an_unknown_dialect_is_refused_with_those_that_there_are(tmp_path: Path)
     table = tmp_path / "blinker" / "firmware.toml"
     table.write_text('mavlink = "comon"\n' + table.read_text())
 
-    with pytest.raises(FirmwareError, match=r"firmware\.toml: mavlink='comon': no dialect of MAVLink: expected .*common"):
+    with pytest.raises(FirmwareError, match=r"firmware\.toml: mavlink='comon': no dialect of MAVLink: .*common"):
         build_for_host(tmp_path / "blinker")
