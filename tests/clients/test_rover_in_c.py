@@ -16,6 +16,7 @@ from tests.clients.conftest import until_begun
 from tests.clients.test_two_ground_stations import free_port
 
 HERE = Path(__file__).parent
+ON_CHIP = find_spec("unicorn") is not None
 GROUND = (HERE / "drive_rover.py").read_text() + '''
 
 def fly():
@@ -26,6 +27,7 @@ def fly():
 ROVER = '''
 [agents.{name}]
 firmware = "mavlink_rover"
+target = "{target}"
 plant = {{ fmu = "unicycle" }}
 media = ["{medium}"]
 
@@ -72,8 +74,9 @@ def check(told: dict) -> None:
 @pytest.mark.slow
 def test_through_gateways_in_real_time(start, tmp_path: Path) -> None:
     port, scenario = free_port(socket.SOCK_STREAM), tmp_path / "rovers.toml"
-    scenario.write_text(IN_REAL_TIME.format(port=port, rovers=ROVER.format(name="rover", medium="serial")
-                                            + ROVER.format(name="other", medium="uart")))
+    scenario.write_text(IN_REAL_TIME.format(
+        port=port, rovers=ROVER.format(name="rover", medium="serial", target="host")
+        + ROVER.format(name="other", medium="uart", target="cortex_m4" if ON_CHIP else "host")))
     run = start([str(Path(sys.executable).with_name("marconet")), "run", str(scenario), "--real-time", "--no-report",
                  "--host", "inline", "--out", str(tmp_path / "run")], tmp_path)
     until_begun(run, tmp_path / "run")
@@ -89,10 +92,10 @@ def test_through_gateways_in_real_time(start, tmp_path: Path) -> None:
     assert counters["tcp"]["connections"] == counters["pty"]["connections"] == 1
 
 
-@pytest.mark.skipif(find_spec("unicorn") is None, reason="needs the extra cortex-m")
+@pytest.mark.skipif(not ON_CHIP, reason="needs the extra cortex-m")
 def test_in_virtual_time_with_one_ledger_on_the_host_and_on_the_chip(tmp_path: Path) -> None:
     (tmp_path / "ground.py").write_text(GROUND)
-    (tmp_path / "rover.toml").write_text(IN_VIRTUAL_TIME.format(name="rover", medium="serial"))
+    (tmp_path / "rover.toml").write_text(IN_VIRTUAL_TIME.format(name="rover", medium="serial", target="host"))
 
     runs = [marconet.run(marconet.load(tmp_path / "rover.toml", set={"agents.rover.target": target}), host="inline",
                          out=tmp_path / target) for target in ("host", "cortex_m4")]
