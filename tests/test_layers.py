@@ -35,7 +35,7 @@ ADAPTERS = {
             "netem/media/can/can_log.py", "netem/media/can/can_log_reader.py",      # into log files, and from them
             "netem/media/can/outside_bus.py"},  # to buses outside of the run
     "cantools": {"netem/media/can/dbc_file.py"},
-    "pymavlink": {"firmware_sim/mavlink/dialect.py"},
+    "pymavlink": {"firmware_sim/mavlink/dialect.py", "firmware_sim/mavlink/c_headers.py"},
     "cryptography": {"netem/gateways/certificate_authority.py", "netem/gateways/certificate_table.py"},
     "foxglove": {"experiments/show/view/foxglove_server.py"},
     "websockets": {"experiments/show/view/server.py"},

@@ -2,6 +2,7 @@
 
     name, about                     of the firmware
     companion                       "package.module:Class" with its `check`, `prepare` and `configure` (see program.py)
+    mavlink                         dialect of MAVLink whose headers in C the files may include
     [[ports]]                       name of the medium; listen_only
     [[parameters]]                  name, type, default, min, max, columns: set in a scenario
     [[configuration]]               name: values that the companion computes from the scenario
@@ -105,6 +106,7 @@ class Firmware(msgspec.Struct, frozen=True, forbid_unknown_fields=True, dict=Tru
     name: str
     about: str = ""
     companion: str = ""
+    mavlink: str = ""
     ports: tuple[Port, ...] = ()
     parameters: tuple[Parameter, ...] = ()
     configuration: tuple[Configured, ...] = ()
