@@ -121,7 +121,7 @@ def test_a_second_and_a_third_interrupt_cut_no_record_off(tmp_path: Path, foreve
     assert "interrupted" in (out / "report.html").read_text()
 
 
-@pytest.mark.parametrize("host", ["process", "inline"])
+@pytest.mark.parametrize("host", ["process", pytest.param("inline", marks=slow)])
 def test_after_a_kill_the_report_makes_records_of_what_is_on_the_disk(tmp_path: Path, forever: Path, host: str) -> None:
     out = tmp_path / "run"
     with start(forever, out, "--host", host) as running:
