@@ -140,6 +140,7 @@ def test_the_path_does_not_depend_on_the_instants_at_which_anybody_looks(name: s
     assert (seldom != path(description, system | {"G": [[0.0]]}, ends_ns, u=1.0)).any()
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=12)
 @given(name=st.sampled_from(["servo", "coupled", "unstable", "chain"]),
        instants_ns=st.lists(st.integers(1, 3 * INTERVAL_NS), min_size=2, max_size=2, unique=True).map(sorted))

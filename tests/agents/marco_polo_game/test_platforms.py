@@ -49,6 +49,7 @@ def test_both_hosts_have_one_ledger(tmp_path: Path) -> None:
     assert inline.ledger_hash == process.ledger_hash
 
 
+@pytest.mark.slow
 def test_a_seed_has_the_targets_of_the_game_without_inertia(game: tuple[RunData, Any], tmp_path: Path) -> None:
     plain, _ = played(tmp_path / "plain", "marco_polo")
 
@@ -62,6 +63,7 @@ def test_a_seed_has_the_targets_of_the_game_without_inertia(game: tuple[RunData,
             later.detail.partition(": enters")[2] for _, later in both]
 
 
+@pytest.mark.slow
 def test_every_claim_of_the_automata_holds_and_targets_are_captured_by_ugvs(game: tuple[RunData, Any]) -> None:
     data, summary = game
 
@@ -76,6 +78,7 @@ def test_every_claim_of_the_automata_holds_and_targets_are_captured_by_ugvs(game
         assert hypot(own[0] - other[0], own[1] - other[1]) <= 0.5 + 0.2 * (1.2 + 0.7)
 
 
+@pytest.mark.slow
 def test_sensors_know_their_places_and_a_waiting_one_comes_to_rest(game: tuple[RunData, Any]) -> None:
     data, _ = game
 

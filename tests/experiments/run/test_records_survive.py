@@ -203,6 +203,7 @@ def test_a_node_that_fails_leaves_records_with_its_last_report(tmp_path: Path, c
     assert "node bad" in (out / "report.html").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("host", ["inline", pytest.param("process", marks=slow)])
 def test_on_a_full_disk_what_was_written_before_can_be_read(tmp_path: Path, forever: Path, host: str) -> None:
     out = tmp_path / "run"
@@ -274,12 +275,12 @@ def test_after_a_crash_the_next_scenarios_of_an_inline_call_run_all_the_same(tmp
         assert summary_of(tmp_path / "runs" / case)["failure"]
 
 
-@pytest.mark.parametrize(("case", "host"), [("CloseStd", "inline"), ("Forks", "process"),
-                                            ("ForkChildRaises", "process"), ("ForksWhileBuilt", "process"),
-                                            ("ForksAndRaisesWhileBuilt", "process"), ("Daemonizes", "process"),
-                                            pytest.param("Daemonizes", "inline", marks=slow),
-                                            pytest.param("SetSid", "process", marks=slow),
-                                            pytest.param("SetSid", "inline", marks=slow)])
+@pytest.mark.parametrize(("case", "host"), [("CloseStd", "inline"), ("ForksAndRaisesWhileBuilt", "process"),
+                                            ("Daemonizes", "process"),
+                                            *(pytest.param(*case, marks=slow) for case in (
+                                                ("Forks", "process"), ("ForkChildRaises", "process"),
+                                                ("ForksWhileBuilt", "process"), ("Daemonizes", "inline"),
+                                                ("SetSid", "process"), ("SetSid", "inline")))])
 def test_what_harms_nobody_ends_with_0_and_leaves_no_process(tmp_path: Path, case: str, host: str) -> None:
     with start(CASES / f"{case}.toml", tmp_path / "run", "--host", host) as running:
         running.communicate(timeout=120)

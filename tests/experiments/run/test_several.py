@@ -210,6 +210,7 @@ def test_the_completion_script_is_shown_and_installed_below_home(shell, here):
     assert file.read_text().strip() == shown.strip()
 
 
+@pytest.mark.slow
 def test_colours_are_asked_for_and_refused_by_the_environment(here):
     forced = command("check", "good.toml", FORCE_COLOR="1", NO_COLOR="")
     refused = command("run", "good.toml", "--host", "inline", "--out", "out", FORCE_COLOR="1", NO_COLOR="1",

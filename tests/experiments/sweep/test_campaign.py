@@ -74,6 +74,7 @@ def test_scenarios_of_the_library_have_the_hash_and_the_figures_of_a_single_run(
             alone.ledger_hash, {verdict.key: verdict.value for verdict in alone.verdicts})
 
 
+@pytest.mark.slow
 def test_with_processes_the_figures_are_those_of_an_inline_run(beacons: Path) -> None:
     found = {}
     for host in ("inline", "process"):
@@ -249,6 +250,7 @@ def test_on_a_full_disk_what_has_ended_is_kept_and_told_in_one_line(beacons: Pat
     assert 3 <= len(rows) < 40
 
 
+@pytest.mark.slow
 def test_a_folder_in_use_is_refused(beacons: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     with command(beacons, out) as running:
@@ -259,6 +261,7 @@ def test_a_folder_in_use_is_refused(beacons: Path, tmp_path: Path) -> None:
         running.communicate(timeout=120)
 
 
+@pytest.mark.slow
 def test_runs_without_end_need_no_more_memory(beacons: Path) -> None:
     def private_kb(pid: int) -> int:
         lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
