@@ -1,6 +1,7 @@
 """The compiled modules give what their sources give, and are used exactly when they were made from them.
 
-The whole suite runs on the compiled modules with MARCONET_COMPILED=1 (`make test-all` does that).
+The whole suite runs on the compiled modules with MARCONET_COMPILED=1 (`make test-all` does that). Tests that compile
+are slow: after a change of a source that takes minutes.
 """
 
 from __future__ import annotations
@@ -21,8 +22,7 @@ from experiments.compiled.build import CannotCompile, compile_modules
 from experiments.compiled.modules import MODULES, ROOT, compiled_folder, file_of
 
 SHORT = ("--duration", "0.3", "--host")
-SCENARIOS = ("output_sync", *(pytest.param(name, marks=pytest.mark.slow)
-                              for name in ("output_sync_lossy", "tracking_individual", "p3at_chases_p3at")))
+SCENARIOS = ("output_sync", "output_sync_lossy", "tracking_individual", "p3at_chases_p3at")
 MARCONET = "from marconet.command_line import main; main()"
 WHICH = "import experiments, netem.node.node; print(experiments.CODE); print(netem.node.node.__file__)"
 
@@ -39,6 +39,7 @@ def python(*arguments: str, **environment: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scenario", SCENARIOS)
 def test_a_run_leaves_the_same_ledger_compiled_or_not(compiled: Path, tmp_path: Path, scenario: str) -> None:
     summaries = []
@@ -52,6 +53,7 @@ def test_a_run_leaves_the_same_ledger_compiled_or_not(compiled: Path, tmp_path: 
     assert sum(summaries[0]["frames"].values()) > 0
 
 
+@pytest.mark.slow
 def test_what_is_imported_is_the_compiled_module(compiled: Path) -> None:
     code, file = python("-c", WHICH, MARCONET_COMPILED="1").splitlines()
 
@@ -59,6 +61,7 @@ def test_what_is_imported_is_the_compiled_module(compiled: Path) -> None:
     assert compiled in Path(file).parents
 
 
+@pytest.mark.slow
 def test_it_can_be_turned_off(compiled: Path) -> None:
     code, file = python("-c", WHICH, MARCONET_COMPILED="0").splitlines()
 
@@ -66,6 +69,7 @@ def test_it_can_be_turned_off(compiled: Path) -> None:
     assert file == str(ROOT / "netem" / "node" / "node.py")
 
 
+@pytest.mark.slow
 def test_all_of_the_modules_are_used_or_none(compiled: Path) -> None:
     code, file = python("-c", f"import firmware_sim.local_clock, {WHICH.removeprefix('import ')}",
                         MARCONET_COMPILED="1").splitlines()
@@ -112,6 +116,7 @@ def test_a_source_that_cannot_be_read_is_named(tmp_path: Path, monkeypatch: pyte
     assert str(tmp_path) in finder.use_compiled()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", ["netem/node", "__mypyc", "empty"])
 def test_a_result_that_is_not_whole_is_not_used_and_made_again(compiled: Path, tmp_path: Path,
                                                                monkeypatch: pytest.MonkeyPatch, damage: str) -> None:
