@@ -108,6 +108,8 @@ def _table(shape: Shape, *, complete: bool = True, kind: Schema | None = None) -
     required = [] if kind is None else ["kind"]
     one_of_each: list[Schema] = []
     for name, hint in shape.hints.items():
+        if name in properties:
+            continue                # `kind`, which a header has as any text
         keys = spellings(name)
         for key in keys:
             properties[key] = _of(hint, time=True, complete=complete)
