@@ -57,7 +57,8 @@ def act(session, held, verb, words):
         case "put":
             stamp = session.new_timestamp()
             session.put(key, words[1], encoding="text/plain;own", attachment="attached", timestamp=stamp,
-                        priority=zenoh.Priority.INTERACTIVE_HIGH)
+                        priority=zenoh.Priority.INTERACTIVE_HIGH,
+                        congestion_control=zenoh.CongestionControl.BLOCK)     # else a busy machine may lose it here
             say("put", stamp)
         case "delete":
             session.delete(key)
