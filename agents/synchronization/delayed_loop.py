@@ -16,9 +16,10 @@ Not modelled: losses, delays that vary, the rounds around a change of topology (
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 
@@ -27,6 +28,9 @@ from agents.synchronization.exact_loop import spectral_radius
 from agents.synchronization.graph import Edge, Floats, neighbours
 from agents.synchronization.matrix_exponential import matrix_exponential
 from agents.synchronization.partition import Parts, partition
+
+MOST_VALUES: Final = 600        # components of z up to which the map is computed: about a second
+SCANNED: Final = 32             # delays that `longest_stable_ns` tries before it bisects
 
 
 @dataclass(frozen=True)
@@ -46,8 +50,12 @@ class Delays:
                       tuple(min(delay_ns, most_ns) for delay_ns in self.own_ns))
 
     @property
+    def longest_link_ns(self) -> int:
+        return max(self.link_ns.values(), default=0)
+
+    @property
     def longest_ns(self) -> int:
-        return max([*self.link_ns.values(), *self.own_ns], default=0)
+        return max(self.longest_link_ns, *self.own_ns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +103,39 @@ class DelayedLoop:
                 M[:states] = Phi @ M[:states] + Gamma @ (self._coupling(slot * self.slot_ns + begin_ns) @ M[states:])
         return M
 
-    def spectral_radius(self) -> float:
-        return spectral_radius(self.round_map())
+    def spectral_radius(self) -> float | None:
+        """Return the spectral radius of a round's map; None if z has more than MOST_VALUES components."""
+        return spectral_radius(self.round_map()) if self.size <= MOST_VALUES else None
+
+    @property
+    def is_stable(self) -> bool:
+        radius = self.spectral_radius()
+        return radius is not None and radius < 1
+
+    def longest_stable_ns(self) -> int | None:
+        """Return the longest delay [ns] before the loop loses its stability, if every delay is cut to at most that one.
+
+        Scanned are 0, one slot, two slots, ... or SCANNED equal steps of whole slots; the first loss is refined by
+        bisection. Nothing is known between two scanned delays. None: the loop is unstable without delays."""
+        longest_ns, stable_ns = self.delays.longest_ns, 0
+        step_ns = self.slot_ns * max(1, -(-longest_ns // (SCANNED * self.slot_ns)))
+        if not self._cut(0).is_stable:
+            return None
+        while stable_ns < longest_ns and self._cut(stable_ns + step_ns).is_stable:
+            stable_ns += step_ns
+        if stable_ns >= longest_ns:
+            return longest_ns
+        unstable_ns = stable_ns + step_ns
+        while unstable_ns - stable_ns > 1:
+            middle_ns = (stable_ns + unstable_ns) // 2
+            if self._cut(middle_ns).is_stable:
+                stable_ns = middle_ns
+            else:
+                unstable_ns = middle_ns
+        return stable_ns
+
+    def _cut(self, most_ns: int) -> DelayedLoop:
+        return DelayedLoop(self.agents, self.laplacian, self.slot_ns, self.delays.at_most(most_ns))
 
     @property
     def _width(self) -> int:
@@ -130,7 +169,7 @@ class DelayedLoop:
         held[self._register(agent, 0)] = self._loop.C_cl[outputs] @ M[:states]
 
     def _coupling(self, t_ns: int) -> Floats:
-        """Return the matrix from the registers to x' that holds from t_ns on, the broadcast of that instant included."""
+        """Return the matrix from the registers to x' from t_ns on, the broadcast of that instant included."""
         uses = np.zeros((len(self.agents) * self._width, self.size - len(self._loop.A_open)))
         one = np.eye(self._width)
         for i, heard in enumerate(neighbours(self.laplacian)):
