@@ -275,7 +275,8 @@ class SyncRobot:
             if plan is None:
                 raise ValueError(f"A_cl is not Hurwitz (Assumption 6) for {_links(requests[0][1])}")
             return ToldTopology(requests, round(team.repeat_s * 1e9)), plan
-        source = DiscoveredTopology(self._board, self._number, len(team.names), team.max_successive_losses)
+        source = DiscoveredTopology(self._board, self._number, len(team.names), team.max_successive_losses,
+                                    team.oldest_value_ns)
         return source, self._plans.boot()
 
     def _first_schedule(self, plan: RoundPlan) -> SlottedBroadcast:

@@ -135,6 +135,25 @@ def test_robots_in_c_use_their_own_values_as_late_as_robots_in_python(tmp_path: 
     assert at_once.summary.ledger_hash not in hashes
 
 
+def test_a_discovered_topology_stays_though_its_values_come_later_than_a_round(tmp_path: Path) -> None:
+    """In the first rounds of a new schedule frames are on their way, not missing: 5 ms with rounds of 3.25 ms."""
+    def discovering(in_c: tuple[str, ...]) -> tuple[Run, str]:
+        links = ["r2 -> r1", "r4 -> r1", "r3 -> r2", "r5 -> r3", "r1 -> r4", "r2 -> r4", "r3 -> r5", "r4 -> r5"]
+        scenario = load(ROOT / "scenarios/output_sync.toml", duration_s=2.0, overrides=[
+            "expect={}", "guarantees={}", f"media.radio.topology={{kind='fixed', links={links}}}",
+            'team.own_value="late"', "team.boot_slot_s=24e-3",
+            'impairments=[{on="radio: * -> *", kind="delay", delay_ms=5}]',
+            *(f'agents.{robot}.firmware="synchronizing_robot"' for robot in in_c)])
+        result = run(scenario, host="inline", out=tmp_path / str(len(in_c)), report=False)
+        return Run(result.folder, result.summary), result.summary.ledger_hash
+
+    (python, in_python), (_, in_c) = discovering(()), discovering(ALL)
+
+    assert list(python.events["kind"]) == ["adopted topology"] * 5
+    assert python.counters["r1"]["adoptions"] == 1
+    assert in_c == in_python
+
+
 def test_robots_in_c_refuse_more_own_values_than_they_keep() -> None:
     with pytest.raises(ScenarioError) as error:
         late(20, HALF, "team.sure=false")
