@@ -72,7 +72,7 @@ def judgement(radius: float | None) -> str:
 
 def stable_delay(loop: DelayedLoop) -> str:
     """Return the remedy for an unstable loop in words."""
-    longest_ns = loop.longest_stable_ns()
+    longest_ns = loop.longest_stable_ns
     if longest_ns is None:
         return "it is unstable without delays too; use shorter slots"
     return f"it is stable up to {longest_ns} ns, {longest_ns / loop.slot_ns:.4g} slots"

@@ -29,7 +29,7 @@ from agents.synchronization.graph import Edge, Floats, neighbours
 from agents.synchronization.matrix_exponential import matrix_exponential
 from agents.synchronization.partition import Parts, partition
 
-MOST_VALUES: Final = 600        # components of z up to which the map is computed: about a second
+MOST_VALUES: Final = 600        # components of z up to which the map is computed: about three seconds
 SCANNED: Final = 32             # delays that `longest_stable_ns` tries before it bisects
 
 
@@ -112,6 +112,7 @@ class DelayedLoop:
         radius = self.spectral_radius()
         return radius is not None and radius < 1
 
+    @cached_property
     def longest_stable_ns(self) -> int | None:
         """Return the longest delay [ns] before the loop loses its stability, if every delay is cut to at most that one.
 

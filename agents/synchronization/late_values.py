@@ -4,7 +4,8 @@
 
 The bounds of (6.20) assume instantaneous transmission. Constant delays of any length are judged by the spectral radius
 of the exact map of a round (`delayed_loop`), which has to be below 1. For a delay that varies there is no such map: it
-has to be shorter than a slot, and is then judged as if it always had its greatest value.
+has to be shorter than a slot, and is then judged as if it always had its greatest value. So it has if a graph that is
+discovered changes in the run, since robots would fall back to the slots of the start at every change.
 
 An impairment adds at most the greatest value of its distribution that the random generator can give, the longest
 delay of a recording, the hold of `reorder`, the extra delay of a twin, the queue of `rate_limit` under the frames that
@@ -84,7 +85,7 @@ def late_values(team: Team, medium: str, plans: Mapping[str, RoundPlan],
     """Yield one sentence for each set of impairments and delay that is not proved to be harmless.
 
     `plans` are those of all graphs, by the graph's name; `team` is that of `prepare`, with layout and own delays."""
-    varying = _too_long_to_vary(team, medium, plans, added)
+    varying = _longer_than_a_slot(team, medium, plans, added)
     yield from varying.values()
     found: dict[tuple[tuple[str, ...], int], tuple[int, str]] = {}
     for name, plan in plans.items():
@@ -99,7 +100,7 @@ def late_values(team: Team, medium: str, plans: Mapping[str, RoundPlan],
             continue
         most_ns = max(delay.most_ns for delay in late.values())
         first = next(link for link in late if late[link].most_ns == most_ns)
-        longest_ns = loop.longest_stable_ns() or 0
+        longest_ns = loop.longest_stable_ns or 0
         sentence = (f"{_place(places, first, len(late))}: a value may come {team.data_delay_ns + most_ns} ns after its "
                     f"slot began, {most_ns} ns of them by impairments: {judgement(radius)}, with slots of "
                     f"{plan.slot_ns} ns for {name} and a sender that uses its own value {_own(team)}; "
@@ -120,11 +121,12 @@ def delayed_loop(team: Team, medium: str, plan: RoundPlan, added: Mapping[LinkNa
 
 
 def assumed_ns(team: Team, medium: str, plan: RoundPlan, added: Mapping[LinkName, AddedDelay]) -> int:
-    """Return the longest delay of the plan's links if impairments add delay and the loop is proved to be stable all
-    the same; otherwise 0."""
-    if not any(link in added and added[link].most_ns for link in _links(team, medium, plan.laplacian)):
+    """Return the longest delay of the plan's links if it is a slot or more, or added by impairments, and the loop is
+    proved to be stable all the same; otherwise 0."""
+    delayed = any(link in added and added[link].most_ns for link in _links(team, medium, plan.laplacian))
+    if not delayed and team.data_delay_ns < plan.slot_ns:
         return 0
-    if _too_long_to_vary(team, medium, {"": plan}, added):
+    if _longer_than_a_slot(team, medium, {"": plan}, added):
         return 0
     loop = delayed_loop(team, medium, plan, added)
     return loop.delays.longest_link_ns if loop.is_stable else 0
@@ -140,27 +142,34 @@ def own_late_ns(team: Team, medium: str, graphs: Iterable[Floats], added: Mappin
     return late_ns
 
 
-def _too_long_to_vary(team: Team, medium: str, plans: Mapping[str, RoundPlan],
+def _longer_than_a_slot(team: Team, medium: str, plans: Mapping[str, RoundPlan],
                       added: Mapping[LinkName, AddedDelay]) -> dict[tuple[tuple[str, ...], int], str]:
-    """Return one sentence for each set of impairments and greatest delay; it names the graph with the shortest slot."""
+    """Return one sentence for each set of impairments and greatest delay of a slot or more for which there is no exact
+    map, or which keeps discovery from ending; it names the graph with the shortest slot."""
+    changes = team.topology == "discovered" and len(plans) > 1
     found: dict[tuple[tuple[str, ...], int], dict[LinkName, None]] = defaultdict(dict)
     shortest: dict[tuple[tuple[str, ...], int], str] = {}
     for name, plan in sorted(plans.items(), key=lambda item: item[1].slot_ns):
         for link in _links(team, medium, plan.laplacian):
             delay = added.get(link, AddedDelay())
-            if delay.most_ns != delay.least_ns and team.data_delay_ns + delay.most_ns >= plan.slot_ns:
+            may_be_longer = delay.most_ns == delay.least_ns and not changes
+            if delay.most_ns and not may_be_longer and team.data_delay_ns + delay.most_ns >= plan.slot_ns:
                 key = (delay.places, delay.most_ns)
                 found[key][link] = None
                 shortest.setdefault(key, name)
     sentences = {}
     for (places, most_ns), links in found.items():
         name = shortest[places, most_ns]
+        which, why, remedy = (
+            ("the graph changes in the run", "control frames as late make the team fall back to the slots of the start "
+             "at each change", "shorten the delay, tell the robots the topology") if changes else
+            ("the delay varies", "nothing proves that the team synchronizes ((6.20) takes no delay, the exact loop a "
+             "constant one)", "make the delay constant or shorter"))
         sentences[places, most_ns] = (
             f"{_place(places, next(iter(links)), len(links))}: a value may come {team.data_delay_ns + most_ns} ns "
-            f"after its slot began, {most_ns} ns of them by impairments, and the delay varies: expected less than "
-            f"{plans[name].slot_ns} ns, the slot of {name}, or nothing proves that the team synchronizes ((6.20) takes "
-            "no delay, the exact loop a constant one); make the delay constant or shorter, or set team.sure = false to "
-            "run it all the same")
+            f"after its slot began, {most_ns} ns of them by impairments, and {which}: expected less than "
+            f"{plans[name].slot_ns} ns, the slot of {name}, or {why}; {remedy}, or set team.sure = false to run it all "
+            "the same")
     return sentences
 
 
@@ -176,7 +185,7 @@ def _own(team: Team) -> str:
 def _later(team: Team, medium: str, plan: RoundPlan, added: Mapping[LinkName, AddedDelay], longest_ns: int) -> str:
     """Return the other convention as a remedy, if the loop stands longer delays with it."""
     late = msgspec.structs.replace(team, own_value="late")
-    late_ns = delayed_loop(late, medium, plan, added).longest_stable_ns() or 0
+    late_ns = delayed_loop(late, medium, plan, added).longest_stable_ns or 0
     if late_ns <= longest_ns:
         return ""
     return f', or set team.own_value = "late", with which it is stable up to {late_ns} ns'

@@ -94,10 +94,13 @@ def test_a_delay_too_long_for_the_exact_map_is_refused_and_told_what_is_stable()
     assert re.search(r"it is stable up to 28\d\d\d\d\d ns, 3.3\d* slots", line)
 
 
-def test_a_radio_whose_receivers_are_late_is_judged_by_the_same_map():
+def test_a_radio_whose_receivers_are_late_is_judged_by_the_same_map(tmp_path):
     late = "media.radio.receive_latency_us={}"
 
-    assert scenario(TOLD, more=[late.format(5000)])         # the sender's own value waits for the receivers' latency
+    # The sender's own value waits for the receivers' latency.
+    run(scenario(TOLD, more=[late.format(5000), "team.sure=false"]), host="inline", out=tmp_path, report=False)
+    assert not load_run(tmp_path).events
+    assert scenario(TOLD, more=[late.format(5000)])
     with pytest.raises(ScenarioError, match=r"slots of 870203 ns and a delay of 20000000 ns make the sampled loop un"
                                             r"stable: .* radius 1\.000222, expected below 1; it is stable up to 14317"):
         scenario(TOLD, more=[late.format(20_000)])
@@ -119,6 +122,23 @@ def test_where_the_topology_is_discovered_airtime_counts_too():
     assert scenario(DISCOVERED, link.format(highest_ns))
     line, = refusal(DISCOVERED, link.format(highest_ns + 1))
     assert f"come {DISCOVERED_L1_NS} ns after its slot began, {DISCOVERED_L1_NS - AIRTIME_NS} ns of them by imp" in line
+
+
+@pytest.mark.parametrize(("duration_s", "graphs"), [(0.4, 1), (0.8, 2)])
+def test_a_delay_of_a_slot_is_refused_where_a_discovered_graph_changes(duration_s, graphs):
+    """The graph of `output_sync` changes at 0.5 s; the slots of the start are long enough for control frames."""
+    late = on("r2 -> r1", "kind='delay', delay_ms=2")
+
+    try:
+        load(DISCOVERED, duration_s=duration_s, overrides=[
+            *UNWATCHED, f"impairments=[{{ {late} }}]", "team.own_value='late'", "team.boot_slot_s=12e-3"])
+        problems = []
+    except ScenarioError as error:
+        problems = error.problems
+
+    assert len(problems) == graphs - 1
+    assert all(f"a value may come {2_000_000 + AIRTIME_NS} ns after its slot began, 2000000 ns of them by impairments, "
+               "and the graph changes in the run: expected less than 870000 ns" in problem for problem in problems)
 
 
 @pytest.mark.parametrize(("keys", "most_ns"), [
