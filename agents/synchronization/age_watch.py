@@ -1,4 +1,5 @@
-"""The age of the values that a robot receives, checked against the assumption that each arrives within one slot.
+"""The age of the values that a robot receives, checked against the assumption of its slots: each arrives within one
+slot, or within the delay with which the exact loop is stable (`delayed_loop`).
 
     age = time of arrival - sending instant of the slot whose number the frame bears, both by the receiver's clock
 

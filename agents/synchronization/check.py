@@ -3,7 +3,7 @@
 - Assumption 7: every one-way link lies on a cycle, and the graph is strongly connected; otherwise flooding does not
   bring every record to every node. Both are needed only if the graph is discovered (section 6.3.1).
 - Assumption 6: A_cl is Hurwitz.
-- A slot is at least as long as the airtime of its frames, and the sampled loop with it is stable (`exact_loop`).
+- A slot is at least as long as the airtime of its frames, and the sampled loop with it is stable (`delayed_loop`).
 """
 
 from __future__ import annotations
@@ -11,9 +11,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from agents.synchronization.closed_loop import ClosedLoop, LinearAgent
-from agents.synchronization.exact_loop import ExactLoop
-from agents.synchronization.graph import Floats, laplacian_problems, one_way_links_without_cycle, unreachable_pairs
-from agents.synchronization.partition import partition
+from agents.synchronization.delayed_loop import MOST_VALUES, DelayedLoop, Delays
+from agents.synchronization.graph import (
+    Floats,
+    edges,
+    laplacian_problems,
+    one_way_links_without_cycle,
+    unreachable_pairs,
+)
 
 
 def problems(agents: Sequence[LinearAgent], laplacian: Floats, *, slot_ns: int = 0, airtime_ns: int = 0,
@@ -49,13 +54,28 @@ def problems(agents: Sequence[LinearAgent], laplacian: Floats, *, slot_ns: int =
     if 0 < slot_ns < airtime_ns:
         found.append(f"a slot of {slot_ns} ns is shorter than its frames, {airtime_ns} ns: gamma gamma_e(tau) < 1 "
                      f"(6.20) allows no longer slot; use a faster radio, shorter frames or smaller gains K")
-    elif sure and worst.real < 0 and 0 <= delay_ns < slot_ns:
-        exact = ExactLoop(loop.agents, loop.laplacian, partition(loop.laplacian))
-        radius = exact.spectral_radius(slot_ns * 1e-9, delay_ns * 1e-9)
-        if radius >= 1:
-            found.append(f"slots of {slot_ns} ns and a delay of {delay_ns} ns make the sampled loop unstable: its "
-                         f"exact round map has the spectral radius {radius:.6g}, expected below 1; use shorter slots")
+    elif sure and worst.real < 0 and slot_ns > 0:
+        delays = Delays(dict.fromkeys(edges(loop.laplacian), delay_ns), (delay_ns,) * len(loop.agents))
+        exact = DelayedLoop(loop.agents, loop.laplacian, slot_ns, delays)
+        radius = exact.spectral_radius()
+        if radius is None or radius >= 1:
+            found.append(f"slots of {slot_ns} ns and a delay of {delay_ns} ns make the sampled loop unstable: "
+                         f"{judgement(radius)}; {stable_delay(exact)}")
     return found
+
+
+def judgement(radius: float | None) -> str:
+    if radius is None:
+        return f"the exact map of a round has more than {MOST_VALUES} rows, for which it is not computed"
+    return f"the exact map of a round has the spectral radius {radius:.7g}, expected below 1"
+
+
+def stable_delay(loop: DelayedLoop) -> str:
+    """Return the remedy for an unstable loop in words."""
+    longest_ns = loop.longest_stable_ns
+    if longest_ns is None:
+        return "it is unstable without delays too; use shorter slots"
+    return f"it is stable up to {longest_ns} ns, {longest_ns / loop.slot_ns:.4g} slots"
 
 
 def _printed(value: complex) -> str:

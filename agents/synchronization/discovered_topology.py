@@ -4,6 +4,9 @@ A contradiction is a frame of a neighbour missing N^D + 1 times in a row in its 
 neighbour. It starts the flooding of `discovery.py` in the control sub-slots; the robot adopts the result at the first
 end of a round after the flooding's common end.
 
+Right after an adoption frames are still on their way. So a robot counts a frame as missing only when even the slowest
+first frames of the new schedule have arrived.
+
 A robot evaluates the frames that it received only when it wakes for a slot of its own: that keeps its promise of
 silence firm. So it may join a discovery one cycle later than `discovery.py` assumes, at each of at most N - 1 links.
 
@@ -29,17 +32,19 @@ COUNTERS: Final = ("discoveries started", "incomplete discoveries", "refused con
 class DiscoveredTopology:
     """Begins with a discovery, since no robot knows the topology at the start."""
 
-    def __init__(self, board: Board, number: int, robots: int, max_successive_losses: int) -> None:
+    def __init__(self, board: Board, number: int, robots: int, max_successive_losses: int,
+                 oldest_value_ns: int) -> None:
         self._board = board
         self._number = number
         self._robots = robots
         self._losses = max_successive_losses
+        self._oldest_value_ns = oldest_value_ns             # negative: unknown
         self._discovery = Discovery(number, robots, max_successive_losses, join_delay_cycles=1)
         self._discovery.trigger(0)
         self._inbox: list[tuple[int, bytes, int]] = []      # (owner of the control slot, bytes, cycle)
         self._neighbours: frozenset[int] = frozenset()
         self._missed: dict[int, int] = {}                   # neighbour -> slots in a row without its frame
-        self._whole_round = False                           # a round has passed since the topology was adopted
+        self._own_slots = 0                                 # since the schedule is in force
         self._adopts = False
         self._out_of_step = False                           # a control frame arrived in a slot not its sender's
         for counter in COUNTERS:
@@ -63,10 +68,10 @@ class DiscoveredTopology:
             if self._missed:
                 self._missed.clear()
         elif self._discovery.phase is Phase.SILENT and not self._adopts and self._neighbours and (
-                reason := self._event(heard)):
+                reason := self._event(heard, schedule)):
             self._board.event("topology changed", reason)
             self._discovery.trigger(schedule.control_cycle(slot))
-        self._whole_round = True
+        self._own_slots += 1
 
     def out_of_step(self) -> bool:
         return self._out_of_step
@@ -74,7 +79,8 @@ class DiscoveredTopology:
     def fell_back(self) -> None:
         self._inbox.clear()
         self._missed.clear()
-        self._out_of_step = self._adopts = self._whole_round = False
+        self._out_of_step = self._adopts = False
+        self._own_slots = 0
         self._discovery.abandon()
 
     def wants_control(self, schedule: SlottedBroadcast, local_ns: int) -> bool:
@@ -97,7 +103,7 @@ class DiscoveredTopology:
     def adopt(self, at_ns: int) -> Floats | None:
         self._read_inbox()
         self._adopts = False
-        self._whole_round = False
+        self._own_slots = 0
         self._missed.clear()
         outcome = self._discovery.finish(self._discovery.end_cycle)
         if isinstance(outcome, Incomplete):
@@ -114,11 +120,11 @@ class DiscoveredTopology:
         self._inbox.clear()
         self._adopts = self._adopts or self._discovery.is_running
 
-    def _event(self, heard: set[int]) -> str:
+    def _event(self, heard: set[int], schedule: SlottedBroadcast) -> str:
         """Return why the topology must have changed, "" if no received frame contradicts it."""
         for sender in sorted(heard - self._neighbours):
             return f"robot {self._number + 1} hears robot {sender + 1}, which is no neighbour"
-        if self._whole_round:
+        if self._all_due(schedule):
             for sender in sorted(self._neighbours):
                 missed = 0 if sender in heard else self._missed.get(sender, 0) + 1
                 self._missed[sender] = missed
@@ -126,3 +132,10 @@ class DiscoveredTopology:
                     return (f"robot {self._number + 1} missed the frame of robot {sender + 1} in its slot"
                             + (f" {missed} times in a row" if missed > 1 else ""))
         return ""
+
+    def _all_due(self, schedule: SlottedBroadcast) -> bool:
+        """Return whether a frame of each neighbour has come since the last own slot unless it is lost.
+
+        True in the own slot after the k-th of a schedule if each value arrives in less than k - 1 rounds and a slot."""
+        k = self._own_slots
+        return k > 0 and self._oldest_value_ns < ((k - 1) * schedule.parts + 1) * schedule.slot_ns

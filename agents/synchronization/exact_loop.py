@@ -13,7 +13,7 @@ A link that is new after a switch has no value until its sender's next slot; unt
 With `previous`, the Laplacian before the switch, a map is that of the first round; without it all links have values.
 
 Differs from the dissertation, which gives only sufficient conditions, and no rule for new links.
-Not modelled: losses, delays of a slot or more, agents whose slots are shifted against each other.
+Not modelled: losses, delays of a slot or more (`delayed_loop`), agents whose slots are shifted against each other.
 """
 
 from __future__ import annotations

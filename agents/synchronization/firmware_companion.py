@@ -13,12 +13,13 @@ from agents.synchronization.graph import Floats
 from agents.synchronization.preparation import check, prepare
 from agents.synchronization.robot import disturbance_pieces
 from agents.synchronization.round_plans import Heard, RoundPlans, heard_by
-from agents.synchronization.team import SYNC_GAIN, Team, TeamError, read_team
+from agents.synchronization.team import SYNC_GAIN, TableEntry, Team, TeamError, read_team
 from firmware_sim.scenario_view import Own, ScenarioView
 
 MAX_ROBOTS: Final = 16          # as in team.h
 MAX_VALUES: Final = 4
 MAX_PIECES: Final = 20          # as in robot.c
+MAX_HOLDS: Final = 8            # as in robot.c: own values that wait at a time
 
 
 class SyncFirmware:
@@ -27,7 +28,8 @@ class SyncFirmware:
     @staticmethod
     def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
         """Yield every reason why these robots cannot synchronize, or do not fit into the firmware."""
-        yield from check(scenario, own)
+        found = list(check(scenario, own))
+        yield from found
         for name, robot in own.items():
             if len(robot.settings.disturbance) > MAX_PIECES:
                 yield (f"agents.{name}.parameters.disturbance: {len(robot.settings.disturbance)} pieces: the firmware "
@@ -43,6 +45,16 @@ class SyncFirmware:
             if max(agent.outputs, agent.inputs) > MAX_VALUES:
                 yield (f"team.models.{name}: {agent.outputs} outputs, {agent.inputs} inputs: the firmware "
                        f"synchronizing_robot holds {MAX_VALUES}")
+
+        if team.own_value == "late" and not found:
+            prepared = read_team({**scenario.team, **prepare(scenario, own)})
+            late_ns = max(prepared.own_delay_ns(number) for number in range(len(team.names)))
+            round_ns = min(entry.slot_ns * len(entry.parts) for entry in prepared.designs)
+            if late_ns >= (MAX_HOLDS - 1) * round_ns:
+                yield (f'team.own_value="late": a robot would use its own value {late_ns} ns late: the firmware '
+                       f"synchronizing_robot keeps {MAX_HOLDS} own values, expected less than "
+                       f"{(MAX_HOLDS - 1) * round_ns} ns, {MAX_HOLDS - 1} rounds; shorten the delay, or use the robot "
+                       "in Python")
 
     prepare = staticmethod(prepare)
 
@@ -71,16 +83,18 @@ class SyncFirmware:
             "request_design": [_design_of(designs, team.laplacian_of(request.links)) for request in team.requests],
             "repeat_ns": round(team.repeat_s * 1e9),
             "design_heard": [[sum(1 << j for j in heard) for heard in links] for links in designs],
-            "design_part": [[_part_of(parts, robot) for robot in range(len(team.names))]
-                            for parts, _, _ in designs.values()],
-            "design_parts": [len(parts) for parts, _, _ in designs.values()],
-            "design_slot_ns": [slot_ns for _, slot_ns, _ in designs.values()],
-            "design_certified_ns": [certified_ns for _, _, certified_ns in designs.values()],
+            "design_part": [[_part_of(entry.parts, robot) for robot in range(len(team.names))]
+                            for entry in designs.values()],
+            "design_parts": [len(entry.parts) for entry in designs.values()],
+            "design_slot_ns": [entry.slot_ns for entry in designs.values()],
+            "design_certified_ns": [entry.certified_ns for entry in designs.values()],
+            "design_assumed_ns": [entry.assumed_ns for entry in designs.values()],
             "boot_slot_ns": plans.boot().slot_ns,
             "guard_ns": round(team.guard_s * 1e9),
             "data_airtime_ns": layout.data_airtime_ns,
             "control_airtime_ns": layout.control_airtime_ns,
             "latency_ns": layout.latency_ns,
+            "own_delay_ns": team.own_delay_ns(number),
             "slot_needs_ns": team.slot_needs_ns,
             "max_successive_losses": team.max_successive_losses,
             "resynchronize": team.resynchronize,
@@ -91,18 +105,12 @@ class SyncFirmware:
         }
 
 
-Design = tuple[list[list[int]], int, int]       # parts, slot length, certified slot length [ns]
-
-
-def _designs(team: Team) -> dict[Heard, Design]:
+def _designs(team: Team) -> dict[Heard, TableEntry]:
     """Return the designs by the robots that each hears, each topology once."""
-    found: dict[Heard, Design] = {}
-    for entry in team.designs:
-        found[tuple(tuple(heard) for heard in entry.heard)] = entry.parts, entry.slot_ns, entry.certified_ns
-    return found
+    return {tuple(tuple(heard) for heard in entry.heard): entry for entry in team.designs}
 
 
-def _design_of(designs: Mapping[Heard, Design], laplacian: Floats) -> int:
+def _design_of(designs: Mapping[Heard, TableEntry], laplacian: Floats) -> int:
     """Return the number of the design of a topology that is told, which `check` has proved to exist."""
     return list(designs).index(heard_by(laplacian))
 

@@ -18,7 +18,14 @@ from agents.synchronization.check import problems
 from agents.synchronization.discovery_frame import MAX_NODES, frame_bytes
 from agents.synchronization.graph import Floats, laplacian
 from agents.synchronization.late_control_frames import late_control_frames
-from agents.synchronization.late_values import AddedDelay, added_delays, late_values, oldest_value_ns
+from agents.synchronization.late_values import (
+    AddedDelay,
+    added_delays,
+    assumed_ns,
+    late_values,
+    oldest_value_ns,
+    own_late_ns,
+)
 from agents.synchronization.partition import colliding_pairs
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans, heard_by
@@ -61,15 +68,18 @@ def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
         yield ("media: the links follow the robots, so the graphs that the team discovers are not known before the run "
                "and nothing proves that it synchronizes: tell it the topology, or set team.sure = false to run it all "
                "the same")
+    judged: dict[str, RoundPlan] = {}
     for name, graph in graphs.items():
         plan = plans.plan(graph)
         slot_ns = plan.slot_ns if plan is not None else 0
         found = problems(team.agents, graph, slot_ns=slot_ns, airtime_ns=team.slot_needs_ns, names=team.names,
-                         delay_ns=layout.data_airtime_ns + layout.latency_ns,
+                         delay_ns=team.data_delay_ns,
                          discovered=team.topology == "discovered", sure=team.sure)
         if plan is None and not found:
             found = [f"team.slot_quantum_s={team.slot_quantum_s}: longer than the slot that (6.20) allows"]
         yield from (f"{name}: {problem}" for problem in found)
+        if plan is not None and not found:
+            judged[name] = plan
         if plan is not None and team.resynchronize:
             yield from (f"{name}: {problem}" for problem in _clock_problems(team, plan, layout))
     if team.topology == "discovered" and team.boot_slot_s * 1e9 < team.slot_needs_ns:
@@ -78,8 +88,9 @@ def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
     elif team.topology == "discovered" and team.sure:
         yield from _late_problems(team, scenario, medium, plans)
     if team.sure:
-        slots_ns = {name: plan.slot_ns for name, graph in graphs.items() if (plan := plans.plan(graph)) is not None}
-        yield from late_values(team, medium.name, graphs, slots_ns, _delays(team, scenario, plans, graphs))
+        added = _delays(team, scenario, plans, graphs)
+        late_ns = own_late_ns(team, medium.name, graphs.values(), added)
+        yield from late_values(msgspec.structs.replace(team, own_late_ns=late_ns), medium.name, judged, added)
     yield from _medium_problems(team, scenario, medium, plans, graphs)
     offsets_ns = [agent.clock.offset_ns for agent in scenario.agents.values()]
     if max(offsets_ns) - min(offsets_ns) > round(team.guard_s * 1e9):
@@ -94,13 +105,18 @@ def prepare(scenario: ScenarioView, own: Own[Any]) -> dict[str, Any]:
     team = msgspec.structs.replace(team, layout=frame_layout(team, medium))
     plans = RoundPlans(team)
     graphs = occurring_graphs(team, scenario, medium)
-    entries = [plans.table_entry(graph) for graph in graphs.values()]
+    added = _delays(team, scenario, plans, graphs)
+    late_ns = own_late_ns(team, medium.name, graphs.values(), added)
+    team = msgspec.structs.replace(team, own_late_ns=late_ns)
+    entries = [msgspec.structs.replace(entry, assumed_ns=assumed_ns(team, medium.name, plan, added))
+               for graph in graphs.values() if (entry := plans.table_entry(graph)) and (plan := plans.plan(graph))]
     slowest = max((_contraction(team, plan, team.layout) for graph in graphs.values()
                    if (plan := plans.plan(graph)) is not None), default=0.0) if team.resynchronize else 0.0
     return {"layout": msgspec.to_builtins(team.layout),
-            "designs": [msgspec.to_builtins(entry) for entry in entries if entry is not None],
+            "designs": [msgspec.to_builtins(entry) for entry in entries],
             "sync_contraction": slowest,
-            "oldest_value_ns": oldest_value_ns(team, medium.name, graphs, _delays(team, scenario, plans, graphs))}
+            "own_late_ns": late_ns,
+            "oldest_value_ns": oldest_value_ns(team, medium.name, graphs, added)}
 
 
 def _delays(team: Team, scenario: ScenarioView, plans: RoundPlans,

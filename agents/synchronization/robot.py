@@ -6,7 +6,8 @@
 
 All times are on the local clock. The robot sends in its own data slots, and in its own control sub-slots if its
 topology source requires it; its promise to be silent until then is firm. It holds its own new value only from the
-instant at which the others can have received it, so that all use the same value.
+end of its frame and the receive latency on, when the others can have received it; with `own_value = "late"` in the
+team's table only after the delays as well that impairments add to its values on their way to a robot that uses them.
 
 Plant: inputs u[1..], outputs y[1..] as `linear_system` has them. The disturbance omega_i of (6.6) adds to u_i.
 Not modelled: measurement noise, computing time (outputs appear at the slot's instant).
@@ -62,13 +63,12 @@ class SyncRobot:
         outputs = board.sensors([f"y[{k + 1}]" for k in range(agent.outputs)])
         self._measure = outputs.read
         self._law = AgreementLaw(self._number, agent.K, team.biases)
-        self._spoken: tuple[float, ...] = ()    # output broadcast last
         self._omega = 0.0
         self._slot = 0                          # number of its next slot
         self._codec = SyncFrameCodec(len(team.names), team.outputs)
         self._plans = RoundPlans(team)
         self._heard: set[int] = set()           # robots whose sync frames arrived since the last own slot
-        self._own_delay_ns = team.layout.data_airtime_ns + team.layout.latency_ns
+        self._own_delay_ns = team.own_delay_ns(self._number)
         guard_ns = round(team.guard_s * 1e9)
         self._sync = SlotSync(max(1, guard_ns // 2), SYNC_GAIN, far_ns=2 * guard_ns) if team.resynchronize else None
         self._in_step = InStep(2 * guard_ns, team.sync_contraction)
@@ -127,11 +127,10 @@ class SyncRobot:
         self._heard.clear()
         outputs = self._measure()
         self._port.send(self._codec.pack(self._number, slot, outputs))
-        self._spoken = outputs
         if self._own_delay_ns:
-            self._board.after(self._own_delay_ns, self._hold_own, sends=False)
+            self._board.after(self._own_delay_ns, partial(self._hold_own, outputs), sends=False)
         else:
-            self._hold_own()
+            self._hold_own(outputs)
         if self._source.out_of_step():
             self._fall_back("somebody's control frame came in a slot that is not its own")
         if self._sync is not None:
@@ -216,17 +215,21 @@ class SyncRobot:
             self._apply()
 
     def _check_age(self, frame: SyncFrame) -> None:
-        """Report a value older than a slot; with discovered topologies every robot that is heard is a neighbour."""
+        """Report a value older than a slot and than the delay with which the exact loop is stable.
+
+        With discovered topologies every robot that is heard is a neighbour."""
         sender, now_ns, slot_ns = frame.sender, self._board.now_ns, self._schedule.slot_ns
         if self._team.topology == "told" and sender not in self._law.neighbours:
             return
         age_ns = self._watch.age_ns(sender, frame.slot, now_ns, self._schedule, self._part_of, self._since_ns)
-        if age_ns is None or age_ns < slot_ns:
+        if age_ns is None or age_ns < max(slot_ns, self._judged_ns + 1):
             return
         self._board.count("values too old")
         if self._watch.is_news(sender, age_ns):
-            self._board.warn("assumption violated", f"{self._team.names[sender]}'s value is {age_ns} ns old when "
-                                   f"it comes: expected less than {slot_ns} ns, the slot length")
+            bound = (f"less than {slot_ns} ns, the slot length" if self._judged_ns < slot_ns else
+                     f"at most {self._judged_ns} ns, the delay with which its slots are stable")
+            self._board.warn("assumption violated", f"age of information: {self._team.names[sender]}'s value is "
+                                                    f"{age_ns} ns old when it comes: expected {bound}")
 
     def _report_own_slots(self) -> None:
         """Report a slot length chosen by the scenario's author that is longer than the certified one."""
@@ -248,8 +251,8 @@ class SyncRobot:
 
     # --- plant and control
 
-    def _hold_own(self) -> None:
-        self._law.held[self._number] = self._spoken
+    def _hold_own(self, outputs: tuple[float, ...]) -> None:
+        self._law.held[self._number] = outputs
         self._apply()
 
     def _apply(self) -> None:
@@ -272,7 +275,8 @@ class SyncRobot:
             if plan is None:
                 raise ValueError(f"A_cl is not Hurwitz (Assumption 6) for {_links(requests[0][1])}")
             return ToldTopology(requests, round(team.repeat_s * 1e9)), plan
-        source = DiscoveredTopology(self._board, self._number, len(team.names), team.max_successive_losses)
+        source = DiscoveredTopology(self._board, self._number, len(team.names), team.max_successive_losses,
+                                    team.oldest_value_ns)
         return source, self._plans.boot()
 
     def _first_schedule(self, plan: RoundPlan) -> SlottedBroadcast:
@@ -290,6 +294,7 @@ class SyncRobot:
         self._part_of = {number: index for index, part in enumerate(plan.parts) for number in part}
         self._part = self._part_of[self._number]
         self._certified_ns = plan.certified_ns
+        self._judged_ns = plan.assumed_ns + round(self._team.guard_s * 1e9) if plan.assumed_ns else 0
         self._schedule = schedule
         self._slot = self._part                 # in the first round slot k belongs to part k
         self._last_control = -1

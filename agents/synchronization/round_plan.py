@@ -29,6 +29,7 @@ class RoundPlan:
     parts: Parts
     slot_ns: int
     certified_ns: int = 0               # slot length by (6.20), if `slot_ns` differs from it; 0: the same
+    assumed_ns: int = 0                 # longest delay of its links, with which the exact loop is stable; 0: unknown
 
     def __post_init__(self) -> None:
         spoken = sorted(agent for part in self.parts for agent in part)

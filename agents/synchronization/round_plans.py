@@ -22,7 +22,7 @@ class RoundPlans:
         for entry in team.designs:
             laplacian = laplacian_from_neighbours(entry.heard)
             self._plans[heard_by(laplacian)] = RoundPlan(laplacian, tuple(tuple(part) for part in entry.parts),
-                                                         entry.slot_ns, entry.certified_ns)
+                                                         entry.slot_ns, entry.certified_ns, entry.assumed_ns)
 
     def plan(self, laplacian: Floats) -> RoundPlan | None:
         """Return the plan; None if A_cl is not Hurwitz (Assumption 6) or the slot is shorter than the quantum."""
@@ -58,4 +58,4 @@ class RoundPlans:
         if plan is None:
             return None
         heard = [list(numbers) for numbers in heard_by(laplacian)]
-        return TableEntry(heard, [list(part) for part in plan.parts], plan.slot_ns, plan.certified_ns)
+        return TableEntry(heard, [list(part) for part in plan.parts], plan.slot_ns, plan.certified_ns, plan.assumed_ns)

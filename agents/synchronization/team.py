@@ -70,6 +70,7 @@ class TableEntry(msgspec.Struct, frozen=True):
     parts: list[list[int]]
     slot_ns: int
     certified_ns: int = 0           # slot length by (6.20), if `slot_ns` differs from it; 0: the same
+    assumed_ns: int = 0             # longest delay of its links, with which the exact loop is stable; 0: unknown
 
 
 class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
@@ -88,10 +89,12 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
     slot_quantum_s: float = 1e-9            # slot lengths are rounded down to a multiple of it
     resynchronize: bool = False             # correct the local clock by the arrival times of the others' frames
     sure: bool = True                       # refuse delays and slot lengths for which stability is not proved
+    own_value: Literal["at once", "late"] = "at once"   # when a robot uses the value that it broadcast itself
     slot_us: float = 0.0                    # without `sure`: the slot length of every topology, 0: the certified one
     layout: Layout = Layout()
     designs: list[TableEntry] = []
     sync_contraction: float = 0.0           # largest factor of the clocks' differences per round, 0: unknown
+    own_late_ns: list[int] = []             # by robot: added delay of its values to those that use them
     oldest_value_ns: int = 0                # greatest age of a value on arrival that the links allow, -1: unknown
 
     @cached_property
@@ -112,11 +115,22 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
 
     @property
     def slot_needs_ns(self) -> int:
-        """Time for the frames of one slot: data, with discovery control, their guard times and the receive latency."""
+        """Time for the frames of one slot and their guard times; with discovery, control frame and receive latency."""
         layout = self.layout
         guard_ns = round(self.guard_s * 1e9)
-        frames_ns = layout.data_airtime_ns + layout.control_airtime_ns + layout.latency_ns
-        return frames_ns + guard_ns * (3 if layout.control_airtime_ns else 2)
+        if self.topology == "told":
+            return layout.data_airtime_ns + 2 * guard_ns
+        return layout.data_airtime_ns + layout.control_airtime_ns + layout.latency_ns + 3 * guard_ns
+
+    @property
+    def data_delay_ns(self) -> int:
+        """Time from the start of a slot until its value has come, without impairments."""
+        return self.layout.data_airtime_ns + self.layout.latency_ns
+
+    def own_delay_ns(self, number: int) -> int:
+        """Time from the start of its slot until this robot uses the value that it broadcast itself."""
+        late_ns = self.own_late_ns[number] if self.own_value == "late" and self.own_late_ns else 0
+        return self.data_delay_ns + late_ns
 
     def laplacian_of(self, links: list[str]) -> Floats:
         """Return the Laplacian of links "a -> b" between robot names; TeamError for a bad link."""

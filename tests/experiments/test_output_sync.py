@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from agents.synchronization.closed_loop import ClosedLoop
+from agents.synchronization.delayed_loop import DelayedLoop, Delays
+from agents.synchronization.graph import edges
 from agents.synchronization.round_plans import RoundPlans
 from agents.synchronization.team import read_team
 from experiments.judge.run_data import RunData, load_run
@@ -76,6 +78,33 @@ def test_with_frames_that_take_time_all_use_a_broadcast_value_from_its_arrival_i
     assert delay_ns > 100_000           # 50 us of them from the end of the frame on
     assert np.abs(emulated - exact.outputs).max() < 1e-9
     assert np.abs(emulated).max() > 1.0
+
+
+@pytest.mark.parametrize(("own_value", "delay_ns", "grows"), [
+    ("late", 10_000_000, False), ("at once", 10_000_000, True), ("at once", 4_444_444, False)])
+def test_with_delays_longer_than_a_round_the_run_agrees_with_the_exact_map(tmp_path: Path, own_value: str,
+                                                                           delay_ns: int, grows: bool) -> None:
+    """Sampled are the starts of rounds, between which z is multiplied by the map."""
+    round_ns = 3 * 1_084_826
+    wanted = scenario("output_sync_delayed", 5.0, [
+        "expect={}", "guarantees={}", f"team.own_value='{own_value}'", f"sample_period_ms={round_ns * 1e-6}",
+        f"team.sure={str(not grows).lower()}", f"impairments[0].delay_ms={delay_ns * 1e-6}"])
+
+    data = ran(run(wanted, host="inline", out=tmp_path, report=False))
+
+    team = read_team(wanted.team)
+    L = team.laplacian_of(team.requests[0].links)
+    own_ns = delay_ns if own_value == "late" else 0
+    loop = DelayedLoop(tuple(team.agents), L, round_ns // 3, Delays(dict.fromkeys(edges(L), delay_ns), (own_ns,) * 5))
+    emulated = np.stack([data.signals[robot].column("y") for robot in ROBOTS], axis=1)
+    M, z, exact = loop.round_map(), loop.start(np.ones(10)), []
+    for _ in emulated:
+        exact.append(ClosedLoop(loop.agents, L).C_cl @ z[:10])
+        z = M @ z
+    assert [int(t) for t in data.signals["r1"].time_ns] == [k * round_ns for k in range(len(emulated))]
+    assert len(emulated) == 1537
+    assert np.abs(emulated - np.array(exact)).max() < 1e-9
+    assert bool(np.abs(emulated[-300:]).max() > np.abs(emulated[300:600]).max()) is grows
 
 
 def test_robots_as_processes_and_inline_leave_the_same_ledger(tmp_path: Path) -> None:

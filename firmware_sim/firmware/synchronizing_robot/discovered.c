@@ -21,7 +21,7 @@ static Received inbox[INBOX];
 static uint32_t received;
 static Robots neighbours;
 static uint32_t missed[MAX_ROBOTS];     /* slots in a row without this neighbour's frame */
-static bool whole_round;                /* a round has passed since the topology was adopted */
+static int64_t own_slots;               /* since the schedule is in force */
 static bool adopts;
 static bool out_of_step;                /* a control frame arrived in a slot not its sender's */
 
@@ -68,8 +68,15 @@ bool discovered_heard(const Team *team, const Slots *slots, const uint8_t *bytes
     return true;
 }
 
+/* Whether a frame of each neighbour has come since the last own slot unless it is lost: in the own slot after the k-th of
+ * a schedule if every value arrives in less than k - 1 rounds and a slot. */
+static bool all_due(const Team *team, const Slots *slots)
+{
+    return own_slots > 0 && team->oldest_value_ns < ((own_slots - 1) * slots->parts + 1) * slots->slot_ns;
+}
+
 /* Write to `text` why the topology must have changed; false if no received frame contradicts it. */
-static bool contradicted(const Team *team, Robots heard, Text *text)
+static bool contradicted(const Team *team, const Slots *slots, Robots heard, Text *text)
 {
     text_begin(text);
     text_add(text, "robot ");
@@ -82,7 +89,7 @@ static bool contradicted(const Team *team, Robots heard, Text *text)
             return true;
         }
     }
-    for (uint32_t j = 0; whole_round && j < team->robots; j++) {
+    for (uint32_t j = 0; all_due(team, slots) && j < team->robots; j++) {
         if (!HAS(neighbours, j)) {
             continue;
         }
@@ -110,11 +117,11 @@ void discovered_before_own_slot(const Team *team, const Slots *slots, int64_t sl
     }
     if (heard == neighbours) {
         forget_missed();
-    } else if (discovery.phase == SILENT && !adopts && neighbours != 0 && contradicted(team, heard, &text)) {
+    } else if (discovery.phase == SILENT && !adopts && neighbours != 0 && contradicted(team, slots, heard, &text)) {
         board_event(EVENT_TOPOLOGY_CHANGED, text.letters);
         discovery_trigger(&discovery, floor_div(slot, slots->robots));
     }
-    whole_round = true;
+    own_slots++;
 }
 
 bool discovered_out_of_step(void) { return out_of_step; }
@@ -123,7 +130,8 @@ void discovered_fell_back(void)
 {
     received = 0;
     forget_missed();
-    out_of_step = adopts = whole_round = false;
+    out_of_step = adopts = false;
+    own_slots = 0;
     discovery_abandon(&discovery);
 }
 
@@ -182,7 +190,8 @@ static void explain(const Team *team)
 bool discovered_adopt(const Team *team, Robots *heard)
 {
     read_inbox();
-    adopts = whole_round = false;
+    adopts = false;
+    own_slots = 0;
     forget_missed();
     if (discovery_finish(&discovery) != COMPLETE) {
         board_count(COUNTER_INCOMPLETE_DISCOVERIES, 1);

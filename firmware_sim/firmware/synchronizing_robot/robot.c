@@ -6,7 +6,7 @@
  *     a round's end:   adopt a new topology, if there is one: new parts, new slot length, new neighbours
  *
  * All times are local. The robot holds its own new value only from the instant at which the others can have received
- * it, so that all use the same value. The disturbance omega_i of (6.6) adds to u_i. */
+ * it, with own_value = "late" in the team's table only after the added delays of its links as well. The disturbance omega_i of (6.6) adds to u_i. */
 #include <string.h>
 #include "age_watch.h"
 #include "agreement.h"
@@ -21,7 +21,7 @@
 #include "text.h"
 #include "topology.h"
 
-/* A clock that is set forward may bring two own slots within one frame's way to the others, so several holds wait.
+/* With late own values, or a clock that is set forward, several own values wait at a time until they are held.
  * The disturbance has a timer for each piece, all armed at the start, so that no later change of the clock moves them. */
 enum { HOLDS = 8, PIECES = 20, TIMER_WAKE = 0, TIMER_HOLD_OWN = 1, TIMER_DISTURB = TIMER_HOLD_OWN + HOLDS };
 typedef enum { BEGIN, SPEAK, DISCOVER, ADOPT } Act;
@@ -37,8 +37,9 @@ static int64_t slot;                    /* number of its next slot */
 static int64_t last_control;            /* number of the slot of its last control sub-slot */
 static int64_t since_ns;                /* local time from which the schedule is in force */
 static int64_t certified_ns;
+static int64_t judged_ns;               /* age up to which a value is proved to be harmless, 0: a slot's length */
 static Robots heard;                    /* robots whose sync frames arrived since the last own slot */
-static double spoken[MAX_VALUES];       /* output broadcast last */
+static double spoken[HOLDS][MAX_VALUES];    /* own outputs broadcast last */
 static uint32_t holds;                  /* number of own values sent */
 static double omega;
 static Act act;
@@ -62,9 +63,9 @@ static void apply(void)
     }
 }
 
-static void hold_own(void)
+static void hold_own(uint32_t hold)
 {
-    agreement_hold(&law, team.number, spoken);
+    agreement_hold(&law, team.number, spoken[hold]);
     apply();
 }
 
@@ -96,6 +97,7 @@ static void follow(const Design *design, Slots schedule)
     memcpy(part_of, design->part, sizeof part_of);
     part = part_of[team.number];
     certified_ns = design->certified_ns;
+    judged_ns = design->assumed_ns > 0 ? design->assumed_ns + team.guard_ns : 0;
     slots = schedule;
     slot = part;                        /* in the first round slot k belongs to part k */
     last_control = -1;
@@ -179,16 +181,16 @@ static void speak(void)
 {
     uint8_t bytes[SYNC_FRAME_BYTES];
     const int64_t spoken_slot = slot;
-    const int64_t delay_ns = team.data_airtime_ns + team.latency_ns;
+    const uint32_t hold = holds++ % HOLDS;
     slot += slots.parts;
     topology_before_own_slot(&team, &slots, spoken_slot, heard);
     heard = 0;
-    measure(spoken);
-    board_send(PORT_RADIO, bytes, sync_frame_pack(&team, spoken_slot, spoken, bytes));
-    if (delay_ns > 0) {
-        board_set_delay(TIMER_HOLD_OWN + holds++ % HOLDS, delay_ns, BOARD_SILENT);
+    measure(spoken[hold]);
+    board_send(PORT_RADIO, bytes, sync_frame_pack(&team, spoken_slot, spoken[hold], bytes));
+    if (team.own_delay_ns > 0) {
+        board_set_delay(TIMER_HOLD_OWN + hold, team.own_delay_ns, BOARD_SILENT);
     } else {
-        hold_own();
+        hold_own(hold);
     }
     if (topology_out_of_step()) {
         fall_back("somebody's control frame came in a slot that is not its own");
@@ -259,7 +261,7 @@ static void wake(void)
 
 /* --- receive */
 
-/* Report a value older than a slot; with discovered topologies every robot that is heard is a neighbour. */
+/* Report a value older than a slot and than the delay with which the exact loop is stable; with discovered topologies every robot that is heard is a neighbour. */
 static void check_age(const SyncFrame *frame)
 {
     int64_t age_ns;
@@ -268,18 +270,26 @@ static void check_age(const SyncFrame *frame)
         return;
     }
     if (!age_watch_age(&watch, frame->sender, frame->slot, board_now(), &slots, part_of, since_ns, &age_ns)
-        || age_ns < slots.slot_ns) {
+        || age_ns < slots.slot_ns || age_ns <= judged_ns) {
         return;
     }
     board_count(COUNTER_VALUES_TOO_OLD, 1);
     if (age_watch_is_news(&watch, frame->sender, age_ns)) {
         text_begin(&text);
+        text_add(&text, "age of information: ");
         text_robot(&text, frame->sender);
         text_add(&text, "'s value is ");
         text_number(&text, age_ns);
-        text_add(&text, " ns old when it comes: expected less than ");
-        text_number(&text, slots.slot_ns);
-        text_add(&text, " ns, the slot length");
+        text_add(&text, " ns old when it comes: expected ");
+        if (judged_ns < slots.slot_ns) {
+            text_add(&text, "less than ");
+            text_number(&text, slots.slot_ns);
+            text_add(&text, " ns, the slot length");
+        } else {
+            text_add(&text, "at most ");
+            text_number(&text, judged_ns);
+            text_add(&text, " ns, the delay with which its slots are stable");
+        }
         board_event(EVENT_ASSUMPTION_VIOLATED, text.letters);
     }
 }
@@ -334,7 +344,7 @@ void board_timer(uint32_t timer)
     if (timer == TIMER_WAKE) {
         wake();
     } else if (timer < TIMER_DISTURB) {
-        hold_own();
+        hold_own(timer - TIMER_HOLD_OWN);
     } else {
         disturb(timer - TIMER_DISTURB);
     }

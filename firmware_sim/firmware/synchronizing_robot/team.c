@@ -38,6 +38,7 @@ bool team_read(Team *team)
     team->data_airtime_ns = team_whole(PARAMETER_DATA_AIRTIME_NS, 0);
     team->control_airtime_ns = team_whole(PARAMETER_CONTROL_AIRTIME_NS, 0);
     team->latency_ns = team_whole(PARAMETER_LATENCY_NS, 0);
+    team->own_delay_ns = team_whole(PARAMETER_OWN_DELAY_NS, 0);
     team->slot_needs_ns = team_whole(PARAMETER_SLOT_NEEDS_NS, 0);
     team->max_successive_losses = team_whole(PARAMETER_MAX_SUCCESSIVE_LOSSES, 0);
     team->oldest_value_ns = team_whole(PARAMETER_OLDEST_VALUE_NS, 0);
@@ -55,6 +56,7 @@ void team_design(const Team *team, uint32_t number, Design *design)
     design->parts = team_whole(PARAMETER_DESIGN_PARTS, number);
     design->slot_ns = team_whole(PARAMETER_DESIGN_SLOT_NS, number);
     design->certified_ns = team_whole(PARAMETER_DESIGN_CERTIFIED_NS, number);
+    design->assumed_ns = team_whole(PARAMETER_DESIGN_ASSUMED_NS, number);
 }
 
 bool team_find_design(const Team *team, const Robots *heard, Design *design)

@@ -20,15 +20,15 @@ typedef uint16_t Robots;
 typedef struct {
     uint32_t number, robots, outputs, inputs, designs, requests;
     bool discovered, resynchronize, watches_age;
-    int64_t repeat_ns, boot_slot_ns, guard_ns, data_airtime_ns, control_airtime_ns, latency_ns, slot_needs_ns;
-    int64_t max_successive_losses, oldest_value_ns;
+    int64_t repeat_ns, boot_slot_ns, guard_ns, data_airtime_ns, control_airtime_ns, latency_ns, own_delay_ns;
+    int64_t slot_needs_ns, max_successive_losses, oldest_value_ns;
     double sync_gain, sync_contraction;
 } Team;
 
 typedef struct {
     Robots heard[MAX_ROBOTS];       /* N_i of each robot i */
     uint8_t part[MAX_ROBOTS];
-    int64_t parts, slot_ns, certified_ns;
+    int64_t parts, slot_ns, certified_ns, assumed_ns;
 } Design;
 
 /* Read the team; false if its robots or values are more than this firmware holds. */

@@ -7,9 +7,11 @@
 import numpy as np
 import pytest
 
+from agents.synchronization.delayed_loop import DelayedLoop, Delays
 from agents.synchronization.dwell_time import common_certificate, dwell_certificate, round_maps
 from agents.synchronization.exact_loop import ExactLoop, Hearing, spectral_radius, stability_limit
 from agents.synchronization.gains import a_star, l2_gain
+from agents.synchronization.graph import edges
 from agents.synchronization.partition import partition
 from agents.synchronization.round_plan import plan_round
 from agents.synchronization.slot_length import Bound, small_gain_tau_s
@@ -58,6 +60,19 @@ class Example:
     def radius(self, k):
         return f"{self.exact(k).spectral_radius(self.plans[k].slot_ns * 1e-9):.6f}"
 
+    def delayed(self, k, slots, own_late):
+        """Spectral radius of a round of slots tau' with every value of the others, and perhaps its own, slots late."""
+        slot_ns = round(small_gain_tau_s(self.loops[k], 3) * 1e9)
+        L, delay_ns = self.plans[k].laplacian, slots * slot_ns
+        delays = Delays(dict.fromkeys(edges(L), delay_ns), (delay_ns if own_late else 0,) * len(L))
+        return DelayedLoop(self.agents, L, slot_ns, delays).spectral_radius()
+
+    def delayed_radii(self, k, own_late):
+        return " ".join(f"{self.delayed(k, slots, own_late):.6f}" for slots in range(6))
+
+    def most_slots(self, k, own_late):
+        return f"{next(slots for slots in range(100) if self.delayed(k, slots + 1, own_late) >= 1)} slots"
+
     def certificate(self, hearing):
         found = common_certificate(round_maps(self.agents, self.plans, hearing))
         assert found.holds
@@ -102,6 +117,12 @@ ROWS = {
     "limit2": lambda e: e.limit(1),
     "radius1": lambda e: e.radius(0),
     "radius2": lambda e: e.radius(1),
+    "radii1-late": lambda e: e.delayed_radii(0, True),
+    "radii1-at-once": lambda e: e.delayed_radii(0, False),
+    "delay1-late": lambda e: e.most_slots(0, True),
+    "delay1-at-once": lambda e: e.most_slots(0, False),
+    "delay2-late": lambda e: e.most_slots(1, True),
+    "delay2-at-once": lambda e: e.most_slots(1, False),
     "switching": lambda e: e.certificate(Hearing.NEIGHBOURS),
     "switching-everyone": lambda e: e.certificate(Hearing.EVERYONE),
     "dwell": lambda e: e.dwell(),

@@ -9,7 +9,7 @@ import pytest
 
 from experiments.run.node_host import HostName
 from experiments.run.runner import run
-from experiments.scenario import load
+from experiments.scenario import Scenario, ScenarioError, load
 from marconet.running import Run
 
 ROOT = Path(__file__).parents[3]
@@ -114,6 +114,54 @@ def test_robots_with_two_inputs_and_outputs_biases_disturbances_and_lost_frames_
 
     assert summaries[1].ledger_hash == summaries[0].ledger_hash
     assert summaries[0].frames["lost"] > 50
+
+
+def late(delay_ms: int, in_c: tuple[str, ...], *more: str) -> Scenario:
+    """The told reference with a constant delay on all links, and own values as late."""
+    return load(ROOT / "scenarios/output_sync_reference.toml", duration_s=0.7, overrides=[
+        "expect={}", "guarantees={}", 'team.own_value="late"', *more,
+        f'impairments=[{{on="radio: * -> *", kind="delay", delay_ms={delay_ms}}}]',
+        *(f'agents.{robot}.firmware="synchronizing_robot"' for robot in in_c)])
+
+
+def test_robots_in_c_use_their_own_values_as_late_as_robots_in_python(tmp_path: Path) -> None:
+    """Five own values wait at a time: 14 ms with rounds of 3.25 and 2.61 ms."""
+    hashes = {run(late(14, in_c), host="inline", out=tmp_path / str(len(in_c)), report=False).summary.ledger_hash
+              for in_c in ((), HALF, ALL)}
+    at_once = run(late(14, ALL, 'team.own_value="at once"', "team.sure=false"), host="inline", out=tmp_path / "at_once",
+                  report=False)
+
+    assert len(hashes) == 1
+    assert at_once.summary.ledger_hash not in hashes
+
+
+def test_a_discovered_topology_stays_though_its_values_come_later_than_a_round(tmp_path: Path) -> None:
+    """In the first rounds of a new schedule frames are on their way, not missing: 5 ms with rounds of 3.25 ms."""
+    def discovering(in_c: tuple[str, ...]) -> tuple[Run, str]:
+        links = ["r2 -> r1", "r4 -> r1", "r3 -> r2", "r5 -> r3", "r1 -> r4", "r2 -> r4", "r3 -> r5", "r4 -> r5"]
+        scenario = load(ROOT / "scenarios/output_sync.toml", duration_s=2.0, overrides=[
+            "expect={}", "guarantees={}", f"media.radio.topology={{kind='fixed', links={links}}}",
+            'team.own_value="late"', "team.boot_slot_s=24e-3",
+            'impairments=[{on="radio: * -> *", kind="delay", delay_ms=5}]',
+            *(f'agents.{robot}.firmware="synchronizing_robot"' for robot in in_c)])
+        result = run(scenario, host="inline", out=tmp_path / str(len(in_c)), report=False)
+        return Run(result.folder, result.summary), result.summary.ledger_hash
+
+    (python, in_python), (_, in_c) = discovering(()), discovering(ALL)
+
+    assert list(python.events["kind"]) == ["adopted topology"] * 5
+    assert python.counters["r1"]["adoptions"] == 1
+    assert in_c == in_python
+
+
+def test_robots_in_c_refuse_more_own_values_than_they_keep() -> None:
+    with pytest.raises(ScenarioError) as error:
+        late(20, HALF, "team.sure=false")
+
+    line, = error.value.problems
+    assert ('team.own_value="late": a robot would use its own value 20000000 ns late: the firmware synchronizing_robot '
+            "keeps 8 own values, expected less than 18274263 ns, 7 rounds; shorten the delay, or ") in line
+    assert late(20, (), "team.sure=false")
 
 
 @pytest.mark.slow
