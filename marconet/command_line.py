@@ -164,6 +164,8 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
               help="Show the run in a page on this machine while it happens: fates, faults to inject, pause, speed.")
 @click.option("--foxglove", type=PORT, metavar="[PORT]",
               help="The same, and signals and positions for Foxglove; needs marconet[foxglove].")
+@click.option("--gdb", metavar="NODE[:PORT]",
+              help="Let the emulated processor of this robot wait for gdb, which the command printed starts.")
 @click.option("--overwrite", is_flag=True, help="Replace the records of an earlier run in the folder.")
 @click.option("--fates-of", type=click.Path(path_type=Path), metavar="RUN",
               help="Frames meet the fates and delays recorded in the folder of an earlier run, instead of impairments.")
@@ -173,7 +175,7 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
 def run(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
         host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool,
         rate: float | None, overrun: Literal["slip", "abort"] | None, view: int | None, foxglove: int | None,
-        overwrite: bool, fates_of: Path | None,
+        gdb: str | None, overwrite: bool, fates_of: Path | None,
         match: Literal["number", "instant"], junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
     """Run scenarios and write their records and reports.
 
@@ -182,6 +184,8 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
     """
     from experiments.run.several import Batch, ViewPorts
 
+    if gdb is not None and len(sources) > 1:
+        raise click.UsageError("--gdb is for one scenario")
     batch = Batch(_console(not (quiet or as_json)), verbose, junit, "runs" if as_json else None)
     pace = [*([] if rate is None else [f"real_time.rate={rate}"]),
             *([] if overrun is None else [f'real_time.overrun="{overrun}"'])]
@@ -189,7 +193,7 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
     batch.in_children = host == "inline" and _process_is_its_own()
     raise SystemExit(batch.run(sources, seed, duration, [*overrides, *pace], out, host=host,
                                real_time=real_time or bool(pace), report=not no_report, overwrite=overwrite,
-                               fates_of=fates_of, match=match, view=shown))
+                               fates_of=fates_of, match=match, view=shown, gdb=gdb))
 
 
 @app.command(epilog="Example: marconet sweep output_sync --vary 'impairments[0].loss_ratio=0:0.4:5' --seeds 100")

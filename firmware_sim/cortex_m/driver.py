@@ -113,6 +113,7 @@ class Driver:
                     self._wake(machine.next_tick_ns if stop == Stop.SLEEPS else reached_ns)
                     return
                 self._ahead_to_ns = -1
+                stop = machine.settle(stop)
             else:
                 stop = machine.run(NEVER, limit)
             self._carry_out()
@@ -126,7 +127,7 @@ class Driver:
 
     def _settle(self) -> None:
         """Do what the machine, which ran ahead to the present, asks for there."""
-        stop, self._ahead_to_ns = self._stop, -1
+        stop, self._ahead_to_ns = self.machine.settle(self._stop), -1
         self._carry_out()
         if stop == Stop.SLEEPS:
             self._woke_at = self.machine.count

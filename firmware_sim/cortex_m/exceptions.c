@@ -533,6 +533,7 @@ static uint32_t read_register(Machine *m, uint32_t offset)
     case 0xD90: return 0;                                       /* MPU_TYPE: no regions */
     case 0xDF0: case 0xDFC: return 0;                           /* DHCSR, DEMCR: no debugger */
     case 0xF34: return 1u << 31;                                /* FPCCR: the FPU's frame is written at entry */
+    case 0xF38: case 0xF3C: return 0;                           /* FPCAR, FPDSCR */
     case 0xF40: return 0x10110021u;
     case 0xF44: return 0x11000011u;
     default:

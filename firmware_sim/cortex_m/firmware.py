@@ -16,9 +16,10 @@ from firmware_sim.cortex_m.build import PORT, build_image
 from firmware_sim.cortex_m.driver import Driver
 from firmware_sim.cortex_m.errors import ImageError, MachineMissing, ProgramEnds
 from firmware_sim.cortex_m.image import read_image
-from firmware_sim.cortex_m.machine import Ask, Machine
+from firmware_sim.cortex_m.machine import Ask
+from firmware_sim.cortex_m.new_machine import new_machine
 from firmware_sim.cortex_m.program import PORT_KINDS, unique_id
-from firmware_sim.firmware.build import sources
+from firmware_sim.firmware.build import INCLUDE, sources
 from firmware_sim.firmware.description import read_description
 from firmware_sim.firmware.errors import FirmwareError
 from firmware_sim.firmware.host.library import Call
@@ -46,6 +47,11 @@ class CortexFirmwareProgram(FirmwareProgram):
     clock_hz: ClassVar[int] = 100_000_000
     cycles_per_instruction: ClassVar[float] = 0.0
 
+    @classmethod
+    def debugged_with(cls, settings: Any) -> tuple[Path, ...]:
+        """Return the .elf file that a debugger is started with, and folders with its sources."""
+        return build_for_cortex_m4(cls.folder), cls.folder, PORT, INCLUDE
+
     def _load(self, parameters: Sequence[Sequence[float]]) -> FirmwareMachine:
         return FirmwareMachine(build_for_cortex_m4(self.folder), self._board, parameters,
                                [port.name for port in self.firmware.ports], len(self.firmware.signals),
@@ -67,8 +73,8 @@ class FirmwareMachine:
         image = read_image(file)
         self._carry_out, self._answer, self.disarm_all = carry_out, answer, disarm_all
         self.signals: Any = [0.0] * (signals + 1)
-        self._machine = Machine(image, clock_hz, cycles_per_instruction, [PORT_KINDS.get(name, 1) for name in ports],
-                                parameters, unique_id(board.name))
+        self._machine = new_machine(board, image, clock_hz, cycles_per_instruction,
+                                    [PORT_KINDS.get(name, 1) for name in ports], parameters, unique_id(board.name))
         self.bytes = self._machine.bytes            # of frames and texts
         self._driver = Driver(self._machine, image, board, self, cycles_per_instruction > 0, BUDGET)
         self.timer, self.receive, self.close = self._driver.ring, self._driver.receive, self._machine.close

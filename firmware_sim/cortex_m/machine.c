@@ -242,6 +242,10 @@ MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budge
         m->stopping = false;
         const uc_err error = uc_emu_start(m->uc, reg(m, UC_ARM_REG_PC) | 1u, NOWHERE, 0, 0);
         settle(m, error);
+        if (m->halted) {
+            m->halted = false;
+            return HALTED;
+        }
     }
 }
 
@@ -258,6 +262,7 @@ MACHINE_EXPORT void machine_free(Machine *m)
         }
         free(m->snapshot);
     }
+    free(m->debugger);
     free(m->flash);
     free(m->ram);
     free(m->rx_bytes);

@@ -3,6 +3,7 @@
  *     machine.c     the processor (Unicorn), its memory and the loop that runs it
  *     exceptions.c  exceptions of ARMv7-M: priorities, entry, return, system control registers
  *     devices.c     registers of timers, ports, plant, parameters, records
+ *     debug.c       what a debugger does with a machine that does not run
  *
  * `State` is all that a program can observe or change, except the bytes of memories and FIFOs: a copy of it, of the
  * processor's registers and of the RAM is a snapshot. machine.py knows the layout of Command and Report.
@@ -43,7 +44,7 @@ typedef enum {
 } Exception;
 
 typedef enum {                                  /* why machine_run returned */
-    SLEEPS = 0, HAS_COMMANDS = 1, REACHED_LIMIT = 2, LOCKED_UP = 3, BROKEN = 4
+    SLEEPS = 0, HAS_COMMANDS = 1, REACHED_LIMIT = 2, LOCKED_UP = 3, BROKEN = 4, HALTED = 5
 } Stop;
 
 typedef enum {                                  /* cause of the last fault */
@@ -125,6 +126,7 @@ typedef struct Machine {
     bool attention;                             /* the loop has something to do before the next instruction */
     bool watching;                              /* an exception waits for PRIMASK, BASEPRI or FAULTMASK to change */
     bool each_command_stops;
+    bool halted;                                /* a breakpoint has asked Unicorn to stop */
     uint32_t interrupt;                         /* what UC_HOOK_INTR told: 0 nothing */
     uint32_t invalid;                           /* what a memory or instruction hook told: a Cause */
     uint32_t invalid_address;
@@ -142,6 +144,7 @@ typedef struct Machine {
     uint8_t (*tx_bytes)[FRAME_BYTES];
     uint8_t detail[DETAIL_BYTES];
     struct Snapshot *snapshot;
+    struct Debugger *debugger;                  /* NULL without breakpoints */
 } Machine;
 
 /* machine.c */

@@ -27,6 +27,7 @@ class Stop(IntEnum):
     HAS_COMMANDS = 1
     REACHED_LIMIT = 2
     LOCKED_UP = 3
+    HALTED = 5              # at a breakpoint
 
 
 class Ask(IntEnum):
@@ -100,6 +101,10 @@ class Machine:
     def run(self, until_ns: int = NEVER, budget: int = NEVER) -> int:
         """Run to the first instruction boundary at or after `until_ns`, or to `budget` instructions in all."""
         stop: int = self._library.machine_run(self._machine, until_ns, budget)
+        return stop
+
+    def settle(self, stop: int) -> int:
+        """The node's time has come to where the run since `save` has ended with `stop`: nothing undoes it any more."""
         return stop
 
     def commands(self) -> Iterator[tuple[int, int, int, int, float, int]]:

@@ -22,7 +22,8 @@ from firmware_sim.board_timers import Timer
 from firmware_sim.cortex_m.driver import Driver
 from firmware_sim.cortex_m.errors import MachineFault
 from firmware_sim.cortex_m.image import read_image
-from firmware_sim.cortex_m.machine import Ask, Machine
+from firmware_sim.cortex_m.machine import Ask
+from firmware_sim.cortex_m.new_machine import new_machine
 from firmware_sim.scenario_view import Own, ScenarioView
 
 MAX_PORTS: Final = 8
@@ -73,6 +74,11 @@ class CortexM:
             if len(agent.media) > MAX_PORTS:
                 yield f"{name}: {len(agent.media)} media: the machine has {MAX_PORTS} ports"
 
+    @staticmethod
+    def debugged_with(settings: CortexMSettings) -> tuple[Path, ...]:
+        """Return the .elf file that a debugger is started with, and folders with its sources."""
+        return (settings.image,)
+
     def __init__(self, board: Board, settings: CortexMSettings) -> None:
         self._board, self._settings = board, settings
         self._timers: dict[int, Any] = {}               # a Timer, or a number of `_delays`, by channel
@@ -81,9 +87,9 @@ class CortexM:
             board.port(name, partial(self._receive, number)).send for number, name in enumerate(board.ports)]
         self._values = [0.0] * len(settings.signals)
         image = read_image(settings.image)
-        machine = Machine(image, settings.clock_hz, settings.cycles_per_instruction,
-                          [PORT_KINDS.get(name, 1) for name in board.ports], settings.values, unique_id(board.name))
-        board.at_end(machine.close)
+        machine = new_machine(board, image, settings.clock_hz, settings.cycles_per_instruction,
+                              [PORT_KINDS.get(name, 1) for name in board.ports], settings.values,
+                              unique_id(board.name))
         for counter in settings.counters:
             board.count(counter, 0)
         board.record_all([(name, "1") for name in settings.signals], lambda: self._values)
