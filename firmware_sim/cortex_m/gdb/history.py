@@ -142,7 +142,7 @@ class History:
         self._cursor, self.is_past = checkpoint.entry, True
 
     def _forward(self, to: int, heed: bool = False) -> bool:
-        """Do again what comes next until `to` instructions have run, or all; True at a breakpoint, if they are heeded."""
+        """Do again what comes next until `to` instructions have run, or all; True at a heeded breakpoint."""
         self._target.heed_breakpoints(heed)
         while self._cursor < self._forgotten + len(self._entries):
             entry = self._entries[self._cursor - self._forgotten]

@@ -147,6 +147,10 @@ class DebuggedMachine(Machine):
         self._happens(partial(self._library.machine_clear_commands, self._machine), now=False)
         return super().commands()
 
+    @property
+    def next_tick_ns(self) -> int:
+        return NEVER if self._ended else super().next_tick_ns
+
     def close(self) -> None:
         if self._machine:
             self._leave(b"W%02x" % (3 if self._told_end else 0))
