@@ -46,14 +46,15 @@ class CortexFirmwareProgram(FirmwareProgram):
 
     clock_hz: ClassVar[int] = 100_000_000
     cycles_per_instruction: ClassVar[float] = 0.0
+    image: ClassVar[Path | None] = None             # an .elf file that was built elsewhere
 
     @classmethod
     def debugged_with(cls, settings: Any) -> tuple[Path, ...]:
         """Return the .elf file that a debugger is started with, and folders with its sources."""
-        return build_for_cortex_m4(cls.folder), cls.folder, PORT, INCLUDE
+        return cls.image or build_for_cortex_m4(cls.folder), cls.folder, PORT, INCLUDE
 
     def _load(self, parameters: Sequence[Sequence[float]]) -> FirmwareMachine:
-        return FirmwareMachine(build_for_cortex_m4(self.folder), self._board, parameters,
+        return FirmwareMachine(self.image or build_for_cortex_m4(self.folder), self._board, parameters,
                                [port.name for port in self.firmware.ports], len(self.firmware.signals),
                                self._carry_out, self._answer, self._disarm_all, self.clock_hz,
                                self.cycles_per_instruction)

@@ -71,6 +71,11 @@ class CortexM:
                 read_image(agent.settings.image)
             except (ValueError, RuntimeError) as error:
                 yield f"{name}: {error}"
+        yield from CortexM.check_ports(own)
+
+    @staticmethod
+    def check_ports(own: Own[Any]) -> Iterator[str]:
+        for name, agent in own.items():
             if len(agent.media) > MAX_PORTS:
                 yield f"{name}: {len(agent.media)} media: the machine has {MAX_PORTS} ports"
 

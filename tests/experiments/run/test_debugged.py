@@ -1,4 +1,4 @@
-"""`marconet run --gdb`: gdb connects to a robot of a run; the run waits for it, and leaves the ledger that it leaves alone."""
+"""`marconet run --gdb`: gdb connects to a robot of a run, which waits and leaves the same ledger as without it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from firmware_sim.firmware.new_folder import write_new
 from marconet.command_line import app
 from tests.firmware_sim.cortex_m.debugging import GDB, WITHIN_S, Packets, needs_gdb
 
-PATIENCE_S = 2.0                        # node_timeout_s of the runs that wait longer for the debugger
+PATIENCE_S = 15.0                       # node_timeout_s of the runs that wait longer for the debugger
+TOO_LONG = f"shell sleep {PATIENCE_S + 4}"       # the inline watchdog ends the process 3 s after the time-out
 pytestmark = pytest.mark.skipif(importlib.util.find_spec("unicorn") is None, reason="needs marconet[cortex-m]")
 
 
@@ -77,12 +78,13 @@ def test_gdb_follows_a_robot_through_a_run(scenario: Path, tmp_path: Path, host:
 
 @needs_gdb
 @pytest.mark.slow
-@pytest.mark.parametrize("host", ["inline", "process"])
-def test_time_outs_stand_still_while_the_program_does(scenario: Path, tmp_path: Path, host: str) -> None:
+@pytest.mark.parametrize(("host", "before", "within"), [("inline", "info line", TOO_LONG),
+                                                        ("process", TOO_LONG, "next")])
+def test_time_outs_stand_still_while_the_program_does(scenario: Path, tmp_path: Path, host: str, before: str,
+                                                      within: str) -> None:
     waiting = Waiting(scenario, tmp_path / "run", "--host", host, "--set", f"node_timeout_s={PATIENCE_S}")
-    wait = f"shell sleep {PATIENCE_S + 3}"          # the inline watchdog ends the process 3 s after the time-out
 
-    said = waiting.gdb(wait, "break board_timer", "continue", wait, "next", "delete", "continue")
+    said = waiting.gdb(before, "break board_timer", "continue", within, "next", "delete", "continue")
     code, told = waiting.ended()
 
     assert code == 0, told
@@ -104,10 +106,11 @@ def test_kill_ends_the_run_with_its_records(scenario: Path, tmp_path: Path, host
 
 
 @pytest.mark.parametrize(("options", "says"), [
-    (["--gdb", "c"], '--gdb c: no such agent; did you mean "a"?'),
+    (["--gdb", "c"], '--gdb c: no such agent; there are a, b'),
     (["--gdb", "a:x"], "--gdb a:x: expected NODE or NODE:PORT, as a:3333"),
     (["--gdb", "a", "--set", 'agents_defaults.target="host"'],
-     '--gdb a: its program does not run on an emulated processor: expected a firmware with agents.a.target = "cortex_m4"'),
+     "--gdb a: its program does not run on an emulated processor: expected a firmware with agents.a.target = "
+     '"cortex_m4"'),
     (["--gdb", "a", "--real-time"], "--gdb a: while a program stands still, real time does not: run without"),
 ])
 def test_what_cannot_be_debugged_is_refused(scenario: Path, tmp_path: Path, options: list[str], says: str) -> None:

@@ -52,8 +52,8 @@ def test_gdb_breaks_steps_and_reads_and_the_frames_are_the_same(image: Callable[
 
     with debugged(built, 30_000_000, ARRIVALS, values=BEACON, cycles_per_instruction=cost) as node:
         said = gdb(node, "break interrupt0_handler", "continue", "backtrace", "next", "stepi", "continue",
-                   "print sent", "print heard", "delete", "hbreak interrupt8_handler", "continue", "backtrace", "finish",
-                   "delete", "continue")
+                   "print sent", "print heard", "delete", "hbreak interrupt8_handler", "continue", "backtrace",
+                   "finish", "delete", "continue")
         found = node.ended().offers
 
     assert len(alone) == 6
