@@ -316,7 +316,7 @@ static void fill(Machine *m, uint32_t number, uint32_t value, unsigned size)
     }
 }
 
-/* Send the first `length` bytes of the FIFO and empty it; of an overflowed FIFO nothing is sent. */
+/* Send the first `length` bytes of the FIFO and empty it; of an overflowed FIFO nothing is sent: a negative length. */
 static void send(Machine *m, uint32_t number, uint32_t length)
 {
     PortState *port = &m->state.port[number];
@@ -324,6 +324,7 @@ static void send(Machine *m, uint32_t number, uint32_t length)
         command_bytes(m, SEND, number, m->tx_bytes[number], length);
     } else {
         port->tx_overflow = 1;
+        command(m, SEND, number, -(int64_t)length);
     }
     port->tx_length = 0;
 }

@@ -21,6 +21,7 @@ from firmware_sim.cortex_m.errors import MachineFault, ProgramEnds
 from firmware_sim.cortex_m.fault import describe
 from firmware_sim.cortex_m.image import Image
 from firmware_sim.cortex_m.machine import NEVER, Ask, Machine, Stop
+from netem.wire.level import Level
 
 AHEAD_NS: Final = 10_000_000
 NO_VALUE: Final = -4                # BoardError of marconet_board.h
@@ -35,6 +36,8 @@ class Outside(Protocol):
         """Do it; `place` is that of the first byte in `machine.bytes`, or has the flags of a timer."""
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
         """Return the answer, None for BOARD_NO_VALUE."""
+    def timers_armed(self) -> bool:
+        """Whether any timer is armed."""
     def disarm_all(self) -> None:
         """Disarm all timers, as the machine is reset."""
 
@@ -49,6 +52,7 @@ class Processor(Protocol):
     def present_ns(self) -> int: ...
     def after(self, delay_ns: int, action: Callable[[], object], *, sends: bool = True) -> None: ...
     def count(self, name: str, by: int = 1) -> None: ...
+    def event(self, kind: str, detail: str = "", level: Level = Level.INFO) -> None: ...
 
 
 class Driver:
@@ -64,6 +68,7 @@ class Driver:
         self._woke_at = 0               # count of instructions at the last wake-up
         self._counted = 0               # instructions in the counter of the records
         self._fed = 0                   # times that the watchdog was written
+        self._slept = self._sleeps_for_ever = self._watched = False
 
     def start(self) -> None:
         """Run the program from its reset until it sleeps or, if computing takes time, for the present instant."""
@@ -140,6 +145,18 @@ class Driver:
         self._generation += 1
         if at_ns < NEVER:
             self._board.after(max(0, at_ns - self._board.present_ns()), partial(self._alarm, self._generation))
+        elif not (self._sleeps_for_ever or self._watched):
+            self._check_that_something_wakes()
+
+    def _check_that_something_wakes(self) -> None:
+        """Tell once if the program sleeps and nothing can wake it; after its first sleep an armed timer is enough."""
+        armed = self._outside.timers_armed()
+        if not (self._slept and armed) and not self.machine.can_wake(armed):
+            self._sleeps_for_ever = True
+            self._board.event("sleeps for ever", f"SysTick is off, no port's interrupt is on, "
+                              f"{'and the interrupt of the timer is off' if armed else 'and no timer is armed'}: let "
+                              f"one of them wake it; {describe(self.machine.fault(), self._image, 'last')}", Level.ERROR)
+        self._slept = True
 
     def _alarm(self, generation: int) -> None:
         if generation == self._generation:
@@ -166,6 +183,7 @@ class Driver:
 
     def _feed(self, delay_us: int) -> None:
         self._fed += 1
+        self._watched = delay_us > 0
         if delay_us:
             self._board.after(delay_us * 1000, partial(self._bite, self._fed))
 
@@ -178,6 +196,7 @@ class Driver:
 
     def _reset(self, cause: int) -> None:
         self._fed += 1
+        self._slept = self._sleeps_for_ever = self._watched = False
         self._outside.disarm_all()
         self.machine.reset(self._board.present_ns(), cause)
         self.machine.at(self._board.present_ns(), self._board.now_ns)

@@ -56,12 +56,15 @@ class CortexFirmwareProgram(FirmwareProgram):
     def _load(self, parameters: Sequence[Sequence[float]]) -> FirmwareMachine:
         return FirmwareMachine(self.image or build_for_cortex_m4(self.folder), self._board, parameters,
                                [port.name for port in self.firmware.ports], len(self.firmware.signals),
-                               self._carry_out, self._answer, self._disarm_all, self.clock_hz,
+                               self._carry_out, self._answer, self._disarm_all, self._timers_armed, self.clock_hz,
                                self.cycles_per_instruction)
 
     def _disarm_all(self) -> None:
         for timer in range(len(self._timers)):
             self._disarm(timer)
+
+    def _timers_armed(self) -> bool:
+        return any(armed is not None for armed in self._timers)
 
 
 class FirmwareMachine:
@@ -69,10 +72,11 @@ class FirmwareMachine:
 
     def __init__(self, file: Path, board: Board, parameters: Sequence[Sequence[float]], ports: Sequence[str],
                  signals: int, carry_out: Callable[[Iterable[Call]], None],
-                 answer: Callable[[int, int, int, float], float | None], disarm_all: Callable[[], None], clock_hz: int,
-                 cycles_per_instruction: float) -> None:
+                 answer: Callable[[int, int, int, float], float | None], disarm_all: Callable[[], None],
+                 timers_armed: Callable[[], bool], clock_hz: int, cycles_per_instruction: float) -> None:
         image = read_image(file)
-        self._carry_out, self._answer, self.disarm_all = carry_out, answer, disarm_all
+        self._carry_out, self._answer = carry_out, answer
+        self.disarm_all, self.timers_armed = disarm_all, timers_armed
         self.signals: Any = [0.0] * (signals + 1)
         self._machine = new_machine(board, image, clock_hz, cycles_per_instruction,
                                     [PORT_KINDS.get(name, 1) for name in ports], parameters, unique_id(board.name))

@@ -17,6 +17,7 @@ FLASH: Final = range(0x0008_0000)          # as in machine.h
 RAM: Final = range(0x2000_0000, 0x2002_0000)
 ARM: Final = 40
 MICROCONTROLLER: Final = ord("M")                       # Tag_CPU_arch_profile
+ARCHITECTURES: Final = range(10, 14)                    # Tag_CPU_arch: ARMv7, ARMv6-M, ARMv6S-M, ARMv7E-M
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,8 @@ def parse_image(data: bytes, name: str) -> Image:
     try:
         elf = ELFFile(io.BytesIO(data))
         machine, little = elf["e_machine"], elf.little_endian and elf.elfclass == 32
-        profile = _profile(elf) if machine == "EM_ARM" else None
+        profile, architecture = (_attribute(elf, name) if machine == "EM_ARM" else None
+                                 for name in ("TAG_CPU_ARCH_PROFILE", "TAG_CPU_ARCH"))
         loads = [(segment["p_paddr"], segment["p_vaddr"], segment["p_memsz"], segment.data())
                  for segment in elf.iter_segments() if segment["p_type"] == "PT_LOAD" and segment["p_memsz"]]
     except Exception as error:              # pyelftools raises errors of many kinds on damaged files
@@ -57,7 +59,11 @@ def parse_image(data: bytes, name: str) -> Image:
         raise ImageError(f"{name}: is for another processor ({machine}): expected 32 bit ARM, little endian, as "
                          "`ziglang cc -target thumb-freestanding-eabihf -mcpu=cortex_m4+vfp4d16sp` builds it")
     if profile not in (None, MICROCONTROLLER):
-        raise ImageError(f"{name}: is for an ARM core of profile {chr(profile)}: expected one of profile M, Cortex-M4")
+        raise ImageError(f"{name}: is for an ARM core of profile {chr(profile)}: expected one of profile M: build it "
+                         "with -mcpu=cortex-m4")
+    if architecture is not None and architecture not in ARCHITECTURES:
+        raise ImageError(f"{name}: is for another ARM core (Tag_CPU_arch {architecture}): expected ARMv7E-M or an "
+                         "earlier one of profile M: build it with -mcpu=cortex-m4")
     return _checked(name, data, loads)
 
 
@@ -91,14 +97,14 @@ def _checked(name: str, data: bytes, loads: list[tuple[int, int, int, bytes]]) -
     return Image(name, data, tuple(segments), stack, entry, used, ram)
 
 
-def _profile(elf: Any) -> int | None:
-    """Return the letter of the core's profile as the file's attributes have it, None if they say nothing."""
+def _attribute(elf: Any, name: str) -> int | None:
+    """Return a number of the file's build attributes, None if they do not have it."""
     section = elf.get_section_by_name(".ARM.attributes")
     if section is None:
         return None
     for subsection in section.iter_subsections():
         for part in subsection.iter_subsubsections():
-            for attribute in part.iter_attributes("TAG_CPU_ARCH_PROFILE"):
+            for attribute in part.iter_attributes(name):
                 value = int(attribute.value)
                 return value or None
     return None

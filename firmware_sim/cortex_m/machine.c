@@ -402,6 +402,16 @@ MACHINE_EXPORT void machine_restore(Machine *m)
 
 MACHINE_EXPORT int64_t machine_now(const Machine *m) { return now_ns(m); }
 MACHINE_EXPORT uint64_t machine_count(const Machine *m) { return m->state.count; }
+/* Whether the timer's interrupt (bit 0) and that of a port (bit 1) are enabled. */
+MACHINE_EXPORT uint32_t machine_wakers(const Machine *m)
+{
+    uint32_t wakers = m->state.enabled[EXTERNAL + IRQ_TIMER] ? 1u : 0u;
+    for (uint32_t port = 0; port < m->ports; port++) {
+        wakers |= m->state.enabled[EXTERNAL + IRQ_PORT + port] && m->state.port[port].control & 1u ? 2u : 0u;
+    }
+    return wakers;
+}
+
 MACHINE_EXPORT int64_t machine_next_tick(const Machine *m) { return next_tick_ns(m); }
 MACHINE_EXPORT Command *machine_commands(Machine *m) { return m->journal.command; }
 MACHINE_EXPORT uint8_t *machine_command_bytes(Machine *m) { return m->journal.bytes; }

@@ -151,6 +151,11 @@ class Machine:
         next_ns: int = self._library.machine_next_tick(self._machine)
         return next_ns
 
+    def can_wake(self, timers_armed: bool) -> bool:
+        """Whether an interrupt that is enabled, other than SysTick's, can end a sleep."""
+        wakers: int = self._library.machine_wakers(self._machine)
+        return bool(wakers & 2 or (wakers & 1 and timers_armed))
+
     def fault(self) -> Fault:
         words = (c.c_uint32 * 20)()
         self._library.machine_fault(self._machine, words)
@@ -184,7 +189,7 @@ def _library() -> Any:
         "machine_answer": (None, [pointer, u32, c.c_int32, c.c_double, i64]),
         "machine_receive": (None, [pointer, u32, c.c_char_p, u32]), "machine_ring": (None, [pointer, u32]),
         "machine_save": (None, [pointer]), "machine_restore": (None, [pointer]), "machine_now": (i64, [pointer]),
-        "machine_count": (u64, [pointer]), "machine_next_tick": (i64, [pointer]),
+        "machine_count": (u64, [pointer]), "machine_next_tick": (i64, [pointer]), "machine_wakers": (u32, [pointer]),
         "machine_fault": (None, [pointer, pointer])}
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)

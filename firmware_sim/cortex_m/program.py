@@ -24,6 +24,7 @@ from firmware_sim.cortex_m.errors import MachineFault
 from firmware_sim.cortex_m.image import read_image
 from firmware_sim.cortex_m.machine import Ask
 from firmware_sim.cortex_m.new_machine import new_machine
+from firmware_sim.frame_too_long import tell_frame_too_long
 from firmware_sim.scenario_view import Own, ScenarioView
 
 MAX_PORTS: Final = 8
@@ -112,7 +113,9 @@ class CortexM:
 
     def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
         board, settings = self._board, self._settings
-        if ask == Ask.SEND:
+        if ask == Ask.SEND and integer < 0:
+            tell_frame_too_long(board, board.ports[number], -integer)
+        elif ask == Ask.SEND:
             self._send[number](self._bytes(place, integer))
         elif ask == Ask.SET_TIMER:
             self._disarm(number)
@@ -152,6 +155,9 @@ class CortexM:
             self._board.adjust_clock(integer, real)
             return real
         return float(self._board.rng.getrandbits(32))
+
+    def timers_armed(self) -> bool:
+        return bool(self._timers)
 
     def disarm_all(self) -> None:
         for channel in list(self._timers):

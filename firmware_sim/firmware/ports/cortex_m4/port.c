@@ -188,6 +188,8 @@ int32_t board_send(uint32_t port, const uint8_t *data, uint32_t length)
         return mistake("board_send", port, BOARD_NOT_NOW);
     }
     if (length > BOARD_MAX_FRAME_BYTES) {
+        PORT_TX_SEND(port) = length;                /* the machine records that it was not sent */
+        PORT_TX_OVERFLOW(port) = 0;
         return BOARD_TOO_LONG;
     }
     uint32_t i = 0;
