@@ -153,9 +153,9 @@ class Driver:
         armed = self._outside.timers_armed()
         if not (self._slept and armed) and not self.machine.can_wake(armed):
             self._sleeps_for_ever = True
-            self._board.event("sleeps for ever", f"SysTick is off, no port's interrupt is on, "
-                              f"{'and the interrupt of the timer is off' if armed else 'and no timer is armed'}: let "
-                              f"one of them wake it; {describe(self.machine.fault(), self._image, 'last')}", Level.ERROR)
+            timer = "the interrupt of the timer is off" if armed else "no timer is armed"
+            self._board.event("sleeps for ever", f"SysTick is off, no port's interrupt is on, and {timer}: let one of "
+                              f"them wake it; {describe(self.machine.fault(), self._image, 'last')}", Level.ERROR)
         self._slept = True
 
     def _alarm(self, generation: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -49,6 +50,9 @@ class Waiting:
         done = subprocess.run([GDB, "-q", "-nx", "-batch", *(word for line in words for word in ("-ex", line)),
                                self.image], capture_output=True, text=True, timeout=WITHIN_S)
         return done.stdout + done.stderr
+
+    def interrupt(self) -> None:
+        self._process.send_signal(signal.SIGINT)
 
     def ended(self) -> tuple[int, str]:
         """Return exit code and output."""
@@ -102,6 +106,21 @@ def test_kill_ends_the_run_with_its_records(scenario: Path, tmp_path: Path, host
 
     assert code == 1, told              # what the scenario expects was not reached
     assert "by node a: the debugger of a ended it" in told
+    assert (tmp_path / "run" / "ledger.parquet").exists()
+
+
+@pytest.mark.parametrize("host", ["inline", "process"])
+def test_ctrl_c_ends_a_run_that_waits_for_its_debugger(scenario: Path, tmp_path: Path, host: str) -> None:
+    waiting = Waiting(scenario, tmp_path / "run", "--host", host)
+    client = Packets(waiting.port)
+    with client.socket:
+        assert client.ask(b"?") == b"T05thread:1;"
+        waiting.interrupt()
+        code, told = waiting.ended()
+
+        assert client.answer() in (b"", b"W00")
+    assert code == 130, told
+    assert "interrupted (SIGINT)" in told
     assert (tmp_path / "run" / "ledger.parquet").exists()
 
 
