@@ -64,7 +64,7 @@ class CortexFirmwareProgram(FirmwareProgram):
             self._disarm(timer)
 
     def _timers_armed(self) -> bool:
-        return any(armed is not None for armed in self._timers)
+        return self._timers.count(None) < len(self._timers)
 
 
 class FirmwareMachine:

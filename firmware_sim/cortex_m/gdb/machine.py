@@ -7,7 +7,7 @@ then: the debugger sees the instructions when the node's time has come to them, 
 `restore`, where they are run again from the driver's snapshot.
 
 Invariants:
-- where gdb sees the machine stand still, what it has asked of the board before has been carried out, and nothing else;
+- where gdb sees the machine stand still, the board has answered what the program has asked, and will not take it back;
 - when `run` returns to the driver, the machine is at its present.
 """
 

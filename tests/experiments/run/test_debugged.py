@@ -96,7 +96,7 @@ def test_time_outs_stand_still_while_the_program_does(scenario: Path, tmp_path: 
     assert "exited normally" in said
 
 
-@pytest.mark.parametrize("host", ["inline", "process"])
+@pytest.mark.parametrize("host", [pytest.param("inline", marks=pytest.mark.slow), "process"])
 def test_kill_ends_the_run_with_its_records(scenario: Path, tmp_path: Path, host: str) -> None:
     waiting = Waiting(scenario, tmp_path / "run", "--host", host)
     client = Packets(waiting.port)
@@ -109,7 +109,7 @@ def test_kill_ends_the_run_with_its_records(scenario: Path, tmp_path: Path, host
     assert (tmp_path / "run" / "ledger.parquet").exists()
 
 
-@pytest.mark.parametrize("host", ["inline", "process"])
+@pytest.mark.parametrize("host", ["inline", pytest.param("process", marks=pytest.mark.slow)])
 def test_ctrl_c_ends_a_run_that_waits_for_its_debugger(scenario: Path, tmp_path: Path, host: str) -> None:
     waiting = Waiting(scenario, tmp_path / "run", "--host", host)
     client = Packets(waiting.port)
