@@ -6,7 +6,9 @@ import re
 import socket
 import struct
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from random import Random
 
 import pytest
 from hypothesis import given
@@ -222,6 +224,33 @@ class Memory:
 
     def clear_breakpoint(self, address: int) -> None:
         pass
+
+
+def arbitrary(random: Random) -> bytes:
+    """Return a packet that gdb might send, with arbitrary numbers."""
+    address = random.choice((random.getrandbits(32), 0x2000_0000 + random.randrange(0x2100), random.randrange(0x800)))
+    length, value = random.choice((0, 1, 4, 64, 5_000)), random.randbytes(random.choice((4, 8)))
+    return random.choice((
+        b"g", b"s", b"s", b"bs", b"bc", b"?", b"m%x,%x" % (address, length), b"Z0,%x,2" % address,
+        b"M%x,%x:%b" % (address, len(value), value.hex().encode()), b"z0,%x,2" % address,
+        b"P%x=%b" % (random.randrange(48), value.hex().encode()), b"vCont;r%x,%x:1" % (address, address + 8),
+        b"G" + random.randbytes(LAYOUT.size).hex().encode(), b"qRcmd,74696d65"))
+
+
+@pytest.mark.parametrize("cost", COSTS)
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 20))])
+def test_a_debugger_that_does_anything_leaves_the_host_alive(image: Callable[..., Path], seed: int,
+                                                             cost: float) -> None:
+    random, answered = Random(seed), [b""]
+
+    with suppress(MachineFault), debugged(image("kernel"), 10_000_000, cycles_per_instruction=cost,
+                                          instruction_budget=100_000) as node, suppress(OSError):
+        client = node.client()
+        while len(answered) < 100 and not answered[-1].startswith(b"W"):
+            answered.append(client.ask(arbitrary(random)))
+        client.send(b"D")
+
+    assert len(answered) == 100 or answered[-1] in (b"W03", b"")
 
 
 BEGINNINGS = st.sampled_from([b"m", b"M", b"X", b"p", b"P", b"G", b"Z0,", b"z1,", b"vCont;", b"qRcmd,", b"c",
