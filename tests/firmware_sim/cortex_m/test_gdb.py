@@ -82,6 +82,14 @@ def test_gdb_sees_fpu_registers_and_threads_on_the_process_stack(image: Callable
 
 
 @needs_gdb
+def test_gdb_watches_a_variable_by_steps(image: Callable[..., Path]) -> None:
+    with debugged(image("beacon"), 3_000_000, values=[[5e6], [1e6], [0.0]]) as node:
+        said = gdb(node, "set can-use-hw-watchpoints 0", "watch sent", "continue", "kill")
+
+    assert "Old value = 0\nNew value = 1\n" in said
+
+
+@needs_gdb
 def test_a_program_that_cannot_go_on_is_shown_where_it_is(image: Callable[..., Path]) -> None:
     with pytest.raises(MachineFault, match="bus fault: read of 0x30000000"), \
             debugged(image("mistakes"), values=[[1.0]]) as node:
