@@ -2,6 +2,7 @@
 
 - They run on the sources, or with MARCONET_COMPILED=1 on the compiled modules.
 - Property tests have no deadline, so that they pass on a busy machine.
+- NumPy computes in one thread, since the tests of all cores would wait for each other's threads.
 - Programs under test do not ignore the signals that a background job ignores (Ctrl-C after `&`, hang-up after `nohup`).
 - With `--fail-on-skip` (`make test-all`) a test that lacks a tool fails instead of being skipped.
 """
@@ -15,6 +16,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 os.environ.setdefault("MARCONET_COMPILED", "0")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import experiments  # reads the variable
 

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.sources import import_statements
+
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("netem", "fmus", "firmware_sim", "agents", "experiments", "marconet")
 FILES = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
@@ -17,10 +19,10 @@ FILES = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix("._
 def imported_by(path: Path) -> set[str]:
     """Modules of ours; a package counts where a name of its own `__init__` is imported."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in import_statements(path):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
+        elif node.module:
             parts = [f"{node.module}.{alias.name}" for alias in node.names]
             found |= {part if part in FILES else node.module for part in parts}
     return found & FILES.keys()

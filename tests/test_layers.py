@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.sources import import_statements
+
 ROOT = Path(__file__).parents[1]
 BELOW = {                                       # what each package may import of the others
     "netem": set(),
@@ -33,7 +35,7 @@ ADAPTERS = {
             "netem/media/can/can_log.py", "netem/media/can/can_log_reader.py",      # into log files, and from them
             "netem/media/can/outside_bus.py"},  # to buses outside of the run
     "cantools": {"netem/media/can/dbc_file.py"},
-    "pymavlink": {"firmware_sim/mavlink/dialect.py"},
+    "pymavlink": {"firmware_sim/mavlink/dialect.py", "firmware_sim/mavlink/c_headers.py"},
     "cryptography": {"netem/gateways/certificate_authority.py", "netem/gateways/certificate_table.py"},
     "foxglove": {"experiments/show/view/foxglove_server.py"},
     "websockets": {"experiments/show/view/server.py"},
@@ -45,10 +47,10 @@ FILES = [str(path.relative_to(ROOT)) for package in BELOW for path in sorted((RO
 
 def imports(file: str, *, whole: bool = False) -> Iterator[tuple[int, str]]:
     """Line and top-level package (`whole`: module) of every import of a file, wherever it stands."""
-    for node in ast.walk(ast.parse((ROOT / file).read_text(encoding="utf-8"))):
+    for node in import_statements(ROOT / file):
         if isinstance(node, ast.Import):
             yield from ((node.lineno, alias.name if whole else alias.name.partition(".")[0]) for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
+        else:
             module = node.module or ""
             if whole and module.count(".") == 0:        # from netem import core
                 yield from ((node.lineno, f"{module}.{alias.name}") for alias in node.names)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from math import cos, sin, sqrt
 
 from agents.tracking.controller import Command, Inputs, Pose
+from firmware_sim.shared_functions import sine_cosine
 
 NODE, WEIGHTS = sqrt(0.6), (5 / 18, 8 / 18, 5 / 18)         # Gauss-Legendre on [-1, 1], weights for [0, 1]
 STRAIGHT_RAD = 1e-8             # below, sinc is 1 to 1e-17
@@ -20,9 +21,9 @@ def arc(pose: Pose, command: Command, h_s: float) -> Pose:
     """Return the pose of a unicycle after h_s of constant velocities, exactly."""
     v, omega = command
     half = omega * h_s / 2
-    chord = v * h_s * (sin(half) / half if abs(half) > STRAIGHT_RAD else 1.0)
-    middle = pose.theta_rad + half
-    return Pose(pose.x_m + chord * cos(middle), pose.y_m + chord * sin(middle), pose.theta_rad + 2 * half)
+    chord = v * h_s * (sine_cosine(half)[0] / half if abs(half) > STRAIGHT_RAD else 1.0)
+    sine, cosine = sine_cosine(pose.theta_rad + half)
+    return Pose(pose.x_m + chord * cosine, pose.y_m + chord * sine, pose.theta_rad + 2 * half)
 
 
 def ramp(pose: Pose, before: Inputs, after: Inputs, h_s: float) -> Pose:

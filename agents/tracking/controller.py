@@ -11,8 +11,10 @@ x3: the caller must unwrap the heading error or bring it to (-pi, pi].
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, isfinite, sin
+from math import isfinite
 from typing import NamedTuple
+
+from firmware_sim.shared_functions import sine_cosine
 
 State = tuple[float, float, float]      # tracking error x: ahead [m], left [m], heading [rad]
 
@@ -55,13 +57,14 @@ class TrackingController:
         """Return u for a tracking error, measured or true, and the inputs of R2 at the same time."""
         x1, x2, x3 = x
         v_mps, omega_rad_s = inputs
-        sinc = sin(x3) / x3 if x3 else 1.0
-        return Command(v_mps * cos(x3) + self.k1_per_s * x1,
+        sine, cosine = sine_cosine(x3)
+        sinc = sine / x3 if x3 else 1.0
+        return Command(v_mps * cosine + self.k1_per_s * x1,
                        omega_rad_s + self.k2_per_m2 * v_mps * sinc * x2 + self.k3_per_s * x3)
 
 
 def tracking_error(own: Pose, reference: Pose) -> State:
     """Return the tracking error x of (4.2), in the frame of `own`; the heading error is not wrapped."""
-    c, s = cos(own.theta_rad), sin(own.theta_rad)
+    s, c = sine_cosine(own.theta_rad)
     east_m, north_m = reference.x_m - own.x_m, reference.y_m - own.y_m
     return c * east_m + s * north_m, c * north_m - s * east_m, reference.theta_rad - own.theta_rad

@@ -23,11 +23,12 @@ Theorem 3 does not need.
 from __future__ import annotations
 
 from enum import Enum
-from math import acos, cos, sqrt
+from math import sqrt
 
 from agents.tracking.controller import TrackingController
 from agents.tracking.heading_slope import HeadingSlope
 from agents.tracking.reachable_set import Extents
+from firmware_sim.shared_functions import arc_cosine, cosine
 
 Matrix = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 
@@ -92,4 +93,4 @@ def largest_eigenvalue(a11: float, a22: float, a33: float, a12: float, a13: floa
     ratio = determinant / cube
     if ratio >= 1:
         return mean + 2 * size
-    return mean + 2 * size * cos(acos(ratio if ratio > -1 else -1.0) / 3)
+    return mean + 2 * size * cosine(arc_cosine(ratio if ratio > -1 else -1.0) / 3)

@@ -33,7 +33,8 @@ class TrackingPrediction:
 
     def _from(self, x: State) -> Callable[[float], Extents]:
         if not (abs(x[0]) < FAR and abs(x[1]) < FAR and abs(x[2]) < FAR):
-            raise ValueError(f"x={tuple(x)}: no tracking error [m, m, rad]; leave such a measurement out")
+            raise ValueError(f"x=({x[0]:.9g}, {x[1]:.9g}, {x[2]:.9g}): no tracking error [m, m, rad]; leave such a "
+                             "measurement out")
         return extents_until(x, self.command, self._system.limits, self._system.noise)
 
     def growth_until(self, tau_s: float) -> float:

@@ -59,18 +59,18 @@ class HeadingSlope:
     def __init__(self, k2_per_m2: float, k3_per_s: float) -> None:
         self._k3 = k3_per_s
         self._table = heading_table()
-        self._step_m = sqrt(VANISHES_AT / k2_per_m2) / CELLS
-        self._at_node = tuple(k3_per_s * j * self._step_m for j in range(CELLS + 1))
+        self.step_m = sqrt(VANISHES_AT / k2_per_m2) / CELLS
+        self._at_node = tuple(k3_per_s * j * self.step_m for j in range(CELLS + 1))
         # Between two nodes k3 z + |v| (chord in Q) is a parabola that exceeds its ends by at most |v| fall step^2 / 4.
         fall = max((row[j] - row[j + 1]) / (2 * j + 1) for row in self._table for j in range(CELLS))
-        self._bump = fall / 4
+        self.bump = fall / 4
 
     def __call__(self, v_mps: float, m2_m: float, m3_rad: float) -> float:
         """Return a13 [1/s] for v_mps = |v_R2| >= 0, M2 and M3."""
         row = self._table[min(ceil(m3_rad * (2 * ROWS / pi)), ROWS)]
         k3 = self._k3
         largest = k3 * m2_m
-        place = m2_m / self._step_m
+        place = m2_m / self.step_m
         if place < CELLS:
             n = int(place)
             share = (place * place - n * n) / (2 * n + 1)
@@ -82,4 +82,4 @@ class HeadingSlope:
             here = at + v_mps * slope
             if here > largest:
                 largest = here
-        return min(largest + v_mps * self._bump, v_mps + k3 * m2_m)
+        return min(largest + v_mps * self.bump, v_mps + k3 * m2_m)

@@ -14,9 +14,10 @@ Not modelled: a plant that does not follow the command (slip, a stopped drive); 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import cos, floor, hypot, pi, sin, sqrt
+from math import floor, pi, sqrt
 
 from agents.tracking.controller import Command, Inputs, State
+from firmware_sim.shared_functions import cosine, sine_cosine
 
 Extents = tuple[float, float, float]        # M1 [m], M2 [m], M3 [rad]
 
@@ -35,16 +36,18 @@ def extents_until(x: State, command: Command, limits: Inputs, noise: float) -> C
     v1, omega1 = command
     v2, omega2 = limits
     slide = omega1 * y2 - v1                # c1'(0); c2'(0) = -omega1 y1
-    circle = hypot(omega1 * y1, slide)      # speed on the arc: |omega1| times its radius
+    away = omega1 * y1
+    circle = sqrt(away * away + slide * slide)      # speed on the arc: |omega1| times its radius
     left, right = omega2 - omega1, omega2 + omega1
     high3, low3 = y3 + noise, y3 - noise
     abs_y1, abs_y2 = abs(y1), abs(y2)
 
     def until(tau_s: float) -> Extents:
         angle = omega1 * tau_s
-        c, s = cos(angle), sin(angle)
         turned = abs(angle)
         if turned < HALF_PI:
+            s, c = sine_cosine(angle)
+            spread = noise * (c + abs(s)) if turned < QUARTER_PI else noise * SQRT_2
             if turned > 1e-6:
                 along, across = s / omega1, s * s / ((1 + c) * omega1)
             else:
@@ -67,7 +70,7 @@ def extents_until(x: State, command: Command, limits: Inputs, noise: float) -> C
         else:
             m1 = circle / abs(omega1)
             m2 = m1 + abs(v1 / omega1)
-        spread = noise * (c + abs(s)) if turned < QUARTER_PI else noise * SQRT_2
+            spread = noise * SQRT_2
         way = v2 * tau_s
         half = noise + omega2 * tau_s + turned / 2
         middle = y3 - angle / 2
@@ -83,6 +86,5 @@ def extents_until(x: State, command: Command, limits: Inputs, noise: float) -> C
 def _largest_sine(middle: float, half: float) -> float:
     """Return the largest |sin| on [middle - half, middle + half]."""
     beyond = middle - floor(middle / pi) * pi                   # in [0, pi)
-    if abs(beyond - HALF_PI) <= half:
-        return 1.0
-    return max(abs(sin(beyond - half)), abs(sin(beyond + half)))
+    away = abs(beyond - HALF_PI)                                # from the nearest angle at which |sin| is 1
+    return 1.0 if away <= half else cosine(away - half)

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from math import hypot
+from math import sqrt
 
 from agents.triggering.error_gain import horizon_s
 from agents.triggering.gain_table import GainTable
@@ -83,25 +83,37 @@ def input_violations(at_ns: int, inputs: tuple[float, ...], limits: tuple[float,
     for value, limit in zip(inputs, limits, strict=True):
         if not abs(value) <= limit:
             return [Violation(Assumption.INPUTS, at_ns, value, limit,
-                              f"{tuple(inputs)}, expected magnitudes of at most {tuple(limits)}")]
+                              f"{_listed(inputs)}, expected magnitudes of at most {_listed(limits)}")]
     if not gains.planned(inputs):
         return [Violation(Assumption.GAIN, at_ns, gains.unified, gains.unified,
-                          f"none is known for {tuple(inputs)}; the unified gain {gains.unified:g} 1/s is used")]
+                          f"none is known for {_listed(inputs)}; the unified gain {gains.unified:g} 1/s is used")]
     return []
 
 
 def announcement_violations(at_ns: int, inputs: tuple[float, ...], before: tuple[float, ...]) -> list[Violation]:
     """Return violations of ANNOUNCED by inputs received without an announcement; `before` are the previous inputs."""
-    change = hypot(*(now - then for now, then in zip(inputs, before, strict=True)))
-    if not change:
+    if tuple(inputs) == tuple(before):
         return []
+    change = _norm([now - then for now, then in zip(inputs, before, strict=True)])
     return [Violation(Assumption.ANNOUNCED, at_ns, change, 0.0,
-                      f"{tuple(before)} became {tuple(inputs)} unannounced, since the measurement before")]
+                      f"{_listed(before)} became {_listed(inputs)} unannounced, since the measurement before")]
 
 
 def radius_violations(at_ns: int, x: Sequence[float], radius: float, noise: float = 0.0) -> list[Violation]:
     """Return violations of RADIUS by a measurement with an error of up to `noise` in each component."""
-    norm, limit = hypot(*x), radius + noise * len(x) ** 0.5
+    norm, limit = _norm(x), radius + noise * sqrt(len(x))
     if norm <= limit:
         return []
     return [Violation(Assumption.RADIUS, at_ns, norm, limit, f"|x| = {norm:.6g}, certified up to {limit:.6g}")]
+
+
+def _norm(values: Sequence[float]) -> float:
+    """Return the 2-norm, summed in the order of the values as robots in C do."""
+    total = values[0] * values[0]
+    for value in values[1:]:
+        total += value * value
+    return sqrt(total)
+
+
+def _listed(values: Sequence[float]) -> str:
+    return f"({', '.join(f'{value:.9g}' for value in values)})"

@@ -17,8 +17,11 @@ Not modelled: delay between a measurement and the command that follows from it (
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import exp, expm1, inf, log1p
+from math import exp, inf
+from math import expm1 as library_expm1
 from typing import NamedTuple
+
+from firmware_sim.shared_functions import expm1, log1p
 
 KAPPA = 0.999           # section 4.5
 SETTLED = 1e-5          # accuracy of `largest_horizon`, as a share of kappa / gamma_n
@@ -34,7 +37,7 @@ def initial_error_gain(growth_per_s: float, tau_s: float, p: float = 2.0) -> flo
         return inf
     if p == inf:
         return exp(growth_per_s * tau_s)
-    shrunk = tau_s if growth_per_s <= TINY_PER_S else -expm1(-growth_per_s * p * tau_s) / (p * growth_per_s)
+    shrunk = tau_s if growth_per_s <= TINY_PER_S else -library_expm1(-growth_per_s * p * tau_s) / (p * growth_per_s)
     return float(exp(growth_per_s * tau_s) * shrunk ** (1 / p))
 
 

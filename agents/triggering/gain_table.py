@@ -28,6 +28,11 @@ class GainTable:
         self.unified = unified
         self._same_within = same_within
 
+    @property
+    def rows(self) -> list[tuple[float, ...]]:
+        """Return (inputs..., gain) of each entry, in the order of the table."""
+        return [(*inputs, gain) for inputs, gain in self._gains.items()]
+
     def planned(self, inputs: tuple[float, ...]) -> bool:
         """Return whether the inputs are in the table."""
         return self._find(inputs) is not None

@@ -19,7 +19,7 @@ from firmware_sim.cortex_m.image import read_image
 from firmware_sim.cortex_m.machine import Ask
 from firmware_sim.cortex_m.new_machine import new_machine
 from firmware_sim.cortex_m.program import PORT_KINDS, unique_id
-from firmware_sim.firmware.build import INCLUDE, sources
+from firmware_sim.firmware.build import INCLUDE, header_options, sources
 from firmware_sim.firmware.description import read_description
 from firmware_sim.firmware.errors import FirmwareError
 from firmware_sim.firmware.host.library import Call
@@ -34,9 +34,9 @@ def build_for_cortex_m4(folder: Path) -> Path:
     """Return the path of the firmware's image; raises FirmwareError as `build_for_host` does."""
     firmware = read_description(folder)
     code = {name: data for name, data in sources(folder, firmware).items() if name != OF_THE_HOST}
-    code |= {name: (PORT / name).read_bytes() for name in ("port.c", "string.h")}
+    code |= {name: (PORT / name).read_bytes() for name in ("port.c", "stdio.h", "string.h")}
     try:
-        return build_image(firmware.name, code)
+        return build_image(firmware.name, code, header_options(folder, firmware))
     except (ImageError, MachineMissing, PlantError) as error:
         raise FirmwareError(str(error)) from None
 

@@ -1,6 +1,7 @@
 """Builds a folder of firmware into a shared library for the host, once: the cache is that of plants.
 
     *.c *.h of the folder + board_ids.h + include/*.h + host/marconet_host.c --compiler--> NAME.so
+                                                 (+ MAVLink's headers, if firmware.toml asks for them)
 
 The compiler and its options are those of plants (`fmus/build.py`): no fused multiply-adds, no link-time surprises.
 Warnings are errors.
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -17,6 +19,7 @@ from typing import Final
 from firmware_sim.firmware.description import TABLE, Firmware, read_description
 from firmware_sim.firmware.errors import FirmwareError
 from firmware_sim.firmware.ids_header import ids_header
+from firmware_sim.mavlink.c_headers import c_headers
 from fmus.build import OPTIONS, compile_library
 from fmus.cache import cache_folder, kept
 from fmus.errors import PlantError
@@ -52,14 +55,14 @@ def build_for_host(folder: Path, cache: Path | None = None) -> Path:
 
     Raises FirmwareError for a wrong table, no compiler, code that does not compile or a missing function."""
     firmware = read_description(folder)
-    code = sources(folder, firmware)
+    code, headers = sources(folder, firmware), header_options(folder, firmware, cache)
     key = hashlib.sha256()
     for name, data in sorted(code.items()):
         key.update(f"{name}\0{len(data)}\0".encode() + data)
-    key.update("\0".join([*OPTIONS, *WARNINGS, platform_fmi3()]).encode())
+    key.update("\0".join([*OPTIONS, *WARNINGS, *headers, platform_fmi3()]).encode())
     try:
         home = kept((cache or cache_folder()) / "firmware" / f"{firmware.name}-{key.hexdigest()[:16]}",
-                    partial(_build, folder=folder, firmware=firmware, code=code))
+                    partial(_build, folder=folder, firmware=firmware, code=code, headers=headers))
     except PlantError as error:
         raise FirmwareError(str(error)) from None
     return home / f"{firmware.name}{library_suffix()}"
@@ -77,7 +80,22 @@ def sources(folder: Path, firmware: Firmware) -> dict[str, bytes]:
     return {**code, **ours}
 
 
-def _build(draft: Path, folder: Path, firmware: Firmware, code: dict[str, bytes]) -> None:
+def header_options(folder: Path, firmware: Firmware, cache: Path | None = None) -> list[str]:
+    """Return the compiler's options for the headers that firmware.toml asks for; its messages do not name the cache.
+
+    Raises FirmwareError for an unknown dialect of MAVLink, or a cache that cannot be used."""
+    if not firmware.mavlink:
+        return []
+    try:
+        headers = c_headers(firmware.mavlink, cache)
+    except ValueError as error:
+        raise FirmwareError(f"{folder / TABLE}: mavlink={firmware.mavlink!r}: {error}") from None
+    except PlantError as error:
+        raise FirmwareError(str(error)) from None
+    return ["-isystem", str(headers), f"-fdebug-prefix-map={headers}=mavlink"]
+
+
+def _build(draft: Path, folder: Path, firmware: Firmware, code: dict[str, bytes], headers: Sequence[str]) -> None:
     linked = ["-Wl,-z,defs"] if sys.platform == "linux" else []
     (draft / f"{firmware.name}{library_suffix()}").write_bytes(compile_library(
-        code, f"the firmware {folder}", [*WARNINGS, *linked], EXPORTS, "its C code"))
+        code, f"the firmware {folder}", [*WARNINGS, *headers, *linked], EXPORTS, "its C code"))

@@ -2,6 +2,7 @@
 
     name, about                     of the firmware
     companion                       "package.module:Class" with its `check`, `prepare` and `configure` (see program.py)
+    mavlink                         dialect of MAVLink whose headers in C the files may include
     [[ports]]                       name of the medium; listen_only
     [[parameters]]                  name, type, default, min, max, columns: set in a scenario
     [[configuration]]               name: values that the companion computes from the scenario
@@ -40,14 +41,18 @@ class Port(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Parameter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """`rows` is a list of rows with `columns` numbers each, which the firmware reads one after the other."""
+    """`rows` is a list of rows with `columns` numbers each, which the firmware reads one after the other.
+
+    `choice` is one of the words `choices`, of which the firmware reads the position, from 0 on.
+    """
 
     name: str
-    type: Literal["float", "int", "bool", "floats", "rows"] = "float"
-    default: float | bool | list[Any] | None = None     # None: the scenario has to set it
+    type: Literal["float", "int", "bool", "floats", "rows", "choice"] = "float"
+    default: float | bool | str | list[Any] | None = None     # None: the scenario has to set it
     min: float | None = None
     max: float | None = None
     columns: int = 0
+    choices: tuple[str, ...] = ()
     about: str = ""
 
 
@@ -101,6 +106,7 @@ class Firmware(msgspec.Struct, frozen=True, forbid_unknown_fields=True, dict=Tru
     name: str
     about: str = ""
     companion: str = ""
+    mavlink: str = ""
     ports: tuple[Port, ...] = ()
     parameters: tuple[Parameter, ...] = ()
     configuration: tuple[Configured, ...] = ()
@@ -184,12 +190,15 @@ def _parameter_complaints(parameter: Parameter) -> Iterable[tuple[str, str]]:
         yield place, "expected a name of letters, digits and _, since it is a key of a scenario"
     if (parameter.type == "rows") != (parameter.columns > 0):
         yield place, f"columns={parameter.columns}: expected 1 or more for type \"rows\", none for other types"
+    if (parameter.type == "choice") != bool(parameter.choices):
+        yield place, f"choices={list(parameter.choices)}: expected words for type \"choice\", none for other types"
     fits = {"float": isinstance(default, int | float) and not isinstance(default, bool),
             "int": isinstance(default, int | float) and not isinstance(default, bool) and default == int(default),
             "bool": isinstance(default, bool),
             "floats": isinstance(default, list) and not any(isinstance(value, list) for value in default),
             "rows": isinstance(default, list) and all(isinstance(row, list) and len(row) == parameter.columns
-                                                      for row in default)}
+                                                      for row in default),
+            "choice": default in parameter.choices}
     if default is not None and not fits[parameter.type]:
         yield place, f"default={default!r}: expected one of type \"{parameter.type}\""
 

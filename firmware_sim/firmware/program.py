@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, make_dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, Literal
 
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
@@ -94,7 +94,7 @@ class FirmwareProgram:
     def _parameter_values(self, settings: Any) -> list[list[float]]:
         """Return the values of every parameter by its number."""
         firmware = self.firmware
-        values = [_flat(getattr(settings, row.name)) for row in firmware.parameters]
+        values = [_numbers(row, getattr(settings, row.name)) for row in firmware.parameters]
         if firmware.configuration:
             given: Mapping[str, Any] = self.companion.configure(self._board.team, self._board.name, settings)
             names = [row.name for row in firmware.configuration]
@@ -229,26 +229,35 @@ def _settings(firmware: Firmware) -> type:
     """Return a dataclass with the firmware's parameters, which refuses values outside their limits."""
     def refuse(self: Any) -> None:
         for row in firmware.parameters:
-            for value in _flat(getattr(self, row.name)):
+            for value in _numbers(row, getattr(self, row.name)):
                 if (row.min is not None and value < row.min) or (row.max is not None and value > row.max):
                     raise ValueError(f"{row.name}={getattr(self, row.name)}: expected {_limits(row)}")
 
-    required = [(row.name, TYPES[row.type]) for row in firmware.parameters if row.default is None]
-    optional = [(row.name, TYPES[row.type], _default(row)) for row in firmware.parameters if row.default is not None]
+    required = [(row.name, _type(row)) for row in firmware.parameters if row.default is None]
+    optional = [(row.name, _type(row), _default(row)) for row in firmware.parameters if row.default is not None]
     return make_dataclass(f"{firmware.name}_settings", [*required, *optional], frozen=True,
                           namespace={"__post_init__": refuse})
+
+
+def _type(row: Parameter) -> Any:
+    return Literal[row.choices] if row.type == "choice" else TYPES[row.type]
 
 
 def _default(row: Parameter) -> Any:
     if isinstance(row.default, list):
         return field(default_factory=partial(list, row.default))
-    return field(default=TYPES[row.type](row.default))
+    return field(default=row.default if row.type == "choice" else TYPES[row.type](row.default))
 
 
 def _limits(row: Parameter) -> str:
     if row.min is not None and row.max is not None:
         return f"{row.min:g} to {row.max:g}"
     return f"at least {row.min:g}" if row.min is not None else f"at most {row.max:g}"
+
+
+def _numbers(row: Parameter, value: Any) -> list[float]:
+    """Return what the firmware reads of a parameter."""
+    return [float(row.choices.index(value))] if row.type == "choice" else _flat(value)
 
 
 def _flat(value: Any) -> list[float]:

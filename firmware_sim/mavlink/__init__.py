@@ -4,6 +4,7 @@
     bytes <- framing <- signing <- link <- budget <- front <- services <- Vehicle
 
     dialect.py              adapter to pymavlink: messages of common.xml to payload bytes and back
+    c_headers.py            the dialects as headers in C, for firmware
     enums.py, px4_modes.py  numbers of the protocol
     framing.py, signing.py  bytes to frames and back; signatures and their check
     sequence_gaps.py        frames lost per source, counted by their sequence numbers

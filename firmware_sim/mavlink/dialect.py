@@ -1,4 +1,4 @@
-"""Adapter: messages of MAVLink's common.xml to payload bytes and back. The only file that knows pymavlink.
+"""Adapter: messages of MAVLink's common.xml to payload bytes and back. Only this file and c_headers.py know pymavlink.
 
 Fields are by name, in the order of the wire; one that is not given is 0 (or empty). Text fields are bytes.
 """

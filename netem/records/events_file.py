@@ -13,11 +13,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from netem.records import Feed, Place, Recorder
+from netem.records.columns import NAME, column_of
 from netem.records.events import Event, in_order
 from netem.records.part_file import part_of, publish
 
 FILE: Final = "ledger_events.parquet"
-NAME = pa.dictionary(pa.int32(), pa.string())
 SCHEMA = pa.schema([("time_ns", pa.int64()), ("node", NAME), ("kind", NAME), ("detail", pa.string()), ("level", NAME),
                     ("wall_clock", pa.bool_())])
 
@@ -27,7 +27,7 @@ def write_events(path: Path, events: Iterable[Event]) -> None:
     part = part_of(path)
     rows = [_row(event) for event in in_order(events)]
     columns = zip(*rows, strict=True) if rows else [()] * len(SCHEMA)
-    arrays = [pa.array(values, field.type) for field, values in zip(SCHEMA, columns, strict=True)]
+    arrays = [column_of(field.type, values) for field, values in zip(SCHEMA, columns, strict=True)]
     try:
         pq.write_table(pa.Table.from_arrays(arrays, schema=SCHEMA), part, compression="zstd")
         publish(path)

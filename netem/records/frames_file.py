@@ -27,8 +27,9 @@ import pyarrow as pa
 
 from netem.core.frame import Frame
 from netem.records import Feed, Place, Recorder
+from netem.records.columns import NAME
 from netem.records.journal import journal_of
-from netem.records.row_file import NAME, RowFile, RowFormat
+from netem.records.row_file import RowFile, RowFormat
 from netem.records.uninterrupted import uninterrupted
 
 FILE: Final = "frames.parquet"

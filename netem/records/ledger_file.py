@@ -17,9 +17,10 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from netem.records.columns import NAME
 from netem.records.journal import journal_of
 from netem.records.ledger_hash import LedgerHash
-from netem.records.row_file import NAME, PREFIX, RowFile, RowFormat, Rows
+from netem.records.row_file import PREFIX, RowFile, RowFormat, Rows
 
 SCHEMA = pa.schema([
     pa.field("medium", NAME, nullable=False),

@@ -23,11 +23,11 @@ import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from netem.records.columns import NAME, column_of
 from netem.records.journal import GrowingFile, Journal, journal_of, pieces_of
 from netem.records.part_file import part_of, publish
 
 PREFIX: Final = "marconet."
-NAME: Final = pa.dictionary(pa.int32(), pa.string())
 Rows = Sequence[Sequence[Any]]
 
 
@@ -47,7 +47,7 @@ class RowFormat:
                 for field in self.schema if field.type != NAME}
 
     def batch_of(self, rows: Rows) -> pa.RecordBatch:
-        columns = [_array(field.type, values)
+        columns = [column_of(field.type, values)
                    for field, values in zip(self.schema, zip(*rows, strict=True), strict=True)]
         return pa.RecordBatch.from_arrays(columns, schema=self.schema)
 
@@ -146,9 +146,3 @@ class RowFile:
             self._file.close()
         publish(self._path)
         journal_of(self._path).unlink()
-
-
-def _array(kind: pa.DataType, values: Sequence[Any]) -> pa.Array:
-    if pa.types.is_dictionary(kind):
-        return pa.array(values, kind.value_type).dictionary_encode()
-    return pa.array(values, kind)

@@ -12,6 +12,8 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+from tests.sources import import_statements
+
 TOP = Path(__file__).parents[2]
 OURS = {"marconet", "netem", "fmus", "firmware_sim", "agents", "experiments", "scenarios"}
 PROJECT = tomllib.loads((TOP / "pyproject.toml").read_text())["project"]
@@ -24,10 +26,10 @@ def imported() -> set[str]:
     found: set[str] = set()
     for room in sorted(OURS):
         for path in (TOP / room).rglob("*.py"):
-            for node in ast.walk(ast.parse(path.read_text())):
+            for node in import_statements(path):
                 if isinstance(node, ast.Import):
                     found |= {alias.name.partition(".")[0] for alias in node.names}
-                elif isinstance(node, ast.ImportFrom) and not node.level:
+                elif not node.level:
                     found.add((node.module or "").partition(".")[0])
     return found - OURS - OF_AN_EXTRA - set(sys.stdlib_module_names)
 

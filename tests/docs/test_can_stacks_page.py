@@ -13,6 +13,7 @@ PAGE = "docs/howto/speak_over_can.md"
 GET_IT = "a stack is not installed; get them with: pip install 'marconet[clients]'"
 
 
+@pytest.mark.slow
 def test_the_page_does_what_it_says(tmp_path: Path) -> None:
     for library in ("isotp", "udsoncan", "canopen"):
         pytest.importorskip(library, reason=GET_IT)

@@ -142,6 +142,7 @@ def test_a_less_conservative_bound_saves_broadcasts_and_still_synchronizes(tmp_p
     assert ends[1] < 1.5 * ends[0]
 
 
+@pytest.mark.slow
 def test_with_biases_the_outputs_settle_at_the_equilibrium(tmp_path: Path) -> None:
     wanted = scenario("output_sync_formation")
 

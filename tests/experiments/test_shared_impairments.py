@@ -52,6 +52,7 @@ def test_a_fade_lasts_as_long_for_a_robot_at_1_hz_as_for_one_at_100_hz(lost_of):
         assert abs(share - 0.2) < 4 * sqrt(0.2 * 0.8 * 2 * 1.6 / 2000), sender      # correlation time 1.6 s in 2000 s
 
 
+@pytest.mark.slow
 def test_robots_that_share_a_fade_are_deaf_at_the_same_time_and_a_third_one_changes_nothing(lost_of):
     shared = [f"impairments=[{FADES}, shared=true}}]"]
 

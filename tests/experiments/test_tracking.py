@@ -117,7 +117,7 @@ def test_a_lost_announcement_of_new_inputs_breaks_assumption_1_until_the_next_me
 
     (at_s, text), = events(data, "assumption violated")
     assert 2.26 < at_s < 2.26 + 0.019                   # with the next look, at most kappa / 53 later
-    assert text == "announcement of inputs: (1.0, 1.0) became (0.6, 0.15) unannounced, since the measurement before"
+    assert text == "announcement of inputs: (1, 1) became (0.6, 0.15) unannounced, since the measurement before"
     (again_s, name), = events(data, "assumptions hold again")
     assert (name, 0.9 * 0.999 / 22 < again_s - at_s < 0.999 / 22) == ("announcement of inputs", True)
 
@@ -165,9 +165,9 @@ def test_a_flooded_bus_stops_the_drive_and_breaks_the_trigger_s_assumption(tmp_p
 
 @pytest.mark.parametrize(("overrides", "told", "again_from_s", "again_by_s"), [
     (["team.reference.v_mps=[4.0,0.6,2.0]"],                        # P is [-3, 3] x [-3, 3]
-     "inputs of the reference: (4.0, 1.0), expected magnitudes of at most (3.0, 3.0)", 2.26, 2.261),
+     "inputs of the reference: (4, 1), expected magnitudes of at most (3, 3)", 2.26, 2.261),
     (["team.reference.v_mps=[1.5,0.6,2.0]"],
-     "gain of the inputs: none is known for (1.5, 1.0); the unified gain 96 1/s is used", 2.26, 2.261),
+     "gain of the inputs: none is known for (1.5, 1); the unified gain 96 1/s is used", 2.26, 2.261),
     (['agents.companion.parameters.policy="periodic"', "agents.companion.parameters.certified_radius=2.0"],
      "tracking error: |x| = 4.", 0.3, 1.0)])                        # the start is 4.5 away, half of it is gone in 0.6 s
 def test_an_assumption_that_a_measurement_breaks_is_named_at_once_and_when_it_holds_again(

@@ -152,7 +152,7 @@ def talk(talker: Client, listener: Client) -> list[float]:
 
 
 @pytest.mark.parametrize(('medium', 'more', 'least_s', 'most_lost'), [
-    ("lan", LAN.replace("delay_ms = 1\n", "delay_ms = 30\n"), 0.030, 0),
+    pytest.param("lan", LAN.replace("delay_ms = 1\n", "delay_ms = 30\n"), 0.030, 0, marks=pytest.mark.slow),
     # Its airtime is longer than that of 20 bytes at 2 Mbit/s. Stations that begin at one instant collide: in the
     # 0.4 s r2 sends three tellings and two repetitions, each of which can take one message with it.
     ("radio", RADIO, 8 * 20 / 2_000_000, 5),
@@ -168,6 +168,7 @@ def test_messages_cross_the_medium_in_order_and_not_sooner_than_it_lets_them(tmp
     assert len(data.ledger.only(sender="r1", fate="delivered")) >= len(took_s)
 
 
+@pytest.mark.slow
 def test_under_a_partition_nothing_crosses_and_liveliness_comes_back_after_it(tmp_path):
     cut = '[[faults]]\nkind = "partition"\non = "lan"\nduring_s = [4.0, 7.0]\ngroups = [["r1"], ["r2"]]\n'
 
@@ -190,6 +191,7 @@ def test_under_a_partition_nothing_crosses_and_liveliness_comes_back_after_it(tm
     assert len(data.ledger.only(sender="r1", fate="cut")) > 0
 
 
+@pytest.mark.slow
 def test_where_everything_is_lost_nobody_is_known(tmp_path):
     lost = '[[impairments]]\non = "lan: * -> *"\nkind = "bernoulli_loss"\nloss_ratio = 1.0\n'
 

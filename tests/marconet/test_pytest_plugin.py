@@ -68,6 +68,7 @@ def test_seeds_of_the_command_line(project: Path) -> None:
     assert "2 passed" in said
 
 
+@pytest.mark.slow
 def test_only_what_is_asked_for_is_collected(project: Path) -> None:
     (project / "pytest.ini").write_text("[pytest]\nmarconet_scenarios = scenarios/beacons.toml\n")
 

@@ -14,14 +14,19 @@ from experiments.scenario.blocking_programs import blocks
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 HASHES: dict[str, str] = tomllib.loads(Path(__file__).with_name("ledger_hashes.toml").read_text())
+# More than 4 s of processor time each.
+SLOW = {"faults_output_sync", "faults_pursuit", "four_sensors_two_targets", "hummingbird_chases_rovio",
+        "hummingbird_chases_rovio_broken", "marco_polo_platforms", "output_sync_16", "output_sync_formation"}
 SCENARIOS = [pytest.param(path, id=path.stem) for path in sorted(FOLDER.glob("*.toml"))]
+IN_FULL = [pytest.param(*each.values, id=each.id, marks=pytest.mark.slow if each.id in SLOW else ())
+           for each in SCENARIOS]
 
 
 def test_none_is_missing() -> None:
     assert len(SCENARIOS) >= 6
 
 
-@pytest.mark.parametrize("path", SCENARIOS)
+@pytest.mark.parametrize("path", IN_FULL)
 def test_what_it_expects_holds_and_its_ledger_is_the_recorded_one(path: Path, tmp_path: Path) -> None:
     scenario = load(path)
     if scenario.gateways:           # somebody outside is waited for; here nobody comes

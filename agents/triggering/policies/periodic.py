@@ -23,12 +23,14 @@ class Periodic(Generic[X, W]):
         if self.period_ns < 1:
             raise ValueError(f"period_ns={self.period_ns}: expected 1 or more")
         self.radius = radius
+        self._trigger = trigger
         self._gain_per_s = trigger.gains.unified
         self._growth_per_s = trigger.system.growth_within(trigger.system.worst_inputs, radius)(certified_s)
         assert certified_s <= horizon_s(self._growth_per_s, self._gain_per_s, trigger.kappa)
         self.last: Decision | None = None
 
     def decide(self, measured_ns: int, x: X, inputs: W) -> Decision:
+        self._trigger.predict(x, inputs)        # it refuses what is no measurement
         self.last = Decision(measured_ns, self.period_ns, self.certified_ns, self._gain_per_s, self._growth_per_s)
         return self.last
 

@@ -1,29 +1,14 @@
 /* messages.c: see messages.h. */
 #include "messages.h"
-#include <string.h>
+#include "marconet_can.h"
 #include "marconet_numbers.h"
 
 static const uint32_t SETPOINT_ID = 272, SPEED_ID = 400, ODOMETRY_ID = 416, STATUS_ID = 1808;
-static const uint32_t EXTENDED = 0x80000000u, REMOTE = 0x40000000u, ERROR = 0x20000000u, STANDARD_MASK = 0x7FFu;
 static const double RADPS_PER_BIT = 0.0001, SETPOINT_MAX_RADPS = 500.0, SPEED_MAX_RADPS = 838.0;
-
-static void put(uint8_t *bytes, uint64_t value, uint32_t count)
-{
-    for (uint32_t k = 0; k < count; k++) {
-        bytes[k] = (uint8_t)(value >> (8u * k));
-    }
-}
-
-static void begin(uint8_t *bytes, uint32_t identifier)
-{
-    memset(bytes, 0, CAN_BYTES);
-    put(bytes, identifier, 4);
-    bytes[4] = 8;
-}
 
 static double speed(const uint8_t *bytes)
 {
-    const uint32_t raw = (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16;
+    const uint32_t raw = little_endian(bytes, 3);
     return (double)(raw >= 0x800000u ? (int32_t)raw - 0x1000000 : (int32_t)raw) * RADPS_PER_BIT;
 }
 
@@ -31,30 +16,19 @@ static bool admitted(double radps) { return -SETPOINT_MAX_RADPS <= radps && radp
 
 Heard message_read(const uint8_t *bytes, uint32_t length, uint32_t unit, Setpoint *setpoint)
 {
-    if ((length != CAN_BYTES && length != CAN_FD_BYTES) || (length == CAN_BYTES && bytes[4] > 8)) {
+    CanFrame frame;
+    if (!can_read(bytes, length, &frame)) {
         return UNREADABLE;
     }
-    const uint32_t identifier = (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16
-                                | (uint32_t)bytes[3] << 24;
-    const bool fd = length == CAN_FD_BYTES;
-    if (fd && (identifier & REMOTE) != 0) {
-        return UNREADABLE;
-    }
-    if ((identifier & (EXTENDED | ERROR)) != 0) {
+    if (frame.extended || frame.error || frame.identifier != SETPOINT_ID + unit) {
         return OTHER;
     }
-    if ((identifier & ~REMOTE) > STANDARD_MASK) {
-        return UNREADABLE;
-    }
-    if ((identifier & STANDARD_MASK) != SETPOINT_ID + unit) {
-        return OTHER;
-    }
-    const uint8_t *data = bytes + 8;
+    const uint8_t *data = frame.data;
     setpoint->left_radps = speed(data);
     setpoint->right_radps = speed(data + 3);
     setpoint->runs = data[6] == 1;
     setpoint->counter = data[7];
-    if (fd || (identifier & REMOTE) != 0 || bytes[4] != 8 || data[6] > 1 || !admitted(setpoint->left_radps)
+    if (frame.fd || frame.remote || frame.length != 8 || data[6] > 1 || !admitted(setpoint->left_radps)
         || !admitted(setpoint->right_radps)) {
         return REFUSED;
     }
@@ -71,26 +45,26 @@ static uint64_t bits(double radps)
 void message_speeds(uint8_t *bytes, uint32_t unit, double left_radps, double right_radps, DriveState state,
                     uint8_t counter)
 {
-    begin(bytes, SPEED_ID + unit);
-    put(bytes + 8, bits(left_radps), 3);
-    put(bytes + 11, bits(right_radps), 3);
+    can_begin(bytes, SPEED_ID + unit);
+    put_little_endian(bytes + 8, bits(left_radps), 3);
+    put_little_endian(bytes + 11, bits(right_radps), 3);
     bytes[14] = (uint8_t)state;
     bytes[15] = counter;
 }
 
 void message_odometry(uint8_t *bytes, uint32_t unit, int32_t left_count, int32_t right_count)
 {
-    begin(bytes, ODOMETRY_ID + unit);
-    put(bytes + 8, (uint32_t)left_count, 4);
-    put(bytes + 12, (uint32_t)right_count, 4);
+    can_begin(bytes, ODOMETRY_ID + unit);
+    put_little_endian(bytes + 8, (uint32_t)left_count, 4);
+    put_little_endian(bytes + 12, (uint32_t)right_count, 4);
 }
 
 void message_status(uint8_t *bytes, uint32_t unit, DriveState state, uint8_t counter, uint16_t refused,
                     uint32_t age_ms)
 {
-    begin(bytes, STATUS_ID + unit);
+    can_begin(bytes, STATUS_ID + unit);
     bytes[8] = (uint8_t)state;
     bytes[9] = counter;
-    put(bytes + 10, refused, 2);
-    put(bytes + 12, age_ms, 4);
+    put_little_endian(bytes + 10, refused, 2);
+    put_little_endian(bytes + 12, age_ms, 4);
 }

@@ -4,8 +4,8 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include "marconet_can.h"
 
-enum { CAN_BYTES = 16, CAN_FD_BYTES = 72 };
 typedef enum { STOPPED, RUNNING, STALE } DriveState;
 typedef enum { OTHER, UNREADABLE, REFUSED, SETPOINT } Heard;
 

@@ -16,15 +16,17 @@ import struct
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from fmus.call_record import CallRecord
 
 CALLS: Final = 256              # as in marconet_host.c, like all of the layout below
 BYTES: Final = 16384
-_HEAD: Final = struct.Struct("@qIIIiPPP")
+_ACTIVATION: Final = struct.Struct("@qIIIi")     # now, id, length, calls, code
+_ASKED: Final = struct.Struct("@IIqd")          # question, id, integer, real
+_HEAD: Final = struct.Struct("@qIIIi IIqd PPP II")      # both, `ask` and the pointers to parameters, for C alone
 _CALL: Final = struct.Struct("@IIqqd")
-_ASK: Final = c.CFUNCTYPE(c.c_double, c.c_uint32, c.c_uint32, c.c_int64, c.c_double)
+_ASK: Final = c.CFUNCTYPE(None)
 
 
 # Operation of marconet_host.c. Plain numbers: to compare members of an enumeration takes longer than most calls.
@@ -67,12 +69,13 @@ class Library:
         size = _HEAD.size + CALLS * _CALL.size + BYTES + 8 * (signals + 1)
         memory = memoryview((c.c_char * size).from_address(base)).cast("B")
         calls_end = _HEAD.size + CALLS * _CALL.size
-        self._words = memory[:8].cast("q")
+        asked_end = _ACTIVATION.size + _ASKED.size
+        self._clock, self._ids, self._lengths = memory[:8].cast("q"), memory[8:12].cast("I"), memory[12:16].cast("I")
+        self._count, self._code = memory[16:20].cast("I"), memory[20:24].cast("i")
+        self._asked, self._asked_real = memory[_ACTIVATION.size:asked_end], memory[asked_end - 8:asked_end].cast("d")
         self._calls = memory[_HEAD.size:calls_end]
         self.bytes = memory[calls_end:calls_end + BYTES]
         self.signals = memory[calls_end + BYTES:].cast("d")     # value of each signal
-        self._count = memory[8:12].cast("I")
-        self._code = memory[20:24].cast("i")
         # kept, as the library has their addresses
         self._values = (c.c_double * max(1, sum(map(len, parameters))))(*(value for row in parameters for value in row))
         ends = [0]
@@ -80,37 +83,44 @@ class Library:
             ends.append(ends[-1] + len(row))
         self._first = (c.c_uint32 * len(ends))(*ends)
         self._ask = _ASK(self._answer)
-        _HEAD.pack_into(memory, 0, 0, 0, 0, 0, 0, c.cast(self._ask, c.c_void_p).value, c.addressof(self._values),
-                        c.addressof(self._first))
+        struct.pack_into("@PPP", memory, asked_end, c.cast(self._ask, c.c_void_p).value, c.addressof(self._values),
+                         c.addressof(self._first))
         self._word = record.call_word
         self._starting, self._ringing, self._receiving = (
             record.place(f"{function} of firmware {name}")
             for function in ("board_start", "board_timer", "board_receive"))
-        self._start = _function(library, "host_start", c.c_int64, c.POINTER(c.c_int32))
-        self._timer = _function(library, "host_timer", c.c_int64, c.c_uint32)
-        self._receive = _function(library, "host_receive", c.c_int64, c.c_uint32, c.c_char_p, c.c_uint32)
+        # no prototypes: to convert arguments takes longer than most calls (docs/decisions/0002)
+        self._start: Callable[[], int] = library.host_start
+        self._timer: Callable[[], int] = library.host_timer
+        self._receive: Callable[[bytes], int] = library.host_receive
 
     def start(self) -> int:
         """Call `board_start`; return its result."""
-        code = c.c_int32()
+        self._clock[0] = self._now()
         self._running = self._word[0] = self._starting
-        calls = self._start(self._now(), c.byref(code))
+        calls = self._start()
         self._word[0] = 0
+        code = self._code[0]
         self._finish(calls)
-        return code.value
+        return code
 
     def timer(self, timer: int) -> None:
         """Call `board_timer`."""
+        self._clock[0] = self._now()
+        self._ids[0] = timer
         self._running = self._word[0] = self._ringing
-        calls = self._timer(self._now(), timer)
+        calls = self._timer()
         self._word[0] = 0
         if calls or self._error is not None:
             self._finish(calls)
 
     def receive(self, port: int, data: bytes) -> None:
         """Call `board_receive`."""
+        self._clock[0] = self._now()
+        self._ids[0] = port
+        self._lengths[0] = len(data)
         self._running = self._word[0] = self._receiving
-        calls = self._receive(self._now(), port, data, len(data))
+        calls = self._receive(data)
         self._word[0] = 0
         if calls or self._error is not None:
             self._finish(calls)
@@ -120,7 +130,7 @@ class Library:
         if self._handle and os.name == "posix":
             import _ctypes
 
-            self._words.release()
+            self._clock.release()
             handle, self._handle = self._handle, 0
             _ctypes.dlclose(handle)
 
@@ -128,35 +138,33 @@ class Library:
         if self._error is not None:
             error, self._error = self._error, None
             raise error
-        self._carry_out(_CALL.iter_unpack(self._calls[:calls * _CALL.size]))
+        self._carry_out_calls(calls)
 
-    def _answer(self, question: int, number: int, integer: int, real: float) -> float:
+    def _carry_out_calls(self, calls: int) -> None:
+        if calls == 1:                  # most activations have one; to iterate over it would take longer
+            self._carry_out((_CALL.unpack_from(self._calls),))
+        elif calls:
+            self._carry_out(_CALL.iter_unpack(self._calls[:calls * _CALL.size]))
+
+    def _answer(self) -> None:
         """Called by the firmware's thread of control; an exception is kept, as C code cannot pass it on."""
         self._code[0] = NO_VALUE
         if self._error is not None:
-            return 0.0
+            return
         try:
-            if calls := self._count[0]:
-                self._carry_out(_CALL.iter_unpack(self._calls[:calls * _CALL.size]))
+            self._carry_out_calls(self._count[0])
+            question, number, integer, real = _ASKED.unpack_from(self._asked)
             result = 0.0 if question == HAND_OVER else self._answer_of(question, number, integer, real)
             if question == ADJUST_CLOCK:
-                self._words[0] = self._now()
+                self._clock[0] = self._now()
         except BaseException as error:
             self._error = error
-            return 0.0
+            return
         finally:
             self._word[0] = self._running       # a plant that was stepped has noted its own calls
-        if result is None:
-            return 0.0
-        self._code[0] = 0
-        return result
-
-
-def _function(library: c.CDLL, name: str, *arguments: Any) -> Callable[..., int]:
-    found = getattr(library, name)
-    found.argtypes, found.restype = arguments, c.c_uint32
-    function: Callable[..., int] = found
-    return function
+        if result is not None:
+            self._asked_real[0] = result
+            self._code[0] = 0
 
 
 def _private_copy(file: Path) -> c.CDLL:

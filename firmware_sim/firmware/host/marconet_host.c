@@ -1,10 +1,11 @@
 /* marconet_host.c: the board of a firmware that runs as a shared library in its node's process.
  *
- *     host_timer(now, id) --> board_timer(id) --board_send, board_actuate, ...--> `host` --> the process
+ *     host_timer --> board_timer(host.id) --board_send, board_actuate, ...--> `host` --> the process
  *
  * What the firmware asks for waits in `host.call` until its function returns; the process then carries it out, in
  * order, at the same instant. The functions that need an answer of the process (`host.ask`) hand it over before.
- * The layout of `host` is known to library.py.
+ * Numbers pass in both directions in `host`, not as arguments, since Python converts each argument of a call. The layout
+ * of `host` is known to library.py.
  */
 #include <stdbool.h>
 #include <stddef.h>
@@ -27,59 +28,67 @@ typedef struct {
 
 static struct {
     int64_t now;
+    uint32_t id;                    /* timer or port of the activation */
+    uint32_t length;                /* of the frame that arrived */
     uint32_t calls;
-    uint32_t bytes_used;
-    uint32_t starting;
-    int32_t code;                   /* BoardError of the answer to the last question */
-    double (*ask)(uint32_t question, uint32_t id, int64_t integer, double real);
+    int32_t code;                   /* result of `board_start`; BoardError of the answer to the last question */
+    uint32_t question;
+    uint32_t asked_id;
+    int64_t asked_integer;
+    double asked_real;              /* of the question, then its answer */
+    void (*ask)(void);              /* answers the question */
     const double *values;           /* of all parameters, one after the other */
     const uint32_t *first;          /* place of a parameter's first value; the last entry is the end */
+    uint32_t bytes_used;
+    uint32_t starting;
     Call call[CALLS];
     uint8_t bytes[BYTES];
     double signal[SIGNALS_DECLARED + 1u];
 } host;
 
 BOARD_EXPORT void *host_memory(void);
-BOARD_EXPORT uint32_t host_start(int64_t now, int32_t *code);
-BOARD_EXPORT uint32_t host_timer(int64_t now, uint32_t timer);
-BOARD_EXPORT uint32_t host_receive(int64_t now, uint32_t port, const uint8_t *data, uint32_t length);
+BOARD_EXPORT int host_start(void);         /* these return the number of calls in the journal */
+BOARD_EXPORT int host_timer(void);
+BOARD_EXPORT int host_receive(const uint8_t *data);
 
 void *host_memory(void) { return &host; }
 
-uint32_t host_start(int64_t now, int32_t *code)
+int host_start(void)
 {
-    host.now = now;
     host.calls = host.bytes_used = 0;
     host.starting = 1;
-    *code = board_start();
+    const int32_t code = board_start();
     host.starting = 0;
-    return host.calls;
+    host.code = code;
+    return (int)host.calls;
 }
 
-uint32_t host_timer(int64_t now, uint32_t timer)
+int host_timer(void)
 {
-    host.now = now;
     host.calls = host.bytes_used = 0;
-    board_timer(timer);
-    return host.calls;
+    board_timer(host.id);
+    return (int)host.calls;
 }
 
-uint32_t host_receive(int64_t now, uint32_t port, const uint8_t *data, uint32_t length)
+int host_receive(const uint8_t *data)
 {
-    host.now = now;
     host.calls = host.bytes_used = 0;
-    board_receive(port, data, length);
-    return host.calls;
+    board_receive(host.id, data, host.length);
+    return (int)host.calls;
 }
 
 /* --- the journal of calls */
 
 static int32_t ask(Question question, uint32_t id, int64_t integer, double *real)
 {
-    const double answer = host.ask(question, id, integer, *real);   /* it carries out the calls so far */
+    host.question = question;
+    host.asked_id = id;
+    host.asked_integer = integer;
+    host.asked_real = *real;
+    host.ask();                                     /* it carries out the calls so far */
     host.calls = host.bytes_used = 0;
     if (host.code == BOARD_OK) {
-        *real = answer;
+        *real = host.asked_real;
     }
     return host.code;
 }

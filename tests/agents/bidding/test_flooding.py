@@ -90,6 +90,7 @@ def test_the_bound_of_a_delivery_is_not_far_from_what_happens():
     assert [node for node, _ in ran.deployed()] == ["s4"]
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(st.data())
 def test_a_winner_that_dies_is_replaced_within_the_bound(data: st.DataObject):

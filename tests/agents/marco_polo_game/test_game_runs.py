@@ -42,6 +42,7 @@ def task_of(detail: str) -> tuple[str, ...]:
     return tuple(fields[name] for name in ("target", "for", "stage", "epoch"))
 
 
+@pytest.mark.slow
 def test_both_hosts_have_one_ledger(tmp_path: Path) -> None:
     _, inline = played(tmp_path / "inline")
     _, process = played(tmp_path / "process", host="process")
@@ -227,6 +228,7 @@ def test_nobody_is_heard_from_the_zone_and_two_are_deployed(real: bool, tmp_path
     assert (counted(data, "let go") > 0) is real
 
 
+@pytest.mark.slow
 def test_a_sweep_goes_to_and_fro_across_the_way_of_the_target(tmp_path: Path) -> None:
     standing, _ = played(tmp_path / "standing", 1000)
     data, summary = played(tmp_path / "sweeping", 1000, "team.game.sweeps=true")

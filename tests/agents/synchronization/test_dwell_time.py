@@ -53,6 +53,7 @@ def test_any_switching_between_the_two_topologies_at_round_ends_is_certified(com
     assert len(common.maps) == 4
 
 
+@pytest.mark.slow
 def test_the_certificate_is_confirmed_by_a_general_eigenvalue_solver(common):
     for m in common.maps:
         grown = scipy.linalg.eigh(m.M.T @ common.P @ m.M, common.P, eigvals_only=True)[-1]
@@ -261,6 +262,7 @@ def test_a_starving_signal_needs_rounds_of_equal_length(plans):
         starving_signal([plans[0], two_parts], 0)
 
 
+@pytest.mark.slow
 def test_the_order_of_the_topologies_does_not_matter_and_three_are_possible(five_agents, plans, l1):
     third = plan_round(five_agents, laplacian(5, [(1, 0), (2, 1), (4, 2), (0, 3), (1, 3), (2, 4), (3, 4)]))
 

@@ -16,6 +16,7 @@ from agents.tracking.section_4_6 import GAINS, REFERENCE, START
 from agents.triggering.error_gain import KAPPA, error_gain
 from agents.triggering.policies.event_triggered import EventTriggered
 from agents.triggering.policies.input_output import IndividualGains, UnifiedGain
+from agents.triggering.policies.periodic import Periodic
 
 SYSTEM = TrackingErrorSystem()
 states = st.tuples(*[st.floats(-6, 6)] * 3)
@@ -90,6 +91,13 @@ def test_what_is_no_tracking_error_is_refused_and_leaves_the_policy_as_it_was(x)
     with pytest.raises(ValueError, match="no tracking error"):
         policy.look(6, x)
     assert policy.look(7_000_000, (1.0, 1.0, 0.0)).measured_ns == before.measured_ns
+
+
+@pytest.mark.parametrize("policy", [UnifiedGain(SYSTEM, GAINS), Periodic(IndividualGains(SYSTEM, GAINS), 10.0)],
+                         ids=["unified", "periodic"])
+def test_a_policy_with_one_gain_or_one_period_refuses_what_is_no_tracking_error_too(policy):
+    with pytest.raises(ValueError, match="no tracking error"):
+        policy.decide(5, (0.0, nan, 0.0), Inputs(1.0, 1.0))
 
 
 def test_inputs_that_are_no_numbers_are_refused():

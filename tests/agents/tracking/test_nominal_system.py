@@ -57,6 +57,7 @@ def estimates():
                                 tolerance=2e-4) for held, _ in SMALL_SIGNAL}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("held", "expected"), SMALL_SIGNAL)
 def test_the_gains_for_small_signals(held, expected, estimates):
     assert estimates[held].lower_estimate == pytest.approx(expected, rel=0.02)

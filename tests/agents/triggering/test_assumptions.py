@@ -83,7 +83,7 @@ def test_inputs_that_change_without_a_word_are_named_with_both_values():
     (changed,) = announcement_violations(7, (0.6, 0.15), (0.6, 1.0))
 
     assert (changed.assumption, changed.at_ns, changed.value) == (Assumption.ANNOUNCED, 7, 0.85)
-    assert changed.text == "(0.6, 1.0) became (0.6, 0.15) unannounced, since the measurement before"
+    assert changed.text == "(0.6, 1) became (0.6, 0.15) unannounced, since the measurement before"
 
 
 def test_a_state_outside_the_certified_radius_is_named_beyond_doubt_only():

@@ -106,6 +106,7 @@ def test_an_inline_run_whose_plant_crashes_says_the_same_as_one_with_processes(t
                      re.MULTILINE)
 
 
+@pytest.mark.slow
 def test_an_inline_robot_that_stops_its_process_is_named_with_its_line(tmp_path: Path) -> None:
     ended = subprocess.run([*COMMAND, str(ROBOTS / "StopSelf.toml"), "--host", "inline", "--out", "out"], cwd=tmp_path,
                            capture_output=True, text=True, timeout=60)

@@ -193,6 +193,7 @@ def test_after_a_kill_frames_and_capture_are_made_of_what_is_on_the_disk(tmp_pat
     assert command("export", str(out), "--as", "candump", "--out", str(tmp_path / "log"))[0] == 0
 
 
+@pytest.mark.slow
 def test_on_a_full_disk_the_frames_so_far_stay_readable(tmp_path: Path) -> None:
     forever = written_team(tmp_path, record=["frames", "pcapng"], length_s=100_000.0)
     out = tmp_path / "run"

@@ -111,6 +111,7 @@ def test_what_was_injected_repeats_the_run_in_virtual_time(running: tuple[Path, 
     assert at_s < 6
 
 
+@pytest.mark.slow
 def test_shrink_leaves_of_the_injected_faults_the_one_that_matters(scenario: Path) -> None:
     scenario.write_text(SCENARIO.replace("length_s = 1.0", "length_s = 2.0")
                         + '[expect]\n"frames_cut" = { max = 0 }\n')

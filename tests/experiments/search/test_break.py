@@ -76,6 +76,7 @@ def growth(slot_s: float, lost: dict[str, list[int]], rounds: int) -> float:
     return float(max(abs(np.linalg.eigvals(whole))))
 
 
+@pytest.mark.slow
 def test_above_the_exact_limit_a_pattern_is_found_within_200_runs_that_diverges(tmp_path: Path) -> None:
     base = Base.of(PAIR, values={"length_s": 7.2})      # 80 rounds of 90 ms, so that what diverges outgrows transients
 
@@ -95,6 +96,7 @@ def test_above_the_exact_limit_a_pattern_is_found_within_200_runs_that_diverges(
     assert found.warnings == []
 
 
+@pytest.mark.slow
 def test_below_the_certified_slot_length_no_pattern_is_found(tmp_path: Path) -> None:
     base = Base.of(PAIR, overrides=(f"team.slot_us={CERTIFIED_US}",))
     team = read_team(base.scenario.team)
@@ -171,6 +173,7 @@ def test_a_continuous_setting_is_searched_by_cma(watched: Path, tmp_path: Path) 
     assert abs(load(file_of(found)).agents["c"].parameters["bias"] - 0.3) < 1e-3
 
 
+@pytest.mark.slow
 def test_losses_of_the_scenario_itself_are_left_out_on_the_links_of_the_budget(watched: Path, tmp_path: Path) -> None:
     watched.write_text(watched.read_text() + '[[impairments]]\non = "radio: * -> c"\nkind = "bernoulli_loss"\n'
                        'loss_ratio = 0.5\n')
@@ -198,6 +201,7 @@ def test_when_nothing_is_worse_than_no_loss_that_is_told_and_no_scenario_is_writ
     assert [file.name for file in watched.parent.glob("*.toml")] == ["watched.toml"]
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_the_worst_so_far_and_no_worker(watched: Path) -> None:
     with subprocess.Popen(
             [sys.executable, "-m", "marconet.command_line", "break", str(watched), "--budget",
@@ -220,6 +224,7 @@ def test_ctrl_c_leaves_the_worst_so_far_and_no_worker(watched: Path) -> None:
     assert not any(map(alive, workers))
 
 
+@pytest.mark.slow
 def test_a_jammer_is_found_that_costs_most(watched: Path) -> None:
     """The kind is drawn with who hears it: only jammers that the watch hears keep beacons from it."""
     found = search(Base.of(watched), "count.c.heard", 40, watched.parent, "faults: at most 1 of jam")

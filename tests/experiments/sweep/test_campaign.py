@@ -203,6 +203,7 @@ def test_a_worker_that_is_killed_loses_no_run(beacons: Path, tmp_path: Path) -> 
     assert all(row.figures.ledger_hash for row in load_campaign(out).rows)
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_has_ended_and_ends_all_workers(beacons: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     with command(beacons, out) as running:
@@ -231,6 +232,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", "-l", str(place)], check=True)
 
 
+@pytest.mark.slow
 def test_on_a_full_disk_what_has_ended_is_kept_and_told_in_one_line(beacons: Path, small_disk: Path) -> None:
     out = small_disk / "out"
     with command(beacons, out) as running:

@@ -220,7 +220,7 @@ def test_a_campaign_over_tls_gives_what_this_machine_gives_alone(tls_cluster: An
 @pytest.mark.parametrize(("which", "told"), [
     ("none", "Dask's configuration names no certificate of this process: set distributed.comm.tls.ca-file"),
     ("another", "one side does not accept the other's certificate"),
-    ("missing", "cannot read the certificates that Dask's configuration names")])
+    pytest.param("missing", "cannot read the certificates that Dask's configuration names", marks=pytest.mark.slow)])
 def test_without_a_certificate_of_the_clusters_authority_there_is_no_campaign(
         tls_cluster: Any, beacons: Path, tmp_path: Path, which: str, told: str) -> None:
     config = None if which == "none" else certified(tmp_path / "others")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -9,10 +10,14 @@ import pytest
 from experiments.run.node_host import HostName
 from experiments.run.runner import run
 from experiments.scenario import load
+from tests.firmware_sim.firmware.noisy_tracking import NOISE, NOISY, without_expectations
 
 ROOT = Path(__file__).parents[3]
 ALL = ("r1", "r2", "r3", "r4", "r5")
-PROGRAM = 'program = "firmware_sim.drive_controller.drive_controller:DriveController"'
+TRACKING = ROOT / "scenarios/tracking_individual.toml"
+HASHES: dict[str, str] = tomllib.loads((ROOT / "tests/scenarios/ledger_hashes.toml").read_text())
+DRIVE = {'program = "firmware_sim.drive_controller.drive_controller:DriveController"': 'firmware = "drive"'}
+COMPANION = {'program = "agents.tracking.tracking_robot:TrackingRobot"': 'firmware = "tracking_robot"'}
 MIXED = ("r1", "r4")
 
 
@@ -33,18 +38,48 @@ def test_robots_on_the_chip_leave_the_ledger_of_robots_in_python(name: str, tmp_
     assert hash_of(name, tmp_path / "mixed", MIXED, 0.25, "process") == python
 
 
-@pytest.mark.usefixtures("image")
-def test_drives_on_the_chip_leave_the_ledger_of_drives_in_python(tmp_path: Path):
-    python = (ROOT / "scenarios/tracking_individual.toml").read_text()
-    hashes = set()
-    for name, agent in (("python", PROGRAM), ("chip", 'firmware = "drive"\ntarget = "cortex_m4"')):
-        path = tmp_path / f"{name}.toml"
-        path.write_text(python.replace(PROGRAM, agent))
-        result = run(load(path, duration_s=0.4), host="inline", out=tmp_path / name, report=False)
-        hashes.add(result.summary.ledger_hash)
+def tracking_hash(folder: Path, in_c: dict[str, str], duration_s: float | None = None, more: str = "",
+                  noise: str = "") -> str:
+    text = TRACKING.read_text() if not noise else without_expectations(TRACKING.read_text()) + NOISY
+    for program, firmware in in_c.items():
+        assert program in text
+        text = text.replace(program, f'{firmware}\ntarget = "cortex_m4"\n{more}')
+    folder.mkdir()
+    (folder / "noise.py").write_text(noise)
+    (folder / "tracking.toml").write_text(text)
+    return run(load(folder / "tracking.toml", duration_s=duration_s), host="inline", out=folder / "run",
+               report=False).summary.ledger_hash
 
-    assert PROGRAM in python
+
+@pytest.mark.usefixtures("image")
+@pytest.mark.parametrize("in_c", [DRIVE, COMPANION, DRIVE | COMPANION], ids=["drive", "companion", "both"])
+def test_tracking_on_the_chip_leaves_the_ledger_of_tracking_in_python(in_c: dict[str, str], tmp_path: Path):
+    python = tracking_hash(tmp_path / "python", {}, 0.3)
+
+    assert tracking_hash(tmp_path / "chip", in_c, 0.3) == python
+
+
+@pytest.mark.usefixtures("image")
+def test_a_tracking_robot_on_the_chip_does_the_same_with_wrong_frames(tmp_path: Path):
+    python = tracking_hash(tmp_path / "python", {}, 0.4, noise=NOISE)
+
+    assert tracking_hash(tmp_path / "chip", COMPANION, 0.4, noise=NOISE) == python
+
+
+@pytest.mark.usefixtures("image")
+def test_a_trigger_whose_computing_takes_time_gives_one_hash_too(tmp_path: Path):
+    cost = "cycles_per_instruction = 1.0"
+    hashes = {tracking_hash(tmp_path / str(k), COMPANION, 0.1, cost) for k in range(2)}
+
     assert len(hashes) == 1
+    assert hashes != {tracking_hash(tmp_path / "python", {}, 0.1)}
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("image")
+@pytest.mark.parametrize("in_c", [DRIVE, DRIVE | COMPANION], ids=["drive", "both"])
+def test_tracking_on_the_chip_leaves_the_recorded_ledger_of_the_whole_scenario(in_c: dict[str, str], tmp_path: Path):
+    assert tracking_hash(tmp_path / "chip", in_c) == HASHES["tracking_individual"]
 
 
 @pytest.mark.usefixtures("image")

@@ -64,6 +64,8 @@ def test_every_robot_has_variables_of_its_own(tmp_path: Path) -> None:
     ('name = "radio"', 'nmae = "radio"', r"ports\[0\]|ports\[\.\.\.\]"),
     ('type = "int"', 'type = "text"', r"firmware\.toml: parameters\[.*\]\.type: "),
     ("default = 100_000_000", "default = [1.0]", r'period_ns: default=\[1\.0\]: expected one of type "int"'),
+    ('type = "int"', 'type = "choice"', r'period_ns: choices=\[\]: expected words for type "choice"'),
+    ('type = "int"', 'type = "choice"\nchoices = ["a", "b"]', 'default=100000000.*expected one of .*choice'),
     ('name = "frames heard"', 'name = "!"', "expected a letter or a digit"),
 ])
 def test_a_wrong_folder_is_refused_before_the_run(before: str, after: str, says: str, tmp_path: Path) -> None:

@@ -16,7 +16,8 @@ from tests.firmware_sim.guests.test_px4 import settles_within_m
 ARDUPILOT = "firmware_sim.guests.ardupilot:ArduPilotGuest"
 
 
-@pytest.mark.parametrize("what", ["", "wide", "noise", "twice"])
+@pytest.mark.parametrize("what", ["", *(pytest.param(what, marks=pytest.mark.slow)
+                                       for what in ("wide", "noise", "twice"))])
 def test_it_takes_off_and_hovers_in_lockstep(fly, what):
     flight = fly("ardupilot", ARDUPILOT, what, answer_within_s=5.0)
     guest = flight.guests[0]
@@ -35,6 +36,7 @@ def test_it_takes_off_and_hovers_in_lockstep(fly, what):
     assert guest["heard"] >= 8
 
 
+@pytest.mark.slow
 def test_the_same_flight_has_the_same_hash(fly):
     hashes = {fly("ardupilot", ARDUPILOT, length_s=1.5).run.ledger_hash for _ in range(3)}
     assert len(hashes) == 1

@@ -64,7 +64,7 @@ def test_a_put_takes_the_air_for_zenohs_own_length_and_two_addresses(tmp_path: P
     assert lengths.count(expected) >= 20
 
 
-@pytest.mark.parametrize("medium", [LAN, RADIO], ids=["lan", "radio"])
+@pytest.mark.parametrize("medium", [pytest.param(LAN, marks=pytest.mark.slow), RADIO], ids=["lan", "radio"])
 def test_three_runs_have_one_hash_and_another_seed_has_another(tmp_path: Path, medium: str) -> None:
     programs = {**PAIR, "asks": "probes:asks", "answers": "probes:answers", "alive": "probes:alive",
                 "watch": "probes:watch"}
@@ -150,6 +150,7 @@ def test_what_is_outside_the_subset_is_refused_by_name(tmp_path: Path) -> None:
         assert f"OutsideSubset zenoh: {what} is not there in virtual time; docs/zenoh_programs.md" in line
 
 
+@pytest.mark.slow
 def test_a_loop_that_only_puts_lets_time_pass(tmp_path: Path) -> None:
     run(load(scenario(tmp_path, {"one": "probes:forever"}, '[media.radio]\nkind = "broadcast_radio"\n'
                       'queue_frames = 1\n', length_s=1.0)), out=tmp_path / "out", report=False)
@@ -263,7 +264,7 @@ def test_puts_at_the_same_instants_collide_unless_the_medium_or_the_program_prev
 
 # --- hosts
 
-@pytest.mark.parametrize("medium", [LAN, RADIO], ids=["lan", "radio"])
+@pytest.mark.parametrize("medium", [LAN, pytest.param(RADIO, marks=pytest.mark.slow)], ids=["lan", "radio"])
 def test_runs_inline_have_the_hash_of_a_run_with_processes_and_tell_the_same(
         tmp_path: Path, capsys: pytest.CaptureFixture[str], medium: str) -> None:
     programs = {"answers": "probes:answers", "asks": "probes:asks", "hears": "probes:hear", "watches": "probes:watch",

@@ -21,6 +21,7 @@ needs_foxglove = pytest.mark.skipif(importlib.util.find_spec("foxglove") is None
 MESSAGE_DATA = 1        # opcode; then the subscription and the time of the message [ns], little endian
 
 
+@pytest.mark.slow
 @needs_foxglove
 def test_foxglove_reads_signals_positions_and_events_in_virtual_time(tmp_path: Path) -> None:
     scenario = scenario_in(tmp_path, 500.0)

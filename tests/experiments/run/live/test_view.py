@@ -64,7 +64,7 @@ def test_neither_speed_nor_pause_changes_what_a_run_does(tmp_path: Path) -> None
     assert hashes(tmp_path / "run") == hashes(tmp_path / "plain")
 
 
-@pytest.mark.parametrize("host", ["inline", "process"])
+@pytest.mark.parametrize("host", [pytest.param("inline", marks=pytest.mark.slow), "process"])
 def test_virtual_time_stands_still_in_a_pause_and_goes_at_the_speed_that_was_chosen(tmp_path: Path, host: str) -> None:
     scenario = scenario_in(tmp_path, 500.0)
     with viewed(scenario, tmp_path / "run", "--host", host) as shown, client_of(shown) as client:
@@ -89,7 +89,7 @@ def test_virtual_time_stands_still_in_a_pause_and_goes_at_the_speed_that_was_cho
     assert max(update["speed"] for update in fast) > 0.5 * 1.5          # held at 0.5 it would not come so far
 
 
-@pytest.mark.parametrize("host", ["inline", "process"])
+@pytest.mark.parametrize("host", [pytest.param("inline", marks=pytest.mark.slow), "process"])
 def test_faults_from_a_page_repeat_the_run(tmp_path: Path, host: str) -> None:
     scenario = scenario_in(tmp_path, 5.0)
     written = scenario.read_text()
@@ -197,6 +197,7 @@ def test_the_door_opens_to_the_token_on_the_loopback_only(tmp_path: Path) -> Non
     assert scene["type"] == "scene"
 
 
+@pytest.mark.slow
 def test_a_paused_run_goes_on_when_its_last_page_is_closed(tmp_path: Path) -> None:
     with viewed(scenario_in(tmp_path, 3.0), tmp_path / "run") as shown:
         with client_of(shown) as client:
@@ -290,6 +291,7 @@ def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
                          "port, or none for any free one")
 
 
+@pytest.mark.slow
 def test_in_real_time_a_page_injects_faults_and_sees_how_late_the_run_is(tmp_path: Path) -> None:
     scenario = scenario_in(tmp_path, 4.0)
     written = scenario.read_text()

@@ -76,6 +76,7 @@ def test_the_map_moves_and_links_fates_ages_and_time_are_shown(page: Browser, sh
     assert page.errors == []
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_clicked_is_killed_by_a_button(page: Browser, shown: Viewed, tmp_path: Path) -> None:
     click_node(page, "a")               # it has no position, so it stands still: b may be gone before the click
     assert text(page, "#chosen") == "On a:"
@@ -112,6 +113,7 @@ def test_the_form_shows_errors_at_their_fields_and_injects_what_is_right(page: B
     assert page.errors == []
 
 
+@pytest.mark.slow
 def test_a_pause_stops_virtual_time_and_a_click_on_a_speed_changes_it(page: Browser, shown: Viewed) -> None:
     page.click("#pause")
     page.until("RUN.paused")
@@ -167,6 +169,7 @@ def test_a_browser_with_a_wrong_token_gets_no_page_and_another_site_no_run(page:
     assert "the token is missing or wrong" in text(page, "body")
 
 
+@pytest.mark.slow
 def test_many_nodes_are_shown_as_a_matrix(page: Browser, tmp_path: Path) -> None:
     more = "".join(f"n{k} = {{ parameters = {{ offset_us = {700 * k} }}, at_m = [{k * 7 % 10}, {k % 4}] }}\n"
                    for k in range(8))

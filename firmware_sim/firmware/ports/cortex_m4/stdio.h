@@ -1,0 +1,1 @@
+/* stdio.h: empty, for headers that include it and print nothing. */
