@@ -34,7 +34,8 @@ IMAGE_OPTIONS: Final = ("-std=c99", "-O2", "-g", "-ffp-contract=off", "-ffreesta
                         "-Wl,--entry=reset_handler")
 ZIG_OPTIONS: Final = ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m4+vfp4d16sp", "-fno-sanitize=undefined")
 GCC_OPTIONS: Final = ("-mthumb", "-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-nostdlib",
-                      "-fno-tree-loop-distribute-patterns")
+                      "-fno-tree-loop-distribute-patterns",
+                      "-Wno-type-limits")           # a firmware may declare no sensors, and no number is below 0
 GCC: Final = "arm-none-eabi-gcc"
 FOR_GCC: Final = "memory.c"
 

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
+from firmware_sim.firmware.build import own_firmware
 from firmware_sim.firmware.new_folder import write_new
 from marconet.command_line import app
 from tests.firmware_sim.cortex_m.test_firmware_on_the_chip import ALL, hash_of
@@ -96,6 +97,18 @@ def test_both_compilers_images_hand_out_the_same_frames(name: str, tmp_path: Pat
     assert hash_of(name, tmp_path / "gcc", ALL, 0.25) == by_zig
     marconet("firmware", "build", "synchronizing_robot", "--target", "cortex_m4", "--out", str(tmp_path))
     assert b"GCC: (" in (tmp_path / "synchronizing_robot.elf").read_bytes()
+
+
+@needs_gcc
+@pytest.mark.slow
+@pytest.mark.parametrize("name", own_firmware())
+def test_gcc_builds_each_firmware_of_ours_without_a_warning(name: str, tmp_path: Path,
+                                                            monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ARM_CC", GCC)
+
+    told = marconet("firmware", "build", name, "--target", "cortex_m4", "--out", str(tmp_path))
+
+    assert told == f"{name}: {tmp_path / name}.elf\n"
 
 
 @needs_gcc
