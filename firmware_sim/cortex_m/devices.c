@@ -65,7 +65,10 @@ static Command *command(Machine *m, CommandKind kind, uint32_t id, int64_t integ
     Journal *journal = &m->journal;
     Command *noted = &journal->command[journal->commands];
     journal->commands++;
-    *noted = (Command){ kind, id, integer, 0, 0.0, m->state.count };
+    *noted = (Command){ kind, id, integer, 0, 0.0 };
+    m->report.commands = journal->commands;
+    m->report.others += kind > MISTAKE;
+    m->ends |= kind == END || kind == RESTART;
     if (kind >= END || m->each_command_stops || journal->commands >= COMMANDS - 8
         || journal->bytes_used >= COMMAND_BYTES - 4 * FRAME_BYTES) {
         need_attention(m);      /* an IT block holds three more instructions at most */
@@ -81,6 +84,17 @@ static Command *command_bytes(Machine *m, CommandKind kind, uint32_t id, const v
     Command *noted = command(m, kind, id, length);
     noted->place = place;
     return noted;
+}
+
+/* Carry out a request with an answer: by `m->ask`, or by a command at which the machine stops. */
+static void request(Machine *m, CommandKind kind, uint32_t id, int64_t integer, double real)
+{
+    if (m->ask == NULL) {
+        command(m, kind, id, integer)->real = real;
+    } else if (!m->ends) {                      /* else this block of code has ended its run before */
+        const double value = m->ask(kind, id, integer, real);
+        machine_answer(m, kind, m->report.status, value, m->report.local_ns);
+    }
 }
 
 void request_reset(Machine *m) { command(m, RESTART, 0, 0); }
@@ -106,7 +120,7 @@ static void write_board(Machine *m, uint32_t offset, uint32_t value)
 {
     State *s = &m->state;
     switch (offset) {
-    case RANDOM_DRAW: command(m, RANDOM, 0, 0); break;
+    case RANDOM_DRAW: request(m, RANDOM, 0, 0, 0.0); break;
     case CLOCK_CAPTURE:
         if (m->each_command_stops) {
             command(m, CAPTURE, 0, 0);
@@ -116,7 +130,7 @@ static void write_board(Machine *m, uint32_t offset, uint32_t value)
     case CLOCK_STEP_HIGH: put_high(&s->clock_step, value); break;
     case CLOCK_TRIM_LOW: put_low(&s->clock_trim, value); break;
     case CLOCK_TRIM_HIGH: put_high(&s->clock_trim, value); break;
-    case CLOCK_ADJUST: command(m, ADJUST_CLOCK, 0, s->clock_step)->real = as_real(s->clock_trim); break;
+    case CLOCK_ADJUST: request(m, ADJUST_CLOCK, 0, s->clock_step, as_real(s->clock_trim)); break;
     case PROMISE_LOW: put_low(&s->promise_until, value); break;
     case PROMISE_HIGH: put_high(&s->promise_until, value); break;
     case PROMISE_GIVE: command(m, PROMISE, value, s->promise_until); break;
@@ -172,7 +186,7 @@ static void write_plant(Machine *m, uint32_t offset, uint32_t value)
 {
     State *s = &m->state;
     switch (offset) {
-    case SENSOR: command(m, SENSE, value, 0); break;
+    case SENSOR: request(m, SENSE, value, 0, 0.0); break;
     case ACTUATE_LOW: put_low(&s->actuate_value, value); break;
     case ACTUATE_HIGH: put_high(&s->actuate_value, value); break;
     case ACTUATOR: command(m, ACTUATE, value, 0)->real = as_real(s->actuate_value); break;

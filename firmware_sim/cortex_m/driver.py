@@ -13,26 +13,30 @@ taken where the run ahead began, and runs to the first instruction boundary at o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, Final, Protocol
 
 from firmware_sim.cortex_m.errors import MachineFault, ProgramEnds
 from firmware_sim.cortex_m.fault import describe
 from firmware_sim.cortex_m.image import Image
-from firmware_sim.cortex_m.machine import NEVER, Ask, Machine, Stop
+from firmware_sim.cortex_m.machine import NEVER, Ask, Call, Machine, Stop
 
 AHEAD_NS: Final = 10_000_000
 NO_VALUE: Final = -4                # BoardError of marconet_board.h
 WATCHDOG_RESET: Final = 1
 SOFTWARE_RESET: Final = 2
+SLEEPS: Final = int(Stop.SLEEPS)    # plain numbers: to look up members of an enumeration takes longer than to compare
 
 
 class Outside(Protocol):
     """The world outside the machine: the program of its board."""
 
-    def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
-        """Do it; `place` is that of the first byte in `machine.bytes`, or has the flags of a timer."""
+    def carry_out(self, calls: Iterable[Call]) -> None:
+        """Do them, each an Ask up to MISTAKE; `place` is that of the first byte in `machine.bytes`, or has the flags
+        of a timer."""
+    def record(self, signal: int, value: float) -> None:
+        """Let the signal have the value from now on."""
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
         """Return the answer, None for BOARD_NO_VALUE."""
     def disarm_all(self) -> None:
@@ -64,6 +68,9 @@ class Driver:
         self._woke_at = 0               # count of instructions at the last wake-up
         self._counted = 0               # instructions in the counter of the records
         self._fed = 0                   # times that the watchdog was written
+        self._error: BaseException | None = None        # of `_answer`
+        if not timed:
+            machine.run_by_blocks(self._answer)
 
     def start(self) -> None:
         """Run the program from its reset until it sleeps or, if computing takes time, for the present instant."""
@@ -72,11 +79,19 @@ class Driver:
 
     def receive(self, port: int, data: bytes) -> None:
         """A frame has arrived."""
-        self._happen(partial(self.machine.receive, port, data))
+        if self._timed:
+            self._happen(partial(self.machine.receive, port, data))
+        else:
+            board = self._board
+            self._finish(self.machine.run_frame(board.present_ns(), board.now_ns, self._budget or NEVER, port, data))
 
     def ring(self, channel: int) -> None:
         """A channel of the timer is due."""
-        self._happen(partial(self.machine.ring, channel))
+        if self._timed:
+            self._happen(partial(self.machine.ring, channel))
+        else:
+            board = self._board
+            self._finish(self.machine.run_ring(board.present_ns(), board.now_ns, self._budget or NEVER, channel))
 
     # --- the machine and the node's time
 
@@ -102,27 +117,44 @@ class Driver:
 
     def _go_on(self) -> None:
         machine, now_ns = self.machine, self._board.present_ns()
-        limit = self._woke_at + self._budget if self._budget else NEVER
+        if not self._timed:
+            self._finish(machine.run(NEVER, self._limit()))
+            return
         while True:
-            if self._timed:
-                machine.save()
-                stop = machine.run(now_ns + AHEAD_NS, limit)
-                reached_ns = machine.now_ns
-                self._stop, self._ahead_to_ns = stop, reached_ns
-                if reached_ns > now_ns:
-                    self._wake(machine.next_tick_ns if stop == Stop.SLEEPS else reached_ns)
-                    return
-                self._ahead_to_ns = -1
-            else:
-                stop = machine.run(NEVER, limit)
-            self._carry_out()
-            if stop == Stop.SLEEPS:
-                self._woke_at = machine.count
-                self._count()
-                self._wake(machine.next_tick_ns)
+            machine.save()
+            stop = machine.run(now_ns + AHEAD_NS, self._limit())
+            reached_ns = machine.now_ns
+            self._stop, self._ahead_to_ns = stop, reached_ns
+            if reached_ns > now_ns:
+                self._wake(machine.next_tick_ns if stop == SLEEPS else reached_ns)
                 return
-            if stop != Stop.HAS_COMMANDS:
-                self._end(stop)
+            self._ahead_to_ns = -1
+            if self._rests(stop):
+                return
+
+    def _finish(self, stop: int) -> None:
+        """Let the machine, which stopped at the present, go on until it sleeps."""
+        while not self._rests(stop):
+            stop = self.machine.run(NEVER, self._limit())
+
+    def _limit(self) -> int:
+        return self._woke_at + self._budget if self._budget else NEVER
+
+    def _rests(self, stop: int) -> bool:
+        """Carry out what the machine asks for at the present; return whether it sleeps."""
+        machine = self.machine
+        if self._error is not None:
+            error, self._error = self._error, None
+            raise error
+        self._carry_out()
+        if stop == SLEEPS:
+            self._woke_at = machine.count
+            self._count()
+            self._wake(machine.next_tick_ns)
+            return True
+        if stop != Stop.HAS_COMMANDS:
+            self._end(stop)
+        return False
 
     def _settle(self) -> None:
         """Do what the machine, which ran ahead to the present, asks for there."""
@@ -144,14 +176,31 @@ class Driver:
         if generation == self._generation:
             self._happen(_nothing)
 
+    def _answer(self, ask: int, number: int, integer: int, real: float) -> tuple[float, int, int]:
+        """Return answer, status and local time to a program that waits; an error is kept until the machine stops."""
+        value = None
+        if self._error is None:
+            try:
+                self._carry_out()
+                value = self._outside.answer(ask, number, integer, real)
+            except BaseException as error:
+                self._error = error
+        return value or 0.0, NO_VALUE if value is None else 0, self._board.now_ns
+
     def _carry_out(self) -> None:
         machine, outside = self.machine, self._outside
-        for ask, number, integer, place, real, _ in machine.commands():
-            if ask >= Ask.ADJUST_CLOCK:
+        if not machine.others:
+            outside.carry_out(machine.commands())
+            return
+        for call in machine.commands():
+            ask, number, integer, _, real = call
+            if ask <= Ask.MISTAKE:
+                outside.carry_out((call,))
+            elif ask == Ask.RECORD:
+                outside.record(number, real)
+            elif ask >= Ask.ADJUST_CLOCK:
                 value = outside.answer(ask, number, integer, real)
                 machine.answer(ask, NO_VALUE if value is None else 0, value or 0.0, self._board.now_ns)
-            elif ask <= Ask.RECORD:
-                outside.carry_out(ask, number, integer, place, real)
             elif ask == Ask.CAPTURE:
                 machine.answer(ask, 0, 0.0, self._board.now_ns)
             elif ask == Ask.WATCHDOG:

@@ -65,7 +65,8 @@ class FirmwareMachine:
                  answer: Callable[[int, int, int, float], float | None], disarm_all: Callable[[], None], clock_hz: int,
                  cycles_per_instruction: float) -> None:
         image = read_image(file)
-        self._carry_out, self._answer, self.disarm_all = carry_out, answer, disarm_all
+        self.carry_out = carry_out                  # an Ask up to MISTAKE is the host's operation
+        self._answer, self.disarm_all = answer, disarm_all
         self.signals: Any = [0.0] * (signals + 1)
         self._machine = Machine(image, clock_hz, cycles_per_instruction, [PORT_KINDS.get(name, 1) for name in ports],
                                 parameters, unique_id(board.name))
@@ -81,11 +82,8 @@ class FirmwareMachine:
             return end.code - 2**32 if end.code >= 2**31 else end.code
         return 0
 
-    def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
-        if ask == Ask.RECORD:
-            self.signals[number] = real
-        else:
-            self._carry_out([(ask, number, integer, place, real)])       # an Ask up to MISTAKE is the host's operation
+    def record(self, signal: int, value: float) -> None:
+        self.signals[signal] = value
 
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
         return self._answer(ask - Ask.ADJUST_CLOCK + 1, number, integer, real)      # the host's number of the question

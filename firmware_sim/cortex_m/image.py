@@ -28,6 +28,7 @@ class Image:
     entry: int
     flash_bytes: int
     ram_bytes: int                                      # declared by the file's segments, stack included
+    ram_end: int                                        # the address behind them
 
 
 def read_image(file: Path) -> Image:
@@ -63,7 +64,7 @@ def parse_image(data: bytes, name: str) -> Image:
 
 def _checked(name: str, data: bytes, loads: list[tuple[int, int, int, bytes]]) -> Image:
     memory = bytearray(b"\0" * len(FLASH))
-    used = ram = 0
+    used = ram = ram_end = 0
     segments = []
     for place, address, size, content in loads:
         if content and (place not in FLASH or place + len(content) > FLASH.stop):
@@ -78,6 +79,7 @@ def _checked(name: str, data: bytes, loads: list[tuple[int, int, int, bytes]]) -
             segments.append((place, content))
         if address in RAM:
             ram += size
+            ram_end = max(ram_end, min(address + size, RAM.stop))
     stack, entry = (int.from_bytes(memory[k:k + 4], "little") for k in (0, 4))
     if not segments or not any(place <= 0 and place + len(content) >= 8 for place, content in segments):
         raise ImageError(f"{name}: no vector table: expected the initial stack pointer and the reset handler at "
@@ -88,7 +90,7 @@ def _checked(name: str, data: bytes, loads: list[tuple[int, int, int, bytes]]) -
     if not entry & 1 or entry - 1 not in FLASH or entry - 1 >= used:
         raise ImageError(f"{name}: the reset handler is 0x{entry:08x}: expected an odd address (Thumb) within the "
                          f"{used} bytes of the image")
-    return Image(name, data, tuple(segments), stack, entry, used, ram)
+    return Image(name, data, tuple(segments), stack, entry, used, ram, max(ram_end, stack))
 
 
 def _profile(elf: Any) -> int | None:

@@ -1,6 +1,7 @@
 /* machine.h: a microcontroller with a Cortex-M4F: what its C files share.
  *
- *     machine.c     the processor (Unicorn), its memory and the loop that runs it
+ *     machine.c     the loop that runs the processor
+ *     engine.c      Unicorn, memory, hooks; what boards of one image share
  *     exceptions.c  exceptions of ARMv7-M: priorities, entry, return, system control registers
  *     devices.c     registers of timers, ports, plant, parameters, records
  *
@@ -34,7 +35,7 @@ enum {
     IRQ_TIMER = 0, IRQ_PORT = 8,                /* of port 0; port p has IRQ_PORT + p */
     FRAME_BYTES = 2048, RX_FRAMES = 32, RX_BYTES = 16384,
     ENTRY_INSTRUCTIONS = 200,                   /* an exception's entry in the budget */
-    COMMANDS = 256, COMMAND_BYTES = 16384, DETAIL_BYTES = 240
+    COMMANDS = 256, COMMAND_BYTES = 16384, DETAIL_BYTES = 240, BLOCKS = 4096
 };
 
 typedef enum {
@@ -62,7 +63,6 @@ typedef struct {
     int64_t integer;                            /* time, number, flags; for bytes their length */
     int64_t place;                              /* first byte in `bytes`; flags of a timer */
     double real;
-    uint64_t count;                             /* instructions executed up to and with the one that asked */
 } Command;
 
 typedef struct {
@@ -109,14 +109,42 @@ typedef struct {
     PortState port[PORTS];
 } State;
 
+typedef struct {                                /* what machine.py reads after a run, and writes as an answer */
+    uint64_t count;                             /* instructions executed */
+    int64_t next_tick_ns;
+    int64_t local_ns;                           /* answer: local time after the request */
+    uint32_t commands, others;                  /* commands noted; those of them after MISTAKE in CommandKind */
+    int32_t status;                             /* answer: 0 or BOARD_NO_VALUE */
+} Report;
+
+typedef double (*Ask)(uint32_t kind, uint32_t id, int64_t integer, double real);
+
+typedef struct {                                /* a block of code without a jump, from `address` on */
+    uint32_t address;
+    uint16_t bytes, instructions;
+} Block;
+
 typedef struct {
     uint8_t *bytes;                             /* frames and texts of the commands */
     Command command[COMMANDS];
     uint32_t commands, bytes_used;
 } Journal;
 
-typedef struct Machine {
+typedef struct Engine {
     uc_engine *uc;
+    uint8_t *flash, *ram;
+    struct Machine *current;                    /* the board whose registers and RAM these are */
+    uint32_t users;
+    uc_hook counting;
+    Block *block;                               /* known blocks, by address */
+    uc_context *fresh;                          /* registers of a processor that has not run */
+    uint32_t ram_bytes;                         /* of RAM that boards exchange */
+    struct Engine *next;
+} Engine;
+
+typedef struct Machine {
+    Engine *engine;
+    uc_engine *uc;                              /* the engine's */
     uint64_t stop_at;                           /* the hook looks closer from this count on */
     uint64_t limit;
     uint64_t spent;                             /* of the budget, by entries of exceptions */
@@ -125,6 +153,7 @@ typedef struct Machine {
     bool attention;                             /* the loop has something to do before the next instruction */
     bool watching;                              /* an exception waits for PRIMASK, BASEPRI or FAULTMASK to change */
     bool each_command_stops;
+    bool ends;                                  /* the program ended its run or reset the processor */
     uint32_t interrupt;                         /* what UC_HOOK_INTR told: 0 nothing */
     uint32_t invalid;                           /* what a memory or instruction hook told: a Cause */
     uint32_t invalid_address;
@@ -142,6 +171,13 @@ typedef struct Machine {
     uint8_t (*tx_bytes)[FRAME_BYTES];
     uint8_t detail[DETAIL_BYTES];
     struct Snapshot *snapshot;
+    Ask ask;                                    /* answers requests while the program waits; NULL: the machine stops */
+    bool by_blocks;                             /* stops at ends of blocks, not at exact instructions */
+    uint32_t block_bytes;                       /* of the block that `pc` begins */
+    uint8_t *kept;                              /* RAM while another board is current; NULL: the engine is its own */
+    uc_context *context;                        /* likewise */
+    bool began;                                 /* `context` holds its registers */
+    Report report;
 } Machine;
 
 /* machine.c */
@@ -153,6 +189,15 @@ int64_t now_ns(const Machine *m);
 void need_attention(Machine *m);
 bool privileged(Machine *m);
 void trouble(Machine *m, Cause cause, uint32_t address);
+
+/* engine.c */
+bool new_engine(Machine *m);
+bool share_engine(Machine *m, uint32_t ram_bytes);
+void make_current(Machine *m);                  /* before its registers or RAM are used */
+void leave_engine(Machine *m);
+void stop(Machine *m);
+uint32_t bytes_of(const Machine *m, uint32_t address);              /* of an instruction */
+uint32_t instructions_of(Machine *m, uint32_t address, uint32_t bytes);
 
 /* exceptions.c */
 void reset_exceptions(Machine *m);
@@ -172,6 +217,9 @@ void write_system(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value,
 
 /* devices.c */
 void request_reset(Machine *m);
+MACHINE_EXPORT void machine_receive(Machine *m, uint32_t number, const uint8_t *data, uint32_t length);
+MACHINE_EXPORT void machine_ring(Machine *m, uint32_t channel);
+MACHINE_EXPORT void machine_answer(Machine *m, uint32_t kind, int32_t status, double real, int64_t local_ns);
 uint64_t read_device(uc_engine *uc, uint64_t offset, unsigned size, void *user);
 void write_device(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value, void *user);
 

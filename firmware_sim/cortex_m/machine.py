@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ctypes as c
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from enum import IntEnum
 from fractions import Fraction
 from functools import lru_cache
@@ -19,7 +19,9 @@ from firmware_sim.cortex_m.image import RAM, Image
 COMMANDS: Final = 256               # as in machine.h, like all below
 COMMAND_BYTES: Final = 16384
 NEVER: Final = 2**63 - 1
-_COMMAND: Final = struct.Struct("@IIqqdQ")
+_COMMAND: Final = struct.Struct("@IIqqd")
+_REPORT_BYTES: Final = 40
+_ASK: Final = c.CFUNCTYPE(c.c_double, c.c_uint32, c.c_uint32, c.c_int64, c.c_double)
 
 
 class Stop(IntEnum):
@@ -49,6 +51,9 @@ class Ask(IntEnum):
     ADJUST_CLOCK = 14
     SENSE = 15
     RANDOM = 16
+
+
+Call = tuple[int, int, int, int, float]         # Ask, id, integer, place, real, as those of a firmware on the host
 
 
 class Fault(NamedTuple):
@@ -87,7 +92,28 @@ class Machine:
         self._commands = memoryview((c.c_char * size).from_address(library.machine_commands(machine))).cast("B")
         self.bytes = memoryview(            # of the commands, while the machine does not run
             (c.c_char * COMMAND_BYTES).from_address(library.machine_command_bytes(machine))).cast("B")
-        self.ram = memoryview((c.c_char * len(RAM)).from_address(library.machine_ram(machine))).cast("B")
+        report = memoryview((c.c_char * _REPORT_BYTES).from_address(library.machine_report(machine))).cast("B")
+        self._times = report[:24].cast("q")             # count, next_tick_ns, local_ns
+        self._numbers = report[24:].cast("i")           # commands, others, status
+        self._run_frame, self._run_ring = library.machine_run_frame, library.machine_run_ring
+        self._ask: Any = None
+        self._ram_bytes = image.ram_end - RAM.start
+
+    def run_by_blocks(self, answer: Callable[[int, int, int, float], tuple[float, int, int]]) -> None:
+        """Count instructions by blocks of code, which is fast; stop at their ends, not at exact instructions.
+
+        For a machine that has not run and whose computing takes no time. `answer(ask, id, integer, real)` returns
+        the answer to a request, its status and the local time then; it has to raise nothing.
+        """
+        times, numbers = self._times, self._numbers
+
+        def ask(kind: int, number: int, integer: int, real: float) -> float:
+            value, numbers[2], times[2] = answer(kind, number, integer, real)
+            return value
+
+        self._ask = _ASK(ask)           # kept, as the machine has its address
+        if not self._library.machine_run_by_blocks(self._machine, self._ask, self._ram_bytes):
+            raise MemoryError("Unicorn could not make one more Cortex-M4")
 
     def reset(self, time_ns: int, cause: int = 0) -> None:
         """Start the program as after power-on (0), by the watchdog (1) or by itself (2)."""
@@ -102,12 +128,28 @@ class Machine:
         stop: int = self._library.machine_run(self._machine, until_ns, budget)
         return stop
 
-    def commands(self) -> Iterator[tuple[int, int, int, int, float, int]]:
-        """Return the commands so far as (kind, id, integer, place, real, count of instructions), and forget them."""
-        count = self._library.machine_command_count(self._machine)
+    def commands(self) -> Iterator[Call]:
+        """Return the commands so far, and forget them."""
+        if not (count := self._numbers[0]):
+            return iter(())
         found = _COMMAND.iter_unpack(bytes(self._commands[:count * _COMMAND.size]))
         self._library.machine_clear_commands(self._machine)
         return found
+
+    @property
+    def others(self) -> int:
+        """Number of the commands so far that are none of the host's operations: from RECORD on."""
+        return self._numbers[1]
+
+    def run_frame(self, time_ns: int, local_ns: int, instructions: int, port: int, data: bytes) -> int:
+        """`at`, `receive` and `run` in one call, for at most so many instructions."""
+        stop: int = self._run_frame(self._machine, time_ns, local_ns, instructions, port, data, len(data))
+        return stop
+
+    def run_ring(self, time_ns: int, local_ns: int, instructions: int, channel: int) -> int:
+        """`at`, `ring` and `run` in one call."""
+        stop: int = self._run_ring(self._machine, time_ns, local_ns, instructions, channel)
+        return stop
 
     def answer(self, kind: int, status: int, real: float, local_ns: int) -> None:
         self._library.machine_answer(self._machine, kind, status, real, local_ns)
@@ -136,15 +178,17 @@ class Machine:
 
     @property
     def count(self) -> int:
-        """Instructions executed so far."""
-        count: int = self._library.machine_count(self._machine)
-        return count
+        """Instructions executed by the end of the last run."""
+        return self._times[0]
 
     @property
     def next_tick_ns(self) -> int:
-        """The instant of SysTick's next expiry, NEVER if it does not run."""
-        next_ns: int = self._library.machine_next_tick(self._machine)
-        return next_ns
+        """The instant of SysTick's next expiry at the end of the last run, NEVER if it does not run."""
+        return self._times[1]
+
+    def ram(self) -> bytes:
+        """Return the content of the RAM."""
+        return c.string_at(self._library.machine_ram(self._machine), len(RAM))
 
     def fault(self) -> Fault:
         words = (c.c_uint32 * 20)()
@@ -154,9 +198,9 @@ class Machine:
     def close(self) -> None:
         """Give its memory back; the machine may not be used afterwards."""
         if self._machine:
-            self._commands.release()
+            for view in (self._times, self._numbers, self._commands):
+                view.release()
             self.bytes.release()
-            self.ram.release()
             machine, self._machine = self._machine, None
             self._library.machine_free(machine)
 
@@ -174,12 +218,14 @@ def _library() -> Any:
         "machine_parameters": (None, [pointer, u32, pointer, pointer]),
         "machine_reset": (None, [pointer, i64, u32]), "machine_at": (None, [pointer, i64, i64]),
         "machine_run": (u32, [pointer, i64, u64]), "machine_commands": (pointer, [pointer]),
-        "machine_command_bytes": (pointer, [pointer]), "machine_command_count": (u32, [pointer]),
-        "machine_clear_commands": (None, [pointer]), "machine_ram": (pointer, [pointer]),
+        "machine_run_frame": (u32, [pointer, i64, i64, u64, u32, c.c_char_p, u32]),
+        "machine_run_ring": (u32, [pointer, i64, i64, u64, u32]),
+        "machine_run_by_blocks": (c.c_bool, [pointer, _ASK, u32]), "machine_report": (pointer, [pointer]),
+        "machine_command_bytes": (pointer, [pointer]), "machine_clear_commands": (None, [pointer]),
+        "machine_ram": (pointer, [pointer]),
         "machine_answer": (None, [pointer, u32, c.c_int32, c.c_double, i64]),
         "machine_receive": (None, [pointer, u32, c.c_char_p, u32]), "machine_ring": (None, [pointer, u32]),
         "machine_save": (None, [pointer]), "machine_restore": (None, [pointer]), "machine_now": (i64, [pointer]),
-        "machine_count": (u64, [pointer]), "machine_next_tick": (i64, [pointer]),
         "machine_fault": (None, [pointer, pointer])}
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)

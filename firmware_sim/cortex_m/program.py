@@ -11,7 +11,7 @@ robot's media in the scenario, `values` those of its rows. The memory map and al
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -22,7 +22,7 @@ from firmware_sim.board_timers import Timer
 from firmware_sim.cortex_m.driver import Driver
 from firmware_sim.cortex_m.errors import MachineFault
 from firmware_sim.cortex_m.image import read_image
-from firmware_sim.cortex_m.machine import Ask, Machine
+from firmware_sim.cortex_m.machine import Ask, Call, Machine
 from firmware_sim.scenario_view import Own, ScenarioView
 
 MAX_PORTS: Final = 8
@@ -99,34 +99,37 @@ class CortexM:
 
     # --- what the program asks for
 
-    def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
+    def carry_out(self, calls: Iterable[Call]) -> None:
         board, settings = self._board, self._settings
-        if ask == Ask.SEND:
-            self._send[number](self._bytes(place, integer))
-        elif ask == Ask.SET_TIMER:
-            self._disarm(number)
-            self._timers[number] = board.at(integer, partial(self._ring, number), sends=not place & SILENT)
-        elif ask == Ask.SET_DELAY:
-            self._disarm(number)
-            self._delays += 1
-            self._timers[number] = self._delays
-            board.after(max(0, integer), partial(self._delay_over, number, self._delays), sends=not place & SILENT)
-        elif ask == Ask.CANCEL_TIMER:
-            self._disarm(number)
-        elif ask == Ask.PROMISE:
-            (board.promise_firm if number & FIRM else board.promise_soft)(integer)
-        elif ask == Ask.ACTUATE:
-            board.actuate(self._named(settings.actuators, "actuators", number), real)
-        elif ask == Ask.COUNT:
-            board.count(self._named(settings.counters, "counters", number), integer)
-        elif ask == Ask.RECORD:
-            self._named(settings.signals, "signals", number)
-            self._values[number] = real
-        elif ask == Ask.MISTAKE:
-            raise MachineFault(f"{board.name}: its program reports a mistake with {self._text(place, integer)}, number "
-                               f"{number}, code {int(real)}")
-        else:
-            board.event(self._named(settings.events, "events", number), self._text(place, integer))
+        for ask, number, integer, place, real in calls:
+            if ask == Ask.SEND:
+                self._send[number](self._bytes(place, integer))
+            elif ask == Ask.SET_TIMER:
+                self._disarm(number)
+                self._timers[number] = board.at(integer, partial(self._ring, number), sends=not place & SILENT)
+            elif ask == Ask.SET_DELAY:
+                self._disarm(number)
+                self._delays += 1
+                self._timers[number] = self._delays
+                board.after(max(0, integer), partial(self._delay_over, number, self._delays),
+                            sends=not place & SILENT)
+            elif ask == Ask.CANCEL_TIMER:
+                self._disarm(number)
+            elif ask == Ask.PROMISE:
+                (board.promise_firm if number & FIRM else board.promise_soft)(integer)
+            elif ask == Ask.ACTUATE:
+                board.actuate(self._named(settings.actuators, "actuators", number), real)
+            elif ask == Ask.COUNT:
+                board.count(self._named(settings.counters, "counters", number), integer)
+            elif ask == Ask.MISTAKE:
+                raise MachineFault(f"{board.name}: its program reports a mistake with {self._text(place, integer)}, "
+                                   f"number {number}, code {int(real)}")
+            else:
+                board.event(self._named(settings.events, "events", number), self._text(place, integer))
+
+    def record(self, signal: int, value: float) -> None:
+        self._named(self._settings.signals, "signals", signal)
+        self._values[signal] = value
 
     def _bytes(self, place: int, length: int) -> bytes:
         return bytes(self._driver.machine.bytes[place:place + length])

@@ -157,7 +157,7 @@ def survive(image: Image, seed: int) -> None:
             machine.restore()
         for _ in range(20):
             stop = machine.run(budget=machine.count + 2_000)
-            for ask, _, length, place, _, _ in machine.commands():
+            for ask, _, length, place, _ in machine.commands():
                 assert ask != Ask.SEND or len(machine.bytes[place:place + length]) == length <= 2048
             if stop != Stop.HAS_COMMANDS:
                 break

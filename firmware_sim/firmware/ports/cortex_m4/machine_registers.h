@@ -109,6 +109,12 @@
 #define PERIPHERAL_PORT(p) (8u + (p))
 
 static inline void wait_for_interrupt(void) { __asm__ volatile("wfi" ::: "memory"); }
+static inline uint32_t active_exception(void)
+{
+    uint32_t number;
+    __asm__ volatile("mrs %0, ipsr" : "=r"(number));
+    return number;
+}
 static inline void interrupts_on(void) { __asm__ volatile("cpsie i" ::: "memory"); }
 static inline void interrupts_off(void) { __asm__ volatile("cpsid i" ::: "memory"); }
 

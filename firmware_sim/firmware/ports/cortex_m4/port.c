@@ -59,7 +59,7 @@ static void take_frame(uint32_t port)
     board_receive(port, received, length);
 }
 
-void interrupt_handler(void) { take_frame((SCB_ICSR & 0x1FFu) - 16u - PERIPHERAL_PORT(0)); }
+void interrupt_handler(void) { take_frame(active_exception() - 16u - PERIPHERAL_PORT(0)); }
 
 int main(void)
 {
@@ -77,6 +77,7 @@ int main(void)
         NVIC_ENABLE = 1u << PERIPHERAL_PORT(port);
     }
     NVIC_ENABLE = 1u << PERIPHERAL_TIMER;
+    SCB_SCR = 2;                                    /* sleep when the last handler returns */
     for (;;) {
         wait_for_interrupt();
     }
