@@ -228,6 +228,15 @@ class Board:
         """Return a function that returns `now_ns`, for a program that asks often."""
         return self._clock.now_ns
 
+    @property
+    def slowness(self) -> float:
+        """The factor by which faults slow the processor down, 1 without."""
+        return self._processor.slowness
+
+    def when_slowed(self, action: Callable[[], object]) -> None:
+        """Call `action` whenever `slowness` changes."""
+        self._processor.on_change = action
+
     def keep_promises(self) -> None:
         """Make the node take its promise from the timers of this board."""
         self._node.next_frame_ns = self._timers.next_frame_ns

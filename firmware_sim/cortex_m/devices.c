@@ -140,6 +140,25 @@ static void write_board(Machine *m, uint32_t offset, uint32_t value)
     }
 }
 
+/* --- interrupts */
+
+int64_t line_due_ns(const Machine *m, uint32_t interrupt)
+{
+    const State *s = &m->state;
+    int64_t due = s->present_ns;
+    if (interrupt == IRQ_TIMER) {
+        for (uint32_t channel = 0; channel < TIMERS; channel++) {
+            if (s->timer_status >> channel & 1u && s->rang_ns[channel] < due) {
+                due = s->rang_ns[channel];
+            }
+        }
+    } else if (interrupt >= IRQ_PORT && interrupt - IRQ_PORT < PORTS && s->port[interrupt - IRQ_PORT].rx_frames > 0) {
+        const PortState *port = &s->port[interrupt - IRQ_PORT];
+        due = port->frame[port->rx_head].arrived_ns;
+    }
+    return due;
+}
+
 /* --- timer */
 
 static uint32_t read_timer(Machine *m, uint32_t offset)
@@ -163,7 +182,7 @@ static void write_timer(Machine *m, uint32_t offset, uint32_t value)
     case TIMER_CANCEL: command(m, CANCEL_TIMER, s->timer_channel, 0); break;
     case TIMER_STATUS:
         s->timer_status &= ~value;
-        set_line(m, IRQ_TIMER, s->timer_status != 0);
+        set_line(m, IRQ_TIMER, s->timer_status != 0, line_due_ns(m, IRQ_TIMER));
         break;
     default: trouble(m, UNKNOWN_REGISTER, DEVICES_BASE + 0x1000u + offset);
     }
@@ -248,7 +267,7 @@ static void write_records(Machine *m, uint32_t offset, uint32_t value)
 static void update_line(Machine *m, uint32_t number)
 {
     const PortState *port = &m->state.port[number];
-    set_line(m, IRQ_PORT + number, port->control & 1u && port->rx_frames > 0);
+    set_line(m, IRQ_PORT + number, port->control & 1u && port->rx_frames > 0, line_due_ns(m, IRQ_PORT + number));
 }
 
 /* Return the byte at `place` of the first frame waiting, 0 beyond its end. */
@@ -445,7 +464,7 @@ MACHINE_EXPORT void machine_receive(Machine *m, uint32_t number, const uint8_t *
         port->rx_lost++;
         return;
     }
-    port->frame[(port->rx_head + port->rx_frames) % RX_FRAMES] = (Frame){ port->rx_next, length };
+    port->frame[(port->rx_head + port->rx_frames) % RX_FRAMES] = (Frame){ port->rx_next, length, m->state.present_ns };
     for (uint32_t i = 0; i < length; i++) {
         m->rx_bytes[number][(port->rx_next + i) % RX_BYTES] = data[i];
     }
@@ -457,8 +476,11 @@ MACHINE_EXPORT void machine_receive(Machine *m, uint32_t number, const uint8_t *
 
 MACHINE_EXPORT void machine_ring(Machine *m, uint32_t channel)
 {
-    m->state.timer_status |= 1u << channel;
-    set_line(m, IRQ_TIMER, true);
+    if (!(m->state.timer_status >> channel & 1u)) {
+        m->state.timer_status |= 1u << channel;
+        m->state.rang_ns[channel] = m->state.present_ns;
+    }
+    set_line(m, IRQ_TIMER, true, m->state.present_ns);
 }
 
 MACHINE_EXPORT void machine_answer(Machine *m, uint32_t kind, int32_t status, double real, int64_t local_ns)

@@ -21,6 +21,7 @@ from firmware_sim.cortex_m.errors import MachineFault, ProgramEnds
 from firmware_sim.cortex_m.fault import describe
 from firmware_sim.cortex_m.image import Image
 from firmware_sim.cortex_m.machine import NEVER, Ask, Call, Machine, Stop
+from firmware_sim.cortex_m.processor_records import ProcessorRecords, Records
 
 AHEAD_NS: Final = 10_000_000
 NO_VALUE: Final = -4                # BoardError of marconet_board.h
@@ -43,16 +44,17 @@ class Outside(Protocol):
         """Disarm all timers, as the machine is reset."""
 
 
-class Processor(Protocol):
-    """The part of `Board` that the driver uses: instants [ns], timers by true time, counters."""
+class Processor(Records, Protocol):
+    """The part of `Board` that the driver uses: instants [ns], timers by true time, records, faults."""
 
     name: str
 
     @property
     def now_ns(self) -> int: ...
-    def present_ns(self) -> int: ...
+    @property
+    def slowness(self) -> float: ...
     def after(self, delay_ns: int, action: Callable[[], object], *, sends: bool = True) -> None: ...
-    def count(self, name: str, by: int = 1) -> None: ...
+    def when_slowed(self, action: Callable[[], object]) -> None: ...
 
 
 class Driver:
@@ -66,15 +68,19 @@ class Driver:
         self._ahead_to_ns = -1          # where the run ahead ended, -1: the machine is not ahead
         self._stop = int(Stop.SLEEPS)   # why it ended there
         self._woke_at = 0               # count of instructions at the last wake-up
-        self._counted = 0               # instructions in the counter of the records
+        self._records = ProcessorRecords(board, machine, image, timed)
         self._fed = 0                   # times that the watchdog was written
         self._error: BaseException | None = None        # of `_answer`
-        if not timed:
+        if timed:
+            board.when_slowed(self._slow_down)
+        else:
             machine.run_by_blocks(self._answer)
 
     def start(self) -> None:
         """Run the program from its reset until it sleeps or, if computing takes time, for the present instant."""
         self.machine.reset(self._board.present_ns())
+        if self._timed and self._board.slowness != 1.0:
+            self.machine.slow_down(self._board.slowness)
         self._happen(_nothing)
 
     def receive(self, port: int, data: bytes) -> None:
@@ -104,16 +110,15 @@ class Driver:
             machine.restore()
             machine.run(now_ns)
         self._ahead_to_ns = -1
-        self._count()
+        self._records.settled()
+        self._records.wakes()
         machine.at(now_ns, self._board.now_ns)
         event()
         self._go_on()
 
-    def _count(self) -> None:
-        """Bring the counter of the records to the present."""
-        count = self.machine.count
-        self._board.count("instructions", count - self._counted)
-        self._counted = count
+    def _slow_down(self) -> None:
+        """A fault that slows the processor down begins or ends."""
+        self._happen(lambda: self.machine.slow_down(self._board.slowness))
 
     def _go_on(self) -> None:
         machine, now_ns = self.machine, self._board.present_ns()
@@ -149,7 +154,8 @@ class Driver:
         self._carry_out()
         if stop == SLEEPS:
             self._woke_at = machine.count
-            self._count()
+            self._records.settled()
+            self._records.sleeps()
             self._wake(machine.next_tick_ns)
             return True
         if stop != Stop.HAS_COMMANDS:
@@ -162,6 +168,7 @@ class Driver:
         self._carry_out()
         if stop == Stop.SLEEPS:
             self._woke_at = self.machine.count
+            self._records.sleeps()
         elif stop == Stop.LOCKED_UP or (stop == Stop.REACHED_LIMIT and self._budget
                                         and self.machine.count >= self._woke_at + self._budget):
             self._end(stop)

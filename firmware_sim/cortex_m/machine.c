@@ -205,6 +205,27 @@ static uint32_t run(Machine *m, int64_t until_ns, uint64_t budget)
     }
 }
 
+/* Return how much of the main stack was ever used: to the lowest frame of an exception, or word that is not 0. */
+static uint32_t stack_bytes(Machine *m)
+{
+    static const uint8_t ZEROS[256];
+    uint32_t at = m->stack_low;
+    while (at < m->state.lowest_sp) {
+        const uint32_t left = m->state.lowest_sp - at, length = left < sizeof ZEROS ? left : sizeof ZEROS;
+        const uint8_t *place = ram_at(m, at, length);
+        if (place == NULL || memcmp(place, ZEROS, length) != 0) {
+            while (place != NULL && *place == 0) {
+                place++;
+                at++;
+            }
+            m->state.lowest_sp = at & ~3u;
+            break;
+        }
+        at += length;
+    }
+    return m->stack_top - m->state.lowest_sp;
+}
+
 /* --- for machine.py */
 
 /* Run until the program sleeps, asks for something, or reaches `until_ns` or the count `budget`; return a Stop.
@@ -214,6 +235,7 @@ MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budge
     const uint32_t stopped = run(m, until_ns, budget);
     m->report.count = m->state.count;
     m->report.next_tick_ns = next_tick_ns(m);
+    m->report.stack_bytes = stack_bytes(m);
     return stopped;
 }
 
@@ -282,6 +304,13 @@ MACHINE_EXPORT void machine_ports(Machine *m, uint32_t ports, const uint32_t *ki
     memcpy(m->port_kind, kinds, ports * sizeof *kinds);
 }
 
+/* The main stack is between these addresses. */
+MACHINE_EXPORT void machine_stack(Machine *m, uint32_t low, uint32_t top)
+{
+    m->stack_low = low;
+    m->stack_top = top;
+}
+
 MACHINE_EXPORT void machine_parameters(Machine *m, uint32_t parameters, const double *values, const uint32_t *first)
 {
     m->parameters = parameters;
@@ -304,8 +333,9 @@ MACHINE_EXPORT void machine_reset(Machine *m, int64_t time_ns, uint32_t cause)
     memset(&m->state, 0, sizeof m->state);
     memset(m->ram, 0, RAM_BYTES);
     m->state.count = m->state.base_count = count;
-    m->state.base_ns = time_ns;
+    m->state.base_ns = m->state.present_ns = time_ns;
     m->state.reset_cause = cause;
+    m->state.lowest_sp = m->stack_top;
     m->watching = m->attention = false;
     m->invalid = NO_FAULT;
     m->interrupt = 0;
@@ -333,6 +363,7 @@ MACHINE_EXPORT void machine_reset(Machine *m, int64_t time_ns, uint32_t cause)
 MACHINE_EXPORT void machine_at(Machine *m, int64_t time_ns, int64_t local_ns)
 {
     m->state.local_ns = local_ns;
+    m->state.present_ns = time_ns;
     if (m->state.asleep || m->cost_num == 0) {
         m->state.base_ns = time_ns;
         m->state.base_count = m->state.count;
@@ -354,6 +385,30 @@ MACHINE_EXPORT uint32_t machine_run_ring(Machine *m, int64_t time_ns, int64_t lo
     machine_at(m, time_ns, local_ns);
     machine_ring(m, channel);
     return machine_run(m, INT64_MAX, m->state.count + instructions);
+}
+
+/* From now on an instruction lasts cost_num / cost_den ns, not 0. */
+MACHINE_EXPORT void machine_cost(Machine *m, uint64_t cost_num, uint64_t cost_den)
+{
+    m->state.base_ns = now_ns(m);
+    m->state.base_count = m->state.count;
+    m->cost_num = cost_num;
+    m->cost_den = cost_den;
+}
+
+/* Return the number of instructions executed before `time_ns`, of those of the last run. */
+MACHINE_EXPORT uint64_t machine_count_at(const Machine *m, int64_t time_ns)
+{
+    const uint64_t count = count_at(m, time_ns);
+    return count < m->state.count ? count : m->state.count;
+}
+
+/* Return the longest time from an interrupt's instant to its entry [ns] since this was asked last. */
+MACHINE_EXPORT int64_t machine_latency(Machine *m)
+{
+    const int64_t latency_ns = m->state.latency_ns;
+    m->state.latency_ns = 0;
+    return latency_ns;
 }
 
 MACHINE_EXPORT void machine_save(Machine *m)

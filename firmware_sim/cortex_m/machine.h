@@ -67,6 +67,7 @@ typedef struct {
 
 typedef struct {
     uint32_t first, length;                     /* place of a frame in the ring `rx_bytes` */
+    int64_t arrived_ns;
 } Frame;
 
 typedef struct {
@@ -87,6 +88,9 @@ typedef struct {
     uint32_t vector_table, priority_group, system_control, configuration, handler_faults, faults, hard_faults;
     uint32_t fault_address, coprocessors;
     bool asleep, event_register;
+    int64_t due_ns[EXCEPTIONS];                 /* instant at which a pending exception came due */
+    int64_t latency_ns;                         /* longest time from there to its entry, interrupts only */
+    uint32_t lowest_sp;                         /* of the main stack, as far as known */
     /* SysTick: the k-th expiry since `tick_base_ns` */
     uint32_t tick_control, tick_reload;
     bool tick_expired;
@@ -95,6 +99,7 @@ typedef struct {
     /* time: instruction number `base_count` begins at `base_ns` */
     uint64_t count, base_count;
     int64_t base_ns;
+    int64_t present_ns;                         /* of what happens to the board */
     int64_t local_ns;                           /* local clock, as captured */
     /* the fault that was raised last, for the message that ends a node */
     uint32_t cause, cause_address, cause_registers[17];
@@ -104,6 +109,7 @@ typedef struct {
     /* devices */
     uint32_t timer_channel, timer_status, random_value, sense_status, parameter, parameter_index, detail_length;
     uint32_t reset_cause;
+    int64_t rang_ns[TIMERS];
     int64_t timer_compare, clock_step, promise_until;
     int64_t clock_trim, sense_value, actuate_value, record_value;   /* bits of a double; record_value also a number */
     PortState port[PORTS];
@@ -115,6 +121,7 @@ typedef struct {                                /* what machine.py reads after a
     int64_t local_ns;                           /* answer: local time after the request */
     uint32_t commands, others;                  /* commands noted; those of them after MISTAKE in CommandKind */
     int32_t status;                             /* answer: 0 or BOARD_NO_VALUE */
+    uint32_t stack_bytes;                       /* of the main stack, used at most so far */
 } Report;
 
 typedef double (*Ask)(uint32_t kind, uint32_t id, int64_t integer, double real);
@@ -164,6 +171,7 @@ typedef struct Machine {
     uint64_t cost_num, cost_den;                /* one instruction lasts cost_num / cost_den ns; 0: no time */
     uint32_t id[4];
     uint32_t ports, port_kind[PORTS];
+    uint32_t stack_low, stack_top;              /* addresses of the main stack */
     uint32_t parameters;
     const double *values;
     const uint32_t *first_value;
@@ -208,14 +216,14 @@ void note_registers(Machine *m, uint32_t pc);    /* for the message that ends a 
 void call_supervisor(Machine *m, uint32_t pc);
 void return_from_exception(Machine *m, uint32_t value);
 bool masks_allow(Machine *m);
-void set_line(Machine *m, uint32_t interrupt, bool level);
-void pend(Machine *m, uint32_t exception);
+void set_line(Machine *m, uint32_t interrupt, bool level, int64_t due_ns);
 void run_tick(Machine *m);                      /* let SysTick expire as often as it has up to now */
 int64_t next_tick_ns(const Machine *m);         /* INT64_MAX if it does not run */
 uint64_t read_system(uc_engine *uc, uint64_t offset, unsigned size, void *user);
 void write_system(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value, void *user);
 
 /* devices.c */
+int64_t line_due_ns(const Machine *m, uint32_t interrupt);          /* since when a device asks for its interrupt */
 void request_reset(Machine *m);
 MACHINE_EXPORT void machine_receive(Machine *m, uint32_t number, const uint8_t *data, uint32_t length);
 MACHINE_EXPORT void machine_ring(Machine *m, uint32_t channel);

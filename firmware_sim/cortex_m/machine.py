@@ -71,7 +71,10 @@ class Machine:
     def __init__(self, image: Image, clock_hz: int, cost: float, port_kinds: Sequence[int],
                  parameters: Sequence[Sequence[float]], unique_id: Sequence[int]) -> None:
         self._library = library = _library()
-        tick, instruction = Fraction(10**9, clock_hz), Fraction(10**9, clock_hz) * Fraction(str(cost))
+        self._cost = Fraction(10**9, clock_hz) * Fraction(str(cost))
+        self._cost_ns = float(self._cost)               # while no fault slows the processor down
+        self._busy_ns, self._busy_count = 0.0, 0        # time that this many instructions took
+        tick, instruction = Fraction(10**9, clock_hz), self._cost
         self._machine = library.machine_new(tick.numerator, tick.denominator, instruction.numerator,
                                             instruction.denominator)
         if not self._machine:
@@ -80,6 +83,7 @@ class Machine:
         for address, content in image.segments:
             library.machine_load(machine, address, content, len(content))
         library.machine_identify(machine, (c.c_uint32 * 4)(*unique_id))
+        library.machine_stack(machine, image.stack_low, image.stack_top)
         library.machine_ports(machine, len(port_kinds), (c.c_uint32 * 8)(*port_kinds))
         ends = [0]
         for row in parameters:
@@ -94,7 +98,7 @@ class Machine:
             (c.c_char * COMMAND_BYTES).from_address(library.machine_command_bytes(machine))).cast("B")
         report = memoryview((c.c_char * _REPORT_BYTES).from_address(library.machine_report(machine))).cast("B")
         self._times = report[:24].cast("q")             # count, next_tick_ns, local_ns
-        self._numbers = report[24:].cast("i")           # commands, others, status
+        self._numbers = report[24:].cast("i")           # commands, others, status, stack_bytes
         self._run_frame, self._run_ring = library.machine_run_frame, library.machine_run_ring
         self._ask: Any = None
         self._ram_bytes = image.ram_end - RAM.start
@@ -162,6 +166,14 @@ class Machine:
         """A channel of the timer has reached its instant."""
         self._library.machine_ring(self._machine, channel)
 
+    def slow_down(self, factor: float) -> None:
+        """From now on an instruction lasts `factor` times as long as without faults."""
+        self._busy_ns += (self.count - self._busy_count) * self._cost_ns
+        self._busy_count = self.count
+        cost = (self._cost * Fraction(factor)).limit_denominator(10**9)
+        self._cost_ns = float(cost)
+        self._library.machine_cost(self._machine, cost.numerator, cost.denominator)
+
     def save(self) -> None:
         """Take a snapshot, in place of the one before."""
         self._library.machine_save(self._machine)
@@ -180,6 +192,21 @@ class Machine:
     def count(self) -> int:
         """Instructions executed by the end of the last run."""
         return self._times[0]
+
+    def busy_ns_at(self, time_ns: int) -> float:
+        """Return the time that all instructions before `time_ns` took, of those of the last run and before."""
+        count: int = self._library.machine_count_at(self._machine, time_ns)
+        return self._busy_ns + (count - self._busy_count) * self._cost_ns
+
+    def latency_ns(self) -> int:
+        """Return the longest time from an interrupt's instant to its entry since this was asked last."""
+        latency_ns: int = self._library.machine_latency(self._machine)
+        return latency_ns
+
+    @property
+    def stack_bytes(self) -> int:
+        """How much of the main stack was ever used by the end of the last run."""
+        return self._numbers[3]
 
     @property
     def next_tick_ns(self) -> int:
@@ -216,6 +243,8 @@ def _library() -> Any:
         "machine_load": (c.c_bool, [pointer, u32, c.c_char_p, u32]),
         "machine_identify": (None, [pointer, pointer]), "machine_ports": (None, [pointer, u32, pointer]),
         "machine_parameters": (None, [pointer, u32, pointer, pointer]),
+        "machine_stack": (None, [pointer, u32, u32]), "machine_cost": (None, [pointer, u64, u64]),
+        "machine_count_at": (u64, [pointer, i64]), "machine_latency": (i64, [pointer]),
         "machine_reset": (None, [pointer, i64, u32]), "machine_at": (None, [pointer, i64, i64]),
         "machine_run": (u32, [pointer, i64, u64]), "machine_commands": (pointer, [pointer]),
         "machine_run_frame": (u32, [pointer, i64, i64, u64, u32, c.c_char_p, u32]),

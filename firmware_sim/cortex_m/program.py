@@ -61,6 +61,7 @@ def check_clock(clock_hz: int, cycles_per_instruction: float, instruction_budget
 
 class CortexM:
     Settings = CortexMSettings
+    has_execution_time = True           # if an instruction costs something
 
     @staticmethod
     def check(scenario: ScenarioView, own: Own[CortexMSettings]) -> Iterator[str]:
