@@ -8,7 +8,7 @@ from typing import Any
 
 
 class Processor:
-    """`factors` has the factor of each fault that acts; they outlive the program. `on_change` is told of each change."""
+    """`factors` has the factor of each fault that acts; they outlive the program. `on_change` is called at a change."""
 
     def __init__(self) -> None:
         self.factors: list[float] = []

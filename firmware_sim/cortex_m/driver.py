@@ -68,7 +68,7 @@ class Driver:
         self._ahead_to_ns = -1          # where the run ahead ended, -1: the machine is not ahead
         self._stop = int(Stop.SLEEPS)   # why it ended there
         self._woke_at = 0               # count of instructions at the last wake-up
-        self._records = ProcessorRecords(board, machine, image, timed)
+        self._records = ProcessorRecords(board, machine, image, timed, self._catch_up)
         self._fed = 0                   # times that the watchdog was written
         self._error: BaseException | None = None        # of `_answer`
         if timed:
@@ -116,6 +116,12 @@ class Driver:
         event()
         self._go_on()
 
+    def _catch_up(self) -> None:
+        """Settle that the processor fell asleep, of which no alarm tells."""
+        if 0 <= self._ahead_to_ns <= self._board.present_ns() and self._stop == SLEEPS:
+            self._settle()
+            self._records.settled()
+
     def _slow_down(self) -> None:
         """A fault that slows the processor down begins or ends."""
         self._happen(lambda: self.machine.slow_down(self._board.slowness))
@@ -155,7 +161,7 @@ class Driver:
         if stop == SLEEPS:
             self._woke_at = machine.count
             self._records.settled()
-            self._records.sleeps()
+            self._records.sleeps(self._board.present_ns())
             self._wake(machine.next_tick_ns)
             return True
         if stop != Stop.HAS_COMMANDS:
@@ -164,11 +170,11 @@ class Driver:
 
     def _settle(self) -> None:
         """Do what the machine, which ran ahead to the present, asks for there."""
-        stop, self._ahead_to_ns = self._stop, -1
+        stop, reached_ns, self._ahead_to_ns = self._stop, self._ahead_to_ns, -1
         self._carry_out()
         if stop == Stop.SLEEPS:
             self._woke_at = self.machine.count
-            self._records.sleeps()
+            self._records.sleeps(reached_ns)
         elif stop == Stop.LOCKED_UP or (stop == Stop.REACHED_LIMIT and self._budget
                                         and self.machine.count >= self._woke_at + self._budget):
             self._end(stop)

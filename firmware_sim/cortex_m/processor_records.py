@@ -28,8 +28,11 @@ class Records(Protocol):
 
 
 class ProcessorRecords:
-    def __init__(self, board: Records, machine: Machine, image: Image, timed: bool) -> None:
-        self._board, self._machine = board, machine
+    """`catch_up` lets the driver settle what the machine, which runs ahead, has done up to the present."""
+
+    def __init__(self, board: Records, machine: Machine, image: Image, timed: bool,
+                 catch_up: Callable[[], object]) -> None:
+        self._board, self._machine, self._catch_up = board, machine, catch_up
         self._counted = 0               # instructions in the counter
         self._stack_bytes = 0
         self._worst_ns = 0              # interrupt latency so far
@@ -64,13 +67,14 @@ class ProcessorRecords:
         if self._woke_ns < 0:
             self._woke_ns = self._board.present_ns()
 
-    def sleeps(self) -> None:
+    def sleeps(self, since_ns: int) -> None:
         """The processor has fallen asleep."""
         if self._woke_ns >= 0:
-            self._awake_ns = max(self._awake_ns, self._board.present_ns() - self._woke_ns)
+            self._awake_ns = max(self._awake_ns, since_ns - self._woke_ns)
             self._woke_ns = -1
 
     def _sample(self) -> tuple[float, float, float]:
+        self._catch_up()
         now_ns = self._board.present_ns()
         busy_ns = self._machine.busy_ns_at(now_ns)
         awake_ns = max(self._awake_ns, now_ns - self._woke_ns if self._woke_ns >= 0 else 0)
