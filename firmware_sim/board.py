@@ -18,7 +18,7 @@ promise raises PromiseBroken.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from functools import partial
 from random import Random
 from typing import Any, ClassVar, Final
@@ -53,11 +53,13 @@ class Board:
 
     def __init__(self, node: Node, clock: LocalClock, plant: Plant | None, team: Mapping[str, Any], rng: Random,
                  parameters: Mapping[str, Any], processor: Processor | None = None,
-                 call_record: CallRecord | None = None) -> None:
-        """`team`: the scenario's table [team]."""
+                 call_record: CallRecord | None = None, can_buses: Collection[str] = (),
+                 byte_streams: Collection[str] = ()) -> None:
+        """`team`: the scenario's table [team]. `can_buses`, `byte_streams`: ports on media of these kinds."""
         self.call_record: CallRecord = NoRecord() if call_record is None else call_record   # for programs in C
         self.name = node.name
         self.team = team
+        self.can_buses, self.byte_streams = frozenset(can_buses), frozenset(byte_streams)
         self.rng = rng
         self._node, self._clock, self._plant, self._parameters = node, clock, plant, parameters
         self._timers = Timers(node, clock)

@@ -17,12 +17,12 @@ from firmware_sim.cortex_m.driver import Driver
 from firmware_sim.cortex_m.errors import ImageError, MachineMissing, ProgramEnds
 from firmware_sim.cortex_m.image import read_image
 from firmware_sim.cortex_m.machine import Ask, Machine
-from firmware_sim.cortex_m.program import PORT_KINDS, unique_id
+from firmware_sim.cortex_m.program import port_kind, unique_id
 from firmware_sim.firmware.build import sources
 from firmware_sim.firmware.description import read_description
 from firmware_sim.firmware.errors import FirmwareError
 from firmware_sim.firmware.host.library import Call
-from firmware_sim.firmware.program import FirmwareProgram
+from firmware_sim.firmware.program import FirmwareProgram, medium_of
 from fmus.errors import PlantError
 
 OF_THE_HOST: Final = "marconet_host.c"
@@ -48,7 +48,8 @@ class CortexFirmwareProgram(FirmwareProgram):
 
     def _load(self, parameters: Sequence[Sequence[float]]) -> FirmwareMachine:
         return FirmwareMachine(build_for_cortex_m4(self.folder), self._board, parameters,
-                               [port.name for port in self.firmware.ports], len(self.firmware.signals),
+                               [medium_of(port.name, self.firmware, self._board.ports)
+                                for port in self.firmware.ports], len(self.firmware.signals),
                                self._carry_out, self._answer, self._disarm_all, self.clock_hz,
                                self.cycles_per_instruction)
 
@@ -68,7 +69,7 @@ class FirmwareMachine:
         self.carry_out = carry_out                  # an Ask up to MISTAKE is the host's operation
         self._answer, self.disarm_all = answer, disarm_all
         self.signals: Any = [0.0] * (signals + 1)
-        self._machine = Machine(image, clock_hz, cycles_per_instruction, [PORT_KINDS.get(name, 1) for name in ports],
+        self._machine = Machine(image, clock_hz, cycles_per_instruction, [port_kind(board, name) for name in ports],
                                 parameters, unique_id(board.name))
         self.bytes = self._machine.bytes            # of frames and texts
         self._driver = Driver(self._machine, image, board, self, cycles_per_instruction > 0, BUDGET)

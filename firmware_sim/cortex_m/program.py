@@ -27,7 +27,9 @@ from firmware_sim.scenario_view import Own, ScenarioView
 
 MAX_PORTS: Final = 8
 MAX_FRAME_BYTES: Final = 2048
-PORT_KINDS: Final = {"can": 2, "serial": 3}         # register PORT_KIND by the name of the port; 1 for others
+FRAMES: Final = 1                   # register PORT_KIND
+CAN: Final = 2
+UART: Final = 3
 SILENT: Final = 1
 FIRM: Final = 1
 
@@ -83,7 +85,7 @@ class CortexM:
         self._values = [0.0] * len(settings.signals)
         image = read_image(settings.image)
         machine = Machine(image, settings.clock_hz, settings.cycles_per_instruction,
-                          [PORT_KINDS.get(name, 1) for name in board.ports], settings.values, unique_id(board.name))
+                          [port_kind(board, name) for name in board.ports], settings.values, unique_id(board.name))
         board.at_end(machine.close)
         for counter in settings.counters:
             board.count(counter, 0)
@@ -168,6 +170,11 @@ class CortexM:
         armed = self._timers.pop(channel, None)
         if isinstance(armed, Timer):
             armed.cancel()
+
+
+def port_kind(board: Board, port: str) -> int:
+    """Return the value of the register PORT_KIND for a port."""
+    return CAN if port in board.can_buses else UART if port in board.byte_streams else FRAMES
 
 
 def unique_id(name: str) -> list[int]:

@@ -18,7 +18,8 @@ ARRIVAL = tuple[int, int, bytes]            # instant, port, bytes
 
 def board_node(image: Path, ports: tuple[str, ...] = ("radio",), **settings: Any) -> Node:
     node = Node("r1", ports)
-    board = Board(node, LocalClock(ClockSettings(), lambda: node.now_ns), None, {}, Random(1), {})
+    board = Board(node, LocalClock(ClockSettings(), lambda: node.now_ns), None, {}, Random(1), {}, can_buses=("bus",),
+                  byte_streams=("line",))
     board.keep_promises()
     CortexM(board, CortexMSettings(image=image, **settings))
     node.hello()

@@ -14,7 +14,7 @@ from netem.media.can.frame import CanFrame, pack, unpack
 from netem.wire.messages import Grant
 from tests.firmware_sim.cortex_m.boards import board_node
 
-PORTS = ("radio", "can", "serial")
+PORTS = ("radio", "bus", "line")
 RADIO, CAN, SERIAL = range(3)
 MS = 1_000_000
 
