@@ -5,6 +5,7 @@
  *     0x40002000 plant     sensors and actuators
  *     0x40003000 values    parameters of the scenario
  *     0x40004000 records   counters, signals, events
+ *     0x40005000 encoders, 0x40006000 PWM stages: motor.c
  *     0x40010000 port 0    FIFOs of frames; CAN mailboxes and filters; UART; interrupt 8; port p at + 0x1000 p
  *
  * A read is a function of the machine's state. What needs the world outside is a write, noted in the journal as a
@@ -60,7 +61,7 @@ static int64_t as_pair(double real)
 
 /* --- commands */
 
-static Command *command(Machine *m, CommandKind kind, uint32_t id, int64_t integer)
+Command *command(Machine *m, CommandKind kind, uint32_t id, int64_t integer)
 {
     Journal *journal = &m->journal;
     Command *noted = &journal->command[journal->commands];
@@ -87,7 +88,7 @@ static Command *command_bytes(Machine *m, CommandKind kind, uint32_t id, const v
 }
 
 /* Carry out a request with an answer: by `m->ask`, or by a command at which the machine stops. */
-static void request(Machine *m, CommandKind kind, uint32_t id, int64_t integer, double real)
+void request(Machine *m, CommandKind kind, uint32_t id, int64_t integer, double real)
 {
     if (m->ask == NULL) {
         command(m, kind, id, integer)->real = real;
@@ -414,6 +415,8 @@ uint64_t read_device(uc_engine *uc, uint64_t offset, unsigned size, void *user)
     case 1: return read_timer(m, place);
     case 2: return read_plant(m, place);
     case 3: return read_values(m, place);
+    case 5: return read_encoder(m, place);
+    case 6: return read_pwm(m, place);
     default: trouble(m, UNKNOWN_REGISTER, DEVICES_BASE + (uint32_t)offset); return 0;
     }
 }
@@ -433,6 +436,8 @@ void write_device(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value,
     case 2: write_plant(m, place, word); break;
     case 3: write_values(m, place, word); break;
     case 4: write_records(m, place, word); break;
+    case 5: write_encoder(m, place, word); break;
+    case 6: write_pwm(m, place, word); break;
     default: trouble(m, UNKNOWN_REGISTER, DEVICES_BASE + (uint32_t)offset);
     }
 }
@@ -492,5 +497,7 @@ MACHINE_EXPORT void machine_answer(Machine *m, uint32_t kind, int32_t status, do
     } else if (kind == SENSE) {
         s->sense_status = (uint32_t)status;
         s->sense_value = as_pair(real);
+    } else if (kind == ENCODER) {
+        capture_encoder(m, real);
     }
 }

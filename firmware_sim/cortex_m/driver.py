@@ -38,6 +38,8 @@ class Outside(Protocol):
         of a timer."""
     def record(self, signal: int, value: float) -> None:
         """Let the signal have the value from now on."""
+    def drive(self, stage: int, share: float) -> None:
+        """Let a PWM stage have this share of its full scale as mean output."""
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
         """Return the answer, None for BOARD_NO_VALUE."""
     def disarm_all(self) -> None:
@@ -211,6 +213,8 @@ class Driver:
                 outside.carry_out((call,))
             elif ask == Ask.RECORD:
                 outside.record(number, real)
+            elif ask == Ask.DRIVE:
+                outside.drive(number, real)
             elif ask >= Ask.ADJUST_CLOCK:
                 value = outside.answer(ask, number, integer, real)
                 machine.answer(ask, NO_VALUE if value is None else 0, value or 0.0, self._board.now_ns)

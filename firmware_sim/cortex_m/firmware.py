@@ -86,5 +86,8 @@ class FirmwareMachine:
     def record(self, signal: int, value: float) -> None:
         self.signals[signal] = value
 
+    def drive(self, stage: int, share: float) -> None:
+        raise AssertionError(f"PWM stage {stage} of a machine without any: a firmware actuates by its board's functions")
+
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
         return self._answer(ask - Ask.ADJUST_CLOCK + 1, number, integer, real)      # the host's number of the question

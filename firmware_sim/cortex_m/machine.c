@@ -341,6 +341,7 @@ MACHINE_EXPORT void machine_reset(Machine *m, int64_t time_ns, uint32_t cause)
     m->interrupt = 0;
     machine_clear_commands(m);
     reset_exceptions(m);
+    reset_motors(m);
     set_reg(m, UC_ARM_REG_XPSR, 1u << 24);
     for (int name = UC_ARM_REG_R0; name <= UC_ARM_REG_R12; name++) {
         set_reg(m, name, 0);

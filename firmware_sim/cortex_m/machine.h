@@ -4,6 +4,7 @@
  *     engine.c      Unicorn, memory, hooks; what boards of one image share
  *     exceptions.c  exceptions of ARMv7-M: priorities, entry, return, system control registers
  *     devices.c     registers of timers, ports, plant, parameters, records
+ *     motor.c       registers of encoders and PWM stages
  *
  * `State` is all that a program can observe or change, except the bytes of memories and FIFOs: a copy of it, of the
  * processor's registers and of the RAM is a snapshot. machine.py knows the layout of Command and Report.
@@ -31,7 +32,7 @@
 #define SYSTEM_BYTES 0x1000u
 
 enum {
-    INTERRUPTS = 32, EXCEPTIONS = 16 + INTERRUPTS, PORTS = 8, TIMERS = 32, FILTERS = 14,
+    INTERRUPTS = 32, EXCEPTIONS = 16 + INTERRUPTS, PORTS = 8, MOTORS = 8, TIMERS = 32, FILTERS = 14,
     IRQ_TIMER = 0, IRQ_PORT = 8,                /* of port 0; port p has IRQ_PORT + p */
     FRAME_BYTES = 2048, RX_FRAMES = 32, RX_BYTES = 16384,
     ENTRY_INSTRUCTIONS = 200,                   /* an exception's entry in the budget */
@@ -54,7 +55,7 @@ typedef enum {                                  /* cause of the last fault */
 
 typedef enum {                                  /* what a program asks of the world outside the machine */
     SEND, SET_TIMER, SET_DELAY, CANCEL_TIMER, PROMISE, ACTUATE, COUNT, EVENT, MISTAKE,      /* Operation of the host's */
-    RECORD, WATCHDOG, CAPTURE, END, RESTART, ADJUST_CLOCK, SENSE, RANDOM                    /* from END on they stop */
+    RECORD, DRIVE, WATCHDOG, CAPTURE, END, RESTART, ADJUST_CLOCK, SENSE, RANDOM, ENCODER    /* from END on they stop */
 } CommandKind;
 
 typedef struct {
@@ -80,6 +81,16 @@ typedef struct {
     uint32_t filters, filter_id[FILTERS], filter_mask[FILTERS];
     Frame frame[RX_FRAMES];
 } PortState;
+
+typedef struct {
+    int64_t turned, offset;                     /* counts at the last capture; what the program added */
+    uint32_t reload;
+    bool down;
+} EncoderState;
+
+typedef struct {
+    uint32_t period, compare, control;
+} PwmState;
 
 typedef struct {
     /* exceptions */
@@ -113,6 +124,9 @@ typedef struct {
     int64_t timer_compare, clock_step, promise_until;
     int64_t clock_trim, sense_value, actuate_value, record_value;   /* bits of a double; record_value also a number */
     PortState port[PORTS];
+    uint32_t encoder_asked;
+    EncoderState encoder[MOTORS];
+    PwmState pwm[MOTORS];
 } State;
 
 typedef struct {                                /* what machine.py reads after a run, and writes as an answer */
@@ -171,6 +185,7 @@ typedef struct Machine {
     uint64_t cost_num, cost_den;                /* one instruction lasts cost_num / cost_den ns; 0: no time */
     uint32_t id[4];
     uint32_t ports, port_kind[PORTS];
+    uint32_t encoders, counts_per_revolution[MOTORS], pwms;
     uint32_t stack_low, stack_top;              /* addresses of the main stack */
     uint32_t parameters;
     const double *values;
@@ -222,7 +237,17 @@ int64_t next_tick_ns(const Machine *m);         /* INT64_MAX if it does not run 
 uint64_t read_system(uc_engine *uc, uint64_t offset, unsigned size, void *user);
 void write_system(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value, void *user);
 
+/* motor.c */
+uint32_t read_encoder(Machine *m, uint32_t offset);
+void write_encoder(Machine *m, uint32_t offset, uint32_t value);
+void capture_encoder(Machine *m, double angle /* [rad] */);         /* the answer to a request ENCODER */
+uint32_t read_pwm(Machine *m, uint32_t offset);
+void write_pwm(Machine *m, uint32_t offset, uint32_t value);
+void reset_motors(Machine *m);
+
 /* devices.c */
+Command *command(Machine *m, CommandKind kind, uint32_t id, int64_t integer);
+void request(Machine *m, CommandKind kind, uint32_t id, int64_t integer, double real);
 int64_t line_due_ns(const Machine *m, uint32_t interrupt);          /* since when a device asks for its interrupt */
 void request_reset(Machine *m);
 MACHINE_EXPORT void machine_receive(Machine *m, uint32_t number, const uint8_t *data, uint32_t length);

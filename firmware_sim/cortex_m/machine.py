@@ -44,13 +44,15 @@ class Ask(IntEnum):
     EVENT = 7
     MISTAKE = 8
     RECORD = 9
-    WATCHDOG = 10
-    CAPTURE = 11
-    END = 12
-    RESTART = 13
-    ADJUST_CLOCK = 14
-    SENSE = 15
-    RANDOM = 16
+    DRIVE = 10
+    WATCHDOG = 11
+    CAPTURE = 12
+    END = 13
+    RESTART = 14
+    ADJUST_CLOCK = 15
+    SENSE = 16
+    RANDOM = 17
+    ENCODER = 18
 
 
 Call = tuple[int, int, int, int, float]         # Ask, id, integer, place, real, as those of a firmware on the host
@@ -118,6 +120,11 @@ class Machine:
         self._ask = _ASK(ask)           # kept, as the machine has its address
         if not self._library.machine_run_by_blocks(self._machine, self._ask, self._ram_bytes):
             raise MemoryError("Unicorn could not make one more Cortex-M4")
+
+    def motors(self, counts_per_revolution: Sequence[int], pwms: int) -> None:
+        """Give it an encoder for each of these, and so many PWM stages, before it is reset."""
+        self._library.machine_motors(self._machine, len(counts_per_revolution),
+                                     (c.c_uint32 * 8)(*counts_per_revolution), pwms)
 
     def reset(self, time_ns: int, cause: int = 0) -> None:
         """Start the program as after power-on (0), by the watchdog (1) or by itself (2)."""
@@ -243,7 +250,7 @@ def _library() -> Any:
         "machine_load": (c.c_bool, [pointer, u32, c.c_char_p, u32]),
         "machine_identify": (None, [pointer, pointer]), "machine_ports": (None, [pointer, u32, pointer]),
         "machine_parameters": (None, [pointer, u32, pointer, pointer]),
-        "machine_stack": (None, [pointer, u32, u32]), "machine_cost": (None, [pointer, u64, u64]),
+        "machine_motors": (None, [pointer, u32, pointer, u32]), "machine_stack": (None, [pointer, u32, u32]), "machine_cost": (None, [pointer, u64, u64]),
         "machine_count_at": (u64, [pointer, i64]), "machine_latency": (i64, [pointer]),
         "machine_reset": (None, [pointer, i64, u32]), "machine_at": (None, [pointer, i64, i64]),
         "machine_run": (u32, [pointer, i64, u64]), "machine_commands": (pointer, [pointer]),

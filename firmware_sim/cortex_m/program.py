@@ -26,6 +26,7 @@ from firmware_sim.cortex_m.machine import Ask, Call, Machine
 from firmware_sim.scenario_view import Own, ScenarioView
 
 MAX_PORTS: Final = 8
+MAX_MOTORS: Final = 8
 MAX_FRAME_BYTES: Final = 2048
 FRAMES: Final = 1                   # register PORT_KIND
 CAN: Final = 2
@@ -46,9 +47,28 @@ class CortexMSettings:
     counters: list[str] = field(default_factory=list)
     signals: list[str] = field(default_factory=list)
     events: list[str] = field(default_factory=list)
+    encoders: list[str] = field(default_factory=list)       # angles of the plant [rad]
+    counts_per_revolution: list[int] = field(default_factory=list)      # of each encoder
+    pwms: list[str] = field(default_factory=list)           # inputs of the plant
+    full_scales: list[float] = field(default_factory=list)  # of each PWM stage: its output while it is always high
 
     def __post_init__(self) -> None:
+        check_motors(self)
         check_clock(self.clock_hz, self.cycles_per_instruction, self.instruction_budget)
+
+
+def check_motors(settings: CortexMSettings) -> None:
+    """Raise ValueError for encoders or PWM stages that are too many or incomplete."""
+    for key, names, of_each, values in (
+            ("encoders", settings.encoders, "counts_per_revolution", settings.counts_per_revolution),
+            ("pwms", settings.pwms, "full_scales", settings.full_scales)):
+        if len(names) > MAX_MOTORS:
+            raise ValueError(f"{key}: {len(names)} names: the machine has {MAX_MOTORS}")
+        if len(names) != len(values):
+            raise ValueError(f"{of_each}={values}: expected one for each of the {len(names)} names in {key}")
+    for counts in settings.counts_per_revolution:
+        if not 1 <= counts < 2**31:
+            raise ValueError(f"counts_per_revolution={settings.counts_per_revolution}: expected 1 to {2**31 - 1}")
 
 
 def check_clock(clock_hz: int, cycles_per_instruction: float, instruction_budget: int) -> None:
@@ -86,6 +106,7 @@ class CortexM:
         image = read_image(settings.image)
         machine = Machine(image, settings.clock_hz, settings.cycles_per_instruction,
                           [port_kind(board, name) for name in board.ports], settings.values, unique_id(board.name))
+        machine.motors(settings.counts_per_revolution, len(settings.pwms))
         board.at_end(machine.close)
         for counter in settings.counters:
             board.count(counter, 0)
@@ -134,6 +155,9 @@ class CortexM:
         self._named(self._settings.signals, "signals", signal)
         self._values[signal] = value
 
+    def drive(self, stage: int, share: float) -> None:
+        self._board.actuate(self._settings.pwms[stage], share * self._settings.full_scales[stage])
+
     def _bytes(self, place: int, length: int) -> bytes:
         return bytes(self._driver.machine.bytes[place:place + length])
 
@@ -143,6 +167,8 @@ class CortexM:
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
         if ask == Ask.SENSE:
             return float(self._board.sense(self._named(self._settings.sensors, "sensors", number)))
+        if ask == Ask.ENCODER:
+            return float(self._board.sense(self._settings.encoders[number]))
         if ask == Ask.ADJUST_CLOCK:
             self._board.adjust_clock(integer, real)
             return real
