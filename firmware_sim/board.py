@@ -230,6 +230,10 @@ class Board:
         """Return a function that returns `now_ns`, for a program that asks often."""
         return self._clock.now_ns
 
+    def before_counters(self, action: Callable[[], object]) -> None:
+        """Call `action` before the counters are read at the end of the run, for those that need no count in between."""
+        self._node.before_counters(action)
+
     @property
     def slowness(self) -> float:
         """The factor by which faults slow the processor down, 1 without."""

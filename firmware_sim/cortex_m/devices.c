@@ -61,28 +61,52 @@ static int64_t as_pair(double real)
 
 /* --- commands */
 
-Command *command(Machine *m, CommandKind kind, uint32_t id, int64_t integer)
+static bool is_full(const Machine *m)
 {
-    Journal *journal = &m->journal;
-    Command *noted = &journal->command[journal->commands];
-    journal->commands++;
-    *noted = (Command){ kind, id, integer, 0, 0.0 };
-    m->report.commands = journal->commands;
+    return m->report.commands >= COMMANDS - 8 || m->journal.bytes_used >= COMMAND_BYTES - 4 * FRAME_BYTES;
+}
+
+/* Return whether there is room for a command and a frame. A block of code may have more commands than there is room for:
+ * they are handed over. What follows the end of a run, or an error, is not noted. */
+static bool has_room(Machine *m)
+{
+    if (m->report.commands == 0) {
+        m->journal.bytes_used = 0;
+    }
+    if (m->by_blocks && is_full(m) && !m->ends) {
+        m->ask(HAND_OVER, 0, 0, 0.0);
+        m->journal.bytes_used = m->report.commands == 0 ? 0 : m->journal.bytes_used;
+    }
+    return !m->by_blocks || !is_full(m);
+}
+
+static Command *note(Machine *m, CommandKind kind, uint32_t id, int64_t integer)
+{
+    Command *noted = m->journal.command + m->report.commands;
+    m->report.commands++;
     m->report.others += kind > MISTAKE;
+    *noted = (Command){ kind, id, integer, 0, 0.0 };
     m->ends |= kind == END || kind == RESTART;
-    if (kind >= END || m->each_command_stops || journal->commands >= COMMANDS - 8
-        || journal->bytes_used >= COMMAND_BYTES - 4 * FRAME_BYTES) {
+    if (kind >= END || m->each_command_stops || is_full(m)) {
         need_attention(m);      /* an IT block holds three more instructions at most */
     }
     return noted;
 }
 
+Command *command(Machine *m, CommandKind kind, uint32_t id, int64_t integer)
+{
+    return has_room(m) ? note(m, kind, id, integer) : &m->dropped;
+}
+
 static Command *command_bytes(Machine *m, CommandKind kind, uint32_t id, const void *data, uint32_t length)
 {
+    if (!has_room(m)) {
+        return &m->dropped;
+    }
     const uint32_t place = m->journal.bytes_used;
     memcpy(m->journal.bytes + place, data, length);
     m->journal.bytes_used += length;
-    Command *noted = command(m, kind, id, length);
+    Command *noted = note(m, kind, id, length);
     noted->place = place;
     return noted;
 }

@@ -67,12 +67,14 @@ class Driver:
         self.machine, self._image, self._board, self._outside = machine, image, board, outside
         self._timed, self._budget = timed, budget
         self._generation = 0            # of the alarm that acts
+        self._waits_for_tick = False    # one is armed
         self._ahead_to_ns = -1          # where the run ahead ended, -1: the machine is not ahead
         self._stop = int(Stop.SLEEPS)   # why it ended there
         self._woke_at = 0               # count of instructions at the last wake-up
         self._records = ProcessorRecords(board, machine, image, timed, self._catch_up)
         self._fed = 0                   # times that the watchdog was written
         self._error: BaseException | None = None        # of `_answer`
+        self._run_frame, self._run_ring, self._instructions = machine.run_frame, machine.run_ring, budget or NEVER
         if timed:
             board.when_slowed(self._slow_down)
         else:
@@ -91,7 +93,7 @@ class Driver:
             self._happen(partial(self.machine.receive, port, data))
         else:
             board = self._board
-            self._finish(self.machine.run_frame(board.present_ns(), board.now_ns, self._budget or NEVER, port, data))
+            self._finish(self._run_frame(board.present_ns(), board.now_ns, self._instructions, port, data, len(data)))
 
     def ring(self, channel: int) -> None:
         """A channel of the timer is due."""
@@ -99,7 +101,7 @@ class Driver:
             self._happen(partial(self.machine.ring, channel))
         else:
             board = self._board
-            self._finish(self.machine.run_ring(board.present_ns(), board.now_ns, self._budget or NEVER, channel))
+            self._finish(self._run_ring(board.present_ns(), board.now_ns, self._instructions, channel))
 
     # --- the machine and the node's time
 
@@ -146,19 +148,31 @@ class Driver:
                 return
 
     def _finish(self, stop: int) -> None:
-        """Let the machine, which stopped at the present, go on until it sleeps."""
-        while not self._rests(stop):
-            stop = self.machine.run(NEVER, self._limit())
+        """Let the machine, whose computing takes no time, go on until it sleeps."""
+        machine = self.machine
+        while True:
+            if self._error is not None:
+                error, self._error = self._error, None
+                raise error
+            if machine.others:
+                self._carry_out()
+            else:
+                self._outside.carry_out(machine.commands())
+            if stop == SLEEPS:
+                break
+            if stop != Stop.HAS_COMMANDS:
+                self._end(stop)
+            stop = machine.run(NEVER, self._limit())
+        self._woke_at = machine.count
+        if machine.next_tick_ns < NEVER or self._waits_for_tick:
+            self._wake(machine.next_tick_ns)
 
     def _limit(self) -> int:
         return self._woke_at + self._budget if self._budget else NEVER
 
     def _rests(self, stop: int) -> bool:
-        """Carry out what the machine asks for at the present; return whether it sleeps."""
+        """Carry out what the machine, which stopped at the present, asks for; return whether it sleeps."""
         machine = self.machine
-        if self._error is not None:
-            error, self._error = self._error, None
-            raise error
         self._carry_out()
         if stop == SLEEPS:
             self._woke_at = machine.count
@@ -184,7 +198,8 @@ class Driver:
     def _wake(self, at_ns: int) -> None:
         """Go on at `at_ns` unless something happens before."""
         self._generation += 1
-        if at_ns < NEVER:
+        self._waits_for_tick = at_ns < NEVER
+        if self._waits_for_tick:
             self._board.after(max(0, at_ns - self._board.present_ns()), partial(self._alarm, self._generation))
 
     def _alarm(self, generation: int) -> None:
@@ -197,7 +212,8 @@ class Driver:
         if self._error is None:
             try:
                 self._carry_out()
-                value = self._outside.answer(ask, number, integer, real)
+                if ask != Ask.HAND_OVER:
+                    value = self._outside.answer(ask, number, integer, real)
             except BaseException as error:
                 self._error = error
         return value or 0.0, NO_VALUE if value is None else 0, self._board.now_ns

@@ -164,6 +164,7 @@ static uint32_t run(Machine *m, int64_t until_ns, uint64_t budget)
     State *s = &m->state;
     make_current(m);
     m->spent = 0;
+    m->ends = m->ends && m->report.commands > 0;
     for (;;) {
         if (s->locked_up) {
             return LOCKED_UP;
@@ -174,7 +175,7 @@ static uint32_t run(Machine *m, int64_t until_ns, uint64_t budget)
             raise_fault(m, BUS_FAULT, cause, s->trouble_pc, s->trouble_address, 1u << 10);
             continue;
         }
-        if (m->journal.commands > 0 && m->attention) {
+        if (m->report.commands > 0 && m->attention) {
             m->attention = false;
             return HAS_COMMANDS;
         }
@@ -205,27 +206,6 @@ static uint32_t run(Machine *m, int64_t until_ns, uint64_t budget)
     }
 }
 
-/* Return how much of the main stack was ever used: to the lowest frame of an exception, or word that is not 0. */
-static uint32_t stack_bytes(Machine *m)
-{
-    static const uint8_t ZEROS[256];
-    uint32_t at = m->stack_low;
-    while (at < m->state.lowest_sp) {
-        const uint32_t left = m->state.lowest_sp - at, length = left < sizeof ZEROS ? left : sizeof ZEROS;
-        const uint8_t *place = ram_at(m, at, length);
-        if (place == NULL || memcmp(place, ZEROS, length) != 0) {
-            while (place != NULL && *place == 0) {
-                place++;
-                at++;
-            }
-            m->state.lowest_sp = at & ~3u;
-            break;
-        }
-        at += length;
-    }
-    return m->stack_top - m->state.lowest_sp;
-}
-
 /* --- for machine.py */
 
 /* Run until the program sleeps, asks for something, or reaches `until_ns` or the count `budget`; return a Stop.
@@ -235,7 +215,6 @@ MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budge
     const uint32_t stopped = run(m, until_ns, budget);
     m->report.count = m->state.count;
     m->report.next_tick_ns = next_tick_ns(m);
-    m->report.stack_bytes = stack_bytes(m);
     return stopped;
 }
 
@@ -318,9 +297,8 @@ MACHINE_EXPORT void machine_parameters(Machine *m, uint32_t parameters, const do
     m->first_value = first;
 }
 
-MACHINE_EXPORT void machine_clear_commands(Machine *m)
+static void clear_commands(Machine *m)
 {
-    m->journal.commands = m->journal.bytes_used = 0;
     m->report.commands = m->report.others = 0;
     m->ends = false;
 }
@@ -339,7 +317,7 @@ MACHINE_EXPORT void machine_reset(Machine *m, int64_t time_ns, uint32_t cause)
     m->watching = m->attention = false;
     m->invalid = NO_FAULT;
     m->interrupt = 0;
-    machine_clear_commands(m);
+    clear_commands(m);
     reset_exceptions(m);
     reset_motors(m);
     set_reg(m, UC_ARM_REG_XPSR, 1u << 24);
@@ -388,6 +366,27 @@ MACHINE_EXPORT uint32_t machine_run_ring(Machine *m, int64_t time_ns, int64_t lo
     return machine_run(m, INT64_MAX, m->state.count + instructions);
 }
 
+/* Return how much of the main stack was ever used: to the lowest frame of an exception, or word that is not 0. */
+MACHINE_EXPORT uint32_t machine_stack_bytes(Machine *m)
+{
+    static const uint8_t ZEROS[256];
+    uint32_t at = m->stack_low;
+    while (at < m->state.lowest_sp) {
+        const uint32_t left = m->state.lowest_sp - at, length = left < sizeof ZEROS ? left : sizeof ZEROS;
+        const uint8_t *place = ram_at(m, at, length);
+        if (place == NULL || memcmp(place, ZEROS, length) != 0) {
+            while (place != NULL && *place == 0) {
+                place++;
+                at++;
+            }
+            m->state.lowest_sp = at & ~3u;
+            break;
+        }
+        at += length;
+    }
+    return m->stack_top - m->state.lowest_sp;
+}
+
 /* From now on an instruction lasts cost_num / cost_den ns, not 0. */
 MACHINE_EXPORT void machine_cost(Machine *m, uint64_t cost_num, uint64_t cost_den)
 {
@@ -430,7 +429,7 @@ MACHINE_EXPORT void machine_restore(Machine *m)
     uc_context_restore(m->uc, m->snapshot->context);
     m->state = m->snapshot->state;
     memcpy(m->ram, m->snapshot->ram, RAM_BYTES);
-    machine_clear_commands(m);
+    clear_commands(m);
     m->attention = false;
 }
 

@@ -55,7 +55,8 @@ typedef enum {                                  /* cause of the last fault */
 
 typedef enum {                                  /* what a program asks of the world outside the machine */
     SEND, SET_TIMER, SET_DELAY, CANCEL_TIMER, PROMISE, ACTUATE, COUNT, EVENT, MISTAKE,      /* Operation of the host's */
-    RECORD, DRIVE, WATCHDOG, CAPTURE, END, RESTART, ADJUST_CLOCK, SENSE, RANDOM, ENCODER    /* from END on they stop */
+    RECORD, DRIVE, WATCHDOG, CAPTURE, END, RESTART, ADJUST_CLOCK, SENSE, RANDOM, ENCODER,   /* from END on they stop */
+    HAND_OVER                                   /* to `ask` only: carry out the commands so far */
 } CommandKind;
 
 typedef struct {
@@ -135,7 +136,6 @@ typedef struct {                                /* what machine.py reads after a
     int64_t local_ns;                           /* answer: local time after the request */
     uint32_t commands, others;                  /* commands noted; those of them after MISTAKE in CommandKind */
     int32_t status;                             /* answer: 0 or BOARD_NO_VALUE */
-    uint32_t stack_bytes;                       /* of the main stack, used at most so far */
 } Report;
 
 typedef double (*Ask)(uint32_t kind, uint32_t id, int64_t integer, double real);
@@ -148,7 +148,7 @@ typedef struct {                                /* a block of code without a jum
 typedef struct {
     uint8_t *bytes;                             /* frames and texts of the commands */
     Command command[COMMANDS];
-    uint32_t commands, bytes_used;
+    uint32_t bytes_used;                        /* report.commands says how many commands there are */
 } Journal;
 
 typedef struct Engine {
@@ -180,6 +180,7 @@ typedef struct Machine {
     uint32_t invalid_address;
     State state;
     Journal journal;
+    Command dropped;                            /* one that found no room */
     uint8_t *flash, *ram;
     uint64_t tick_num, tick_den;                /* one cycle lasts tick_num / tick_den ns */
     uint64_t cost_num, cost_den;                /* one instruction lasts cost_num / cost_den ns; 0: no time */

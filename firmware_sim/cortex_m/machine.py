@@ -10,7 +10,7 @@ import struct
 from collections.abc import Callable, Iterator, Sequence
 from enum import IntEnum
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, Final, NamedTuple
 
 from firmware_sim.cortex_m.build import build_machine, unicorn_library
@@ -53,6 +53,7 @@ class Ask(IntEnum):
     SENSE = 16
     RANDOM = 17
     ENCODER = 18
+    HAND_OVER = 19              # to `answer` of `run_by_blocks` only: carry out the commands so far
 
 
 Call = tuple[int, int, int, int, float]         # Ask, id, integer, place, real, as those of a firmware on the host
@@ -100,9 +101,12 @@ class Machine:
             (c.c_char * COMMAND_BYTES).from_address(library.machine_command_bytes(machine))).cast("B")
         report = memoryview((c.c_char * _REPORT_BYTES).from_address(library.machine_report(machine))).cast("B")
         self._times = report[:24].cast("q")             # count, next_tick_ns, local_ns
-        self._numbers = report[24:].cast("i")           # commands, others, status, stack_bytes
-        self._run_frame, self._run_ring = library.machine_run_frame, library.machine_run_ring
+        self._numbers = report[24:].cast("i")           # commands, others, status
+        # at an instant and local time, so many instructions: a frame (port, data, length) or a ring (channel); a Stop
+        self.run_frame: Callable[[int, int, int, int, bytes, int], int] = partial(library.machine_run_frame, machine)
+        self.run_ring: Callable[[int, int, int, int], int] = partial(library.machine_run_ring, machine)
         self._ask: Any = None
+        self.before_close: Callable[[], object] = lambda: None
         self._ram_bytes = image.ram_end - RAM.start
 
     def run_by_blocks(self, answer: Callable[[int, int, int, float], tuple[float, int, int]]) -> None:
@@ -141,26 +145,16 @@ class Machine:
 
     def commands(self) -> Iterator[Call]:
         """Return the commands so far, and forget them."""
-        if not (count := self._numbers[0]):
+        numbers = self._numbers
+        if not (count := numbers[0]):
             return iter(())
-        found = _COMMAND.iter_unpack(bytes(self._commands[:count * _COMMAND.size]))
-        self._library.machine_clear_commands(self._machine)
-        return found
+        numbers[0] = numbers[1] = 0
+        return _COMMAND.iter_unpack(bytes(self._commands[:count * _COMMAND.size]))
 
     @property
     def others(self) -> int:
         """Number of the commands so far that are none of the host's operations: from RECORD on."""
         return self._numbers[1]
-
-    def run_frame(self, time_ns: int, local_ns: int, instructions: int, port: int, data: bytes) -> int:
-        """`at`, `receive` and `run` in one call, for at most so many instructions."""
-        stop: int = self._run_frame(self._machine, time_ns, local_ns, instructions, port, data, len(data))
-        return stop
-
-    def run_ring(self, time_ns: int, local_ns: int, instructions: int, channel: int) -> int:
-        """`at`, `ring` and `run` in one call."""
-        stop: int = self._run_ring(self._machine, time_ns, local_ns, instructions, channel)
-        return stop
 
     def answer(self, kind: int, status: int, real: float, local_ns: int) -> None:
         self._library.machine_answer(self._machine, kind, status, real, local_ns)
@@ -210,10 +204,10 @@ class Machine:
         latency_ns: int = self._library.machine_latency(self._machine)
         return latency_ns
 
-    @property
     def stack_bytes(self) -> int:
-        """How much of the main stack was ever used by the end of the last run."""
-        return self._numbers[3]
+        """Return how much of the main stack was ever used."""
+        used: int = self._library.machine_stack_bytes(self._machine)
+        return used
 
     @property
     def next_tick_ns(self) -> int:
@@ -229,9 +223,14 @@ class Machine:
         self._library.machine_fault(self._machine, words)
         return Fault(words[0], words[1], words[2], tuple(words[3:]))
 
+    @property
+    def closed(self) -> bool:
+        return not self._machine
+
     def close(self) -> None:
         """Give its memory back; the machine may not be used afterwards."""
         if self._machine:
+            self.before_close()
             for view in (self._times, self._numbers, self._commands):
                 view.release()
             self.bytes.release()
@@ -257,7 +256,7 @@ def _library() -> Any:
         "machine_run_frame": (u32, [pointer, i64, i64, u64, u32, c.c_char_p, u32]),
         "machine_run_ring": (u32, [pointer, i64, i64, u64, u32]),
         "machine_run_by_blocks": (c.c_bool, [pointer, _ASK, u32]), "machine_report": (pointer, [pointer]),
-        "machine_command_bytes": (pointer, [pointer]), "machine_clear_commands": (None, [pointer]),
+        "machine_command_bytes": (pointer, [pointer]), "machine_stack_bytes": (u32, [pointer]),
         "machine_ram": (pointer, [pointer]),
         "machine_answer": (None, [pointer, u32, c.c_int32, c.c_double, i64]),
         "machine_receive": (None, [pointer, u32, c.c_char_p, u32]), "machine_ring": (None, [pointer, u32]),

@@ -24,6 +24,7 @@ class Records(Protocol):
 
     def present_ns(self) -> int: ...
     def count(self, name: str, by: int = 1) -> None: ...
+    def before_counters(self, action: Callable[[], object]) -> None: ...
     def record_all(self, signals_and_units: Sequence[tuple[str, str]], read: Callable[[], Sequence[float]]) -> None: ...
 
 
@@ -41,6 +42,8 @@ class ProcessorRecords:
         self._woke_ns = -1              # -1: it sleeps
         self._sampled_ns = board.present_ns()
         self._busy_ns = 0.0             # time that instructions took up to the last sample
+        board.before_counters(self._last)
+        machine.before_close = self._last
         board.count("flash bytes", image.flash_bytes)
         board.count("RAM bytes", image.ram_bytes)
         self._timed = timed
@@ -49,11 +52,11 @@ class ProcessorRecords:
             board.record_all(SIGNALS, self._sample)
 
     def settled(self) -> None:
-        """The machine has come to the present: nothing undoes what it did."""
+        """The machine has come to the present: nothing undoes what it did. Needed if computing takes time."""
         machine, count = self._machine, self._machine.count
         self._board.count("instructions", count - self._counted)
         self._counted = count
-        if (stack_bytes := machine.stack_bytes) > self._stack_bytes:
+        if (stack_bytes := machine.stack_bytes()) > self._stack_bytes:
             self._board.count("stack bytes", stack_bytes - self._stack_bytes)
             self._stack_bytes = stack_bytes
         if self._timed and (latency_ns := machine.latency_ns()):
@@ -61,6 +64,12 @@ class ProcessorRecords:
             if latency_ns > self._worst_ns:
                 self._board.count("worst interrupt latency ns", latency_ns - self._worst_ns)
                 self._worst_ns = latency_ns
+
+    def _last(self) -> None:
+        """The counters are about to be read, or the machine to be closed."""
+        if not self._machine.closed:
+            self._catch_up()
+            self.settled()
 
     def wakes(self) -> None:
         """Something happens to the board; it may be awake already."""

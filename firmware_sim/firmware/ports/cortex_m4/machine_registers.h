@@ -127,6 +127,8 @@ static inline uint32_t active_exception(void)
     __asm__ volatile("mrs %0, ipsr" : "=r"(number));
     return number;
 }
+/* In privileged code on the main stack: its FPU registers need not outlive an interrupt. */
+static inline void forget_fpu(void) { __asm__ volatile("msr control, %0\n\tisb" : : "r"(0) : "memory"); }
 static inline void interrupts_on(void) { __asm__ volatile("cpsie i" ::: "memory"); }
 static inline void interrupts_off(void) { __asm__ volatile("cpsid i" ::: "memory"); }
 

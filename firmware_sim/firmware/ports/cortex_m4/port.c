@@ -78,6 +78,7 @@ int main(void)
     }
     NVIC_ENABLE = 1u << PERIPHERAL_TIMER;
     SCB_SCR = 2;                                    /* sleep when the last handler returns */
+    forget_fpu();                                   /* so that no handler's entry keeps registers that nobody uses */
     for (;;) {
         wait_for_interrupt();
     }
