@@ -54,7 +54,7 @@ def machine(parameters: list[list[float]]) -> Machine:
 
 def speed() -> None:
     busy, sleeping = machine([[1.0]]), machine([])
-    sleeping.run_by_blocks(lambda *asked: (0.0, 0, 0))
+    sleeping.run_by_blocks(lambda *asked: 0.0)
     for each in (busy, sleeping):
         each.reset(0)
         each.run(budget=1_000)

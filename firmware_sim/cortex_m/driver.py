@@ -20,13 +20,26 @@ from typing import Any, Final, Protocol
 from firmware_sim.cortex_m.errors import MachineFault, ProgramEnds
 from firmware_sim.cortex_m.fault import describe
 from firmware_sim.cortex_m.image import Image
-from firmware_sim.cortex_m.machine import NEVER, Ask, Call, Machine, Stop
+from firmware_sim.cortex_m.machine import (
+    COMMANDS_NOTED,
+    COUNT,
+    LOCAL_NS,
+    NEVER,
+    NEXT_TICK_NS,
+    OTHERS,
+    STATUS,
+    Ask,
+    Call,
+    Machine,
+    Stop,
+)
 from firmware_sim.cortex_m.processor_records import ProcessorRecords, Records
 
 AHEAD_NS: Final = 10_000_000
 NO_VALUE: Final = -4                # BoardError of marconet_board.h
 WATCHDOG_RESET: Final = 1
 SOFTWARE_RESET: Final = 2
+HAND_OVER: Final = int(Ask.HAND_OVER)
 SLEEPS: Final = int(Stop.SLEEPS)    # plain numbers: to look up members of an enumeration takes longer than to compare
 
 
@@ -53,6 +66,7 @@ class Processor(Records, Protocol):
 
     @property
     def now_ns(self) -> int: ...
+    def clock_reading(self) -> Callable[[], int]: ...
     @property
     def slowness(self) -> float: ...
     def after(self, delay_ns: int, action: Callable[[], object], *, sends: bool = True) -> None: ...
@@ -74,6 +88,7 @@ class Driver:
         self._records = ProcessorRecords(board, machine, image, timed, self._catch_up)
         self._fed = 0                   # times that the watchdog was written
         self._error: BaseException | None = None        # of `_answer`
+        self._present_ns, self._local_ns = board.present_ns, board.clock_reading()
         self._run_frame, self._run_ring, self._instructions = machine.run_frame, machine.run_ring, budget or NEVER
         if timed:
             board.when_slowed(self._slow_down)
@@ -92,16 +107,15 @@ class Driver:
         if self._timed:
             self._happen(partial(self.machine.receive, port, data))
         else:
-            board = self._board
-            self._finish(self._run_frame(board.present_ns(), board.now_ns, self._instructions, port, data, len(data)))
+            self._finish(self._run_frame(self._present_ns(), self._local_ns(), self._instructions, port, data,
+                                         len(data)))
 
     def ring(self, channel: int) -> None:
         """A channel of the timer is due."""
         if self._timed:
             self._happen(partial(self.machine.ring, channel))
         else:
-            board = self._board
-            self._finish(self._run_ring(board.present_ns(), board.now_ns, self._instructions, channel))
+            self._finish(self._run_ring(self._present_ns(), self._local_ns(), self._instructions, channel))
 
     # --- the machine and the node's time
 
@@ -154,18 +168,17 @@ class Driver:
             if self._error is not None:
                 error, self._error = self._error, None
                 raise error
-            if machine.others:
+            if machine.numbers[COMMANDS_NOTED]:
                 self._carry_out()
-            else:
-                self._outside.carry_out(machine.commands())
             if stop == SLEEPS:
                 break
             if stop != Stop.HAS_COMMANDS:
                 self._end(stop)
             stop = machine.run(NEVER, self._limit())
-        self._woke_at = machine.count
-        if machine.next_tick_ns < NEVER or self._waits_for_tick:
-            self._wake(machine.next_tick_ns)
+        times = machine.times
+        self._woke_at = times[COUNT]
+        if times[NEXT_TICK_NS] < NEVER or self._waits_for_tick:
+            self._wake(times[NEXT_TICK_NS])
 
     def _limit(self) -> int:
         return self._woke_at + self._budget if self._budget else NEVER
@@ -206,21 +219,24 @@ class Driver:
         if generation == self._generation:
             self._happen(_nothing)
 
-    def _answer(self, ask: int, number: int, integer: int, real: float) -> tuple[float, int, int]:
-        """Return answer, status and local time to a program that waits; an error is kept until the machine stops."""
-        value = None
+    def _answer(self, ask: int, number: int, integer: int, real: float) -> float:
+        """Answer a program that waits; an error is kept until the machine stops."""
+        value, machine = None, self.machine
         if self._error is None:
             try:
-                self._carry_out()
-                if ask != Ask.HAND_OVER:
+                if machine.numbers[COMMANDS_NOTED]:
+                    self._carry_out()
+                if ask != HAND_OVER:
                     value = self._outside.answer(ask, number, integer, real)
             except BaseException as error:
                 self._error = error
-        return value or 0.0, NO_VALUE if value is None else 0, self._board.now_ns
+        machine.numbers[STATUS] = NO_VALUE if value is None else 0
+        machine.times[LOCAL_NS] = self._local_ns()
+        return 0.0 if value is None else value
 
     def _carry_out(self) -> None:
         machine, outside = self.machine, self._outside
-        if not machine.others:
+        if not machine.numbers[OTHERS]:
             outside.carry_out(machine.commands())
             return
         for call in machine.commands():

@@ -21,6 +21,12 @@ COMMAND_BYTES: Final = 16384
 NEVER: Final = 2**63 - 1
 _COMMAND: Final = struct.Struct("@IIqqd")
 _REPORT_BYTES: Final = 40
+COUNT: Final = 0                    # places in Machine.times
+NEXT_TICK_NS: Final = 1
+LOCAL_NS: Final = 2
+COMMANDS_NOTED: Final = 0           # places in Machine.numbers
+OTHERS: Final = 1                   # those from RECORD on, which are none of the host's operations
+STATUS: Final = 2
 _ASK: Final = c.CFUNCTYPE(c.c_double, c.c_uint32, c.c_uint32, c.c_int64, c.c_double)
 
 
@@ -100,8 +106,8 @@ class Machine:
         self.bytes = memoryview(            # of the commands, while the machine does not run
             (c.c_char * COMMAND_BYTES).from_address(library.machine_command_bytes(machine))).cast("B")
         report = memoryview((c.c_char * _REPORT_BYTES).from_address(library.machine_report(machine))).cast("B")
-        self._times = report[:24].cast("q")             # count, next_tick_ns, local_ns
-        self._numbers = report[24:].cast("i")           # commands, others, status
+        self.times = report[:24].cast("q")              # at COUNT, NEXT_TICK_NS, LOCAL_NS
+        self.numbers = report[24:].cast("i")            # at COMMANDS_NOTED, OTHERS, STATUS
         # at an instant and local time, so many instructions: a frame (port, data, length) or a ring (channel); a Stop
         self.run_frame: Callable[[int, int, int, int, bytes, int], int] = partial(library.machine_run_frame, machine)
         self.run_ring: Callable[[int, int, int, int], int] = partial(library.machine_run_ring, machine)
@@ -109,19 +115,14 @@ class Machine:
         self.before_close: Callable[[], object] = lambda: None
         self._ram_bytes = image.ram_end - RAM.start
 
-    def run_by_blocks(self, answer: Callable[[int, int, int, float], tuple[float, int, int]]) -> None:
+    def run_by_blocks(self, answer: Callable[[int, int, int, float], float]) -> None:
         """Count instructions by blocks of code, which is fast; stop at their ends, not at exact instructions.
 
         For a machine that has not run and whose computing takes no time. `answer(ask, id, integer, real)` returns
-        the answer to a request, its status and the local time then; it has to raise nothing.
+        the answer to a request, and leaves its status and the local time then in `numbers` and `times`; it has to
+        raise nothing.
         """
-        times, numbers = self._times, self._numbers
-
-        def ask(kind: int, number: int, integer: int, real: float) -> float:
-            value, numbers[2], times[2] = answer(kind, number, integer, real)
-            return value
-
-        self._ask = _ASK(ask)           # kept, as the machine has its address
+        self._ask = _ASK(answer)        # kept, as the machine has its address
         if not self._library.machine_run_by_blocks(self._machine, self._ask, self._ram_bytes):
             raise MemoryError("Unicorn could not make one more Cortex-M4")
 
@@ -145,16 +146,11 @@ class Machine:
 
     def commands(self) -> Iterator[Call]:
         """Return the commands so far, and forget them."""
-        numbers = self._numbers
+        numbers = self.numbers
         if not (count := numbers[0]):
             return iter(())
         numbers[0] = numbers[1] = 0
         return _COMMAND.iter_unpack(bytes(self._commands[:count * _COMMAND.size]))
-
-    @property
-    def others(self) -> int:
-        """Number of the commands so far that are none of the host's operations: from RECORD on."""
-        return self._numbers[1]
 
     def answer(self, kind: int, status: int, real: float, local_ns: int) -> None:
         self._library.machine_answer(self._machine, kind, status, real, local_ns)
@@ -192,7 +188,7 @@ class Machine:
     @property
     def count(self) -> int:
         """Instructions executed by the end of the last run."""
-        return self._times[0]
+        return self.times[0]
 
     def busy_ns_at(self, time_ns: int) -> float:
         """Return the time that all instructions before `time_ns` took, of those of the last run and before."""
@@ -212,7 +208,7 @@ class Machine:
     @property
     def next_tick_ns(self) -> int:
         """The instant of SysTick's next expiry at the end of the last run, NEVER if it does not run."""
-        return self._times[1]
+        return self.times[1]
 
     def ram(self) -> bytes:
         """Return the content of the RAM."""
@@ -231,7 +227,7 @@ class Machine:
         """Give its memory back; the machine may not be used afterwards."""
         if self._machine:
             self.before_close()
-            for view in (self._times, self._numbers, self._commands):
+            for view in (self.times, self.numbers, self._commands):
                 view.release()
             self.bytes.release()
             machine, self._machine = self._machine, None
