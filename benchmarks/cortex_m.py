@@ -91,8 +91,8 @@ def teams() -> None:
 
 def peak(kind: str) -> None:
     """Print the greatest resident memory [bytes] of a run with 16 robots of this kind."""
-    once("output_sync_16", {"python": [], "chip": on_chip(16), "timed": on_chip(16, "cycles_per_instruction=1.0")}[kind],
-         1.0)
+    overrides = {"python": [], "chip": on_chip(16), "timed": on_chip(16, "cycles_per_instruction=1.0")}[kind]
+    once("output_sync_16", overrides, 1.0)
     print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 
 

@@ -87,7 +87,7 @@ class FirmwareMachine:
         self.signals[signal] = value
 
     def drive(self, stage: int, share: float) -> None:
-        raise AssertionError(f"PWM stage {stage} of a machine without any: a firmware actuates by its board's functions")
+        raise AssertionError(f"PWM stage {stage} of a machine without any: a firmware calls board_actuate")
 
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
         return self._answer(ask - Ask.ADJUST_CLOCK + 1, number, integer, real)      # the host's number of the question
