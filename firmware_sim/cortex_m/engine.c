@@ -7,9 +7,10 @@
  *
  * Boards of this process that run the same image by blocks share an engine, so that its code is translated once and
  * stays in the caches of the computer. One board at a time is `current`; registers and RAM of the others are kept aside.
- * Beyond the RAM that the image declares the RAM is read-only until a program writes there.
+ * Beyond the RAM that the image declares the RAM is read-only until a program writes there, so that boards and snapshots
+ * need not copy it.
  *
- * Invariant: the RAM of a board that is not current is 0 beyond `ram_bytes` of its engine.
+ * Invariant: the RAM of a board is 0 beyond `ram_bytes` of its engine.
  */
 #include "machine.h"
 #include <stdlib.h>
@@ -106,7 +107,7 @@ static bool on_invalid_instruction(uc_engine *uc, void *user)
     return false;
 }
 
-/* A program writes into RAM that its image does not declare: let it, and exchange all of the RAM from now on. */
+/* A program writes into RAM that its image does not declare: let it, and copy all of the RAM from now on. */
 static bool grow(Engine *e, uint64_t address)
 {
     const uint32_t first = RAM_BASE + e->ram_bytes;
@@ -213,28 +214,31 @@ bool new_engine(Machine *m)
     }
     join(m, e);
     m->ram = e->ram;
+    e->ram_bytes = RAM_BYTES;
     e->current = m;
     return true;
 }
 
-/* Let boards share this engine, which no program has used yet. */
-static bool open_for_others(Engine *e, uint32_t ram_bytes)
+bool declare_ram(Engine *e, uint32_t ram_bytes)
 {
     e->ram_bytes = (ram_bytes + PAGE_BYTES - 1) / PAGE_BYTES * PAGE_BYTES;
-    e->block = calloc(BLOCKS, sizeof *e->block);
-    if (e->block == NULL || uc_context_alloc(e->uc, &e->fresh) != UC_ERR_OK
-        || uc_context_save(e->uc, e->fresh) != UC_ERR_OK || uc_hook_del(e->uc, e->counting) != UC_ERR_OK
-        || uc_hook_add(e->uc, &e->counting, UC_HOOK_BLOCK, (void *)on_block, e, 1, 0) != UC_ERR_OK
-        || uc_mem_unmap(e->uc, RAM_BASE, RAM_BYTES) != UC_ERR_OK
-        || uc_mem_map_ptr(e->uc, RAM_BASE, e->ram_bytes, UC_PROT_READ | UC_PROT_WRITE, e->ram) != UC_ERR_OK) {
-        return false;
-    }
-    return e->ram_bytes == RAM_BYTES
-        || uc_mem_map_ptr(e->uc, RAM_BASE + e->ram_bytes, RAM_BYTES - e->ram_bytes, UC_PROT_READ,
-                          e->ram + e->ram_bytes) == UC_ERR_OK;
+    return uc_mem_unmap(e->uc, RAM_BASE, RAM_BYTES) == UC_ERR_OK
+        && uc_mem_map_ptr(e->uc, RAM_BASE, e->ram_bytes, UC_PROT_READ | UC_PROT_WRITE, e->ram) == UC_ERR_OK
+        && (e->ram_bytes == RAM_BYTES
+            || uc_mem_map_ptr(e->uc, RAM_BASE + e->ram_bytes, RAM_BYTES - e->ram_bytes, UC_PROT_READ,
+                              e->ram + e->ram_bytes) == UC_ERR_OK);
 }
 
-bool share_engine(Machine *m, uint32_t ram_bytes)
+/* Let boards share this engine, which no program has used yet. */
+static bool open_for_others(Engine *e)
+{
+    e->block = calloc(BLOCKS, sizeof *e->block);
+    return e->block != NULL && uc_context_alloc(e->uc, &e->fresh) == UC_ERR_OK
+        && uc_context_save(e->uc, e->fresh) == UC_ERR_OK && uc_hook_del(e->uc, e->counting) == UC_ERR_OK
+        && uc_hook_add(e->uc, &e->counting, UC_HOOK_BLOCK, (void *)on_block, e, 1, 0) == UC_ERR_OK;
+}
+
+bool share_engine(Machine *m)
 {
     Engine *e = shared;
     m->kept = calloc(1, RAM_BYTES);
@@ -246,7 +250,7 @@ bool share_engine(Machine *m, uint32_t ram_bytes)
     }
     if (e == NULL) {
         e = m->engine;
-        if (!open_for_others(e, ram_bytes)) {
+        if (!open_for_others(e)) {
             return false;
         }
         e->next = shared;

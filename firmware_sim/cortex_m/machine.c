@@ -11,6 +11,7 @@
 struct Snapshot {
     uc_context *context;
     State state;
+    uint32_t ram_bytes;                         /* the rest is 0 */
     uint8_t ram[RAM_BYTES];
 };
 
@@ -220,13 +221,16 @@ MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budge
 
 /* From now on count instructions by blocks of code, which is several times faster, and let `ask` answer requests; share
  * an engine with boards that run the same image. For a machine that has not run and for which computing takes no time:
- * it stops at ends of blocks. `ram_bytes`: how much of the RAM the image declares. */
-MACHINE_EXPORT bool machine_run_by_blocks(Machine *m, Ask ask, uint32_t ram_bytes)
+ * it stops at ends of blocks. */
+MACHINE_EXPORT bool machine_run_by_blocks(Machine *m, Ask ask)
 {
     m->ask = ask;
     m->by_blocks = true;
-    return share_engine(m, ram_bytes);
+    return share_engine(m);
 }
+
+/* The image declares so much of the RAM, from its beginning on. */
+MACHINE_EXPORT bool machine_declare_ram(Machine *m, uint32_t bytes) { return declare_ram(m->engine, bytes); }
 
 MACHINE_EXPORT void machine_free(Machine *m)
 {
@@ -420,7 +424,8 @@ MACHINE_EXPORT void machine_save(Machine *m)
     }
     uc_context_save(m->uc, m->snapshot->context);
     m->snapshot->state = m->state;
-    memcpy(m->snapshot->ram, m->ram, RAM_BYTES);
+    m->snapshot->ram_bytes = m->engine->ram_bytes;
+    memcpy(m->snapshot->ram, m->ram, m->snapshot->ram_bytes);
 }
 
 MACHINE_EXPORT void machine_restore(Machine *m)
@@ -428,7 +433,8 @@ MACHINE_EXPORT void machine_restore(Machine *m)
     make_current(m);
     uc_context_restore(m->uc, m->snapshot->context);
     m->state = m->snapshot->state;
-    memcpy(m->ram, m->snapshot->ram, RAM_BYTES);
+    memcpy(m->ram, m->snapshot->ram, m->snapshot->ram_bytes);
+    memset(m->ram + m->snapshot->ram_bytes, 0, m->engine->ram_bytes - m->snapshot->ram_bytes);
     clear_commands(m);
     m->attention = false;
 }

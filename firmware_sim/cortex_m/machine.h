@@ -159,7 +159,7 @@ typedef struct Engine {
     uc_hook counting;
     Block *block;                               /* known blocks, by address */
     uc_context *fresh;                          /* registers of a processor that has not run */
-    uint32_t ram_bytes;                         /* of RAM that boards exchange */
+    uint32_t ram_bytes;                         /* of RAM that is in use */
     struct Engine *next;
 } Engine;
 
@@ -216,7 +216,8 @@ void trouble(Machine *m, Cause cause, uint32_t address);
 
 /* engine.c */
 bool new_engine(Machine *m);
-bool share_engine(Machine *m, uint32_t ram_bytes);
+bool declare_ram(Engine *e, uint32_t ram_bytes);                    /* before a program has run */
+bool share_engine(Machine *m);
 void make_current(Machine *m);                  /* before its registers or RAM are used */
 void leave_engine(Machine *m);
 void stop(Machine *m);

@@ -92,6 +92,8 @@ class Machine:
         for address, content in image.segments:
             library.machine_load(machine, address, content, len(content))
         library.machine_identify(machine, (c.c_uint32 * 4)(*unique_id))
+        if not library.machine_declare_ram(machine, image.ram_end - RAM.start):
+            raise MemoryError("Unicorn could not map the RAM of one more Cortex-M4")
         library.machine_stack(machine, image.stack_low, image.stack_top)
         library.machine_ports(machine, len(port_kinds), (c.c_uint32 * 8)(*port_kinds))
         ends = [0]
@@ -113,7 +115,6 @@ class Machine:
         self.run_ring: Callable[[int, int, int, int], int] = partial(library.machine_run_ring, machine)
         self._ask: Any = None
         self.before_close: Callable[[], object] = lambda: None
-        self._ram_bytes = image.ram_end - RAM.start
 
     def run_by_blocks(self, answer: Callable[[int, int, int, float], float]) -> None:
         """Count instructions by blocks of code, which is fast; stop at their ends, not at exact instructions.
@@ -123,7 +124,7 @@ class Machine:
         raise nothing.
         """
         self._ask = _ASK(answer)        # kept, as the machine has its address
-        if not self._library.machine_run_by_blocks(self._machine, self._ask, self._ram_bytes):
+        if not self._library.machine_run_by_blocks(self._machine, self._ask):
             raise MemoryError("Unicorn could not make one more Cortex-M4")
 
     def motors(self, counts_per_revolution: Sequence[int], pwms: int) -> None:
@@ -246,13 +247,13 @@ def _library() -> Any:
         "machine_identify": (None, [pointer, pointer]), "machine_ports": (None, [pointer, u32, pointer]),
         "machine_parameters": (None, [pointer, u32, pointer, pointer]),
         "machine_motors": (None, [pointer, u32, pointer, u32]), "machine_stack": (None, [pointer, u32, u32]),
-        "machine_cost": (None, [pointer, u64, u64]),
+        "machine_declare_ram": (c.c_bool, [pointer, u32]), "machine_cost": (None, [pointer, u64, u64]),
         "machine_count_at": (u64, [pointer, i64]), "machine_latency": (i64, [pointer]),
         "machine_reset": (None, [pointer, i64, u32]), "machine_at": (None, [pointer, i64, i64]),
         "machine_run": (u32, [pointer, i64, u64]), "machine_commands": (pointer, [pointer]),
         "machine_run_frame": (u32, [pointer, i64, i64, u64, u32, c.c_char_p, u32]),
         "machine_run_ring": (u32, [pointer, i64, i64, u64, u32]),
-        "machine_run_by_blocks": (c.c_bool, [pointer, _ASK, u32]), "machine_report": (pointer, [pointer]),
+        "machine_run_by_blocks": (c.c_bool, [pointer, _ASK]), "machine_report": (pointer, [pointer]),
         "machine_command_bytes": (pointer, [pointer]), "machine_stack_bytes": (u32, [pointer]),
         "machine_ram": (pointer, [pointer]),
         "machine_answer": (None, [pointer, u32, c.c_int32, c.c_double, i64]),

@@ -1,4 +1,6 @@
-"""Boards of one process that run the same image at no cost share an engine, but neither registers nor RAM."""
+"""Boards of one process that run the same image at no cost share an engine, but neither registers nor RAM.
+
+Of the RAM only what a program uses is copied, when boards take turns and when a run ahead is undone."""
 
 from __future__ import annotations
 
@@ -50,3 +52,13 @@ def test_a_board_that_is_closed_leaves_the_others_running(image: Callable[..., P
 
     assert sums(nodes[1], 2, [3]) == [8]
     assert sums(again, 3, [4]) == [4]
+
+
+@pytest.mark.parametrize("place", [NEAR, FAR])
+def test_a_run_ahead_that_is_undone_leaves_no_trace_in_the_ram(image: Callable[..., Path], place: float):
+    node = board_node(image("far"), values=[[place]], cycles_per_instruction=50.0)      # each frame takes long
+    arrivals = [(2_000_000 + 100 * k, 0, bytes([1, 0, 0, 0])) for k in range(20)]       # ... so it is ahead when one comes
+
+    report = node.advance(Grant(1, 100_000_000, False, False, arrivals))
+
+    assert [int.from_bytes(data, "little") for _, _, data in report.offers] == list(range(1, 21))
