@@ -57,7 +57,7 @@ def test_a_board_that_is_closed_leaves_the_others_running(image: Callable[..., P
 @pytest.mark.parametrize("place", [NEAR, FAR])
 def test_a_run_ahead_that_is_undone_leaves_no_trace_in_the_ram(image: Callable[..., Path], place: float):
     node = board_node(image("far"), values=[[place]], cycles_per_instruction=50.0)      # each frame takes long
-    arrivals = [(2_000_000 + 100 * k, 0, bytes([1, 0, 0, 0])) for k in range(20)]       # ... so it is ahead when one comes
+    arrivals = [(2_000_000 + 100 * k, 0, bytes([1, 0, 0, 0])) for k in range(20)]       # ... so it is ahead of some
 
     report = node.advance(Grant(1, 100_000_000, False, False, arrivals))
 
