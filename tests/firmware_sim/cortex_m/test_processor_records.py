@@ -88,12 +88,12 @@ def test_latency_is_the_time_that_an_interrupt_waits_for_those_of_its_priority(i
 
 
 def test_frames_that_wait_are_late_from_their_own_arrival(image: Callable[..., Path]):
-    arrivals = [(MS + 1_000, 0, bytes(4)), (MS + 2_000, 0, bytes(4)), (MS + 3_000, 0, bytes(4))]
+    arrivals = [(MS + 1_000, 0, bytes(4)), (MS + 1_010, 0, bytes(4)), (MS + 1_020, 0, bytes(4))]
 
     first = last_report(image("beacon"), arrivals[:1], 0x80).counters["worst interrupt latency ns"]
     last = last_report(image("beacon"), arrivals, 0x80).counters["worst interrupt latency ns"]
 
-    assert last == first                # the first has waited longest
+    assert last > first + 2 * 10 * NS_PER_INSTRUCTION       # the third has waited for the handlers of the others too
 
 
 def test_memory_is_that_of_the_image_and_of_the_deepest_stack(image: Callable[..., Path]):
