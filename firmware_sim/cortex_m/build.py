@@ -1,6 +1,6 @@
 """Builds the machine's library for this computer, and images for the machine: each once, in the cache of plants.
 
-    machine.c exceptions.c devices.c + unicorn.h --the compiler of fmus/build.py--> library
+    *.c and *.h of this folder + unicorn.h       --the compiler of fmus/build.py--> library
     *.c of a firmware + startup.c + machine.ld   --ziglang-->                       image.elf
 
 Images are built without fused multiply-adds and without a C library; ziglang adds the arithmetic of doubles.

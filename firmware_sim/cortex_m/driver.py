@@ -92,8 +92,7 @@ class Driver:
         self._run_frame, self._run_ring, self._instructions = machine.run_frame, machine.run_ring, budget or NEVER
         if timed:
             board.when_slowed(self._slow_down)
-        else:
-            machine.run_by_blocks(self._answer)
+        self._by_blocks = not timed and machine.run_by_blocks(self._answer)
 
     def start(self) -> None:
         """Run the program from its reset until it sleeps or, if computing takes time, for the present instant."""
@@ -104,7 +103,7 @@ class Driver:
 
     def receive(self, port: int, data: bytes) -> None:
         """A frame has arrived."""
-        if self._timed:
+        if not self._by_blocks:
             self._happen(partial(self.machine.receive, port, data))
         else:
             self._finish(self._run_frame(self._present_ns(), self._local_ns(), self._instructions, port, data,
@@ -112,7 +111,7 @@ class Driver:
 
     def ring(self, channel: int) -> None:
         """A channel of the timer is due."""
-        if self._timed:
+        if not self._by_blocks:
             self._happen(partial(self.machine.ring, channel))
         else:
             self._finish(self._run_ring(self._present_ns(), self._local_ns(), self._instructions, channel))

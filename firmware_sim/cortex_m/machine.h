@@ -3,7 +3,8 @@
  *     machine.c     the loop that runs the processor
  *     engine.c      Unicorn, memory, hooks; what boards of one image share
  *     exceptions.c  exceptions of ARMv7-M: priorities, entry, return, system control registers
- *     devices.c     registers of timers, ports, plant, parameters, records
+ *     devices.c     registers of timers, plant, parameters, records
+ *     ports.c       registers of ports
  *     motor.c       registers of encoders and PWM stages
  *
  * `State` is all that a program can observe or change, except the bytes of memories and FIFOs: a copy of it, of the
@@ -239,6 +240,10 @@ int64_t next_tick_ns(const Machine *m);         /* INT64_MAX if it does not run 
 uint64_t read_system(uc_engine *uc, uint64_t offset, unsigned size, void *user);
 void write_system(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value, void *user);
 
+/* ports.c */
+uint32_t read_port(Machine *m, uint32_t number, uint32_t offset, unsigned size);
+void write_port(Machine *m, uint32_t number, uint32_t offset, uint32_t value, unsigned size);
+
 /* motor.c */
 uint32_t read_encoder(Machine *m, uint32_t offset);
 void write_encoder(Machine *m, uint32_t offset, uint32_t value);
@@ -249,6 +254,7 @@ void reset_motors(Machine *m);
 
 /* devices.c */
 Command *command(Machine *m, CommandKind kind, uint32_t id, int64_t integer);
+Command *command_bytes(Machine *m, CommandKind kind, uint32_t id, const void *data, uint32_t length);
 void request(Machine *m, CommandKind kind, uint32_t id, int64_t integer, double real);
 int64_t line_due_ns(const Machine *m, uint32_t interrupt);          /* since when a device asks for its interrupt */
 void request_reset(Machine *m);

@@ -116,8 +116,10 @@ class Machine:
         self._ask: Any = None
         self.before_close: Callable[[], object] = lambda: None
 
-    def run_by_blocks(self, answer: Callable[[int, int, int, float], float]) -> None:
+    def run_by_blocks(self, answer: Callable[[int, int, int, float], float]) -> bool:
         """Count instructions by blocks of code, which is fast; stop at their ends, not at exact instructions.
+
+        Return whether it does: a machine that has to stop at exact ones refuses.
 
         For a machine that has not run and whose computing takes no time. `answer(ask, id, integer, real)` returns
         the answer to a request, and leaves its status and the local time then in `numbers` and `times`; it has to
@@ -126,6 +128,7 @@ class Machine:
         self._ask = _ASK(answer)        # kept, as the machine has its address
         if not self._library.machine_run_by_blocks(self._machine, self._ask):
             raise MemoryError("Unicorn could not make one more Cortex-M4")
+        return True
 
     def motors(self, counts_per_revolution: Sequence[int], pwms: int) -> None:
         """Give it an encoder for each of these, and so many PWM stages, before it is reset."""
