@@ -18,7 +18,7 @@ promise raises PromiseBroken.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from functools import partial
 from random import Random
 from typing import Any, ClassVar, Final
@@ -53,12 +53,16 @@ class Board:
 
     def __init__(self, node: Node, clock: LocalClock, plant: Plant | None, team: Mapping[str, Any], rng: Random,
                  parameters: Mapping[str, Any], processor: Processor | None = None,
-                 call_record: CallRecord | None = None, debug_port: int = 0) -> None:
-        """`team`: the scenario's table [team]; `debug_port`: TCP port where an emulated processor awaits a debugger."""
+                 call_record: CallRecord | None = None, debug_port: int = 0, can_buses: Collection[str] = (),
+                 byte_streams: Collection[str] = ()) -> None:
+        """`team`: the scenario's table [team]; `debug_port`: TCP port where an emulated processor awaits a debugger.
+
+        `can_buses`, `byte_streams`: ports on media of these kinds."""
         self.debug_port = debug_port                    # 0: none
         self.call_record: CallRecord = NoRecord() if call_record is None else call_record   # for programs in C
         self.name = node.name
         self.team = team
+        self.can_buses, self.byte_streams = frozenset(can_buses), frozenset(byte_streams)
         self.rng = rng
         self._node, self._clock, self._plant, self._parameters = node, clock, plant, parameters
         self._timers = Timers(node, clock)
@@ -237,6 +241,19 @@ class Board:
     def clock_reading(self) -> Callable[[], int]:
         """Return a function that returns `now_ns`, for a program that asks often."""
         return self._clock.now_ns
+
+    def before_counters(self, action: Callable[[], object]) -> None:
+        """Call `action` before the counters are read at the end of the run, for those that need no count in between."""
+        self._node.before_counters(action)
+
+    @property
+    def slowness(self) -> float:
+        """The factor by which faults slow the processor down, 1 without."""
+        return self._processor.slowness
+
+    def when_slowed(self, action: Callable[[], object]) -> None:
+        """Call `action` whenever `slowness` changes."""
+        self._processor.on_change = action
 
     def keep_promises(self) -> None:
         """Make the node take its promise from the timers of this board."""

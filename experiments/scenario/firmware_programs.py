@@ -118,6 +118,7 @@ def _made(folder: Path, table: bytes | None, target: Target, image: Path | None 
     from firmware_sim.cortex_m.firmware import CortexFirmwareProgram, build_for_cortex_m4
 
     on_chip = type("OnCortexM4", (CortexFirmwareProgram,), {
-        "clock_hz": target.clock_hz, "cycles_per_instruction": target.cycles_per_instruction, "image": image})
+        "clock_hz": target.clock_hz, "cycles_per_instruction": target.cycles_per_instruction, "image": image,
+        "has_execution_time": target.cycles_per_instruction > 0})
     return firmware_class(firmware, folder, companion, on_chip,
                           build_for_cortex_m4 if image is None else lambda folder: checked_image(image))

@@ -1,6 +1,6 @@
 """Builds the machine's library for this computer, and images for the machine: each once, in the cache of plants.
 
-    machine.c exceptions.c devices.c + unicorn.h --the compiler of fmus/build.py--> library
+    *.c and *.h of this folder + unicorn.h       --the compiler of fmus/build.py--> library
     *.c of a firmware + startup.c + machine.ld   --a compiler for ARM-->            image.elf
 
 The compiler for ARM is $ARM_CC, a GCC for arm-none-eabi, else ziglang if it is installed, else arm-none-eabi-gcc.

@@ -25,6 +25,7 @@ typedef struct {                                /* as in gdb/target.py */
 struct Checkpoint {
     uc_context *context;
     State state;
+    uint64_t cost_num, cost_den;
     uint8_t ram[RAM_BYTES], rx[PORTS][RX_BYTES], tx[PORTS][FRAME_BYTES], detail[DETAIL_BYTES];
 };
 
@@ -187,7 +188,8 @@ MACHINE_EXPORT uint32_t machine_read_memory(Machine *m, uint32_t address, uint32
 MACHINE_EXPORT bool machine_write_memory(Machine *m, uint32_t address, uint32_t length, const uint8_t *from)
 {
     uint8_t *place = ram_at(m, address, length);
-    if (place != NULL) {
+    if (place != NULL && length > 0) {
+        grow(m->engine, address + length - 1);
         memcpy(place, from, length);
     }
     return place != NULL;
@@ -212,6 +214,8 @@ MACHINE_EXPORT struct Checkpoint *machine_new_checkpoint(Machine *m)
     }
     uc_context_save(m->uc, c->context);
     c->state = m->state;
+    c->cost_num = m->cost_num;
+    c->cost_den = m->cost_den;
     memcpy(c->ram, m->ram, sizeof c->ram);
     memcpy(c->rx, m->rx_bytes, sizeof c->rx);
     memcpy(c->tx, m->tx_bytes, sizeof c->tx);
@@ -223,10 +227,13 @@ MACHINE_EXPORT void machine_return_to(Machine *m, const struct Checkpoint *c)
 {
     uc_context_restore(m->uc, c->context);
     m->state = c->state;
+    m->cost_num = c->cost_num;
+    m->cost_den = c->cost_den;
     memcpy(m->ram, c->ram, sizeof c->ram);
     memcpy(m->rx_bytes, c->rx, sizeof c->rx);
     memcpy(m->tx_bytes, c->tx, sizeof c->tx);
     memcpy(m->detail, c->detail, sizeof c->detail);
-    m->journal.commands = m->journal.bytes_used = 0;
+    clear_commands(m);
     m->attention = m->halted = false;
+    fill_report(m);
 }

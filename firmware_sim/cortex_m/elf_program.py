@@ -56,8 +56,9 @@ class ElfProgram(CortexM):
 
 
 def elf_class(file: Path, clock_hz: int, cycles_per_instruction: float) -> type[ElfProgram]:
-    return type("OfElfFile", (ElfProgram,), {"image": file, "clock_hz": clock_hz,
-                                             "cycles_per_instruction": cycles_per_instruction})
+    return type("OfElfFile", (ElfProgram,), {
+        "image": file, "clock_hz": clock_hz, "cycles_per_instruction": cycles_per_instruction,
+        "has_execution_time": cycles_per_instruction > 0})
 
 
 def checked_image(file: Path) -> Path:

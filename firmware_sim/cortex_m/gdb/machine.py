@@ -22,7 +22,17 @@ from firmware_sim.cortex_m.gdb.history import History
 from firmware_sim.cortex_m.gdb.listener import accept
 from firmware_sim.cortex_m.gdb.target import Target
 from firmware_sim.cortex_m.gdb.wire import INTERRUPT, Wire
-from firmware_sim.cortex_m.machine import NEVER, Machine, Stop
+from firmware_sim.cortex_m.machine import (
+    COMMANDS_NOTED,
+    NEVER,
+    NEXT_TICK_NS,
+    OTHERS,
+    PORT_WAKES,
+    WAKERS,
+    Call,
+    Machine,
+    Stop,
+)
 
 SLICE: Final = 500_000                          # instructions between two looks for Ctrl-C
 LOOK_EVERY_STEPS: Final = 64
@@ -97,7 +107,7 @@ class DebuggedMachine(Machine):
 
     def run(self, until_ns: int = NEVER, budget: int = NEVER) -> int:
         if self._ended:
-            return int(Stop.SLEEPS)
+            return self._rest()
         if self._gone:
             return super().run(until_ns, budget)
         if self._ahead is not None:
@@ -143,13 +153,19 @@ class DebuggedMachine(Machine):
     def ring(self, channel: int) -> None:
         self._happens(partial(super().ring, channel))
 
-    def commands(self) -> Iterator[tuple[int, int, int, int, float, int]]:
-        self._happens(partial(self._library.machine_clear_commands, self._machine), now=False)
+    def set_cost(self, numerator: int, denominator: int) -> None:
+        self._happens(partial(super().set_cost, numerator, denominator))
+
+    def latency_ns(self) -> int:
+        self._happens(super().latency_ns, now=False)
+        return super().latency_ns()
+
+    def commands(self) -> Iterator[Call]:
+        self._happens(self._forget_commands, now=False)
         return super().commands()
 
-    @property
-    def next_tick_ns(self) -> int:
-        return NEVER if self._ended else super().next_tick_ns
+    def run_by_blocks(self, answer: Callable[[int, int, int, float], float]) -> bool:
+        return False
 
     def close(self) -> None:
         if self._machine:
@@ -162,6 +178,14 @@ class DebuggedMachine(Machine):
             happening()
         if not self._gone:
             self._history.note(happening)
+
+    def _forget_commands(self) -> None:
+        self.numbers[COMMANDS_NOTED] = self.numbers[OTHERS] = 0
+
+    def _rest(self) -> int:
+        """Seem to sleep until a frame comes, as the debugger has ended the run."""
+        self.times[NEXT_TICK_NS], self.numbers[WAKERS] = NEVER, PORT_WAKES
+        return int(Stop.SLEEPS)
 
     # --- under the debugger
 
@@ -176,7 +200,7 @@ class DebuggedMachine(Machine):
             stop = self._advance(self._resume, until_ns, budget, limit)
             if stop is not None:
                 return stop
-        return int(Stop.SLEEPS) if self._ended else super().run(until_ns, budget)
+        return self._rest() if self._ended else super().run(until_ns, budget)
 
     def _advance(self, resume: Resume, until_ns: int, budget: int, limit: int) -> int | None:
         """Run one instruction, or a slice of them; return what the driver has to act on, None for nothing."""

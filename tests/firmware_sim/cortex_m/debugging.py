@@ -9,19 +9,13 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from random import Random
 from typing import Any
 
 import pytest
 
-from firmware_sim.board import Board
-from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.cortex_m.gdb.listener import reserve
-from firmware_sim.cortex_m.program import CortexM, CortexMSettings
-from firmware_sim.local_clock import LocalClock
-from netem.node.node import Node
-from netem.wire.messages import Grant, Report
-from tests.firmware_sim.cortex_m.boards import ARRIVAL
+from netem.wire.messages import Grant, NodeFault, Report
+from tests.firmware_sim.cortex_m.boards import ARRIVAL, board_node
 
 GDB = "gdb-multiarch"
 WITHIN_S = 60.0
@@ -29,12 +23,11 @@ needs_gdb = pytest.mark.skipif(shutil.which(GDB) is None, reason=f"needs {GDB}: 
 
 
 class DebuggedNode:
-    """`ended()` returns the report of the node's only grant, up to `until_ns`, or raises what its program raised."""
+    """`ended()` returns the report of the node's last grant, up to `until_ns`, or raises what its program raised."""
 
-    def __init__(self, image: Path, port: int, until_ns: int, arrivals: list[ARRIVAL],
-                 settings: dict[str, Any]) -> None:
+    def __init__(self, image: Path, port: int, grant: Grant, settings: dict[str, Any]) -> None:
         self.image, self.port = image, port
-        self._grant = Grant(1, until_ns, False, False, arrivals)
+        self._grant = grant
         self._settings = settings
         self._outcome: Any = None
         self._clients: list[Packets] = []
@@ -42,17 +35,14 @@ class DebuggedNode:
         self._thread.start()
 
     def _run(self) -> None:
-        node = Node("r1", ("radio",))
-        board = Board(node, LocalClock(ClockSettings(), lambda: node.now_ns), None, {}, Random(1), {},
-                      debug_port=self.port)
-        board.keep_promises()
         try:
-            CortexM(board, CortexMSettings(image=self.image, **self._settings))
-            node.hello()
-            self._outcome = node.advance(self._grant)
+            node = board_node(self.image, debug_port=self.port, **self._settings)
+            try:
+                self._outcome = node.advance(self._grant)
+            finally:
+                node.close()
         except Exception as error:
             self._outcome = error
-        node.close()
 
     def client(self) -> Packets:
         """Return a debugger, connected; it is gone at the end of the `with` block."""
@@ -74,9 +64,10 @@ class DebuggedNode:
 
 @contextmanager
 def debugged(image: Path, until_ns: int = 100_000_000, arrivals: list[ARRIVAL] | None = None,
-             **settings: Any) -> Iterator[DebuggedNode]:
+             faults: list[NodeFault] | None = None, **settings: Any) -> Iterator[DebuggedNode]:
     with reserve(0) as reserved:
-        node = DebuggedNode(image, reserved.getsockname()[1], until_ns, arrivals or [], settings)
+        node = DebuggedNode(image, reserved.getsockname()[1],
+                            Grant(1, until_ns, False, True, arrivals or [], faults or []), settings)
         try:
             yield node
         finally:

@@ -18,6 +18,7 @@ from firmware_sim.cortex_m.errors import MachineFault
 from firmware_sim.cortex_m.gdb.commands import Resume, answer
 from firmware_sim.cortex_m.gdb.target_description import LAYOUT, NAMES, PLACES
 from firmware_sim.cortex_m.gdb.wire import INTERRUPT, Wire
+from netem.wire.messages import Grant, NodeFault
 from tests.firmware_sim.cortex_m.boards import board_node, offers
 from tests.firmware_sim.cortex_m.debugging import Packets, debugged, gdb, needs_gdb
 
@@ -170,6 +171,50 @@ def test_a_debugger_that_leaves_lets_the_program_go_on(image: Callable[..., Path
             client.send(b"c")
             client.socket.close()
         assert node.ended().offers == alone
+
+
+@pytest.mark.parametrize("cost", COSTS)
+def test_a_run_that_was_taken_back_has_the_same_records_with_a_slow_processor_too(image: Callable[..., Path],
+                                                                                  cost: float) -> None:
+    built, settings = image("beacon"), {"values": BEACON, "cycles_per_instruction": cost}
+    slow = [NodeFault(ns, "slow", {"factor": 3.0, "begins": begins}) for ns, begins in ((10_000_000, True),
+                                                                                      (20_000_000, False))]
+    alone = board_node(built, **settings).advance(Grant(1, 30_000_000, False, True, ARRIVALS, slow))
+
+    with debugged(built, 30_000_000, ARRIVALS, slow, **settings) as node:
+        client = node.client()
+        client.ask(b"Z0,%x,2" % symbol(built, "interrupt8_handler"))
+        client.ask(b"c")
+        client.ask(b"c")
+        there = client.ask(b"qRcmd,74696d65"), client.ask(b"g")             # "time"
+        assert BREAKPOINT.fullmatch(client.ask(b"bc"))
+        client.ask(b"c")
+        again = client.ask(b"qRcmd,74696d65"), client.ask(b"g")
+        client.ask(b"D")
+        found = node.ended()
+
+    assert again == there
+    assert found.offers == alone.offers
+    if not cost:                        # a run by blocks counts instructions that a condition skips too
+        assert 400 < found.counters.pop("instructions") < alone.counters.pop("instructions")
+    assert found.counters == alone.counters
+
+
+@pytest.mark.parametrize("cost", COSTS)
+def test_ram_that_the_image_does_not_declare_can_be_written(image: Callable[..., Path], cost: float) -> None:
+    far = 0x2001_F000
+    with debugged(image("far"), 20_000_000, ARRIVALS, values=[[1.0]], cycles_per_instruction=cost) as node:
+        client = node.client()
+        assert client.ask(b"M%x,4:05000000" % far) == b"OK"
+        client.ask(b"Z0,%x,2" % symbol(node.image, "interrupt8_handler"))
+        client.ask(b"c")
+        client.ask(b"s")
+        client.ask(b"bs")
+        assert client.ask(b"m%x,4" % far) == b"05000000"
+        client.ask(b"D")
+        frames = node.ended().offers
+
+    assert [data for _, _, data in frames] == [struct.pack("<I", 6), struct.pack("<I", 8)]
 
 
 def test_what_a_debugger_writes_acts_and_is_recorded(image: Callable[..., Path]) -> None:
