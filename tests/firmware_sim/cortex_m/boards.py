@@ -15,10 +15,11 @@ from netem.node.node import Node
 from netem.wire.messages import Grant
 
 ARRIVAL = tuple[int, int, bytes]            # instant, port, bytes
+SAMPLE_PERIOD_NS = 5_000_000
 
 
 def board_node(image: Path, ports: tuple[str, ...] = ("radio",), debug_port: int = 0, **settings: Any) -> Node:
-    node, processor = Node("r1", ports), Processor()
+    node, processor = Node("r1", ports, SAMPLE_PERIOD_NS), Processor()
     node.at_fault("slow", processor.slow_down)
     board = Board(node, LocalClock(ClockSettings(), lambda: node.now_ns), None, {}, Random(1), {}, processor,
                   debug_port=debug_port, can_buses=("bus",), byte_streams=("line",))

@@ -39,6 +39,13 @@ def state(client: Packets) -> tuple[int, bytes]:
     return int(told.split()[2]), client.ask(b"g")
 
 
+def after(client: Packets, packets: bytes) -> tuple[bytes, bytes]:
+    """Return time and registers after packets of one letter each."""
+    for packet in packets:
+        client.ask(bytes([packet]))
+    return client.ask(b"qRcmd," + b"time".hex().encode()), client.ask(b"g")
+
+
 def symbol(image: Path, name: str) -> int:
     from elftools.elf.elffile import ELFFile
 
@@ -174,6 +181,17 @@ def test_a_debugger_that_leaves_lets_the_program_go_on(image: Callable[..., Path
 
 
 @pytest.mark.parametrize("cost", COSTS)
+def test_a_run_that_gdb_ends_at_once_tells_of_no_mistake(image: Callable[..., Path], cost: float) -> None:
+    with debugged(image("beacon"), values=BEACON, cycles_per_instruction=cost) as node:
+        node.client().send(b"k")
+        report = node.ended()
+
+    assert report.ends is not None
+    assert report.ends[1] == "the debugger of r1 ended it"
+    assert (report.offers, report.events) == ([], [])
+
+
+@pytest.mark.parametrize("cost", COSTS)
 def test_a_run_that_was_taken_back_has_the_same_records_with_a_slow_processor_too(image: Callable[..., Path],
                                                                                   cost: float) -> None:
     built, settings = image("beacon"), {"values": BEACON, "cycles_per_instruction": cost}
@@ -183,18 +201,17 @@ def test_a_run_that_was_taken_back_has_the_same_records_with_a_slow_processor_to
 
     with debugged(built, 30_000_000, ARRIVALS, slow, **settings) as node:
         client = node.client()
-        client.ask(b"Z0,%x,2" % symbol(built, "interrupt8_handler"))
-        client.ask(b"c")
-        client.ask(b"c")
-        there = client.ask(b"qRcmd,74696d65"), client.ask(b"g")             # "time"
+        client.ask(b"Z0,%x,2" % symbol(built, "interrupt0_handler"))        # at 1, 6, 11, 16 ms
+        first = [after(client, b"cc"), after(client, b"ssss"), after(client, b"cc")]
         assert BREAKPOINT.fullmatch(client.ask(b"bc"))
-        client.ask(b"c")
-        again = client.ask(b"qRcmd,74696d65"), client.ask(b"g")
+        client.ask(b"bc")
+        again = [after(client, b""), after(client, b"ssss"), after(client, b"cc")]
         client.ask(b"D")
         found = node.ended()
 
-    assert again == there
+    assert again == first
     assert found.offers == alone.offers
+    assert found.samples == alone.samples
     if not cost:                        # a run by blocks counts instructions that a condition skips too
         assert 400 < found.counters.pop("instructions") < alone.counters.pop("instructions")
     assert found.counters == alone.counters
@@ -208,8 +225,6 @@ def test_ram_that_the_image_does_not_declare_can_be_written(image: Callable[...,
         assert client.ask(b"M%x,4:05000000" % far) == b"OK"
         client.ask(b"Z0,%x,2" % symbol(node.image, "interrupt8_handler"))
         client.ask(b"c")
-        client.ask(b"s")
-        client.ask(b"bs")
         assert client.ask(b"m%x,4" % far) == b"05000000"
         client.ask(b"D")
         frames = node.ended().offers
