@@ -18,7 +18,7 @@ promise raises PromiseBroken.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from functools import partial
 from random import Random
 from typing import Any, ClassVar, Final
@@ -53,11 +53,16 @@ class Board:
 
     def __init__(self, node: Node, clock: LocalClock, plant: Plant | None, team: Mapping[str, Any], rng: Random,
                  parameters: Mapping[str, Any], processor: Processor | None = None,
-                 call_record: CallRecord | None = None) -> None:
-        """`team`: the scenario's table [team]."""
+                 call_record: CallRecord | None = None, debug_port: int = 0, can_buses: Collection[str] = (),
+                 byte_streams: Collection[str] = ()) -> None:
+        """`team`: the scenario's table [team]; `debug_port`: TCP port where an emulated processor awaits a debugger.
+
+        `can_buses`, `byte_streams`: ports on media of these kinds."""
+        self.debug_port = debug_port                    # 0: none
         self.call_record: CallRecord = NoRecord() if call_record is None else call_record   # for programs in C
         self.name = node.name
         self.team = team
+        self.can_buses, self.byte_streams = frozenset(can_buses), frozenset(byte_streams)
         self.rng = rng
         self._node, self._clock, self._plant, self._parameters = node, clock, plant, parameters
         self._timers = Timers(node, clock)
@@ -224,9 +229,31 @@ class Board:
         """Return the true time, that of an oscillator without error, on which an emulated processor runs."""
         return self._node.present_ns()
 
+    def hold_time_outs(self, hold: bool) -> None:
+        """Let the run's time-outs stand still, as a debugger does while the program does, or go on."""
+        self.call_record.hold_word[0] = int(hold)
+
+    def end_run(self, because: str) -> None:
+        """End the whole run now, for a reason that is no failure."""
+        self._node.end_run(because, self._node.present_ns())
+        self._timers.after(0, _nothing, True)           # so that the emulator asks this node now
+
     def clock_reading(self) -> Callable[[], int]:
         """Return a function that returns `now_ns`, for a program that asks often."""
         return self._clock.now_ns
+
+    def before_counters(self, action: Callable[[], object]) -> None:
+        """Call `action` before the counters are read at the end of the run, for those that need no count in between."""
+        self._node.before_counters(action)
+
+    @property
+    def slowness(self) -> float:
+        """The factor by which faults slow the processor down, 1 without."""
+        return self._processor.slowness
+
+    def when_slowed(self, action: Callable[[], object]) -> None:
+        """Call `action` whenever `slowness` changes."""
+        self._processor.on_change = action
 
     def keep_promises(self) -> None:
         """Make the node take its promise from the timers of this board."""
@@ -268,3 +295,7 @@ class Board:
             raise RuntimeError(f"{MAX_WAITS_AT_ONE_INSTANT} waits in a row at {now_ns} ns for instants that had passed"
                                f", the last for {local_ns} ns of local time: no robot time passes; wait for later "
                                "ones, as with a period of more than 0")
+
+
+def _nothing() -> None:
+    """Do nothing, at the instant of a timer."""

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import prod
 from typing import Any
 
 
 class Processor:
-    """`factors` has the factor of each fault that acts; they outlive the program."""
+    """`factors` has the factor of each fault that acts; they outlive the program. `on_change` is called at a change."""
 
     def __init__(self) -> None:
         self.factors: list[float] = []
-        self._slowness = 1.0
+        self.slowness = 1.0             # product of `factors`
+        self.on_change: Callable[[], object] | None = None
 
     def execution_ns(self, nominal_ns: int) -> int:
         """Return how long a task takes that takes `nominal_ns` without faults."""
-        return nominal_ns if self._slowness == 1.0 else round(nominal_ns * self._slowness)
+        return nominal_ns if self.slowness == 1.0 else round(nominal_ns * self.slowness)
 
     def resume(self, factors: list[float]) -> None:
         self.factors = list(factors)
-        self._slowness = prod(self.factors)
+        self.slowness = prod(self.factors)
 
     def slow_down(self, fields: Mapping[str, Any]) -> None:
         """Begin or end (`begins` false) a fault with this `factor`."""
@@ -28,4 +29,6 @@ class Processor:
             self.factors.append(fields["factor"])
         else:
             self.factors.remove(fields["factor"])
-        self._slowness = prod(self.factors)
+        self.slowness = prod(self.factors)
+        if self.on_change is not None:
+            self.on_change()

@@ -12,6 +12,10 @@ class CallRecord(Protocol):
     def call_word(self) -> memoryview:
         """One 64-bit integer: the number of the call that runs, 0 between calls."""
 
+    @property
+    def hold_word(self) -> memoryview:
+        """One 64-bit integer: 1 while time-outs stand still, as a debugger holds the code that runs."""
+
     def place(self, call: str) -> int:
         """Return the number under which the call named `call`, as "fmi3DoStep of plant cart", is noted."""
 
@@ -21,6 +25,7 @@ class NoRecord:
 
     def __init__(self) -> None:
         self.call_word = memoryview(bytearray(ctypes.sizeof(ctypes.c_int64))).cast("q")
+        self.hold_word = memoryview(bytearray(ctypes.sizeof(ctypes.c_int64))).cast("q")
 
     def place(self, call: str) -> int:
         return 0

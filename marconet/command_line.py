@@ -6,6 +6,7 @@ command.
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
@@ -164,6 +165,8 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
               help="Show the run in a page on this machine while it happens: fates, faults to inject, pause, speed.")
 @click.option("--foxglove", type=PORT, metavar="[PORT]",
               help="The same, and signals and positions for Foxglove; needs marconet[foxglove].")
+@click.option("--gdb", metavar="NODE[:PORT]",
+              help="Let the emulated processor of this robot wait for gdb, which the command printed starts.")
 @click.option("--overwrite", is_flag=True, help="Replace the records of an earlier run in the folder.")
 @click.option("--fates-of", type=click.Path(path_type=Path), metavar="RUN",
               help="Frames meet the fates and delays recorded in the folder of an earlier run, instead of impairments.")
@@ -173,7 +176,7 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
 def run(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
         host: Literal["process", "inline"], out: Path | None, no_report: bool, real_time: bool,
         rate: float | None, overrun: Literal["slip", "abort"] | None, view: int | None, foxglove: int | None,
-        overwrite: bool, fates_of: Path | None,
+        gdb: str | None, overwrite: bool, fates_of: Path | None,
         match: Literal["number", "instant"], junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
     """Run scenarios and write their records and reports.
 
@@ -182,6 +185,8 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
     """
     from experiments.run.several import Batch, ViewPorts
 
+    if gdb is not None and len(sources) > 1:
+        raise click.UsageError("--gdb is for one scenario")
     batch = Batch(_console(not (quiet or as_json)), verbose, junit, "runs" if as_json else None)
     pace = [*([] if rate is None else [f"real_time.rate={rate}"]),
             *([] if overrun is None else [f'real_time.overrun="{overrun}"'])]
@@ -189,7 +194,7 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
     batch.in_children = host == "inline" and _process_is_its_own()
     raise SystemExit(batch.run(sources, seed, duration, [*overrides, *pace], out, host=host,
                                real_time=real_time or bool(pace), report=not no_report, overwrite=overwrite,
-                               fates_of=fates_of, match=match, view=shown))
+                               fates_of=fates_of, match=match, view=shown, gdb=gdb))
 
 
 @app.command(epilog="Example: marconet sweep output_sync --vary 'impairments[0].loss_ratio=0:0.4:5' --seeds 100")
@@ -547,18 +552,26 @@ def new_firmware(folder: Path, verbose: bool) -> None:
             print_path(_console(), "written", path)
 
 
-@firmware.command("build", epilog="Example: marconet firmware build synchronizing_robot")
+target = click.option("--target", type=click.Choice(["host", "cortex_m4"]), default="host", show_default=True,
+                      help="This computer, or the emulated Cortex-M4.")
+
+
+@firmware.command("build", epilog="Example: marconet firmware build synchronizing_robot --target cortex_m4 --out build")
 @click.argument("folders", nargs=-1)
+@target
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
+              help="Also copy what was built into this folder.")
 @click.option("--header", is_flag=True, help="Print board_ids.h instead, for a build of your own.")
 @verbosely
-def build_firmware(folders: Sequence[str], header: bool, verbose: bool) -> None:
-    """Compile firmware into shared libraries, where that has not been done, and say where they are.
+def build_firmware(folders: Sequence[str], target: Literal["host", "cortex_m4"], out: Path | None, header: bool,
+                   verbose: bool) -> None:
+    """Compile firmware into shared libraries or .elf files, where that has not been done, and say where they are.
 
     FOLDERS are folders with firmware.toml, or names of firmware that comes with marconet; default: all of these.
     """
     with errors_as_text(verbose):
         from experiments.show.text_views import print_path
-        from firmware_sim.firmware.build import build_for_host, firmware_folder, own_firmware
+        from firmware_sim.firmware.build import firmware_folder, own_firmware
         from firmware_sim.firmware.description import read_description
         from firmware_sim.firmware.ids_header import ids_header
 
@@ -566,22 +579,50 @@ def build_firmware(folders: Sequence[str], header: bool, verbose: bool) -> None:
             folder = firmware_folder(name, Path())
             if header:
                 click.echo(ids_header(read_description(folder)), nl=False)
-            else:
-                print_path(_console(), name, build_for_host(folder))
+                continue
+            built = _built_for(target, folder)
+            if out is not None:
+                out.mkdir(parents=True, exist_ok=True)
+                built = Path(shutil.copyfile(built, out / built.name))
+            print_path(_console(), name, built)
 
 
-@firmware.command("info", epilog="Example: marconet firmware info synchronizing_robot")
-@click.argument("folder")
+@firmware.command("info", epilog="Example: marconet firmware info synchronizing_robot --target cortex_m4")
+@click.argument("firmware", metavar="FOLDER|FILE.elf")
+@target
 @verbosely
-def firmware_info(folder: str, verbose: bool) -> None:
-    """Show a firmware's size, the functions that it defines, and what it declares, with the numbers in board_ids.h."""
+def firmware_info(firmware: str, target: Literal["host", "cortex_m4"], verbose: bool) -> None:
+    """Show a firmware's size, functions and declarations, with the numbers in board_ids.h.
+
+    For the Cortex-M4, and of an .elf file, also what the image takes of flash and RAM, stack, entry and sections.
+    """
     with errors_as_text(verbose):
-        from experiments.show.firmware_view import print_firmware
-        from firmware_sim.firmware.build import build_for_host, firmware_folder
+        from experiments.show.firmware_view import print_firmware, print_image
+        from firmware_sim.cortex_m.elf_program import checked_image
+        from firmware_sim.cortex_m.image import read_image
+        from firmware_sim.firmware.build import firmware_folder
         from firmware_sim.firmware.description import read_description
 
-        found = firmware_folder(folder, Path())
-        print_firmware(_console(), read_description(found), found, build_for_host(found))
+        if firmware.endswith(".elf"):
+            print_image(_console(), read_image(checked_image(Path(firmware))))
+            return
+        found = firmware_folder(firmware, Path())
+        built = _built_for(target, found)
+        print_firmware(_console(), read_description(found), found, built)
+        if target == "cortex_m4":
+            _console().print()
+            print_image(_console(), read_image(built))
+
+
+def _built_for(target: Literal["host", "cortex_m4"], folder: Path) -> Path:
+    """Return the file that the firmware in `folder` is built into."""
+    if target == "host":
+        from firmware_sim.firmware.build import build_for_host
+
+        return build_for_host(folder)
+    from firmware_sim.cortex_m.firmware import build_for_cortex_m4
+
+    return build_for_cortex_m4(folder)
 
 
 def _refuse_unknown_plant(name: str) -> None:

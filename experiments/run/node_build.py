@@ -77,6 +77,8 @@ class NodeSpecification(msgspec.Struct, frozen=True):
     handles_events: bool = False        # its program handles the events and clocks of its plant
     zenoh: ZenohSpecification | None = None     # for its program's Zenoh, None for a board's program
     interfaces: tuple[Interface, ...] = ()      # media that its sockets use
+    byte_streams: tuple[str, ...] = ()  # media that carry single bytes in order
+    debug_port: int = 0                 # TCP port where its emulated processor awaits a debugger, 0: none
 
 
 class State(msgspec.Struct):
@@ -249,4 +251,4 @@ def _board(specification: NodeSpecification, node: Node, clock: LocalClock, proc
     parameters = Named(specification.parameters, name, "parameter", f"agents.{name}.parameters is empty")
     place = f"agents.{name}/life {life}" if life else f"agents.{name}"
     return Board(node, clock, plant, team, stream(specification.seed, place), parameters,
-                 processor, record)
+                 processor, record, specification.debug_port, specification.can_buses, specification.byte_streams)

@@ -45,7 +45,7 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
                                     _notified(scenario, agent), _can_buses(scenario, agent), _shown(scenario, agent),
                                     agent.name in mortal, agent.program in handling_events,
                                     zenoh_of(scenario, agent) if agent.program in blocking else None,
-                                    interfaces_of(scenario, agent))
+                                    interfaces_of(scenario, agent), _byte_streams(scenario, agent))
             for name, agent in scenario.agents.items()}
 
 
@@ -60,6 +60,10 @@ def _notified(scenario: Scenario, agent: AgentSpec) -> bool:
 
 def _can_buses(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
     return tuple(medium for medium in agent.media if scenario.media[medium].settings.carries_can_frames)
+
+
+def _byte_streams(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:
+    return tuple(medium for medium in agent.media if scenario.media[medium].settings.serial_format() is not None)
 
 
 def _shown(scenario: Scenario, agent: AgentSpec) -> tuple[Shown, ...]:

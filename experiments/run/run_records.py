@@ -21,6 +21,7 @@ from experiments.judge.monitors.outcome import Outcome
 from experiments.judge.run_data import RunData, load_run
 from experiments.judge.run_files import GUARANTEES, LEDGER, RUN, SCENARIO, SUMMARY, Json
 from experiments.judge.run_result import Summary
+from experiments.run.program_mistakes import ProgramMistakes
 from experiments.run.recording import Recording
 from experiments.run.run_folder import RunFolder
 from experiments.scenario.model import Scenario
@@ -89,6 +90,8 @@ class FolderRecords:
             self.folder, self._names, (self.folder / SCENARIO.name).read_bytes(), scenario.length_ns,
             {name: medium.settings for name, medium in scenario.media.items()}))
         self.feed = self._recording.feed
+        self._mistakes = ProgramMistakes()
+        self.feed.events.append(self._mistakes.event)
 
     def open_ledger(self, passed_ns: Callable[[], int]) -> Ledger:
         return Ledger(self.folder / LEDGER, metadata=self._names, listeners=self.feed.copies, passed_ns=passed_ns)
@@ -119,11 +122,12 @@ class FolderRecords:
         return load_run(self.folder)
 
     def warnings(self, ledger: LedgerResult) -> list[str]:
+        told = self._mistakes.lines()
         if not ledger.by_fate.get(Fate.MALFORMED.value):
-            return []
+            return told
         from netem.records.malformed import malformed_frames
 
-        return malformed_frames(self.folder / LEDGER)
+        return [*told, *malformed_frames(self.folder / LEDGER)]
 
     def write_summary(self, summary: Summary) -> None:
         SUMMARY.write(self.folder, summary)

@@ -25,6 +25,7 @@ from experiments import CODE
 from experiments.judge.metrics import evaluate
 from experiments.judge.run_files import SCENARIO, Json
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
+from experiments.run.debugged import CannotDebug, Debugged
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
 from experiments.run.injection import Injection
@@ -79,7 +80,7 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
         progress: Callable[[Progress], None] | None = None, report: bool = True,
         shuffle_start: int | None = None, real_time: bool = False, overwrite: bool = False,
         under_way: UnderWay | None = None, replay: Replay | None = None, trace: Trace | None = None,
-        view: ServerProcess | None = None) -> RunResult:
+        view: ServerProcess | None = None, debugged: Debugged | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs) and, with `report`, write `report.html`.
 
     `progress` is called during the run. `real_time` runs at the pace of the wall clock, as the scenario's
@@ -88,7 +89,7 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
     what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
     scenario's impairments, and its faults act instead of the scenario's. A `trace` notes what impairments do to each
-    copy. A `view` shows the run and steers it; the caller tells it the end.
+    copy. A `view` shows the run and steers it; the caller tells it the end. The node that is `debugged` waits for gdb.
     Raises NeedsRealTime or FolderTaken before the run; NodeFailure, InstantLoop, Overrun or ConservationError after it,
     with the records written.
     """
@@ -96,6 +97,9 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     if scenario.gateways and not real_time:
         raise NeedsRealTime(f"{scenario.name}: gateways.{next(iter(scenario.gateways))} lets somebody outside take "
                             "part, which needs real time: run it with --real-time")
+    if real_time and debugged is not None:
+        raise CannotDebug(f"--gdb {debugged.node}: while a program stands still, real time does not: run without "
+                          "--real-time")
     if replay is not None:
         scenario = msgspec.structs.replace(scenario, faults=replay.faults)
     path = out or Path("runs") / f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
@@ -105,7 +109,7 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
         SCENARIO.write(path, scenario.resolved() | fates)
         prepared = _Run(scenario, host, FolderRecords(scenario, folder, report), progress, shuffle_start=shuffle_start,
                         command_s=command_s, real_time=real_time, under_way=under_way, replay=replay, trace=trace,
-                        view=view)
+                        view=view, debugged=debugged)
     except BaseException:
         folder.abandon()
         raise
@@ -163,7 +167,8 @@ class _Run:
                  progress: Callable[[Progress], None] | None = None, *, command_s: float,
                  specifications: Mapping[str, NodeSpecification] | None = None, shuffle_start: int | None = None,
                  real_time: bool = False, under_way: UnderWay | None = None, replay: Replay | None = None,
-                 trace: Trace | None = None, view: ServerProcess | None = None) -> None:
+                 trace: Trace | None = None, view: ServerProcess | None = None,
+                 debugged: Debugged | None = None) -> None:
         self.scenario = scenario
         self.replay = replay
         self.trace = trace
@@ -174,6 +179,8 @@ class _Run:
         self.command_s = command_s
         self.agenda = Agenda()
         self.specifications = specifications or node_specifications(scenario)
+        if debugged is not None:
+            self.specifications = debugged.in_specifications(self.specifications)
         self.feed = records.feed
         self.ledger = records.open_ledger(lambda: self.conductor.passed_ns)
         self.guarantees = GuaranteeWatch(scenario, self.feed)

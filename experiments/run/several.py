@@ -70,7 +70,7 @@ class Batch:
 
     def run(self, sources: Sequence[str], seed: int | None, duration_s: float | None, overrides: Sequence[str],
             out: Path | None, *, fates_of: Path | None = None, match: Literal["number", "instant"] = "number",
-            view: ViewPorts | None = None, **options: Any) -> int:
+            view: ViewPorts | None = None, gdb: str | None = None, **options: Any) -> int:
         names = _folder_names(sources)
 
         def one(source: str) -> ScenarioOutcome:
@@ -79,7 +79,7 @@ class Batch:
                 replay = _replay(source, scenario, fates_of, match)
                 folder = run_folder(scenario, out / names[source] if out and len(sources) > 1 else out)
             with errors_as_text(self.verbose, kept=folder):
-                return self._run(source, scenario, folder, len(sources) == 1, view, {**options, "replay": replay})
+                return self._run(source, scenario, folder, len(sources) == 1, view, gdb, {**options, "replay": replay})
 
         return self._each(sources, "run", one)
 
@@ -133,15 +133,19 @@ class Batch:
         return self._in_turn(sources, one, lambda outcome: child.became(msgspec.msgpack.encode(outcome)))
 
     def _run(self, source: str, scenario: Scenario, folder: Path, in_full: bool, ports: ViewPorts | None,
-             options: dict[str, Any]) -> ScenarioOutcome:
+             gdb: str | None, options: dict[str, Any]) -> ScenarioOutcome:
         from experiments.run import runner
+        from experiments.run.debugged import awaiting_debugger
         from experiments.show.live_view import live_view
         from experiments.show.text_views import print_path, print_summary
 
         if self.child is not None:
             self.child.begins(folder, list(scenario.agents), scenario.node_timeout_s)
             options = options | {"under_way": self.child.under_way}
-        with shown_in(ports, scenario.network) as view:
+        with awaiting_debugger(scenario, gdb) as debugged, shown_in(ports, scenario.network) as view:
+            if debugged is not None:
+                print(f"{debugged.node} waits for gdb: {debugged.command}", file=sys.stderr, flush=True)
+                options = options | {"debugged": debugged}
             with live_view(self.console, scenario.name, scenario.length_ns * 1e-9) as progress:
                 result = runner.run(scenario, out=folder, progress=progress, view=view, **options)
             if view is not None:

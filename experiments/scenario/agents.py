@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from experiments.scenario.blocking_programs import is_blocking
-from experiments.scenario.firmware_programs import Target, is_firmware, program_of, target_complaint
+from experiments.scenario.firmware_programs import ELF, Target, is_firmware, program_of, target_complaint
 from experiments.scenario.model import AgentSpec, PlantSpec
 from experiments.scenario.overrides import parse_path
 from experiments.scenario.plant_parameters import PlantNames, plant_names
@@ -32,7 +32,7 @@ class PlantTable:
 @dataclass(frozen=True)
 class AgentTable:
     program: str = ""                               # either it or `firmware`
-    firmware: str = ""                              # a folder with firmware.toml, or the name of one of marconet's
+    firmware: str = ""          # a folder with firmware.toml, the name of one of marconet's, or an .elf file
     target: str = "host"                            # where the firmware runs
     clock_hz: int = 100_000_000                     # of an emulated processor
     cycles_per_instruction: float = 0.0             # 0: computing takes no time
@@ -115,8 +115,9 @@ class Agents:
                                                        "instead of it", table.program)
                 return "", ""
             return table.program, "program" if "program" in read else ""
-        target = Target(table.target, table.clock_hz, table.cycles_per_instruction)
-        if complaint := target_complaint(target):
+        name = "cortex_m4" if table.firmware.endswith(ELF) and "target" not in written else table.target
+        target = Target(name, table.clock_hz, table.cycles_per_instruction)
+        if complaint := target_complaint(target, table.firmware):
             self.problems.add((*place, "target"), complaint, table.target)
             return "", ""
         return program_of(table.firmware, target), "firmware" if "firmware" in read else ""

@@ -1,4 +1,4 @@
-"""The key `firmware` of an agent, in place of `program`: a folder of firmware in C becomes a program's class.
+"""The key `firmware` of an agent, in place of `program`: a folder of firmware in C, or an .elf file, becomes a class.
 
 Within marconet such an agent's program is "firmware:TARGET:FIRMWARE", which `class_for` turns into the class. The
 target of an emulated processor has its clock and cost with it: "cortex_m4 at 100000000 Hz, 1.0".
@@ -19,6 +19,7 @@ from firmware_sim.firmware.errors import FirmwareError
 
 PREFIX: Final = "firmware:"
 TARGETS: Final = ("host", "cortex_m4")
+ELF: Final = ".elf"
 
 
 @dataclass(frozen=True)
@@ -48,12 +49,14 @@ def is_firmware(program: str) -> bool:
     return program.startswith(PREFIX)
 
 
-def target_complaint(target: Target) -> str:
-    """Return why no firmware runs on `target`, "" if one does."""
+def target_complaint(target: Target, firmware: str) -> str:
+    """Return why `firmware` does not run on `target`, "" if it does."""
     from firmware_sim.cortex_m.program import check_clock
 
     if target.name not in TARGETS:
         return f"no such target; {near(target.name, TARGETS)}"
+    if target.name == "host" and firmware.endswith(ELF):
+        return 'an .elf file is for the emulated processor: expected "cortex_m4", or leave it out'
     if target.name == "host" and target != Target():
         return 'clock_hz and cycles_per_instruction are those of an emulated processor: expected "cortex_m4" with them'
     try:
@@ -80,15 +83,26 @@ def firmware_class_for(program: str, folder: Path) -> Any:
     Raises FirmwareError for a wrong folder or firmware.toml, or a companion that cannot be imported.
     """
     target, _, firmware = program.removeprefix(PREFIX).partition(":")
-    home = firmware_folder(firmware, folder).resolve()
-    return _made(home, (home / TABLE).read_bytes(), target_of(target))
+    if not firmware.endswith(ELF):
+        home = firmware_folder(firmware, folder).resolve()
+        return _made(home, (home / TABLE).read_bytes(), target_of(target))
+    file = (folder / firmware).resolve()
+    if not file.is_file():
+        raise FirmwareError(f"{firmware}: no such file: `marconet firmware build FOLDER --target cortex_m4` writes one")
+    table = file.parent / TABLE
+    return _made(file.parent, table.read_bytes() if table.is_file() else None, target_of(target), file)
 
 
 @lru_cache(maxsize=64)
-def _made(folder: Path, table: bytes, target: Target) -> Any:
-    """`table`: the content of firmware.toml, so that a changed one makes another class."""
+def _made(folder: Path, table: bytes | None, target: Target, image: Path | None = None) -> Any:
+    """`table`: the content of firmware.toml, so that a changed one makes another class; an `image` may have none."""
     from firmware_sim.firmware.program import firmware_class
 
+    if table is None:
+        from firmware_sim.cortex_m.elf_program import elf_class
+
+        assert image is not None
+        return elf_class(image, target.clock_hz, target.cycles_per_instruction)
     firmware, companion = read_description(folder), None
     if firmware.companion:
         try:
@@ -100,8 +114,11 @@ def _made(folder: Path, table: bytes, target: Target) -> Any:
                             "configure(team, name, settings), which computes these values")
     if target.name == "host":
         return firmware_class(firmware, folder, companion)
+    from firmware_sim.cortex_m.elf_program import checked_image
     from firmware_sim.cortex_m.firmware import CortexFirmwareProgram, build_for_cortex_m4
 
     on_chip = type("OnCortexM4", (CortexFirmwareProgram,), {
-        "clock_hz": target.clock_hz, "cycles_per_instruction": target.cycles_per_instruction})
-    return firmware_class(firmware, folder, companion, on_chip, build_for_cortex_m4)
+        "clock_hz": target.clock_hz, "cycles_per_instruction": target.cycles_per_instruction, "image": image,
+        "has_execution_time": target.cycles_per_instruction > 0})
+    return firmware_class(firmware, folder, companion, on_chip,
+                          build_for_cortex_m4 if image is None else lambda folder: checked_image(image))

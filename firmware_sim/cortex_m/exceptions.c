@@ -121,19 +121,32 @@ bool would_wake(Machine *m)
         && group(&m->state, priority_of(&m->state, first)) < with_masks(m, active_priority(&m->state), false);
 }
 
-void pend(Machine *m, uint32_t exception)
+static void pend(Machine *m, uint32_t exception, int64_t due_ns)
 {
-    m->state.pending[exception] = true;
-    need_attention(m);
+    if (!m->state.pending[exception]) {
+        m->state.due_ns[exception] = due_ns;
+        m->state.pending[exception] = true;
+    }
 }
 
-void set_line(Machine *m, uint32_t interrupt, bool level)
+void set_line(Machine *m, uint32_t interrupt, bool level, int64_t due_ns)
 {
     const uint32_t exception = EXTERNAL + interrupt;
     if (level && !m->state.line[exception] && !m->state.active[exception]) {
-        pend(m, exception);
+        pend(m, exception, due_ns);
+        need_attention(m);
     }
     m->state.line[exception] = level;
+}
+
+/* Pend what software asks for, now. */
+static void pend_bits(Machine *m, uint32_t interrupts)
+{
+    for (uint32_t i = 0; i < INTERRUPTS; i++) {
+        if (interrupts >> i & 1u) {
+            pend(m, EXTERNAL + i, now_ns(m));
+        }
+    }
 }
 
 /* --- entry */
@@ -146,6 +159,9 @@ static void go_to_vector(Machine *m, int exception)
     uint32_t handler;
     s->pending[exception] = false;
     s->active[exception] = true;
+    if (m->cost_num != 0 && exception >= SYS_TICK && now_ns(m) - s->due_ns[exception] > s->latency_ns) {
+        s->latency_ns = now_ns(m) - s->due_ns[exception];
+    }
     s->event_register = true;
     m->spent += ENTRY_INSTRUCTIONS;
     if (!read_word(m, s->vector_table + 4u * (uint32_t)exception, &handler)) {
@@ -183,6 +199,9 @@ static void enter(Machine *m, int exception)
         }
     }
     set_reg(m, UC_ARM_REG_SP, frame);
+    if (!psp && frame < s->lowest_sp) {
+        s->lowest_sp = frame;
+    }
     const uint32_t mode = (xpsr & 0xF80F0000u) | XPSR_THUMB;
     set_mode(m, mode | (uint32_t)exception);
     set_reg(m, UC_ARM_REG_CONTROL, 0);
@@ -334,7 +353,9 @@ void return_from_exception(Machine *m, uint32_t value)
     }
     if (leaving < EXCEPTIONS) {
         s->active[leaving] = false;
-        s->pending[leaving] |= s->line[leaving];
+        if (s->line[leaving]) {
+            pend(m, leaving, line_due_ns(m, leaving - EXTERNAL));
+        }
     }
     s->event_register = true;
     if (!in_fault(s)) {
@@ -415,7 +436,7 @@ void run_tick(Machine *m)
         s->tick_number++;
         s->tick_expired = true;
         if (s->tick_control & TICK_INTERRUPT) {
-            s->pending[SYS_TICK] = true;
+            pend(m, SYS_TICK, tick_ns(m, s->tick_number));
         }
     }
 }
@@ -533,6 +554,7 @@ static uint32_t read_register(Machine *m, uint32_t offset)
     case 0xD90: return 0;                                       /* MPU_TYPE: no regions */
     case 0xDF0: case 0xDFC: return 0;                           /* DHCSR, DEMCR: no debugger */
     case 0xF34: return 1u << 31;                                /* FPCCR: the FPU's frame is written at entry */
+    case 0xF38: case 0xF3C: return 0;                           /* FPCAR, FPDSCR */
     case 0xF40: return 0x10110021u;
     case 0xF44: return 0x11000011u;
     default:
@@ -564,17 +586,22 @@ static bool write_register(Machine *m, uint32_t offset, uint32_t value)
         break;
     case 0x100: set_bits(s->enabled, value, true); break;
     case 0x180: set_bits(s->enabled, value, false); break;
-    case 0x200: set_bits(s->pending, value, true); break;
+    case 0x200: pend_bits(m, value); break;
     case 0x280:
         set_bits(s->pending, value, false);
         for (int exception = EXTERNAL; exception < EXCEPTIONS; exception++) {
-            s->pending[exception] |= s->line[exception] && !s->active[exception];
+            if (s->line[exception] && !s->active[exception]) {
+                pend(m, (uint32_t)exception, line_due_ns(m, (uint32_t)exception - EXTERNAL));
+            }
         }
         break;
     case 0xD04:
         s->pending[NMI] |= value >> 31 & 1u;
         s->pending[PEND_SV] = (s->pending[PEND_SV] && !(value >> 27 & 1u)) || value >> 28 & 1u;
-        s->pending[SYS_TICK] = (s->pending[SYS_TICK] && !(value >> 25 & 1u)) || value >> 26 & 1u;
+        s->pending[SYS_TICK] = s->pending[SYS_TICK] && !(value >> 25 & 1u);
+        if (value >> 26 & 1u) {
+            pend(m, SYS_TICK, now_ns(m));
+        }
         break;
     case 0xD08: s->vector_table = value & 0xFFFFFF80u; break;
     case 0xD0C:
@@ -600,7 +627,7 @@ static bool write_register(Machine *m, uint32_t offset, uint32_t value)
     case 0xD88: s->coprocessors = value & 0x00F00000u; break;
     case 0xF00:
         if ((value & 0x1FFu) < INTERRUPTS) {
-            s->pending[EXTERNAL + (value & 0x1FFu)] = true;
+            pend(m, EXTERNAL + (value & 0x1FFu), now_ns(m));
         }
         break;
     default: return false;

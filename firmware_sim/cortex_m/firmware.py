@@ -16,13 +16,14 @@ from firmware_sim.cortex_m.build import PORT, build_image
 from firmware_sim.cortex_m.driver import Driver
 from firmware_sim.cortex_m.errors import ImageError, MachineMissing, ProgramEnds
 from firmware_sim.cortex_m.image import read_image
-from firmware_sim.cortex_m.machine import Ask, Machine
-from firmware_sim.cortex_m.program import PORT_KINDS, unique_id
-from firmware_sim.firmware.build import header_options, sources
+from firmware_sim.cortex_m.machine import Ask
+from firmware_sim.cortex_m.new_machine import new_machine
+from firmware_sim.cortex_m.program import port_kind, unique_id
+from firmware_sim.firmware.build import INCLUDE, header_options, sources
 from firmware_sim.firmware.description import read_description
 from firmware_sim.firmware.errors import FirmwareError
 from firmware_sim.firmware.host.library import Call
-from firmware_sim.firmware.program import FirmwareProgram
+from firmware_sim.firmware.program import FirmwareProgram, medium_of
 from fmus.errors import PlantError
 
 OF_THE_HOST: Final = "marconet_host.c"
@@ -45,16 +46,26 @@ class CortexFirmwareProgram(FirmwareProgram):
 
     clock_hz: ClassVar[int] = 100_000_000
     cycles_per_instruction: ClassVar[float] = 0.0
+    image: ClassVar[Path | None] = None             # an .elf file that was built elsewhere
+
+    @classmethod
+    def debugged_with(cls, settings: Any) -> tuple[Path, ...]:
+        """Return the .elf file that a debugger is started with, and folders with its sources."""
+        return cls.image or build_for_cortex_m4(cls.folder), cls.folder, PORT, INCLUDE
 
     def _load(self, parameters: Sequence[Sequence[float]]) -> FirmwareMachine:
-        return FirmwareMachine(build_for_cortex_m4(self.folder), self._board, parameters,
-                               [port.name for port in self.firmware.ports], len(self.firmware.signals),
-                               self._carry_out, self._answer, self._disarm_all, self.clock_hz,
+        return FirmwareMachine(self.image or build_for_cortex_m4(self.folder), self._board, parameters,
+                               [medium_of(port.name, self.firmware, self._board.ports)
+                                for port in self.firmware.ports], len(self.firmware.signals),
+                               self._carry_out, self._answer, self._disarm_all, self._timers_armed, self.clock_hz,
                                self.cycles_per_instruction)
 
     def _disarm_all(self) -> None:
         for timer in range(len(self._timers)):
             self._disarm(timer)
+
+    def _timers_armed(self) -> bool:
+        return self._timers.count(None) < len(self._timers)
 
 
 class FirmwareMachine:
@@ -62,13 +73,14 @@ class FirmwareMachine:
 
     def __init__(self, file: Path, board: Board, parameters: Sequence[Sequence[float]], ports: Sequence[str],
                  signals: int, carry_out: Callable[[Iterable[Call]], None],
-                 answer: Callable[[int, int, int, float], float | None], disarm_all: Callable[[], None], clock_hz: int,
-                 cycles_per_instruction: float) -> None:
+                 answer: Callable[[int, int, int, float], float | None], disarm_all: Callable[[], None],
+                 timers_armed: Callable[[], bool], clock_hz: int, cycles_per_instruction: float) -> None:
         image = read_image(file)
-        self._carry_out, self._answer, self.disarm_all = carry_out, answer, disarm_all
+        self.carry_out = carry_out                  # an Ask up to MISTAKE is the host's operation
+        self._answer, self.disarm_all, self.timers_armed = answer, disarm_all, timers_armed
         self.signals: Any = [0.0] * (signals + 1)
-        self._machine = Machine(image, clock_hz, cycles_per_instruction, [PORT_KINDS.get(name, 1) for name in ports],
-                                parameters, unique_id(board.name))
+        self._machine = new_machine(board, image, clock_hz, cycles_per_instruction,
+                                    [port_kind(board, name) for name in ports], parameters, unique_id(board.name))
         self.bytes = self._machine.bytes            # of frames and texts
         self._driver = Driver(self._machine, image, board, self, cycles_per_instruction > 0, BUDGET)
         self.timer, self.receive, self.close = self._driver.ring, self._driver.receive, self._machine.close
@@ -81,11 +93,11 @@ class FirmwareMachine:
             return end.code - 2**32 if end.code >= 2**31 else end.code
         return 0
 
-    def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
-        if ask == Ask.RECORD:
-            self.signals[number] = real
-        else:
-            self._carry_out([(ask, number, integer, place, real)])       # an Ask up to MISTAKE is the host's operation
+    def record(self, signal: int, value: float) -> None:
+        self.signals[signal] = value
+
+    def drive(self, stage: int, share: float) -> None:
+        raise AssertionError(f"PWM stage {stage} of a machine without any: a firmware calls board_actuate")
 
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
         return self._answer(ask - Ask.ADJUST_CLOCK + 1, number, integer, real)      # the host's number of the question

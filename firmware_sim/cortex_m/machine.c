@@ -1,21 +1,17 @@
-/* machine.c: runs a program on Unicorn's Cortex-M4, counts its instructions and stops at exact ones.
+/* machine.c: runs a program on Unicorn's Cortex-M4.
  *
  *     machine_run:  exceptions that are due --> instructions --> why they stopped --> ...   until there is nothing to do
- *
- * An instruction is counted in a hook before it executes; the hook also stops it. Unicorn finishes an IT block before
- * it stops, so a stop within one is late by up to three instructions, always the same ones.
- * Memory: flash is not writable, RAM is not executable; all else faults.
  */
 #include "machine.h"
 #include <stdlib.h>
 #include <string.h>
 
 #define NOWHERE 0xF0000000u                     /* no program gets there: nothing is mapped */
-#define TRANSLATION_BYTES (16u << 20)
 
 struct Snapshot {
     uc_context *context;
     State state;
+    uint32_t ram_bytes;                         /* the rest is 0 */
     uint8_t ram[RAM_BYTES];
 };
 
@@ -85,60 +81,11 @@ void trouble(Machine *m, Cause cause, uint32_t address)
         m->state.trouble = cause;
         m->state.trouble_address = address;
         m->state.trouble_pc = m->pc;
+        if (m->by_blocks) {
+            stop(m);                            /* Unicorn stops with PC at this instruction, which `settle` passes */
+        }
     }
     need_attention(m);
-}
-
-/* --- hooks */
-
-static void stop(Machine *m)
-{
-    m->stopping = true;
-    uc_emu_stop(m->uc);
-}
-
-static void on_instruction(uc_engine *uc, uint64_t address, uint32_t size, void *user)
-{
-    Machine *m = user;
-    (void)uc;
-    (void)size;
-    if (m->state.count >= m->stop_at
-        && (m->attention || m->state.count >= m->limit || (m->watching && masks_allow(m)))) {
-        stop(m);
-    }
-    m->state.count++;
-    m->pc = (uint32_t)address;
-}
-
-static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
-{
-    Machine *m = user;
-    (void)uc;
-    m->interrupt = number + 1;
-    stop(m);
-}
-
-static bool on_invalid_instruction(uc_engine *uc, void *user)
-{
-    Machine *m = user;
-    (void)uc;
-    m->invalid = UNDEFINED;
-    m->invalid_address = m->pc;
-    return false;
-}
-
-static bool on_invalid_access(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value, void *user)
-{
-    Machine *m = user;
-    (void)uc;
-    (void)size;
-    (void)value;
-    if (m->invalid == NO_FAULT) {
-        m->invalid = type == UC_MEM_FETCH_UNMAPPED || type == UC_MEM_FETCH_PROT ? BAD_FETCH
-            : type == UC_MEM_WRITE_PROT ? FLASH_WRITE : type == UC_MEM_WRITE_UNMAPPED ? UNMAPPED_WRITE : UNMAPPED_READ;
-        m->invalid_address = (uint32_t)address;
-    }
-    return false;
 }
 
 /* --- the loop */
@@ -156,6 +103,19 @@ static bool is_wait_for_event(Machine *m)
     uint16_t second;
     memcpy(&second, m->flash + (m->pc - FLASH_BASE) + 2, 2);
     return code == 0xF3AF && second == 0x8002;
+}
+
+/* Where a run by blocks stopped, find the instruction, and correct the count. */
+static void stopped_in_block(Machine *m, uint32_t pc)
+{
+    if (m->state.trouble != NO_FAULT && m->block_bytes != 0) {
+        const uint32_t next = pc + bytes_of(m, pc);
+        m->state.count -= instructions_of(m, next, m->pc + m->block_bytes - next);
+        m->pc = m->state.trouble_pc = pc;
+        set_reg(m, UC_ARM_REG_PC, next | 1u);
+    } else {
+        set_reg(m, UC_ARM_REG_PC, m->pc | 1u);  /* Unicorn's is that of the block before */
+    }
 }
 
 /* Let the processor act on why Unicorn returned. */
@@ -189,6 +149,8 @@ static void settle(Machine *m, uc_err error)
         raise_fault(m, USAGE_FAULT, BAD_STATE, m->pc, pc, 1u << 17);
     } else if (error != UC_ERR_OK) {
         raise_fault(m, HARD_FAULT, ENGINE, m->pc, (uint32_t)error, 0);
+    } else if (m->stopping && m->by_blocks) {
+        stopped_in_block(m, pc);
     } else if (m->stopping) {
         if (pc == m->pc) {
             m->state.count--;                   /* stopped before the instruction that was counted last */
@@ -198,12 +160,12 @@ static void settle(Machine *m, uc_err error)
     }
 }
 
-/* Run until the program sleeps, asks for something, or reaches `until_ns` or the count `budget`; return a Stop.
- * The entry of an exception takes some of the budget, as it takes the emulator long. */
-MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budget)
+static uint32_t run(Machine *m, int64_t until_ns, uint64_t budget)
 {
     State *s = &m->state;
+    make_current(m);
     m->spent = 0;
+    m->ends = m->ends && m->report.commands > 0;
     for (;;) {
         if (s->locked_up) {
             return LOCKED_UP;
@@ -214,7 +176,7 @@ MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budge
             raise_fault(m, BUS_FAULT, cause, s->trouble_pc, s->trouble_address, 1u << 10);
             continue;
         }
-        if (m->journal.commands > 0 && m->attention) {
+        if (m->report.commands > 0 && m->attention) {
             m->attention = false;
             return HAS_COMMANDS;
         }
@@ -242,46 +204,61 @@ MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budge
         m->stopping = false;
         const uc_err error = uc_emu_start(m->uc, reg(m, UC_ARM_REG_PC) | 1u, NOWHERE, 0, 0);
         settle(m, error);
+        if (m->halted) {
+            m->halted = false;
+            return HALTED;
+        }
+    }
+}
+
+void fill_report(Machine *m)
+{
+    m->report.count = m->state.count;
+    m->report.next_tick_ns = next_tick_ns(m);
+    m->report.wakers = m->state.enabled[EXTERNAL + IRQ_TIMER] ? 1u : 0u;
+    for (uint32_t port = 0; port < m->ports; port++) {
+        m->report.wakers |= m->state.enabled[EXTERNAL + IRQ_PORT + port] && m->state.port[port].control & 1u ? 2u : 0u;
     }
 }
 
 /* --- for machine.py */
 
+/* Run until the program sleeps, asks for something, or reaches `until_ns` or the count `budget`; return a Stop.
+ * The entry of an exception takes some of the budget, as it takes the emulator long. */
+MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budget)
+{
+    const uint32_t stopped = run(m, until_ns, budget);
+    fill_report(m);
+    return stopped;
+}
+
+/* From now on count instructions by blocks of code, which is several times faster, and let `ask` answer requests; share
+ * an engine with boards that run the same image. For a machine that has not run and for which computing takes no time:
+ * it stops at ends of blocks. */
+MACHINE_EXPORT bool machine_run_by_blocks(Machine *m, Ask ask)
+{
+    m->ask = ask;
+    m->by_blocks = true;
+    return share_engine(m);
+}
+
+/* The image declares so much of the RAM, from its beginning on. */
+MACHINE_EXPORT bool machine_declare_ram(Machine *m, uint32_t bytes) { return declare_ram(m->engine, bytes); }
+
 MACHINE_EXPORT void machine_free(Machine *m)
 {
-    if (m->uc != NULL) {
-        uc_close(m->uc);
-    }
     if (m->snapshot != NULL) {
         if (m->snapshot->context != NULL) {
             uc_context_free(m->snapshot->context);
         }
         free(m->snapshot);
     }
-    free(m->flash);
-    free(m->ram);
+    free(m->debugger);
+    leave_engine(m);
     free(m->rx_bytes);
     free(m->tx_bytes);
     free(m->journal.bytes);
     free(m);
-}
-
-static bool set_up(Machine *m)
-{
-    uc_hook hook;
-    if (uc_open(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS, &m->uc) != UC_ERR_OK) {
-        return false;
-    }
-    uc_ctl_set_cpu_model(m->uc, UC_CPU_ARM_CORTEX_M4);
-    uc_ctl_set_tcg_buffer_size(m->uc, TRANSLATION_BYTES);
-    return uc_mem_map_ptr(m->uc, FLASH_BASE, FLASH_BYTES, UC_PROT_READ | UC_PROT_EXEC, m->flash) == UC_ERR_OK
-        && uc_mem_map_ptr(m->uc, RAM_BASE, RAM_BYTES, UC_PROT_READ | UC_PROT_WRITE, m->ram) == UC_ERR_OK
-        && uc_mmio_map(m->uc, DEVICES_BASE, DEVICES_BYTES, read_device, m, write_device, m) == UC_ERR_OK
-        && uc_mmio_map(m->uc, SYSTEM_BASE, SYSTEM_BYTES, read_system, m, write_system, m) == UC_ERR_OK
-        && uc_hook_add(m->uc, &hook, UC_HOOK_CODE, (void *)on_instruction, m, 1, 0) == UC_ERR_OK
-        && uc_hook_add(m->uc, &hook, UC_HOOK_INTR, (void *)on_interrupt, m, 1, 0) == UC_ERR_OK
-        && uc_hook_add(m->uc, &hook, UC_HOOK_INSN_INVALID, (void *)on_invalid_instruction, m, 1, 0) == UC_ERR_OK
-        && uc_hook_add(m->uc, &hook, UC_HOOK_MEM_INVALID, (void *)on_invalid_access, m, 1, 0) == UC_ERR_OK;
 }
 
 MACHINE_EXPORT Machine *machine_new(uint64_t tick_num, uint64_t tick_den, uint64_t cost_num, uint64_t cost_den)
@@ -290,8 +267,6 @@ MACHINE_EXPORT Machine *machine_new(uint64_t tick_num, uint64_t tick_den, uint64
     if (m == NULL) {
         return NULL;
     }
-    m->flash = calloc(1, FLASH_BYTES);
-    m->ram = calloc(1, RAM_BYTES);
     m->rx_bytes = calloc(PORTS, RX_BYTES);
     m->tx_bytes = calloc(PORTS, FRAME_BYTES);
     m->journal.bytes = calloc(1, COMMAND_BYTES);
@@ -300,7 +275,7 @@ MACHINE_EXPORT Machine *machine_new(uint64_t tick_num, uint64_t tick_den, uint64
     m->cost_num = cost_num;
     m->cost_den = cost_den;
     m->each_command_stops = cost_num != 0;
-    if (!m->flash || !m->ram || !m->rx_bytes || !m->tx_bytes || !m->journal.bytes || !set_up(m)) {
+    if (!m->rx_bytes || !m->tx_bytes || !m->journal.bytes || !new_engine(m)) {
         machine_free(m);
         return NULL;
     }
@@ -326,6 +301,13 @@ MACHINE_EXPORT void machine_ports(Machine *m, uint32_t ports, const uint32_t *ki
     memcpy(m->port_kind, kinds, ports * sizeof *kinds);
 }
 
+/* The main stack is between these addresses. */
+MACHINE_EXPORT void machine_stack(Machine *m, uint32_t low, uint32_t top)
+{
+    m->stack_low = low;
+    m->stack_top = top;
+}
+
 MACHINE_EXPORT void machine_parameters(Machine *m, uint32_t parameters, const double *values, const uint32_t *first)
 {
     m->parameters = parameters;
@@ -333,20 +315,29 @@ MACHINE_EXPORT void machine_parameters(Machine *m, uint32_t parameters, const do
     m->first_value = first;
 }
 
+void clear_commands(Machine *m)
+{
+    m->report.commands = m->report.others = 0;
+    m->ends = false;
+}
+
 /* Start as after power-on, at `time_ns`, through the vector table at address 0. */
 MACHINE_EXPORT void machine_reset(Machine *m, int64_t time_ns, uint32_t cause)
 {
     const uint64_t count = m->state.count;
+    make_current(m);
     memset(&m->state, 0, sizeof m->state);
     memset(m->ram, 0, RAM_BYTES);
     m->state.count = m->state.base_count = count;
-    m->state.base_ns = time_ns;
+    m->state.base_ns = m->state.present_ns = time_ns;
     m->state.reset_cause = cause;
+    m->state.lowest_sp = m->stack_top;
     m->watching = m->attention = false;
     m->invalid = NO_FAULT;
     m->interrupt = 0;
-    m->journal.commands = m->journal.bytes_used = 0;
+    clear_commands(m);
     reset_exceptions(m);
+    reset_motors(m);
     set_reg(m, UC_ARM_REG_XPSR, 1u << 24);
     for (int name = UC_ARM_REG_R0; name <= UC_ARM_REG_R12; name++) {
         set_reg(m, name, 0);
@@ -369,45 +360,116 @@ MACHINE_EXPORT void machine_reset(Machine *m, int64_t time_ns, uint32_t cause)
 MACHINE_EXPORT void machine_at(Machine *m, int64_t time_ns, int64_t local_ns)
 {
     m->state.local_ns = local_ns;
+    m->state.present_ns = time_ns;
     if (m->state.asleep || m->cost_num == 0) {
         m->state.base_ns = time_ns;
         m->state.base_count = m->state.count;
     }
 }
 
+/* At `time_ns` a frame arrives, or a channel of the timer rings: run until the program sleeps; return a Stop. */
+MACHINE_EXPORT uint32_t machine_run_frame(Machine *m, int64_t time_ns, int64_t local_ns, uint64_t instructions,
+                                          uint32_t port, const uint8_t *data, uint32_t length)
+{
+    machine_at(m, time_ns, local_ns);
+    machine_receive(m, port, data, length);
+    return machine_run(m, INT64_MAX, m->state.count + instructions);
+}
+
+MACHINE_EXPORT uint32_t machine_run_ring(Machine *m, int64_t time_ns, int64_t local_ns, uint64_t instructions,
+                                         uint32_t channel)
+{
+    machine_at(m, time_ns, local_ns);
+    machine_ring(m, channel);
+    return machine_run(m, INT64_MAX, m->state.count + instructions);
+}
+
+/* Return how much of the main stack was ever used: to the lowest frame of an exception, or word that is not 0. */
+MACHINE_EXPORT uint32_t machine_stack_bytes(Machine *m)
+{
+    static const uint8_t ZEROS[256];
+    uint32_t at = m->stack_low;
+    while (at < m->state.lowest_sp) {
+        const uint32_t left = m->state.lowest_sp - at, length = left < sizeof ZEROS ? left : sizeof ZEROS;
+        const uint8_t *place = ram_at(m, at, length);
+        if (place == NULL || memcmp(place, ZEROS, length) != 0) {
+            while (place != NULL && *place == 0) {
+                place++;
+                at++;
+            }
+            m->state.lowest_sp = at & ~3u;
+            break;
+        }
+        at += length;
+    }
+    return m->stack_top - m->state.lowest_sp;
+}
+
+/* From now on an instruction lasts cost_num / cost_den ns, not 0. */
+MACHINE_EXPORT void machine_cost(Machine *m, uint64_t cost_num, uint64_t cost_den)
+{
+    m->state.base_ns = now_ns(m);
+    m->state.base_count = m->state.count;
+    m->cost_num = cost_num;
+    m->cost_den = cost_den;
+}
+
+/* Return the number of instructions executed before `time_ns`, of those of the last run. */
+MACHINE_EXPORT uint64_t machine_count_at(const Machine *m, int64_t time_ns)
+{
+    const uint64_t count = count_at(m, time_ns);
+    return count < m->state.count ? count : m->state.count;
+}
+
+/* Return the longest time from an interrupt's instant to its entry [ns] since this was asked last. */
+MACHINE_EXPORT int64_t machine_latency(Machine *m)
+{
+    const int64_t latency_ns = m->state.latency_ns;
+    m->state.latency_ns = 0;
+    return latency_ns;
+}
+
 MACHINE_EXPORT void machine_save(Machine *m)
 {
+    make_current(m);
     if (m->snapshot == NULL) {
         m->snapshot = calloc(1, sizeof *m->snapshot);
         uc_context_alloc(m->uc, &m->snapshot->context);
     }
     uc_context_save(m->uc, m->snapshot->context);
     m->snapshot->state = m->state;
-    memcpy(m->snapshot->ram, m->ram, RAM_BYTES);
+    m->snapshot->ram_bytes = m->engine->ram_bytes;
+    memcpy(m->snapshot->ram, m->ram, m->snapshot->ram_bytes);
 }
 
 MACHINE_EXPORT void machine_restore(Machine *m)
 {
+    make_current(m);
     uc_context_restore(m->uc, m->snapshot->context);
     m->state = m->snapshot->state;
-    memcpy(m->ram, m->snapshot->ram, RAM_BYTES);
-    m->journal.commands = m->journal.bytes_used = 0;
+    memcpy(m->ram, m->snapshot->ram, m->snapshot->ram_bytes);
+    memset(m->ram + m->snapshot->ram_bytes, 0, m->engine->ram_bytes - m->snapshot->ram_bytes);
+    clear_commands(m);
     m->attention = false;
+    fill_report(m);
 }
 
 MACHINE_EXPORT int64_t machine_now(const Machine *m) { return now_ns(m); }
-MACHINE_EXPORT uint64_t machine_count(const Machine *m) { return m->state.count; }
-MACHINE_EXPORT int64_t machine_next_tick(const Machine *m) { return next_tick_ns(m); }
 MACHINE_EXPORT Command *machine_commands(Machine *m) { return m->journal.command; }
 MACHINE_EXPORT uint8_t *machine_command_bytes(Machine *m) { return m->journal.bytes; }
-MACHINE_EXPORT uint32_t machine_command_count(const Machine *m) { return m->journal.commands; }
-MACHINE_EXPORT void machine_clear_commands(Machine *m) { m->journal.commands = m->journal.bytes_used = 0; }
+MACHINE_EXPORT Report *machine_report(Machine *m) { return &m->report; }
 MACHINE_EXPORT uint8_t *machine_ram(Machine *m) { return m->ram; }
-MACHINE_EXPORT uint32_t machine_register(Machine *m, uint32_t name) { return reg(m, (int)name); }
+
+MACHINE_EXPORT uint32_t machine_register(Machine *m, uint32_t name)
+{
+    make_current(m);
+    return reg(m, (int)name);
+}
 
 /* Fill `cause` with cause, program counter, address, r0-r12, sp, lr, pc, xpsr of the last fault, or of now. */
 MACHINE_EXPORT void machine_fault(Machine *m, uint32_t *cause)
 {
+    make_current(m);
     if (m->state.cause == NO_FAULT) {
         note_registers(m, m->pc);
     }

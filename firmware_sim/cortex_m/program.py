@@ -11,7 +11,7 @@ robot's media in the scenario, `values` those of its rows. The memory map and al
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -22,12 +22,17 @@ from firmware_sim.board_timers import Timer
 from firmware_sim.cortex_m.driver import Driver
 from firmware_sim.cortex_m.errors import MachineFault
 from firmware_sim.cortex_m.image import read_image
-from firmware_sim.cortex_m.machine import Ask, Machine
+from firmware_sim.cortex_m.machine import Ask, Call
+from firmware_sim.cortex_m.new_machine import new_machine
+from firmware_sim.frame_too_long import tell_frame_too_long
 from firmware_sim.scenario_view import Own, ScenarioView
 
 MAX_PORTS: Final = 8
+MAX_MOTORS: Final = 8
 MAX_FRAME_BYTES: Final = 2048
-PORT_KINDS: Final = {"can": 2, "serial": 3}         # register PORT_KIND by the name of the port; 1 for others
+FRAMES: Final = 1                   # register PORT_KIND
+CAN: Final = 2
+UART: Final = 3
 SILENT: Final = 1
 FIRM: Final = 1
 
@@ -44,9 +49,28 @@ class CortexMSettings:
     counters: list[str] = field(default_factory=list)
     signals: list[str] = field(default_factory=list)
     events: list[str] = field(default_factory=list)
+    encoders: list[str] = field(default_factory=list)       # angles of the plant [rad]
+    counts_per_revolution: list[int] = field(default_factory=list)      # of each encoder
+    pwms: list[str] = field(default_factory=list)           # inputs of the plant
+    full_scales: list[float] = field(default_factory=list)  # of each PWM stage: its output while it is always high
 
     def __post_init__(self) -> None:
+        check_motors(self)
         check_clock(self.clock_hz, self.cycles_per_instruction, self.instruction_budget)
+
+
+def check_motors(settings: CortexMSettings) -> None:
+    """Raise ValueError for encoders or PWM stages that are too many or incomplete."""
+    for key, names, of_each, values in (
+            ("encoders", settings.encoders, "counts_per_revolution", settings.counts_per_revolution),
+            ("pwms", settings.pwms, "full_scales", settings.full_scales)):
+        if len(names) > MAX_MOTORS:
+            raise ValueError(f"{key}: {len(names)} names: the machine has {MAX_MOTORS}")
+        if len(names) != len(values):
+            raise ValueError(f"{of_each}={values}: expected one for each of the {len(names)} names in {key}")
+    for counts in settings.counts_per_revolution:
+        if not 1 <= counts < 2**31:
+            raise ValueError(f"counts_per_revolution={settings.counts_per_revolution}: expected 1 to {2**31 - 1}")
 
 
 def check_clock(clock_hz: int, cycles_per_instruction: float, instruction_budget: int) -> None:
@@ -61,6 +85,7 @@ def check_clock(clock_hz: int, cycles_per_instruction: float, instruction_budget
 
 class CortexM:
     Settings = CortexMSettings
+    has_execution_time = True           # if an instruction costs something
 
     @staticmethod
     def check(scenario: ScenarioView, own: Own[CortexMSettings]) -> Iterator[str]:
@@ -70,8 +95,18 @@ class CortexM:
                 read_image(agent.settings.image)
             except (ValueError, RuntimeError) as error:
                 yield f"{name}: {error}"
+        yield from CortexM.check_ports(own)
+
+    @staticmethod
+    def check_ports(own: Own[Any]) -> Iterator[str]:
+        for name, agent in own.items():
             if len(agent.media) > MAX_PORTS:
                 yield f"{name}: {len(agent.media)} media: the machine has {MAX_PORTS} ports"
+
+    @staticmethod
+    def debugged_with(settings: CortexMSettings) -> tuple[Path, ...]:
+        """Return the .elf file that a debugger is started with, and folders with its sources."""
+        return (settings.image,)
 
     def __init__(self, board: Board, settings: CortexMSettings) -> None:
         self._board, self._settings = board, settings
@@ -81,9 +116,10 @@ class CortexM:
             board.port(name, partial(self._receive, number)).send for number, name in enumerate(board.ports)]
         self._values = [0.0] * len(settings.signals)
         image = read_image(settings.image)
-        machine = Machine(image, settings.clock_hz, settings.cycles_per_instruction,
-                          [PORT_KINDS.get(name, 1) for name in board.ports], settings.values, unique_id(board.name))
-        board.at_end(machine.close)
+        machine = new_machine(board, image, settings.clock_hz, settings.cycles_per_instruction,
+                              [port_kind(board, name) for name in board.ports], settings.values,
+                              unique_id(board.name))
+        machine.motors(settings.counts_per_revolution, len(settings.pwms))
         for counter in settings.counters:
             board.count(counter, 0)
         board.record_all([(name, "1") for name in settings.signals], lambda: self._values)
@@ -99,34 +135,42 @@ class CortexM:
 
     # --- what the program asks for
 
-    def carry_out(self, ask: int, number: int, integer: int, place: int, real: float) -> None:
+    def carry_out(self, calls: Iterable[Call]) -> None:
         board, settings = self._board, self._settings
-        if ask == Ask.SEND:
-            self._send[number](self._bytes(place, integer))
-        elif ask == Ask.SET_TIMER:
-            self._disarm(number)
-            self._timers[number] = board.at(integer, partial(self._ring, number), sends=not place & SILENT)
-        elif ask == Ask.SET_DELAY:
-            self._disarm(number)
-            self._delays += 1
-            self._timers[number] = self._delays
-            board.after(max(0, integer), partial(self._delay_over, number, self._delays), sends=not place & SILENT)
-        elif ask == Ask.CANCEL_TIMER:
-            self._disarm(number)
-        elif ask == Ask.PROMISE:
-            (board.promise_firm if number & FIRM else board.promise_soft)(integer)
-        elif ask == Ask.ACTUATE:
-            board.actuate(self._named(settings.actuators, "actuators", number), real)
-        elif ask == Ask.COUNT:
-            board.count(self._named(settings.counters, "counters", number), integer)
-        elif ask == Ask.RECORD:
-            self._named(settings.signals, "signals", number)
-            self._values[number] = real
-        elif ask == Ask.MISTAKE:
-            raise MachineFault(f"{board.name}: its program reports a mistake with {self._text(place, integer)}, number "
-                               f"{number}, code {int(real)}")
-        else:
-            board.event(self._named(settings.events, "events", number), self._text(place, integer))
+        for ask, number, integer, place, real in calls:
+            if ask == Ask.SEND and integer < 0:
+                tell_frame_too_long(board, board.ports[number], -integer)
+            elif ask == Ask.SEND:
+                self._send[number](self._bytes(place, integer))
+            elif ask == Ask.SET_TIMER:
+                self._disarm(number)
+                self._timers[number] = board.at(integer, partial(self._ring, number), sends=not place & SILENT)
+            elif ask == Ask.SET_DELAY:
+                self._disarm(number)
+                self._delays += 1
+                self._timers[number] = self._delays
+                board.after(max(0, integer), partial(self._delay_over, number, self._delays),
+                            sends=not place & SILENT)
+            elif ask == Ask.CANCEL_TIMER:
+                self._disarm(number)
+            elif ask == Ask.PROMISE:
+                (board.promise_firm if number & FIRM else board.promise_soft)(integer)
+            elif ask == Ask.ACTUATE:
+                board.actuate(self._named(settings.actuators, "actuators", number), real)
+            elif ask == Ask.COUNT:
+                board.count(self._named(settings.counters, "counters", number), integer)
+            elif ask == Ask.MISTAKE:
+                raise MachineFault(f"{board.name}: its program reports a mistake with {self._text(place, integer)}, "
+                                   f"number {number}, code {int(real)}")
+            else:
+                board.event(self._named(settings.events, "events", number), self._text(place, integer))
+
+    def record(self, signal: int, value: float) -> None:
+        self._named(self._settings.signals, "signals", signal)
+        self._values[signal] = value
+
+    def drive(self, stage: int, share: float) -> None:
+        self._board.actuate(self._settings.pwms[stage], share * self._settings.full_scales[stage])
 
     def _bytes(self, place: int, length: int) -> bytes:
         return bytes(self._driver.machine.bytes[place:place + length])
@@ -137,10 +181,15 @@ class CortexM:
     def answer(self, ask: int, number: int, integer: int, real: float) -> float | None:
         if ask == Ask.SENSE:
             return float(self._board.sense(self._named(self._settings.sensors, "sensors", number)))
+        if ask == Ask.ENCODER:
+            return float(self._board.sense(self._settings.encoders[number]))
         if ask == Ask.ADJUST_CLOCK:
             self._board.adjust_clock(integer, real)
             return real
         return float(self._board.rng.getrandbits(32))
+
+    def timers_armed(self) -> bool:
+        return bool(self._timers)
 
     def disarm_all(self) -> None:
         for channel in list(self._timers):
@@ -164,6 +213,11 @@ class CortexM:
         armed = self._timers.pop(channel, None)
         if isinstance(armed, Timer):
             armed.cancel()
+
+
+def port_kind(board: Board, port: str) -> int:
+    """Return the value of the register PORT_KIND for a port."""
+    return CAN if port in board.can_buses else UART if port in board.byte_streams else FRAMES
 
 
 def unique_id(name: str) -> list[int]:

@@ -40,6 +40,7 @@ from firmware_sim.firmware.host.library import (
     Call,
     Library,
 )
+from firmware_sim.frame_too_long import tell_frame_too_long
 from firmware_sim.scenario_view import Own, ScenarioView
 from fmus.errors import PlantError
 from netem.wire.level import Level
@@ -144,6 +145,8 @@ class FirmwareProgram:
                 if self._timers[number] is not None:
                     self._disarm(number)
                 self._timers[number] = board.at(integer, self._rings[number], sends=not place & SILENT)
+            elif operation == SEND and integer < 0:
+                tell_frame_too_long(board, self.firmware.ports[number].name, -integer)
             elif operation == SEND:
                 self._send[number](bytes(self._library.bytes[place:place + integer]))
             elif operation == SET_DELAY:

@@ -97,6 +97,7 @@ class Node:
         self._samples: list[Sample] = []
         self._events: list[ToldEvent] = []
         self._counters: Counter[str] = Counter()
+        self._before_counters: list[Callable[[], object]] = []
         self._signals: list[tuple[str, str]] = []
         self._reads: list[tuple[tuple[str, ...], Callable[[], Sequence[Any]]]] = []
         self._sample_period_ns = sample_period_ns
@@ -206,6 +207,10 @@ class Node:
     def count(self, name: str, by: int = 1) -> None:
         self._counters[name] += by
 
+    def before_counters(self, action: Callable[[], object]) -> None:
+        """Call `action` whenever the counters are about to be read, to bring them to `present_ns`."""
+        self._before_counters.append(action)
+
     def event(self, kind: str, detail: str = "", level: Level = Level.INFO) -> None:
         """Record an event at the present time; raises ValueError for text that UTF-8 cannot encode."""
         try:
@@ -251,7 +256,16 @@ class Node:
 
     def counters(self) -> dict[str, int]:
         """Return the counters of the program so far."""
+        for action in self._before_counters:
+            action()
         return dict(self._counters)
+
+    def _counters_at(self, time_ns: int) -> dict[str, int]:
+        """Return the counters at the end of the run, `time_ns`."""
+        self._reading_ns = time_ns
+        found = self.counters()
+        self._reading_ns = -1
+        return found
 
     def advance(self, grant: Grant) -> Report:
         """Run every event that the grant allows; return the report for the conductor."""
@@ -269,7 +283,7 @@ class Node:
         """Return the report of a node that ends the run: its work so far, and promises that do not delay the end."""
         if report is None:
             report = Report(grant.window, NEVER_NS, NEVER_NS, self._offers, self._samples, self._events,
-                            dict(self._counters) if grant.last else {}, "", None, None, self._shown)
+                            self.counters() if grant.last else {}, "", None, None, self._shown)
             self._offers, self._samples, self._events, self._shown = [], [], [], []
         report.ends = self._ends_ns, self._ends_because
         return report
@@ -294,7 +308,8 @@ class Node:
             state = self._act(fault) or state
         report = self._advance(Grant(grant.window, grant.horizon_ns, grant.instant, grant.last, deliveries))
         return Report(report.window, report.soft_ns, report.firm_ns, offers + report.offers, samples + report.samples,
-                      events + report.events, dict(self._counters), "", None, state, shown + report.shown)
+                      events + report.events, report.counters or self.counters(), "", None, state,
+                      shown + report.shown)
 
     def _act(self, fault: NodeFault) -> bytes | None:
         if fault.kind not in self._fault_acts:
@@ -354,7 +369,7 @@ class Node:
         if soft_ns > self._next_show_ns:
             soft_ns = self._next_show_ns
         report = Report(grant.window, soft_ns, firm_ns, self._offers, self._samples, self._events,
-                        dict(self._counters) if grant.last else {}, "", None, None, self._shown)
+                        self._counters_at(horizon_ns) if grant.last else {}, "", None, None, self._shown)
         self._offers, self._samples, self._events, self._shown = [], [], [], []
         return report
 

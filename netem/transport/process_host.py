@@ -267,6 +267,8 @@ class ProcessHost:
         told_s = 0.0
         while not self._over.wait(WATCH_EVERY_S):
             now_s = time.monotonic()
+            if any(map(self._is_held, tuple(self._awaited))):
+                self._began_s = now_s
             waited_s = now_s - self._began_s
             if waited_s > self._timeout_s + KILL_AFTER_S:       # the conductor is blocked while it sends to such a node
                 for name in self._awaited - self._late:
@@ -300,6 +302,12 @@ class ProcessHost:
         self._alive.kill(name)
         why = words.hangs(f"no {what}", self._timeout_s, under_way, stopped=stopped)
         return NodeFailure(name, f"{why}{others}{garbage}", detail=self._detail(name))
+
+    def _is_held(self, name: str) -> bool:
+        """Return whether a debugger holds the node's code."""
+        with suppress(OSError, KeyError):       # it was ended meanwhile
+            return self._alive.under_way(name).held()
+        return False
 
     def _has_ended(self, name: str) -> bool:
         return self._alive.exit_code(name) is not None

@@ -88,7 +88,7 @@ class Watchdog:
         while not self._over.wait(LOOK_EVERY_S):
             now_s = time.monotonic()
             place = self._under_way.words[0]
-            if (self._turn.steps, place) != seen or not 0 < place <= len(self._nodes):
+            if (self._turn.steps, place) != seen or not 0 < place <= len(self._nodes) or self._under_way.held():
                 seen, since_s, raised_s = (self._turn.steps, place), now_s, 0.0
                 if self._in_main and now_s - self._armed_s > RENEW_S:
                     self._renew()

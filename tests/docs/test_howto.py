@@ -8,7 +8,8 @@ import pytest
 
 from tests.docs.page import ROOT, follow, write_files
 
-OF_OTHERS = {"docs/howto/speak_over_can.md"}        # needs an extra: test_can_stacks_page.py
+OF_OTHERS = {"docs/howto/speak_over_can.md",        # need extras: test_can_stacks_page.py, test_cortex_m_page.py
+             "docs/howto/computing_takes_time.md"}
 SLOW = {"docs/howto/campaign.md", "docs/howto/device_in_the_loop.md", "docs/howto/fault_experiment.md",
         "docs/howto/find_the_worst.md", "docs/howto/use_in_a_notebook.md", "docs/howto/use_in_pytest.md"}
 PAGES = [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name

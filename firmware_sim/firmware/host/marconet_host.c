@@ -179,6 +179,7 @@ int32_t board_send(uint32_t port, const uint8_t *data, uint32_t length)
         return mistake("board_send", port, BOARD_NOT_NOW);
     }
     if (length > BOARD_MAX_FRAME_BYTES) {
+        next(SEND, port, NULL, 0)->integer = -(int64_t)length;      /* the board records that it was not sent */
         return BOARD_TOO_LONG;
     }
     next(SEND, port, data, length);

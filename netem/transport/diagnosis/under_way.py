@@ -2,6 +2,7 @@
 
     word 0                  number of the node whose code runs in an inline run, from 1; 0 between nodes
     word 1                  offset of the name of the FMI call that runs; 0 between calls
+    word 2                  1 while a debugger holds the code that runs, so that time-outs stand still
     names                   UTF-8, each ended by a zero byte
     -- MEMORY_BYTES --
     stacks                  what Python's fault handler wrote (`stack_dump.py`)
@@ -20,7 +21,7 @@ from functools import cached_property
 from typing import Any, Final
 
 MEMORY_BYTES: Final = 1 << 20
-WORDS_BYTES: Final = 16
+WORDS_BYTES: Final = 24
 LONGEST_NAME: Final = 200
 LONGEST_STACKS: Final = 1 << 18
 
@@ -67,6 +68,10 @@ class UnderWay:
     def call_word(self) -> memoryview:
         return self.words[1:2]
 
+    @cached_property
+    def hold_word(self) -> memoryview:
+        return self.words[2:3]
+
     def place(self, call: str) -> int:
         """Return the value of word 1 for an FMI call of this name; 0, which stands for no name, if memory is full."""
         if call not in self._places:
@@ -80,7 +85,7 @@ class UnderWay:
 
     def call(self) -> str:
         """Name of the FMI call that runs, "" between calls or if the process has overwritten the memory."""
-        _, start = self._words_read()
+        _, start, _ = self._words_read()
         if not WORDS_BYTES <= start < MEMORY_BYTES:
             return ""
         return self._read(start, min(start + LONGEST_NAME, MEMORY_BYTES)).partition(b"\0")[0].decode(errors="replace")
@@ -89,9 +94,13 @@ class UnderWay:
         """Word 0: the number of the node whose code runs, 0 between nodes."""
         return self._words_read()[0]
 
-    def _words_read(self) -> tuple[int, int]:
-        first, second = struct.unpack("qq", self._read(0, WORDS_BYTES))
-        return first, second
+    def held(self) -> bool:
+        """Whether a debugger holds the code that runs."""
+        return self._words_read()[2] == 1
+
+    def _words_read(self) -> tuple[int, int, int]:
+        first, second, third = struct.unpack("qqq", self._read(0, WORDS_BYTES))
+        return first, second, third
 
     def _read(self, start: int, end: int) -> bytes:
         return os.pread(self.file, end - start, start) if self.shared else bytes(self._memory[start:end])

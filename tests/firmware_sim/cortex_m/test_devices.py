@@ -9,18 +9,22 @@ from random import Random
 
 import pytest
 
+from firmware_sim.cortex_m.machine import Machine
 from firmware_sim.cortex_m.program import unique_id
 from netem.media.can.frame import CanFrame, pack, unpack
 from netem.wire.messages import Grant
 from tests.firmware_sim.cortex_m.boards import board_node
 
-PORTS = ("radio", "can", "serial")
+PORTS = ("radio", "bus", "line")
 RADIO, CAN, SERIAL = range(3)
 MS = 1_000_000
 
 
-@pytest.mark.parametrize("cost", [0.0, 1.0])
-def test_each_device_does_what_its_registers_say(image: Callable[..., Path], cost: float):
+@pytest.mark.parametrize(("cost", "by_blocks"), [(0.0, True), (0.0, False), (1.0, False)])
+def test_each_device_does_what_its_registers_say(image: Callable[..., Path], cost: float, by_blocks: bool,
+                                                 monkeypatch: pytest.MonkeyPatch):
+    if not by_blocks:
+        monkeypatch.setattr(Machine, "run_by_blocks", lambda machine, answer: False)
     node = board_node(image("devices"), PORTS, counters=["seven"], events=["greeting"], cycles_per_instruction=cost)
     let_in, kept_out = CanFrame(0x125, b"\x01\x02\x03\x04\x05"), CanFrame(0x135, b"\x09")
 
@@ -44,4 +48,5 @@ def test_each_device_does_what_its_registers_say(image: Callable[..., Path], cos
     assert (max(late) == 0) == (cost == 0)
     assert report.counters["watchdog resets"] == 1
     assert report.counters["seven"] == 7 * 3
-    assert [(kind, detail) for _, kind, detail, _ in report.events] == [("greeting", "hello")] * 3
+    assert [detail for _, kind, detail, _ in report.events if kind == "greeting"] == ["hello"] * 3
+    assert [kind for _, kind, _, _ in report.events if kind != "greeting"] == ["frame not sent"] * 3

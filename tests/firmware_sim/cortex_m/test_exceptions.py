@@ -30,7 +30,7 @@ def notes(built: Path) -> list[int]:
     machine = Machine(image, 100_000_000, 0.0, [], [], [0, 0, 0, 0])
     machine.reset(0)
     stop = machine.run(budget=1_000_000)
-    ram = bytes(machine.ram)
+    ram = machine.ram()
     machine.close()
     assert stop == Stop.SLEEPS
     assert ram[at["done"]] == 1

@@ -32,10 +32,11 @@ def send_counts(image: Path, arrival: tuple[int, bytes] | None = None) -> int:
         machine.run(OFFSET_NS + arrival[0] * NS_PER_INSTRUCTION)
         assert machine.count == begin + arrival[0]
         machine.receive(0, arrival[1])
-    machine.run()
-    sent = [count for ask, *_, count in machine.commands() if ask == Ask.SEND]
+    machine.run()                                   # to the first command
+    sent = machine.count
+    assert [ask for ask, *_ in machine.commands()] == [Ask.SEND]
     machine.close()
-    return sent[0] - begin
+    return sent - begin
 
 
 def test_without_a_cost_computing_takes_no_time(image: Callable[..., Path]):

@@ -7,13 +7,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
 
 import marconet
+from firmware_sim.cortex_m.build import build_image
 from firmware_sim.cortex_m.errors import ImageError, MachineFault
 from firmware_sim.cortex_m.image import Image, parse_image, read_image
 from firmware_sim.cortex_m.machine import Ask, Machine, Stop
+from netem.wire.messages import Grant
 from tests.firmware_sim.cortex_m.boards import board_node, offers
 
 LINE_OF = {1: "keep = *(", 2: "0x50000000u", 3: "0x00000100u", 4: ".inst.n", 7: "0x40001044u"}
@@ -142,8 +145,14 @@ def mutated(image: Image, random: Random) -> Image:
 def survive(image: Image, seed: int) -> None:
     """Run a mutated image through timers, frames, snapshots and its end."""
     random = Random(seed)
-    machine = Machine(mutated(image, random), 100_000_000, random.choice((0.0, 1.0)), [1, 2], [[5e6], [1e6], [20.0]],
-                      [0, 0, 0, 0])
+    cost = random.choice((0.0, 1.0))
+    machine = Machine(mutated(image, random), 100_000_000, cost, [1, 2], [[5e6], [1e6], [20.0]], [0, 0, 0, 0])
+    if cost == 0 and seed % 2:
+        def answer(*asked: Any) -> float:
+            list(machine.commands())
+            return 1.0
+
+        machine.run_by_blocks(answer)
     machine.reset(0)
     for step in range(1, 30):
         machine.at(step * 1_000_000, step * 1_000_000)
@@ -157,8 +166,9 @@ def survive(image: Image, seed: int) -> None:
             machine.restore()
         for _ in range(20):
             stop = machine.run(budget=machine.count + 2_000)
-            for ask, _, length, place, _, _ in machine.commands():
-                assert ask != Ask.SEND or len(machine.bytes[place:place + length]) == length <= 2048
+            for ask, _, length, place, _ in machine.commands():
+                if ask == Ask.SEND and length >= 0:
+                    assert len(machine.bytes[place:place + length]) == length <= 2048
             if stop != Stop.HAS_COMMANDS:
                 break
     machine.close()
@@ -168,6 +178,34 @@ def test_mutated_images_leave_the_host_alive(image: Callable[..., Path]):
     for built in ("beacon", "kernel", "semantics"):
         for seed in range(10):
             survive(read_image(image(built)), seed)
+
+
+BURST = b"""
+#include "machine_registers.h"
+#define FOUR RECORD_COUNTER = 0; RECORD_COUNTER = 0; RECORD_COUNTER = 0; RECORD_COUNTER = 0;
+#define MANY FOUR FOUR FOUR FOUR FOUR FOUR FOUR FOUR FOUR FOUR FOUR FOUR FOUR FOUR FOUR FOUR
+#define FRAME PORT_TX_DATA(0) = 7; PORT_TX_SEND(0) = 4;
+int main(void)
+{
+    RECORD_LOW = 1;
+    MANY MANY MANY MANY MANY MANY MANY MANY MANY MANY MANY MANY MANY MANY MANY MANY
+    FRAME FRAME FRAME FRAME FRAME FRAME FRAME FRAME FRAME FRAME FRAME FRAME FRAME FRAME FRAME FRAME
+    for (;;) {
+        wait_for_interrupt();
+    }
+}
+"""
+
+
+@pytest.mark.usefixtures("image")
+@pytest.mark.parametrize("cost", [0.0, 1.0])
+def test_more_commands_than_there_is_room_for_are_carried_out_all_the_same(cost: float):
+    node = board_node(build_image("burst", {"burst.c": BURST}), counters=["many"], cycles_per_instruction=cost)
+
+    report = node.advance(Grant(1, 100_000_000, False, True, []))
+
+    assert report.counters["many"] == 16 * 64
+    assert [data for _, _, data in report.offers] == [bytes([7, 0, 0, 0])] * 16
 
 
 @pytest.mark.slow

@@ -179,6 +179,7 @@ def test_the_chip_sends_what_the_host_sends_whatever_comes():
     host, chip = map(after_a_thousand_hostile_inputs, ("host", "cortex_m4"))
 
     assert chip.counters.pop("instructions") > 1_000_000
+    assert all(chip.counters.pop(name) > 0 for name in ("flash bytes", "RAM bytes", "stack bytes"))
     assert (chip.sent, chip.counters, chip.events) == (host.sent, host.counters, host.events)
 
 

@@ -13,6 +13,7 @@ from netem.emulator.conductor import Conductor
 from netem.media.answers import ShownPose
 from netem.node.node import Node
 from netem.wire.errors import WHOLE_NANOSECONDS, NodeFailure, with_remedy
+from netem.wire.messages import Grant
 
 Conduct = Callable[..., Conductor]
 
@@ -133,3 +134,19 @@ def test_what_is_shown_reaches_the_medium_before_all_else_at_its_instants_whatev
         (k * period_ns, period_ns) for period_ns in (300, 500) for k in range(1_500 // period_ns + 1))]
     sent = [(time_ns, "a", b"x") for time_ns in range(100, 1_401, 100)]
     assert done.media["wire"].took == sorted([*shown, *sent], key=lambda took: (took[0], took[1] == "a"))  # type: ignore[attr-defined]
+
+
+def test_what_counts_late_is_asked_at_the_end_of_the_run():
+    node = Node("late", [])
+    asked: list[int] = []
+
+    def count() -> None:
+        asked.append(node.present_ns())
+        node.count("late")
+
+    node.before_counters(count)
+    node.hello()
+
+    assert node.advance(Grant(1, 500, False, False, [])).counters == {}
+    assert node.advance(Grant(2, 900, False, True, [])).counters == {"late": 1}
+    assert asked == [900]

@@ -60,6 +60,18 @@
 #define RECORD_EVENT REGISTER(0x40004014u)          /* w: ... of this event */
 #define RECORD_MISTAKE REGISTER(0x40004018u)        /* w: end the run: the text is a function's name, the number a code */
 
+/* motors: encoder i and PWM stage i, 0 to 7, as the scenario has them */
+#define ENCODER_REGISTER(i, offset) REGISTER(0x40005000u + 0x20u * (i) + (offset))
+#define ENCODER_CAPTURE(i) ENCODER_REGISTER(i, 0x00u)           /* w: capture the count ... */
+#define ENCODER_COUNT(i) ENCODER_REGISTER(i, 0x04u)             /* r: ... which is here; w: let it be this number */
+#define ENCODER_RELOAD(i) ENCODER_REGISTER(i, 0x08u)            /* rw: greatest count, 0xFFFF after a reset */
+#define ENCODER_REVOLUTION(i) ENCODER_REGISTER(i, 0x0Cu)        /* r: counts per revolution */
+#define ENCODER_DOWN(i) ENCODER_REGISTER(i, 0x10u)              /* r: 1 it turned backwards before the capture */
+#define PWM_REGISTER(i, offset) REGISTER(0x40006000u + 0x20u * (i) + (offset))
+#define PWM_PERIOD(i) PWM_REGISTER(i, 0x00u)        /* rw [cycles] */
+#define PWM_COMPARE(i) PWM_REGISTER(i, 0x04u)       /* rw [cycles]: high for so long in each period, from now on */
+#define PWM_CONTROL(i) PWM_REGISTER(i, 0x08u)       /* rw: 1 on, 2 reversed, from now on */
+
 /* port p, in the order of the scenario: interrupt 8 + p while frames wait and it is enabled */
 #define PORT_REGISTER(p, offset) REGISTER(0x40010000u + 0x1000u * (p) + (offset))
 #define PORT_BYTE(p, offset) (*(volatile uint8_t *)(0x40010000u + 0x1000u * (p) + (offset)))
@@ -109,6 +121,14 @@
 #define PERIPHERAL_PORT(p) (8u + (p))
 
 static inline void wait_for_interrupt(void) { __asm__ volatile("wfi" ::: "memory"); }
+static inline uint32_t active_exception(void)
+{
+    uint32_t number;
+    __asm__ volatile("mrs %0, ipsr" : "=r"(number));
+    return number;
+}
+/* In privileged code on the main stack: its FPU registers need not outlive an interrupt. */
+static inline void forget_fpu(void) { __asm__ volatile("msr control, %0\n\tisb" : : "r"(0) : "memory"); }
 static inline void interrupts_on(void) { __asm__ volatile("cpsie i" ::: "memory"); }
 static inline void interrupts_off(void) { __asm__ volatile("cpsid i" ::: "memory"); }
 

@@ -15,7 +15,10 @@ typedef union {
 
 static int64_t now_ns;                  /* local time of the present call */
 static bool starting = true;
-static uint8_t received[BOARD_MAX_FRAME_BYTES];
+static union {
+    uint32_t words[BOARD_MAX_FRAME_BYTES / 4];
+    uint8_t bytes[BOARD_MAX_FRAME_BYTES];
+} received;
 
 static void read_clock(void)
 {
@@ -48,18 +51,15 @@ void interrupt0_handler(void)
 static void take_frame(uint32_t port)
 {
     const uint32_t length = PORT_RX_LENGTH(port);
-    for (uint32_t i = 0; i < length; i += 4) {
-        const uint32_t word = PORT_RX_DATA(port);
-        for (uint32_t k = 0; k < 4 && i + k < length; k++) {
-            received[i + k] = (uint8_t)(word >> 8 * k);
-        }
+    for (uint32_t i = 0; 4 * i < length; i++) {
+        received.words[i] = PORT_RX_DATA(port);     /* little endian, as the processor */
     }
     PORT_RX_NEXT(port) = 1;
     begin_call();
-    board_receive(port, received, length);
+    board_receive(port, received.bytes, length);
 }
 
-void interrupt_handler(void) { take_frame((SCB_ICSR & 0x1FFu) - 16u - PERIPHERAL_PORT(0)); }
+void interrupt_handler(void) { take_frame(active_exception() - 16u - PERIPHERAL_PORT(0)); }
 
 int main(void)
 {
@@ -77,6 +77,8 @@ int main(void)
         NVIC_ENABLE = 1u << PERIPHERAL_PORT(port);
     }
     NVIC_ENABLE = 1u << PERIPHERAL_TIMER;
+    SCB_SCR = 2;                                    /* sleep when the last handler returns */
+    forget_fpu();                                   /* so that no handler's entry keeps registers that nobody uses */
     for (;;) {
         wait_for_interrupt();
     }
@@ -188,6 +190,8 @@ int32_t board_send(uint32_t port, const uint8_t *data, uint32_t length)
         return mistake("board_send", port, BOARD_NOT_NOW);
     }
     if (length > BOARD_MAX_FRAME_BYTES) {
+        PORT_TX_SEND(port) = length;                /* the machine records that it was not sent */
+        PORT_TX_OVERFLOW(port) = 0;
         return BOARD_TOO_LONG;
     }
     uint32_t i = 0;

@@ -1,4 +1,4 @@
-/* string.h: what freestanding C lacks and compilers call by themselves; the compiler's run-time library defines it. */
+/* string.h: what freestanding C lacks and compilers call by themselves; ziglang defines it, for GCC memory.c. */
 #ifndef MARCONET_STRING_H
 #define MARCONET_STRING_H
 

@@ -1,5 +1,6 @@
 /* beacon.c: a frame of 8 bytes, frames sent and sum of what was heard, at offset + k * period of the local clock.
- * values: 0 period [ns], 1 offset [ns], 2 rounds of a loop before each frame */
+ * values: 0 period [ns], 1 offset [ns], 2 rounds of a loop before each frame, 3 priority of arriving frames: below 128
+ * they preempt the timer's handler */
 #include "machine_registers.h"
 
 static uint32_t sent, heard;
@@ -46,7 +47,7 @@ int main(void)
     next_ns = value(1);
     rounds = (uint32_t)value(2);
     NVIC_PRIORITY(0) = 0x80;
-    NVIC_PRIORITY(8) = 0x40;            /* a frame preempts the timer's handler */
+    NVIC_PRIORITY(8) = (uint8_t)value(3);
     NVIC_ENABLE = 1u << PERIPHERAL_TIMER | 1u << PERIPHERAL_PORT(0);
     PORT_CONTROL(0) = 1;
     arm();
