@@ -84,9 +84,11 @@ class Driver:
     """`budget`: instructions after which a program that does not sleep counts as an endless loop, 0 for no limit."""
 
     def __init__(self, machine: Machine, image: Image, board: Processor, outside: Outside, timed: bool,
-                 budget: int) -> None:
+                 budget: int, remedy: str) -> None:
+        """`budget`: instructions after which a program that has not slept is in an endless loop, whose message ends
+        with `remedy`; 0: no limit."""
         self.machine, self._image, self._board, self._outside = machine, image, board, outside
-        self._timed, self._budget = timed, budget
+        self._timed, self._budget, self._remedy = timed, budget, remedy
         self._generation = 0            # of the alarm that acts
         self._waits_for_tick = False    # one is armed
         self._ahead_to_ns = -1          # where the run ahead ended, -1: the machine is not ahead
@@ -309,8 +311,7 @@ class Driver:
         fault = self.machine.fault()
         if stop == Stop.REACHED_LIMIT:
             raise MachineFault(f"{self._board.name}: endless loop: {self._budget} instructions without sleeping, "
-                               f"{describe(fault, self._image, 'the last')}; a program waits with `wfi`, or set "
-                               "instruction_budget higher")
+                               f"{describe(fault, self._image, 'the last')}; {self._remedy}")
         raise MachineFault(f"{self._board.name}: {describe(fault, self._image)}")
 
 

@@ -82,7 +82,8 @@ class FirmwareMachine:
         self._machine = new_machine(board, image, clock_hz, cycles_per_instruction,
                                     [port_kind(board, name) for name in ports], parameters, unique_id(board.name))
         self.bytes = self._machine.bytes            # of frames and texts
-        self._driver = Driver(self._machine, image, board, self, cycles_per_instruction > 0, BUDGET)
+        self._driver = Driver(self._machine, image, board, self, cycles_per_instruction > 0, BUDGET,
+                              "a function of the firmware has to return before that")
         self.timer, self.receive, self.close = self._driver.ring, self._driver.receive, self._machine.close
 
     def start(self) -> int:

@@ -124,7 +124,8 @@ class CortexM:
             board.count(counter, 0)
         board.record_all([(name, "1") for name in settings.signals], lambda: self._values)
         self._driver = Driver(machine, image, board, self, settings.cycles_per_instruction > 0,
-                              settings.instruction_budget)
+                              settings.instruction_budget,
+                              "a program waits with `wfi`, or set instruction_budget higher")
         board.at(board.now_ns, self._driver.start)
 
     def _receive(self, port: int, data: bytes) -> None:

@@ -118,6 +118,14 @@ def test_a_program_that_spins_on_a_register_is_named_with_its_line(cost: float) 
                         r"a program waits with `wfi`, or set instruction_budget higher", str(error.value))
 
 
+def test_a_firmware_on_the_chip_that_does_not_return_is_told_to(tmp_path: Path) -> None:
+    scenario = changed(tmp_path, ON_CHIP, (SENDS, "volatile int on = 1; while (on) {} " + SENDS))
+
+    assert re.search(r"a: endless loop: 20000000 instructions without sleeping, the last at board_timer, "
+                     r"blinker\.c:\d+ \(0x\w+\).*; a function of the firmware has to return before that$",
+                     failure(scenario, tmp_path / "out").reason)
+
+
 def test_a_firmware_on_the_chip_that_sends_from_board_start_is_named(tmp_path: Path) -> None:
     scenario = changed(tmp_path, ON_CHIP, (STARTS, STARTS + " board_send(PORT_RADIO, (const uint8_t *)&value, 1);"))
 
