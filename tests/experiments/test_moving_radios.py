@@ -227,7 +227,8 @@ def test_mistakes_are_told_with_their_place(topology, says):
 
 
 @pytest.mark.parametrize("fault", ['{kind="kill", on="rover", at_s=5.0, restart_after_s=20.0}',
-                                   '{kind="pause", on="rover", during_s=[5.0, 25.0]}'])
+                                   pytest.param('{kind="pause", on="rover", during_s=[5.0, 25.0]}',
+                                                marks=pytest.mark.slow)])
 def test_the_radio_follows_a_robot_whose_program_is_dead_or_stands_still(fault, rows_of):
     changes = follow(10)
     changes["overrides"].append(f"faults=[{fault}]")

@@ -203,6 +203,7 @@ def test_losses_beyond_the_bound_are_seen(tmp_path: Path) -> None:
     assert any("2 times in a row" in detail for detail in seen)
 
 
+@pytest.mark.slow
 def test_drifting_clocks_collide_unless_they_follow_each_other(tmp_path: Path) -> None:
     together = run(scenario("output_sync_drift", 4.0), host="inline", out=tmp_path / "on")
     apart = run(scenario("output_sync_drift", 4.0, ["team.resynchronize=false"]), host="inline", out=tmp_path / "off")

@@ -51,6 +51,7 @@ def transmissions(policy: str) -> list[int]:
                          noise=Noise(Random(seed), Random(seed + 100))).transmissions) for seed in range(3)]
 
 
+@pytest.mark.slow
 def test_bus_and_radio_cost_less_than_a_tenth_more_looks_than_the_pure_loop(individual, unified):
     """The issue's figure. A look is asked for early by its own duration of 0.86 ms, 2 to 8 % of an interval."""
     looks = {}
@@ -242,6 +243,7 @@ def test_what_cannot_work_is_refused_before_the_start(override, complaint):
     assert complaint in str(error.value)
 
 
+@pytest.mark.slow
 def test_order_of_starting_the_processes_changes_nothing(tmp_path):
     scenario = load(find("tracking_individual"), duration_s=0.5)
     hashes = Counter(run(scenario, out=tmp_path / f"{k}", report=False,

@@ -52,6 +52,7 @@ def test_along_a_line_the_greatest_bid_is_deployed_and_each_sensor_hears_of_ever
     assert ran.holds
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.data())
 def test_within_the_budget_of_losses_exactly_the_greatest_bid_is_deployed(data: st.DataObject):

@@ -127,6 +127,7 @@ def test_the_first_round_of_a_new_link_differs_when_only_neighbours_are_heard(fi
     assert 1e-6 < differences[2] < 0.1
 
 
+@pytest.mark.slow
 def test_the_bias_moves_the_outputs_to_the_equilibrium(five_agents, plans, loop1):
     d = np.array([0.5, -0.5, 1.0, 0.0, -1.0])
 

@@ -94,6 +94,7 @@ def lifted_small_signal_gain(v, omega, horizon_s, steps):
     return best
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("held", [(0.6, 0.15), (2.0, 2.0)])
 def test_another_method_finds_the_same_gains(held, estimates):
     other = lifted_small_signal_gain(*held, 10.0, 100)

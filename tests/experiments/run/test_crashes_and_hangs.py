@@ -42,7 +42,8 @@ def line_of(file: Path, text: str) -> int:
 @pytest.mark.parametrize("host", ["process", "inline"])
 @pytest.mark.parametrize(("scenario", "file", "node", "code", "function"), [
     ("robots_that_misbehave/BusyLoop.toml", "robots.py", "bad", "while True: pass", "act"),
-    ("novice/p05_inf.toml", "p05_inf.py", "r2", "while self.board.now_ns > 500_000_000: pass", "say"),
+    pytest.param("novice/p05_inf.toml", "p05_inf.py", "r2", "while self.board.now_ns > 500_000_000: pass", "say",
+                 marks=pytest.mark.slow),
 ])
 def test_a_robot_that_hangs_is_named_with_its_line(scenario: str, file: str, node: str, code: str, function: str,
                                                    host: runner.HostName, tmp_path: Path) -> None:

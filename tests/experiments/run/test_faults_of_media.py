@@ -201,6 +201,7 @@ def test_nothing_gets_through_a_bus_that_is_stuck_dominant(both: Any) -> None:
     assert recovered > 320.1 * MS + 128 * 11 * bit_ns - 20 * 11 * bit_ns
 
 
+@pytest.mark.slow
 def test_an_idle_bus_that_is_stuck_makes_all_nodes_count_as_receivers(both: Any) -> None:
     ran = both('[[faults]]\nkind = "stuck_dominant"\non = "can"\nduring_s = [0.3009, 0.3109]\n', BUS)
 

@@ -167,6 +167,7 @@ def test_what_a_program_leaves_running_ends_with_an_inline_run(tmp_path: Path) -
     assert running.returncode == 0
 
 
+@pytest.mark.slow
 def test_a_forked_copy_of_the_emulator_does_not_touch_the_records(tmp_path: Path) -> None:
     hashes = []
     for case in ("Good", "ForkChildReturns"):

@@ -134,6 +134,7 @@ def test_the_outcome_does_not_depend_on_the_number_of_runs_at_a_time(watched: Pa
     assert file_of(found[0]).read_text() == file_of(found[1]).read_text()
 
 
+@pytest.mark.slow
 def test_faults_are_found_that_cost_most_and_no_more_than_allowed(watched: Path, tmp_path: Path) -> None:
     base = Base.of(watched)
 

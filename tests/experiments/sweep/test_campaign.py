@@ -143,6 +143,7 @@ def test_a_campaign_goes_on_where_it_was_and_may_have_more_seeds(beacons: Path, 
     assert set(rows) == {(setting, seed) for setting in (0, 1) for seed in (7, 8, 9)}
 
 
+@pytest.mark.slow
 def test_another_campaign_is_not_gone_on_with(beacons: Path, tmp_path: Path) -> None:
     sweep(wanted(beacons, tmp_path / "out", f"{LOSS}=0.1,0.2"))
 

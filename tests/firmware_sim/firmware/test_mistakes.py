@@ -129,6 +129,7 @@ def test_a_mistake_in_board_timer_is_named(before: str, after: str, says: str, t
     assert re.search(says, failure(changed(tmp_path, (before, after)), tmp_path / "out").detail)
 
 
+@pytest.mark.slow
 def test_a_loop_without_end_is_named_with_its_function(tmp_path: Path) -> None:
     scenario = changed(tmp_path, (SENDS, "volatile int on = 1; while (on) {} " + SENDS))
 

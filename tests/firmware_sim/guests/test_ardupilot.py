@@ -43,6 +43,7 @@ def test_the_same_flight_has_the_same_hash(fly):
     assert fly("ardupilot", ARDUPILOT, length_s=1.5, host="inline").run.ledger_hash in hashes
 
 
+@pytest.mark.slow
 def test_a_reset_is_an_event(fly):
     flight = fly("ardupilot", ARDUPILOT, "reset", length_s=2.0)
     assert "guest reset" in set(flight.run.events["kind"])

@@ -64,7 +64,8 @@ def test_a_put_takes_the_air_for_zenohs_own_length_and_two_addresses(tmp_path: P
     assert lengths.count(expected) >= 20
 
 
-@pytest.mark.parametrize("medium", [pytest.param(LAN, marks=pytest.mark.slow), RADIO], ids=["lan", "radio"])
+@pytest.mark.slow
+@pytest.mark.parametrize("medium", [LAN, RADIO], ids=["lan", "radio"])
 def test_three_runs_have_one_hash_and_another_seed_has_another(tmp_path: Path, medium: str) -> None:
     programs = {**PAIR, "asks": "probes:asks", "answers": "probes:answers", "alive": "probes:alive",
                 "watch": "probes:watch"}

@@ -44,6 +44,7 @@ def test_bad_after_bad_has_the_probability_of_the_closed_form(gap_s):
     assert abs(sum(after) / len(after) - p) < 4 * sqrt(p * (1 - p) / len(after))
 
 
+@pytest.mark.slow
 def test_stays_are_exponential_with_the_means_asked_for():
     channel, step_ns = fades(), 1 * MS
     states = np.array([channel.bad_at(k * step_ns) for k in range(10_000_000)])     # 10 000 s, about 1000 stays of each

@@ -61,6 +61,7 @@ def test_a_page_that_never_reads_is_dropped_and_holds_up_neither_the_run_nor_oth
     assert taken < UPDATES * len(BIG)
 
 
+@pytest.mark.slow
 def test_the_run_is_asked_while_a_page_is_open_and_told_when_none_is(server: ServerProcess) -> None:
     send_all(server, Scene({}))
     address = server.url.replace("http:", "ws:").replace("/?", "/live?")

@@ -43,8 +43,9 @@ def campaign(folder: Path, sample: str = "grid", shift: float = 0.0) -> Campaign
     return Campaign(folder, plan, rows)
 
 
-@pytest.mark.parametrize("dark", [False, True])
-@pytest.mark.parametrize(("sample", "plots"), [("grid", 2 * 3), ("latin", 2 * 2)])
+@pytest.mark.parametrize("dark", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("sample", "plots"), [("grid", 2 * 3),
+                                               pytest.param("latin", 2 * 2, marks=pytest.mark.slow)])
 def test_the_report_draws_every_plot(page: Browser, tmp_path: Path, sample: str, plots: int, dark: bool) -> None:
     found = campaign(tmp_path / "c", sample)
     (tmp_path / "c" / "runs" / "0-7").mkdir(parents=True)

@@ -138,7 +138,8 @@ def test_a_queue_of_constant_arrivals_and_service_grows_by_the_difference_until_
                                            "a -> b packets dropped": len(dropped), "b -> a packets dropped": 0}
 
 
-@pytest.mark.parametrize("load", [0.3, pytest.param(0.7, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("load", [0.3, 0.7])
 def test_the_mean_wait_of_poisson_arrivals_is_that_of_pollaczek_and_khinchine(load):
     """M/D/1: W = rho s / (2 (1 - rho)). The interval is Student's, of independent replications after a warm-up."""
     service_ns, replications, warm_up, customers = 100 * US, 30, 500, 3_000
