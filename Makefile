@@ -7,8 +7,8 @@ BIN    := $(VENV)/bin
 # the start of `marconet` three times as slow.
 unexport PYTHONDONTWRITEBYTECODE
 OUT    ?= runs/demo
-# One more than the cores, since many tests wait for processes.
-WORKERS ?= $(shell echo $$(( $$(getconf _NPROCESSORS_ONLN) + 1 )))
+# Two more than the cores, since many tests wait for processes.
+WORKERS ?= $(shell echo $$(( $$(getconf _NPROCESSORS_ONLN) + 2 )))
 PYTEST  = $(BIN)/pytest -q -n $(WORKERS) --dist loadfile
 
 .PHONY: help demo test test-all lint docs bench lock clean

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import socket
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,7 +12,7 @@ import pytest
 import marconet
 from experiments.judge.run_data import load_run
 from tests.clients.conftest import until_begun
-from tests.clients.test_two_ground_stations import free_port
+from tests.free_port import free_port
 
 HERE = Path(__file__).parent
 ON_CHIP = find_spec("unicorn") is not None
@@ -73,7 +72,7 @@ def check(told: dict) -> None:
 
 @pytest.mark.slow
 def test_through_gateways_in_real_time(start, tmp_path: Path) -> None:
-    port, scenario = free_port(socket.SOCK_STREAM), tmp_path / "rovers.toml"
+    port, scenario = free_port(), tmp_path / "rovers.toml"
     scenario.write_text(IN_REAL_TIME.format(
         port=port, rovers=ROVER.format(name="rover", medium="serial", target="host")
         + ROVER.format(name="other", medium="uart", target="cortex_m4" if ON_CHIP else "host")))

@@ -15,6 +15,7 @@ from experiments.judge.run_data import RunData, load_run
 from experiments.scenario import find
 from experiments.scenario.document import read
 from tests.clients.conftest import until_begun
+from tests.free_port import free_port
 
 HERE = Path(__file__).parent
 MAVPROXY = Path(sys.executable).with_name("mavproxy.py")
@@ -62,12 +63,6 @@ while time.monotonic() < end_s + 60.0:              # the other may need longer
 pytestmark = pytest.mark.slow
 
 
-def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
-    with socket.socket(socket.AF_INET, kind) as free:
-        free.bind(("127.0.0.1", 0))
-        return int(free.getsockname()[1])
-
-
 def flown(start, folder: Path, gateways: dict, *of: tuple[str, int, int], **more) -> tuple[list[dict], RunData]:
     """What each station says of itself, and the records of the run, which ends when both have said it."""
     document, _ = read(QUADROTOR)
@@ -100,7 +95,7 @@ def check(told: list[dict]) -> None:
 
 
 def test_two_peers_of_one_udp_port(start, tmp_path: Path) -> None:
-    port = free_port()
+    port = free_port(socket.SOCK_DGRAM)
 
     told, data = flown(start, tmp_path, {"ground": {"medium": "telemetry", "listen": f"127.0.0.1:{port}"}},
                        ("udpout", port, 250), ("udpout", port, 251))
@@ -114,7 +109,7 @@ def test_two_peers_of_one_udp_port(start, tmp_path: Path) -> None:
 
 
 def test_two_clients_of_one_tcp_port(start, tmp_path: Path) -> None:
-    port = free_port(socket.SOCK_STREAM)
+    port = free_port()
 
     told, data = flown(start, tmp_path, {"ground": {"medium": "telemetry", "kind": "tcp",
                                                     "listen": f"127.0.0.1:{port}"}},
@@ -125,7 +120,7 @@ def test_two_clients_of_one_tcp_port(start, tmp_path: Path) -> None:
 
 
 def test_two_ports_of_one_autopilot_pass_on_what_the_others_have_to_know(start, tmp_path: Path) -> None:
-    first, second = free_port(), free_port(socket.SOCK_STREAM)
+    first, second = free_port(socket.SOCK_DGRAM), free_port()
     line = {"kind": "serial_line", "baud_bps": 57_600, "buffer_bytes": 4096}
 
     told, data = flown(
@@ -143,7 +138,7 @@ def test_two_ports_of_one_autopilot_pass_on_what_the_others_have_to_know(start, 
 
 @pytest.mark.skipif(find_spec("mavsdk") is None or not MAVPROXY.exists(), reason="needs the extra clients")
 def test_mavproxy_watches_over_tcp_while_mavsdk_flies_over_udp(start, tmp_path: Path) -> None:
-    map_port, script_port = free_port(socket.SOCK_STREAM), free_port()
+    map_port, script_port = free_port(), free_port(socket.SOCK_DGRAM)
     scenario = tmp_path / "map_and_script.toml"
     scenario.write_text(find("quadrotor_udp").read_text().partition("[media.telemetry]")[0] + f"""
 [agents.quadrotor.parameters.mavlink]

@@ -19,9 +19,9 @@ from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 from netem.gateways import REFUSED, SPEAKS
 from tests.firmware_sim.zenoh_programs.runs import LAN
+from tests.free_port import free_port
 from tests.netem.gateways.certificate_folders import make, zenoh_settings
 from tests.netem.gateways.zenoh_between import CLIENT, PATIENCE_S, Client
-from tests.netem.gateways.zenoh_free_port import free_port
 
 SCENARIO = """# Two robots whose programs speak Zenoh.
 # Question: do they hear each other?

@@ -19,6 +19,7 @@ from pymavlink.dialects.v20 import common
 from experiments.judge.run_data import load_run
 from experiments.run.runner import run
 from experiments.scenario import load
+from tests.free_port import free_port
 
 QUADROTOR = Path(__file__).parents[1] / "cases" / "mav_two_gcs" / "quad_two.toml"
 DATAGRAMS = 100_000
@@ -73,9 +74,7 @@ class Attacker(threading.Thread):
 
 def attacked(folder: Path, count: int, seed: int) -> dict[str, int]:
     """Counters of the gateway after a run in which `count` datagrams came in."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port(socket.SOCK_DGRAM)
     scenario = load(QUADROTOR, duration_s=count / PER_S + QUIET_S, overrides=[
         f"gateways.ground.listen='127.0.0.1:{port}'", "media.telemetry.baud_bps=20_000_000",
         "media.telemetry.buffer_bytes=1_000_000"])

@@ -30,6 +30,7 @@ from netem.gateways.tcp import TcpGateway, TcpSettings
 from netem.gateways.udp import UdpGateway, UdpSettings
 from netem.media.can.can_gateway import CanGateway, CanGatewaySettings
 from netem.media.can.frame import FD_BYTES, unpack
+from tests.free_port import free_port
 from tests.netem.gateways.certificate_folders import make
 from tests.netem.gateways.door import Bench, Echo, connect, read
 
@@ -47,12 +48,6 @@ def until(gateway: Gateway, true: Callable[[], bool], found: list[bytes]) -> Non
         found += taken
         if not taken:
             time.sleep(0.0005)
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("", 0))
-        return int(free.getsockname()[1])
 
 
 def at_udp(count: int, rng: Random, folder: Path) -> None:
@@ -126,7 +121,7 @@ def a_message(rng: Random) -> bytes:
 
 
 def at_multicast(count: int, rng: Random, folder: Path) -> None:
-    port = free_port()
+    port = free_port(socket.SOCK_DGRAM)
     gateway = CanGateway("g", "m", CanGatewaySettings("udp_multicast", GROUP, fd=True, options={"port": port},
                                                       most_per_s=10**9))
     found: list[bytes] = []

@@ -46,6 +46,7 @@ def run_pytest(project: Path, *arguments: str) -> str:
     return done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_scenario_files_are_tests_and_a_failure_says_what_where_and_how_to_repeat(project: Path) -> None:
     said = run_pytest(project, "scenarios")
 

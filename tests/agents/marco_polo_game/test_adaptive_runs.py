@@ -36,6 +36,7 @@ def test_both_hosts_have_one_ledger(tmp_path: Path) -> None:
     assert inline.ledger_hash == process.ledger_hash
 
 
+@pytest.mark.slow
 def test_until_a_pursuit_begins_the_game_is_that_of_marco_polo(tmp_path: Path) -> None:
     adaptive, _ = played(tmp_path / "adaptive", CAPTURES)
     plain, _ = played(tmp_path / "plain", CAPTURES, name="marco_polo")

@@ -118,6 +118,7 @@ def test_the_input_found_does_have_that_gain():
     assert z[3] ** 0.5 / 0.5 == pytest.approx(found.lower_estimate, rel=3e-3)       # kinks within a step of 0.1 s
 
 
+@pytest.mark.slow
 def test_the_gain_grows_with_the_amplitude(estimates):
     """So no number is the L2-gain of this loop, as which the dissertation gives 22, 53, 56 and 96."""
     larger = estimate_gain(NominalTracking(Inputs(1.0, 1.0)), 3.0, 10.0, steps=100, starts=8, iterations=15)

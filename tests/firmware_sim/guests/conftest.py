@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 import marconet
+from tests.free_port import free_port
 
 HERE = Path(__file__).parent
 PATIENCE_S = 60.0
@@ -30,12 +31,6 @@ class Ground:
             yield from self.board.sleep_until(k * 500_000_000)
             self.port.send(b"hello vehicle")
 """
-
-
-def free_port(kind: int) -> int:
-    with socket.socket(socket.AF_INET, kind) as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
 
 
 @dataclass

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 import os
-import socket
 import subprocess
 import sys
 from collections.abc import Mapping
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 from experiments.run.runner import run
 from experiments.scenario import load
+from tests.free_port import free_port
 
 PROGRAMS = Path(__file__).with_name("programs")
 LAN = '[media.lan]\nkind = "packet_network"\nrate_bps = 10_000_000\ndelay_ms = 1\n'
@@ -41,9 +40,7 @@ def virtually(folder: Path, programs: Mapping[str, str], more: str = LAN, **opti
 
 def really(programs: Mapping[str, str]) -> dict[str, list[str]]:
     """Return what each program told with sessions of the library on the loopback; the first one listens."""
-    with closing(socket.socket()) as free:
-        free.bind(("127.0.0.1", 0))
-        end_point = [f"tcp/127.0.0.1:{free.getsockname()[1]}"]
+    end_point = [f"tcp/127.0.0.1:{free_port()}"]
     running = {}
     for index, (name, program) in enumerate(programs.items()):
         module, function = program.split(":")

@@ -20,7 +20,7 @@ from netem.gateways.certificate_authority import make_certificates
 from netem.gateways.certificates import Certificates
 from netem.gateways.door_client import Caller, NotAdmitted, ask_door, door_address
 from netem.gateways.tls_front import TlsFront
-from tests.netem.gateways.zenoh_free_port import free_port
+from tests.free_port import free_port
 
 WITHOUT = """
 import socket, ssl, sys

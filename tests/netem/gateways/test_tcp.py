@@ -12,6 +12,7 @@ import pytest
 from netem.gateways import FLOODED, GONE, LOST, MISSING, REFUSED, SPEAKS, UNREAD
 from netem.gateways.stream import MOST_UNSENT_BYTES
 from netem.gateways.tcp import TcpGateway, TcpSettings
+from tests.free_port import free_port
 
 PATIENCE_S = 5.0
 
@@ -206,8 +207,7 @@ def test_a_client_that_floods_is_made_to_wait_and_told_of_once(made, client):
 
 
 def test_it_calls_again_with_back_off_until_somebody_listens(made, server):
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+    port = free_port()
     heard = made(connect=f"127.0.0.1:{port}", retry_ns=1_000_000, retry_longest_ns=20_000_000)
     heard.until(lambda: heard.kinds == [MISSING])
     for _ in range(3):
@@ -241,8 +241,7 @@ def test_a_server_that_goes_is_told_of_and_called_again(made, server):
 
 
 def test_the_back_off_doubles_up_to_the_longest(made):
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+    port = free_port()
     now_ns = [0]
     gateway = TcpGateway("ground", "line", TcpSettings(connect=f"127.0.0.1:{port}", retry_ns=10_000_000,
                                                        retry_longest_ns=50_000_000), clock_ns=lambda: now_ns[0])

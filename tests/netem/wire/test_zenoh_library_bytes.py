@@ -7,7 +7,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, suppress
+from contextlib import suppress
 
 import pytest
 import zenoh
@@ -26,6 +26,7 @@ from netem.wire.zenoh_messages import (
     ResponseFinal,
     Stamp,
 )
+from tests.free_port import free_port
 
 WITHIN_S = 20.0
 FRAME, FRAGMENT = 0x05, 0x06
@@ -37,9 +38,7 @@ class Wire:
     def __init__(self) -> None:
         self.batches: list[bytes] = []
         self._ends: tuple[socket.socket, ...] = ()
-        with closing(socket.socket()) as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
+        port = free_port()
         self.listener = zenoh.open(_config([f"tcp/127.0.0.1:{port}"], []))
         self._relay = socket.create_server(("127.0.0.1", 0))
         threading.Thread(target=self._accept, args=(port,), daemon=True).start()

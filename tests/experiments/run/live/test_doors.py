@@ -21,8 +21,8 @@ from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
 from marconet.command_line import app
 from tests.experiments.run.live.view_bench import WITHIN_S, Client, Viewed, client_of, scenario_in, viewed
+from tests.free_port import free_port
 from tests.netem.gateways.certificate_folders import EXPIRED, make, put
-from tests.netem.gateways.zenoh_free_port import free_port
 
 DOORS = {"view": "view", "faults": "network.faults_port"}
 

@@ -14,6 +14,7 @@ import pytest
 from netem.gateways import FLOODED, GARBAGE, LOST, MISSING, SPEAKS, UNREAD
 from netem.media.can.can_gateway import CanGateway, CanGatewaySettings
 from netem.media.can.frame import CanFrame, pack, unpack
+from tests.free_port import free_port
 from tests.netem.gateways.pty_device import Device
 
 PATIENCE_S = 10.0
@@ -57,9 +58,7 @@ def made() -> Iterator[Callable[..., Heard]]:
 
 @pytest.fixture
 def port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("", 0))
-        return int(free.getsockname()[1])
+    return free_port(socket.SOCK_DGRAM)
 
 
 FRAMES = [CanFrame(0x123, b"\x01\x02"), CanFrame(0x1ABCDEF0, bytes(8), extended=True),
