@@ -32,8 +32,8 @@ from experiments.scenario import load
 from netem.gateways.tls_front import TlsFront
 from netem.gateways.zenoh import ZenohGateway, ZenohSettings
 from netem.media.answers import DatagramFormat
+from tests.free_port import free_port
 from tests.netem.gateways.certificate_folders import make, zenoh_settings
-from tests.netem.gateways.zenoh_free_port import free_port
 
 TURNS = 3
 ROUTER = """
