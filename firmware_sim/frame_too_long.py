@@ -1,4 +1,4 @@
-"""What a firmware's board tells when it is given a frame that it cannot send: that the frame was lost, and why."""
+"""Warns that a firmware handed its board a frame longer than the port's FIFO holds, and that it was not sent."""
 
 from __future__ import annotations
 

@@ -143,7 +143,7 @@ class TrackingRobot:
 
     def _tell_drive(self, decision: Decision) -> None:
         number = self._drive.send(self._command)
-        self._underway.pop(number, None)        # of 256 setpoints before, which nobody confirmed
+        self._underway.pop(number, None)        # its number, 0 to 255, was that of a setpoint the drive never confirmed
         self._underway[number] = decision
         if self._repeat is not None:
             self._repeat.cancel()

@@ -232,7 +232,7 @@ MACHINE_EXPORT uint32_t machine_run(Machine *m, int64_t until_ns, uint64_t budge
     return stopped;
 }
 
-/* From now on count instructions by blocks of code, which is several times faster, and let `ask` answer requests; share
+/* From now on count instructions by blocks of code, and let `ask` answer requests; share
  * an engine with boards that run the same image. For a machine that has not run and for which computing takes no time:
  * it stops at ends of blocks. */
 MACHINE_EXPORT bool machine_run_by_blocks(Machine *m, Ask ask)

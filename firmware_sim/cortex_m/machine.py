@@ -121,7 +121,7 @@ class Machine:
         self.before_close: Callable[[], object] = lambda: None
 
     def run_by_blocks(self, answer: Callable[[int, int, int, float], float]) -> bool:
-        """Count instructions by blocks of code, which is fast; stop at their ends, not at exact instructions.
+        """Count instructions by blocks of code and stop at their ends, not at exact instructions (decision 0056).
 
         Return whether it does: a machine that has to stop at exact ones refuses.
 

@@ -1,4 +1,4 @@
-"""What the records of a run have of an emulated processor: how busy it is, how late, how much memory it takes.
+"""Writes load, interrupt latency and memory of an emulated processor into the records of the run.
 
 Counters: instructions, flash bytes, RAM bytes, stack bytes and, if computing takes time, worst interrupt latency ns.
 Signals, if computing takes time, each over the time since the sample before:
@@ -52,7 +52,7 @@ class ProcessorRecords:
             board.record_all(SIGNALS, self._sample)
 
     def settled(self) -> None:
-        """The machine has come to the present: nothing undoes what it did. Needed if computing takes time."""
+        """Count what the machine has done up to the present, which the driver will not take back."""
         machine, count = self._machine, self._machine.count
         self._board.count("instructions", count - self._counted)
         self._counted = count
@@ -66,18 +66,18 @@ class ProcessorRecords:
                 self._worst_ns = latency_ns
 
     def _last(self) -> None:
-        """The counters are about to be read, or the machine to be closed."""
+        """Count the last instructions, before the counters are read or the machine is closed."""
         if not self._machine.closed:
             self._catch_up()
             self.settled()
 
     def wakes(self) -> None:
-        """Something happens to the board; it may be awake already."""
+        """Note that an interrupt wakes the processor now, unless it is awake."""
         if self._woke_ns < 0:
             self._woke_ns = self._board.present_ns()
 
     def sleeps(self, since_ns: int) -> None:
-        """The processor has fallen asleep."""
+        """Note that the processor fell asleep at `since_ns`."""
         if self._woke_ns >= 0:
             self._awake_ns = max(self._awake_ns, since_ns - self._woke_ns)
             self._woke_ns = -1

@@ -42,7 +42,7 @@ class Resume(NamedTuple):
 
 
 class Machine(Protocol):
-    """What the packets are about; writes return False if they are not possible."""
+    """The machine that gdb's packets read and write; a write that it refuses returns False."""
 
     def registers(self) -> bytes: ...
     def write_register(self, number: int, value: bytes) -> bool: ...

@@ -1,10 +1,10 @@
-"""What has happened to a machine, so that a debugger can go back: it is done again, from a checkpoint on.
+"""The history of a machine, with which a debugger steps back: from a checkpoint the machine runs once more.
 
     checkpoint, run to n1, ring(3), run to n2, answer(...), run to n3        the present
     go_to(n): return to the last checkpoint at or before n, do all again up to the n-th instruction
 
-What a program asks of the world outside is not asked again: the answers are among what has happened. The past may be
-looked at, not changed.
+The history holds the board's answers to what the program asked (sensors, random numbers), so a machine that runs once
+more asks nothing of the board. gdb may read a machine that was taken back, and not write it.
 
 Invariants:
 - entries are what reached the machine, in order; a `Ran` ends at the count of instructions where the next one begins;
@@ -50,11 +50,11 @@ class History:
         self.is_past = False                    # the machine was taken back, and is not at the present again
 
     def note(self, happening: Callable[[], object]) -> None:
-        """Something reaches the machine."""
+        """Note a call of the driver or gdb to the machine, to be made again when the machine is taken back."""
         self._entries.append(happening)
 
     def ran(self, until_ns: int, end: int) -> None:
-        """The machine has run, up to the instruction `end`."""
+        """Note that the machine has run up to the instruction `end`."""
         begun = bool(self._checkpoints) and self._checkpoints[-1].entry - self._forgotten < len(self._entries)
         if begun and (last := self._entries[-1]) and isinstance(last, Ran) and last.until_ns == until_ns:
             self._entries[-1] = Ran(until_ns, end)

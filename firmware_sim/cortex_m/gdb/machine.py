@@ -41,7 +41,7 @@ HELP: Final = "monitor time: virtual time of the program, and instructions that 
 
 
 class Board(Protocol):
-    """What the debugger needs of the robot's board."""
+    """The methods of the robot's board that a debugged machine calls."""
 
     name: str
     debug_port: int
@@ -183,7 +183,7 @@ class DebuggedMachine(Machine):
         self.numbers[COMMANDS_NOTED] = self.numbers[OTHERS] = 0
 
     def _rest(self) -> int:
-        """Seem to sleep until a frame comes, as the debugger has ended the run."""
+        """Tell the driver that the machine sleeps until a frame comes, since the debugger has ended the run."""
         self.times[NEXT_TICK_NS], self.numbers[WAKERS] = NEVER, PORT_WAKES
         return int(Stop.SLEEPS)
 
@@ -307,7 +307,7 @@ class DebuggedMachine(Machine):
         self._stand(_signal(TRAP, b"" if history.is_past else b"replaylog:end;"))
 
     def _leave(self, words: bytes) -> None:
-        """Say the last words to gdb, and go on without it."""
+        """Send gdb `words` as the last packet, close the connection, and go on without a debugger."""
         self._gone, self._resume = True, None
         self._target.heed_breakpoints(False)
         for address in list(self._target.breakpoints):

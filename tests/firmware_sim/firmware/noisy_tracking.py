@@ -1,4 +1,4 @@
-"""What turns the scenario tracking_individual into one with wrong frames, lost answers and a clock that steps."""
+"""Changes of the scenario tracking_individual: a node that sends wrong frames, lost answers, a clock that steps."""
 
 from __future__ import annotations
 

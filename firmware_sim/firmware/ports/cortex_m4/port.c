@@ -78,7 +78,7 @@ int main(void)
     }
     NVIC_ENABLE = 1u << PERIPHERAL_TIMER;
     SCB_SCR = 2;                                    /* sleep when the last handler returns */
-    forget_fpu();                                   /* so that no handler's entry keeps registers that nobody uses */
+    forget_fpu();                                   /* main uses no FPU register from here on */
     for (;;) {
         wait_for_interrupt();
     }
