@@ -25,7 +25,8 @@ BELOW = {                                       # what each package may import o
 FLOORS = {
     "netem": (("wire",), ("core",), ("impairments", "faults", "gateways", "records", "topology", "node"),
                ("media", "transport"), ("emulator",)),
-    "experiments": (("compiled",), ("scenario",), ("judge",), ("show",), ("run",), ("sweep",), ("search",)),
+    "experiments": (("compiled",), ("programs",), ("scenario",), ("judge",), ("show",), ("run",), ("sweep",),
+                    ("search",)),
 }
 ADAPTERS = {
     "zenoh": {"netem/transport/zenoh_session.py", "firmware_sim/zenoh_programs/real.py",
@@ -41,7 +42,8 @@ ADAPTERS = {
     "websockets": {"experiments/show/view/server.py"},
     "pydantic": {"experiments/scenario/foreign_types.py"},
 }
-HEAVY = ("pydantic", "pyarrow", "click", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap")
+HEAVY = ("pydantic", "pyarrow", "click", "rich", "jinja2", "fmpy", "scipy", "networkx", "mcap", "experiments.scenario",
+         "netem.emulator", "netem.faults", "netem.impairments", "netem.records", "netem.topology")
 FILES = [str(path.relative_to(ROOT)) for package in BELOW for path in sorted((ROOT / package).rglob("*.py"))]
 
 

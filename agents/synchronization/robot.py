@@ -15,17 +15,16 @@ Not modelled: measurement noise, computing time (outputs appear at the slot's in
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from agents.synchronization.age_watch import AgeWatch
 from agents.synchronization.agreement_law import AgreementLaw
 from agents.synchronization.discovered_topology import DiscoveredTopology
 from agents.synchronization.graph import Floats, neighbours
 from agents.synchronization.in_step import InStep
-from agents.synchronization.preparation import check, prepare
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans
 from agents.synchronization.sync_frame import SyncFrame, SyncFrameCodec
@@ -33,6 +32,7 @@ from agents.synchronization.team import SYNC_GAIN, read_team
 from agents.synchronization.told_topology import ToldTopology
 from agents.synchronization.topology_source import TopologySource
 from firmware_sim.board import Board
+from firmware_sim.scenario_view import Own, ScenarioView
 from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 from firmware_sim.slot_sync import SlotSync
 
@@ -47,10 +47,21 @@ class SyncSettings:
 
 
 class SyncRobot:
-    check: ClassVar = staticmethod(check)
-    prepare: ClassVar = staticmethod(prepare)
-
     Settings: ClassVar = SyncSettings
+
+    @staticmethod
+    def check(scenario: ScenarioView, own: Own[SyncSettings]) -> Iterator[str]:
+        """Yield every reason why these robots cannot synchronize over their medium."""
+        from agents.synchronization.preparation import check  # late: a robot's process needs no impairments
+
+        yield from check(scenario, own)
+
+    @staticmethod
+    def prepare(scenario: ScenarioView, own: Own[SyncSettings]) -> dict[str, Any]:
+        """Return what the team table needs besides: frame times, and the round plan of each graph that will occur."""
+        from agents.synchronization.preparation import prepare
+
+        return prepare(scenario, own)
 
     def __init__(self, board: Board, settings: SyncSettings) -> None:
         team = read_team(board.team)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.scenario.own_modules import function_for
+from experiments.programs.own_modules import function_for
 from netem.records.signal_table import SignalTable
 
 Json = Mapping[str, Any]

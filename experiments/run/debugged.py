@@ -14,8 +14,8 @@ from typing import Final, NamedTuple
 
 import msgspec
 
+from experiments.programs.firmware_programs import class_for
 from experiments.run.node_build import NodeSpecification
-from experiments.scenario.firmware_programs import class_for
 from experiments.scenario.model import Scenario
 from experiments.scenario.problems import near
 from firmware_sim.program_settings import build_settings

@@ -27,9 +27,9 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 
 from experiments.judge.run_files import FAULT_SOCKET, INJECTED, SCENARIO
+from experiments.programs.firmware_programs import class_for
 from experiments.run.run_folder import owner
 from experiments.scenario.faults import has_execution_time, read_fault, refuse_overlaps, site_of
-from experiments.scenario.firmware_programs import class_for
 from experiments.scenario.model import FaultSpec, Scenario
 from experiments.scenario.plant_parameters import plant_names
 from experiments.scenario.problems import Problems, path_text

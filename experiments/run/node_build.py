@@ -14,8 +14,8 @@ from typing import Any, Final
 
 import msgspec
 
-from experiments.scenario.firmware_programs import class_for
-from experiments.scenario.own_modules import copies_for
+from experiments.programs.firmware_programs import class_for
+from experiments.programs.own_modules import copies_for
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock

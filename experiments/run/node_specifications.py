@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from experiments.programs.firmware_programs import class_for
 from experiments.run.node_build import NodeSpecification, PlantSpecification, Shown
 from experiments.scenario.blocking_programs import is_blocking
-from experiments.scenario.firmware_programs import class_for
 from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.socket_addresses import interfaces_of
 from experiments.scenario.zenoh_ways import specification as zenoh_of

@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from experiments.scenario.own_modules import modules_beside
+from experiments.programs.own_modules import modules_beside
 
 
 @contextmanager

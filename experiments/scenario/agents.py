@@ -6,8 +6,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from experiments.programs.firmware_programs import ELF, Target, is_firmware, program_of
 from experiments.scenario.blocking_programs import is_blocking
-from experiments.scenario.firmware_programs import ELF, Target, is_firmware, program_of, target_complaint
+from experiments.scenario.firmware_target import target_complaint
 from experiments.scenario.model import AgentSpec, PlantSpec
 from experiments.scenario.overrides import parse_path
 from experiments.scenario.plant_parameters import PlantNames, plant_names

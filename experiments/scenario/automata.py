@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from agents.hybrid.automaton import Automaton
+from experiments.programs.firmware_programs import class_for
 from experiments.scenario.declarations import declared
-from experiments.scenario.firmware_programs import class_for
 from experiments.scenario.problems import Problems
 from firmware_sim.program_settings import build_settings
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from experiments.scenario.firmware_programs import class_for
+from experiments.programs.firmware_programs import class_for
 from experiments.scenario.model import Scenario
 
 

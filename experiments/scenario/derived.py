@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from experiments.programs.own_modules import function_for
 from experiments.scenario.model import DerivedSpec
-from experiments.scenario.own_modules import function_for
 from experiments.scenario.problems import Place, near
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import shape_of

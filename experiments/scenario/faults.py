@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from experiments.programs.firmware_programs import class_for
 from experiments.scenario.agents import Agents
-from experiments.scenario.firmware_programs import class_for
 from experiments.scenario.model import AgentSpec, FaultSpec, MediumSpec, Scenario, positions
 from experiments.scenario.plant_parameters import PlantNames, plant_names
 from experiments.scenario.problems import Place, near, path_text

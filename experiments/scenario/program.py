@@ -15,9 +15,9 @@ from typing import Any, Final, cast, get_type_hints
 
 import msgspec
 
-from experiments.scenario.firmware_programs import firmware_class_for, is_firmware
+from experiments.programs.firmware_programs import firmware_class_for, is_firmware
+from experiments.programs.own_modules import NameTaken, module_for
 from experiments.scenario.moved_modules import where_it_is
-from experiments.scenario.own_modules import NameTaken, module_for
 from experiments.scenario.problems import Place, near
 from experiments.scenario.program_run import complaint_about_run
 from experiments.scenario.refusals import refuse

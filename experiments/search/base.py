@@ -13,12 +13,12 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
+from experiments.programs.own_modules import imported_from
 from experiments.scenario import overrides as overriding
 from experiments.scenario.document import read
 from experiments.scenario.impairment_kind import impairment_class
 from experiments.scenario.loader import Header, load_tables
 from experiments.scenario.model import ImpairmentSpec, Scenario
-from experiments.scenario.own_modules import imported_from
 from experiments.scenario.problems import Problems, ScenarioError
 from experiments.scenario.sections import SECTIONS
 from experiments.scenario.shape import shape_of

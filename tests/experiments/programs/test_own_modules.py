@@ -14,9 +14,9 @@ import pytest
 
 from agents.pursuit import evaders
 from experiments.judge.run_data import load_run
+from experiments.programs.own_modules import ROOT, NameTaken, module_for
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
-from experiments.scenario.own_modules import ROOT, NameTaken, module_for
 
 
 def folder_with(path: Path, **files: str) -> Path:

@@ -11,14 +11,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from experiments.scenario.own_modules import function_for, module_for
-from experiments.scenario.problems import near
-from firmware_sim.firmware.build import firmware_folder
-from firmware_sim.firmware.description import TABLE, read_description
-from firmware_sim.firmware.errors import FirmwareError
+from experiments.programs.own_modules import function_for, module_for
 
 PREFIX: Final = "firmware:"
-TARGETS: Final = ("host", "cortex_m4")
 ELF: Final = ".elf"
 
 
@@ -49,23 +44,6 @@ def is_firmware(program: str) -> bool:
     return program.startswith(PREFIX)
 
 
-def target_complaint(target: Target, firmware: str) -> str:
-    """Return why `firmware` does not run on `target`, "" if it does."""
-    from firmware_sim.cortex_m.program import check_clock
-
-    if target.name not in TARGETS:
-        return f"no such target; {near(target.name, TARGETS)}"
-    if target.name == "host" and firmware.endswith(ELF):
-        return 'an .elf file is for the emulated processor: expected "cortex_m4", or leave it out'
-    if target.name == "host" and target != Target():
-        return 'clock_hz and cycles_per_instruction are those of an emulated processor: expected "cortex_m4" with them'
-    try:
-        check_clock(target.clock_hz, target.cycles_per_instruction, 0)
-    except ValueError as error:
-        return str(error)
-    return ""
-
-
 def class_for(path: str, folder: Path) -> Any:
     """Return the class that "package.module:Class" names, the function of a blocking program, or a firmware's class.
 
@@ -82,6 +60,10 @@ def firmware_class_for(program: str, folder: Path) -> Any:
 
     Raises FirmwareError for a wrong folder or firmware.toml, or a companion that cannot be imported.
     """
+    from firmware_sim.firmware.build import firmware_folder  # late: a robot in Python needs no compiler
+    from firmware_sim.firmware.description import TABLE
+    from firmware_sim.firmware.errors import FirmwareError
+
     target, _, firmware = program.removeprefix(PREFIX).partition(":")
     if not firmware.endswith(ELF):
         home = firmware_folder(firmware, folder).resolve()
@@ -96,6 +78,8 @@ def firmware_class_for(program: str, folder: Path) -> Any:
 @lru_cache(maxsize=64)
 def _made(folder: Path, table: bytes | None, target: Target, image: Path | None = None) -> Any:
     """`table`: the content of firmware.toml, so that a changed one makes another class; an `image` may have none."""
+    from firmware_sim.firmware.description import TABLE, read_description
+    from firmware_sim.firmware.errors import FirmwareError
     from firmware_sim.firmware.program import firmware_class
 
     if table is None:
