@@ -79,12 +79,15 @@ lint: $(VENV)/.installed-dev
 test: lint
 	$(PYTEST) -m "not slow"
 
-# A test that lacks a tool (Chromium, tshark, a ground station) fails here and says how to get it.
+# A test that lacks a tool (Chromium, tshark, a ground station) fails here and says how to get it; property tests try more
+# examples.
+WHOLE    = --fail-on-skip --hypothesis-profile whole
+
 test-all: lint $(VENV)/.installed-all
-	$(PYTEST) --fail-on-skip -m "not slow"
-	$(BIN)/pytest -q --fail-on-skip -m slow
+	$(PYTEST) $(WHOLE) -m "not slow"
+	$(BIN)/pytest -q $(WHOLE) -m slow
 	$(BIN)/marconet compile
-	MARCONET_COMPILED=1 $(PYTEST) --fail-on-skip -m "not slow"
+	MARCONET_COMPILED=1 $(PYTEST) $(WHOLE) -m "not slow"
 
 docs: $(VENV)/.installed-docs
 	@$(BIN)/python docs/build_site.py build/site

@@ -85,7 +85,7 @@ def follow(period_ms: float, *more: str) -> dict[str, Any]:
                           f'pose_period_ms={period_ms}{"".join(", " + each for each in more)}}}']}
 
 
-@pytest.mark.parametrize("host", ["inline", "process"])
+@pytest.mark.parametrize("host", ["inline", pytest.param("process", marks=pytest.mark.slow)])
 def test_two_robots_driving_apart_lose_each_other_at_the_instant_computed(host, rows_of):
     rows = rows_of(MOVING, host, **follow(10))
 
@@ -98,7 +98,7 @@ def test_two_robots_driving_apart_lose_each_other_at_the_instant_computed(host, 
         assert fringe_ns - 110 * MS < max(fates) < fringe_ns
 
 
-@pytest.mark.parametrize("host", ["inline", "process"])
+@pytest.mark.parametrize("host", ["inline", pytest.param("process", marks=pytest.mark.slow)])
 def test_the_instants_at_which_links_appear_and_disappear_are_on_record(host, tmp_path):
     (tmp_path / "driver.py").write_text(DRIVER)
     (tmp_path / "circle.toml").write_text(CIRCLE)
@@ -159,8 +159,8 @@ def test_a_robot_on_a_circle_is_always_heard_at_its_centre_and_beside_it_on_the_
 
 
 @pytest.mark.parametrize("more", [
-    (),
-    ("shadowing={sigma_db=6.0}", "propagation_mps=299792458"),
+    pytest.param((), marks=pytest.mark.slow),
+    pytest.param(("shadowing={sigma_db=6.0}", "propagation_mps=299792458"), marks=pytest.mark.slow),
     ("two_ray={antenna_height_m=0.3}", 'zones=[{kind="circle", centre_m=[60.0, 0.0], radius_m=5.0, extra_loss_db=40, '
                                        'acts_on="path"}]'),
 ])

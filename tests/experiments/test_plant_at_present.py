@@ -24,6 +24,7 @@ from fmus.plant import Plant
 from netem.core.random_streams import stream
 from netem.node.node import Node
 from netem.wire.messages import Grant
+from tests.examples import examples
 
 CASES = Path(__file__).parents[1] / "cases"
 MS = 1_000_000
@@ -91,7 +92,7 @@ def closed_form() -> list[float]:
     return ys
 
 
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(sample_period_ns=st.sampled_from([0, MS, 10 * MS, 50 * MS, 100 * MS]) | st.integers(MS // 2, 300 * MS),
        groups=st.booleans())
 def test_how_often_a_signal_is_recorded_never_changes_the_physics(sample_period_ns: int, groups: bool, folder: Path,

@@ -183,7 +183,7 @@ def test_an_assumption_that_a_measurement_breaks_is_named_at_once_and_when_it_ho
     assert again_from_s <= again_s < again_by_s
 
 
-@pytest.mark.parametrize("name", ["tracking_individual", "tracking_lossy"])
+@pytest.mark.parametrize("name", ["tracking_individual", pytest.param("tracking_lossy", marks=pytest.mark.slow)])
 def test_both_hosts_leave_the_same_ledger_and_events(tmp_path, name):
     inline, process = (emulated(name, tmp_path / host, host=host, duration_s=1.0, overrides=["expect={}"])
                        for host in ("inline", "process"))

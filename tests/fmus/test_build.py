@@ -124,6 +124,7 @@ def test_the_sources_in_the_archive_build_the_same_model(twice: Path, tmp_path: 
     assert compile_library(code, "the sources") == binary
 
 
+@pytest.mark.slow
 def test_our_c_compiles_without_a_warning(own_fmu: Callable[..., Path], tmp_path: Path) -> None:
     for model in own_models():
         with zipfile.ZipFile(own_fmu(model)) as archive:

@@ -18,6 +18,7 @@ from scipy.stats import chi2, kstest
 
 from fmus.description import PlantDescription
 from fmus.plant import Plant
+from tests.examples import examples
 from tests.fmus.reference import exact_step
 
 Own = Callable[..., PlantDescription]
@@ -141,7 +142,7 @@ def test_the_path_does_not_depend_on_the_instants_at_which_anybody_looks(name: s
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=12)
+@settings(deadline=None, max_examples=examples(12))
 @given(name=st.sampled_from(["servo", "coupled", "unstable", "chain"]),
        instants_ns=st.lists(st.integers(1, 3 * INTERVAL_NS), min_size=2, max_size=2, unique=True).map(sorted))
 def test_the_covariance_of_two_instants_is_exact(name: str, instants_ns: list[int], own: Own) -> None:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from tests.agents.bidding.deployments import all_links, cut, deployed_at, patterns
 from tests.agents.bidding.teams import DETECTED_NS, MS, Team, lost
+from tests.examples import examples
 
 FOUR = [[1.0], [3.0], [2.0], [3.0]]         # of equal bids the lower number wins: s1
 BEST = "s1"
@@ -74,7 +75,7 @@ def test_processes_deploy_the_same_sensor_at_the_same_instant(host: Any):
     assert [node for node, _ in ran.deployed()] == [BEST, "s3"]
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(st.data())
 def test_within_the_budget_of_losses_exactly_the_greatest_bid_is_deployed(data: st.DataObject):
     losses = data.draw(st.integers(1, 3), "N^D")
@@ -95,7 +96,7 @@ def test_within_the_budget_of_losses_exactly_the_greatest_bid_is_deployed(data: 
     assert ran.holds
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(st.data())
 def test_a_winner_that_dies_is_replaced_within_the_bound(data: st.DataObject):
     losses = data.draw(st.integers(0, 2), "N^D")
@@ -173,7 +174,7 @@ def test_of_equal_bids_the_higher_number_lets_go_after_a_partition():
     assert deployed_at(ran, 100 * MS) == {"s0"}
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(st.data())
 def test_after_any_partition_and_losses_one_is_left_within_the_bound(data: st.DataObject):
     losses = data.draw(st.integers(0, 1), "N^D")

@@ -14,6 +14,7 @@ from agents.bidding.bid_frames import STAMPS, Award, Detection, Flooded, ModeMes
 from agents.bidding.flood import Flood
 from tests.agents.bidding.deployments import cut, deployed_at, patterns
 from tests.agents.bidding.teams import DETECTED_NS, MS, US, Team, lost
+from tests.examples import examples
 
 LINE = [(0, 1), (1, 2), (2, 3), (3, 4)]
 RING = [*LINE, (4, 0)]
@@ -53,7 +54,7 @@ def test_along_a_line_the_greatest_bid_is_deployed_and_each_sensor_hears_of_ever
 
 
 @pytest.mark.slow
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(st.data())
 def test_within_the_budget_of_losses_exactly_the_greatest_bid_is_deployed(data: st.DataObject):
     sensors, links, hops = data.draw(graphs(), "graph")
@@ -92,7 +93,7 @@ def test_the_bound_of_a_delivery_is_not_far_from_what_happens():
 
 
 @pytest.mark.slow
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(st.data())
 def test_a_winner_that_dies_is_replaced_within_the_bound(data: st.DataObject):
     sensors, links, _ = data.draw(graphs(4, 6), "graph")
@@ -119,7 +120,7 @@ def test_a_winner_that_dies_is_replaced_within_the_bound(data: st.DataObject):
     assert ran.let_go() == []
 
 
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 @given(st.data())
 def test_after_a_partition_one_is_left_within_the_bound(data: st.DataObject):
     losses = data.draw(st.integers(0, 1), "N^D")

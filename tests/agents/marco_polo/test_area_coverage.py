@@ -9,6 +9,7 @@ from shapely.geometry import Point
 
 from agents.marco_polo.area_coverage import area_coverage, area_coverage_gradient, greatest_area_coverage
 from tests.agents.marco_polo.layouts import AREA, CENTRES, RADII
+from tests.examples import examples
 
 
 def test_the_reference_layout_covers_a_third():
@@ -20,7 +21,7 @@ def test_the_reference_layout_covers_a_third():
 discs = st.lists(st.tuples(st.floats(-1.0, 11.0), st.floats(-1.0, 11.0), st.floats(0.3, 3.0)), min_size=1, max_size=6)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(discs)
 def test_scan_lines_agree_with_the_union_of_shapelys_polygons(sensors):
     table = np.array(sensors)

@@ -15,6 +15,7 @@ from agents.marco_polo.cells import Cells, square
 from agents.marco_polo.connectivity import ConnectivityGraph
 from agents.pursuit.law import Area
 from tests.agents.marco_polo.layouts import AREA, OBSTACLE, ZONE
+from tests.examples import examples
 
 CELLS = Cells(AREA, 0.5)
 FIRST, LAST = 0, 399            # cells of opposite corners
@@ -59,7 +60,7 @@ def test_a_zone_makes_the_route_along_x_8_longer():
 free_cells = st.lists(st.booleans(), min_size=48, max_size=48).map(np.array)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(free_cells, st.integers(0, 47), st.integers(0, 47))
 def test_routes_are_as_short_as_scipys_and_stay_in_free_cells(free, start, goal):
     cells = Cells(Area((0.0, 4.0), (0.0, 3.0)), 0.5)
@@ -81,7 +82,7 @@ def test_routes_are_as_short_as_scipys_and_stay_in_free_cells(free, start, goal)
 gains = st.dictionaries(st.integers(0, 47), st.floats(-3.0, 3.0), max_size=12)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(free_cells, st.integers(0, 47), gains, st.floats(0.01, 2.0))
 def test_the_best_route_has_the_greatest_gain_less_cost_over_all_goals(free, start, gains, cost):
     made = ConnectivityGraph(Cells(Area((0.0, 4.0), (0.0, 3.0)), 0.5), free)

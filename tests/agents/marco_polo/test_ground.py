@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from agents.marco_polo.cells import Cells, square
 from agents.marco_polo.ground import Ground
 from tests.agents.marco_polo.layouts import AREA, OBSTACLE, ZONE
+from tests.examples import examples
 
 CELLS = Cells(AREA, 0.5)
 PLATFORM_M = 0.5
@@ -28,7 +29,7 @@ def overlap_m2(start: tuple[float, float], end: tuple[float, float], barrier: ob
     return float(shapely.area(shapely.intersection(squares, shapely.Polygon(barrier))).max())
 
 
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 @given(start=PLACES, end=PLACES)
 def test_a_leg_is_clear_if_the_platform_overlaps_nothing_on_it(start: tuple[float, float],
                                                                end: tuple[float, float]) -> None:
@@ -43,7 +44,7 @@ def test_a_leg_is_clear_if_the_platform_overlaps_nothing_on_it(start: tuple[floa
         assert any(hull.intersection(shapely.Polygon(barrier)).area < 1e-2 for barrier in (OBSTACLE, SMALL))
 
 
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 @given(start=PLACES, goal=PLACES)
 def test_ways_among_obstacles_are_clear(start: tuple[float, float], goal: tuple[float, float]) -> None:
     ground = Ground(CELLS, [OBSTACLE, ZONE, SMALL], PLATFORM_M)

@@ -11,6 +11,7 @@ from shapely.geometry import LineString, Point, box
 from agents.marco_polo.sight import HALF_PI, boundary, fields_of_view, seen
 from agents.pursuit.law import Area
 from tests.agents.marco_polo.layouts import AREA
+from tests.examples import examples
 
 FACETS = 256                    # sides of a quarter of the oracle's polygons, one inside the disc and one around it
 
@@ -50,7 +51,7 @@ place = st.tuples(st.floats(0.0, 10.0), st.floats(0.0, 10.0))
 around = st.tuples(st.floats(-3.0, 13.0), st.floats(-3.0, 13.0))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(place, st.floats(-7.0, 7.0), around, st.floats(0.2, 6.0), st.lists(st.floats(-1.57, 1.57), max_size=4))
 def test_a_ray_meets_the_part_inside_the_area_exactly_within_the_interval(origin, axis, centre, radius, headings):
     low, high = seen_of(origin, axis, centre, radius)

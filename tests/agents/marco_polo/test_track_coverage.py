@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from agents.marco_polo.sight import boundary, seen
 from agents.marco_polo.track_coverage import Headings, coverage_with, track_coverage
 from tests.agents.marco_polo.layouts import AREA, CENTRES, RADII
+from tests.examples import examples
 
 CELLS = 200
 TRACKS = 200_000
@@ -95,7 +96,7 @@ def test_monte_carlo_agrees_within_three_standard_errors(headings, shift):
 discs = st.lists(st.tuples(st.floats(0.0, 10.0), st.floats(0.0, 10.0), st.floats(0.2, 3.0)), min_size=1, max_size=6)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(discs)
 def test_more_detections_are_less_probable_and_one_more_sensor_never_hurts(sensors):
     table = np.array(sensors)
@@ -108,7 +109,7 @@ def test_more_detections_are_less_probable_and_one_more_sensor_never_hurts(senso
     assert np.all(fewer <= all_of_them[:-1] + 1e-12)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(discs, st.integers(1, 7), st.sampled_from(Headings))
 def test_the_coverage_with_one_more_sensor_is_that_of_all(sensors, k, headings):
     table = np.array(sensors)

@@ -190,7 +190,7 @@ def places_of(data: RunData, name: str) -> dict[int, tuple[float, float]]:
         np.asarray(table.time_ns).tolist(), np.asarray(table.values)[:, columns].tolist(), strict=True)}
 
 
-@pytest.mark.parametrize("seed", [121, 1007])
+@pytest.mark.parametrize("seed", [121, pytest.param(1007, marks=pytest.mark.slow)])
 def test_robots_keep_out_of_obstacles_and_sensors_out_of_the_zone(seed: int, tmp_path: Path) -> None:
     data, summary = played(tmp_path / "run", seed, name="marco_polo_zone")
 

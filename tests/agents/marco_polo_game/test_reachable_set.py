@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from agents.marco_polo_game.reachable_set import OUTER, EmptyView, ReachableSet
 from agents.pursuit.law import Area
+from tests.examples import examples
 
 S, MS = 1_000_000_000, 1_000_000
 AREA = Area((0.0, 10.0), (0.0, 10.0))
@@ -85,7 +86,7 @@ steps = st.lists(st.tuples(st.floats(-pi, pi), st.floats(0.0, V_MAX_MPS), st.flo
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.0, 10.0), steps, st.floats(0.0, 0.5), st.floats(-pi, pi))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_target_in_the_area_is_in_the_set_whatever_looks_do_not_see_it(
         x: float, y: float, steps: list[tuple[float, float, float, float, bool]], off_m: float,
         off_rad: float) -> None:

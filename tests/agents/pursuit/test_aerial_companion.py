@@ -194,6 +194,7 @@ def test_signals_of_the_report_are_degrees_without_jumps_heights_and_distances()
     assert float(away[0]) == 5.0
 
 
+@pytest.mark.slow
 def test_both_hosts_and_a_repeated_run_leave_the_same_ledger(tmp_path: Path):
     runs = [run(load(find("hummingbird_chases_rovio"), duration_s=4.5), host=host, out=tmp_path / f"{k}", report=False)
             for k, host in enumerate(("inline", "inline", "process"))]

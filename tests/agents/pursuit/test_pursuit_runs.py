@@ -76,7 +76,8 @@ def test_estimates_and_detections_are_where_the_target_is(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(("name", "length_s"), [
-    ("p3at_chases_p3at", 6.0), ("two_p3at_chase_rovio", 4.0), ("four_sensors_two_targets", 2.0)])
+    ("p3at_chases_p3at", 6.0), *(pytest.param(*case, marks=pytest.mark.slow) for case in (
+        ("two_p3at_chase_rovio", 4.0), ("four_sensors_two_targets", 2.0)))])
 def test_both_hosts_leave_one_ledger(tmp_path: Path, name: str, length_s: float) -> None:
     hashes = {run(load(find(name), duration_s=length_s), host=host, out=tmp_path / host,
                   report=False).summary.ledger_hash for host in ("inline", "process")}

@@ -15,6 +15,7 @@ from firmware_sim.local_clock import LocalClock
 from netem.media.sensing.sight import LOOK, Detection, pack_detection, pack_nothing
 from netem.node.node import Node
 from netem.wire.messages import Grant
+from tests.examples import examples
 
 MS = 1_000_000
 STEP_NS = 70 * MS
@@ -117,7 +118,7 @@ def test_who_came_while_it_was_in_charge_of_another_has_not_entered_just_now():
 
 @given(st.lists(st.tuples(st.sampled_from([VIEW, CAN, RADIO]), st.sampled_from([b"", b"D", b"N", b"R", b"C"]),
                           st.binary(max_size=60)), max_size=8))
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_bytes_of_anybody_never_raise(frames):
     ran(*[((10 + 7 * k) * MS, port, first + data) for k, (port, first, data) in enumerate(frames)], until_ns=200 * MS)
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from agents.synchronization.discovery import Discovery, Incomplete, Phase, Topology, cycles_needed
 from agents.synchronization.discovery_frame import MAX_NODES, DiscoveryFrame
 from agents.synchronization.graph import laplacian, unreachable_pairs
+from tests.examples import examples
 
 
 class Air:
@@ -64,7 +65,7 @@ def strongly_connected(rng, size):
     return edges | set(rng.sample(pairs, rng.randrange(len(pairs) // 3 + 1)))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.integers(2, 8), st.integers(0, 2), st.integers(1, 3), st.integers(0, 2**32), st.sampled_from([0, 0, 1]))
 @example(8, 2, 3, 0, 0)
 def test_every_node_ends_with_the_same_true_laplacian_at_the_same_cycle(size, losses, initiators, seed, join_delay):
@@ -137,7 +138,7 @@ def test_every_graph_of_two_or_three_nodes(size):
                 assert np.array_equal(outcome.laplacian, L)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.integers(2, 8), st.integers(0, 2**32))
 def test_without_strong_connection_no_node_takes_the_graph_for_complete(size, seed):
     rng = Random(seed)
@@ -195,7 +196,7 @@ def test_a_second_discovery_forgets_links_that_are_gone(l1, l2):
     assert {node.epoch for node in air.nodes} == {2}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.integers(2, 6), st.integers(0, 1), st.integers(0, 2**32))
 @example(2, 0, 65535)
 def test_nodes_that_disagree_on_the_epoch_still_end_together(size, losses, seed):

@@ -21,6 +21,7 @@ from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
 from netem.node.node import Node
 from netem.wire.messages import Grant
+from tests.examples import examples
 
 END_NS = 30_000_000
 
@@ -38,7 +39,7 @@ def spoken(node: Node, frames: list[tuple[int, bytes]]) -> list[int]:
     return [at_ns for at_ns, _, _ in report.offers]
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(frames=st.lists(st.tuples(st.integers(0, END_NS - 1), st.binary(max_size=70)), max_size=30))
 def test_random_bytes_change_neither_slots_nor_plant(specification: Any, frames: list[tuple[int, bytes]]) -> None:
     undisturbed = spoken(build_node(specification), [])

@@ -127,6 +127,7 @@ def test_the_figures_of_other_runs_are_compared_by_all_labels() -> None:
     assert found.p == pytest.approx(min(1.0, 2 * 2 / comb(7, 3)))
 
 
+@pytest.mark.slow
 def test_chance_is_rarely_called_a_difference() -> None:
     rng = np.random.default_rng(4)
     told = 0

@@ -15,6 +15,7 @@ from experiments.show.report.build import write_report
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.records.ledger import COLUMNS, Ledger, Row
+from tests.examples import examples
 
 NODES = st.sampled_from(["a", "b", "r10", "r2"])
 COPIES = st.lists(st.tuples(st.sampled_from(["radio", "can"]), NODES, NODES, st.integers(0, 9),
@@ -41,7 +42,7 @@ def links(rows: list[Row]) -> list[tuple[str, str, str]]:
 
 
 @given(COPIES)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_columns_hold_what_the_rows_do(copies: Closed) -> None:
     rows = list(closed(copies).rows)
 
@@ -69,7 +70,7 @@ def test_a_file_of_several_chunks_gives_the_same_columns(tmp_path: Path) -> None
 
 
 @given(COPIES, st.sampled_from(list(Fate)), NODES)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_a_selection_keeps_the_order_and_can_be_narrowed_again(copies: Closed, fate: Fate, node: str) -> None:
     rows = list(closed(copies).rows)
 
@@ -81,7 +82,7 @@ def test_a_selection_keeps_the_order_and_can_be_narrowed_again(copies: Closed, f
 
 
 @given(COPIES, st.integers(1, 20))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_portions_hold_every_row_once_and_every_link_whole(copies: Closed, most: int) -> None:
     found = FrameCopies.of_rows(closed(copies).rows)
     with pytest.MonkeyPatch.context() as patch:

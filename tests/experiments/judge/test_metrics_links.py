@@ -21,6 +21,7 @@ from experiments.judge.link_metrics import (
     transmissions,
 )
 from netem.records.ledger import Row
+from tests.examples import examples
 
 MS = 1_000_000
 
@@ -90,7 +91,7 @@ def brute_force(deliveries: list[tuple[int, int]], length_ms: int) -> np.ndarray
 
 
 @given(st.integers(0, 2**32), st.integers(1, 40))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_the_exact_integral_agrees_with_brute_force_on_a_grid(seed: int, frames: int) -> None:
     draw = Random(seed)
     length_ms = 300
@@ -116,7 +117,7 @@ INSTANTS = st.integers(0, DAY_NS - 1)
 
 
 @given(st.lists(st.tuples(INSTANTS, st.integers(1, DAY_NS)), max_size=40), st.integers(DAY_NS // 2, DAY_NS))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_over_a_day_at_nanoseconds_the_mean_age_is_that_of_exact_fractions(frames: list[tuple[int, int]],
                                                                           length_ns: int) -> None:
     deliveries = [(offered, offered + takes) for offered, takes in frames]

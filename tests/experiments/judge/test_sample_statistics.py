@@ -11,13 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from experiments.judge.sample_statistics import STATISTIC
+from tests.examples import examples
 
 SAMPLES = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=50)
 ULP = 2.0 ** -53
 
 
 @given(SAMPLES)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_a_mean_lies_between_the_extremes_and_an_rms_below_the_largest_size(samples: list[float]) -> None:
     found = {name: statistic(np.array(samples)) for name, statistic in STATISTIC.items()}
 
@@ -26,7 +27,7 @@ def test_a_mean_lies_between_the_extremes_and_an_rms_below_the_largest_size(samp
 
 
 @given(SAMPLES)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_mean_and_rms_are_those_of_exact_fractions(samples: list[float]) -> None:
     exact = [Fraction(sample) for sample in samples]
     size = max(abs(sample) for sample in exact)

@@ -170,7 +170,8 @@ def test_a_new_run_removes_the_files_of_the_last(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "run").iterdir()} <= EVERY_RUN
 
 
-@pytest.mark.parametrize("host", ["process", pytest.param("inline", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("host", ["process", "inline"])
 def test_after_a_kill_frames_and_capture_are_made_of_what_is_on_the_disk(tmp_path: Path, host: str) -> None:
     forever = written_team(tmp_path, record=["frames", "pcapng"], length_s=100_000.0)
     out = tmp_path / "run"

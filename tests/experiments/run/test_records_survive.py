@@ -218,7 +218,8 @@ def test_on_a_full_disk_what_was_written_before_can_be_read(tmp_path: Path, fore
     assert_told_and_readable(out, running.returncode, told, "File too large")
 
 
-@pytest.mark.parametrize("host", ["inline", pytest.param("process", marks=slow)])
+@slow
+@pytest.mark.parametrize("host", ["inline", "process"])
 def test_on_a_file_system_that_is_full_what_was_written_before_can_be_read(small_disk: Path, forever: Path, host: str
                                                                            ) -> None:
     out = small_disk / "run"
@@ -277,9 +278,9 @@ def test_after_a_crash_the_next_scenarios_of_an_inline_call_run_all_the_same(tmp
 
 
 @pytest.mark.parametrize(("case", "host"), [("CloseStd", "inline"), ("ForksAndRaisesWhileBuilt", "process"),
-                                            ("Daemonizes", "process"),
                                             *(pytest.param(*case, marks=slow) for case in (
-                                                ("Forks", "process"), ("ForkChildRaises", "process"),
+                                                ("Daemonizes", "process"), ("Forks", "process"),
+                                                ("ForkChildRaises", "process"),
                                                 ("ForksWhileBuilt", "process"), ("Daemonizes", "inline"),
                                                 ("SetSid", "process"), ("SetSid", "inline")))])
 def test_what_harms_nobody_ends_with_0_and_leaves_no_process(tmp_path: Path, case: str, host: str) -> None:

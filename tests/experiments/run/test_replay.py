@@ -126,7 +126,8 @@ def test_the_same_controller_meets_the_same_fates(scenario: Any, old: Path, tmp_
     (CSMA, 'kind = "jam"\non = "radio"\nduring_s = [0.3, 0.6]\nnodes = ["*"]'),
     (PAIRS, 'kind = "partition"\non = "radio"\nshape = "halves"\nduring_s = [0.30004, 0.6]\ncarriers = "stop"'),
     (SIGHT, 'kind = "noise"\nname = "haze"\non = "view: b -> w"\nduring_s = [0.3, 0.6]\nsigma_m = 0.5'),
-    (BUS, 'kind = "babble"\non = "can"\nnodes = ["b"]\ncan_id = 0x180\nduring_s = [0.3, 0.5]')])
+    pytest.param(BUS, 'kind = "babble"\non = "can"\nnodes = ["b"]\ncan_id = 0x180\nduring_s = [0.3, 0.5]',
+                 marks=pytest.mark.slow)])
 def test_faults_of_media_act_again_as_fates_do_not_hold_all_that_they_do(tmp_path: Path, base: str, fault: str) -> None:
     old = Ran(tmp_path / "old", "inline", f"[[faults]]\n{fault}\n", base)
     new = load(tmp_path / "old" / "faults.toml")

@@ -139,7 +139,8 @@ def scenario(folder: Path, program: str = "talk", parameters: str = TALK, medium
 
 
 @pytest.mark.parametrize(("program", "parameters", "medium"), [
-    ("talk", TALK, RADIO), ("talk", TALK, LAN), ("beacons", "period_s = 0.03", LAN)])
+    ("talk", TALK, RADIO), ("beacons", "period_s = 0.03", LAN),
+    pytest.param("talk", TALK, LAN, marks=pytest.mark.slow)])
 def test_both_hosts_leave_the_same_ledger_and_count_the_same(tmp_path, program, parameters, medium):
     made = scenario(tmp_path / "s", program, parameters, medium)
 

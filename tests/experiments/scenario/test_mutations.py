@@ -9,8 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from experiments.scenario import Scenario, ScenarioError, load
+from tests.examples import examples
 
-SPARE_TIME = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+SPARE_TIME = settings(max_examples=examples(60), suppress_health_check=[HealthCheck.function_scoped_fixture])
 JUNK = st.one_of(
     st.sampled_from(["nan", "-inf", "true", "[]", "{}", '""', "-1", "0", "1e400", "2020-01-01", "[[1], [2, 3]]", "'*'",
                      "{ a = { b = 1 } }", "[true, 'x']", "99999999999999999999", "[[[]]]", "'../..'", "12:00:00"]),

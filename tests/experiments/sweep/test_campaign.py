@@ -85,6 +85,7 @@ def test_with_processes_the_figures_are_those_of_an_inline_run(beacons: Path) ->
     assert found["inline"].values == found["process"].values
 
 
+@pytest.mark.slow
 def test_a_run_that_fails_is_a_row_with_its_reason_and_is_repeated_with_its_records(
         beacons: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -171,6 +172,7 @@ def kept(out: Path) -> int:
     return len(load_campaign(out).rows) if (out / JOURNAL).exists() else 0
 
 
+@pytest.mark.slow
 def test_after_a_kill_nothing_is_run_twice_and_no_worker_is_left(beacons: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     with command(beacons, out) as killed:

@@ -200,6 +200,7 @@ def swept(beacons: Path, address: str, out: Path, config: Path | None) -> subpro
         env=environment | ({} if config is None else {"DASK_CONFIG": str(config)}))
 
 
+@pytest.mark.slow
 def test_a_campaign_over_tls_gives_what_this_machine_gives_alone(tls_cluster: Any, beacons: Path, tmp_path: Path
                                                                  ) -> None:
     done = swept(beacons, tls_cluster.address, tmp_path / "out", tls_cluster.config)

@@ -20,6 +20,7 @@ from fmus.input_faults import InputFaults
 from netem.media.sensing.sight import Detection, pack_detection, pack_nothing
 from netem.wire.instants import NEVER_NS
 from netem.wire.messages import Grant
+from tests.examples import examples
 
 MS = 1_000_000
 Bench = Callable[..., "FlightBench"]             # noqa: F821  (of conftest.py)
@@ -109,7 +110,7 @@ def test_frames_are_counted_by_what_becomes_of_them(bench: Bench) -> None:
         "motion capture refused": 1}
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=30, deadline=None)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=examples(30), deadline=None)
 @given(frames=st.lists(st.binary(max_size=60), max_size=6))
 def test_no_bytes_from_the_medium_raise_or_arm(frames: list[bytes], bench: Bench) -> None:
     uav = bench()

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from firmware_sim.blocking.library_time import REPLACED, library_in_virtual_time
 from netem.wire.messages import Grant
+from tests.examples import examples
 
 EVER_NS = 10**18
 
@@ -36,7 +37,7 @@ def run(program, until_ns=EVER_NS):
 
 # --- threads
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(25), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.lists(st.integers(0, 50), max_size=6), max_size=5))
 def test_threads_that_sleep_wake_in_the_order_of_time(begin, sleeps_ms):
     def main(note):
@@ -245,7 +246,7 @@ def test_an_empty_queue_is_waited_for(begin, kind):
     assert trace_of(begin, main) == [(100, "empty"), (400, "empty"), (500, "late")]
 
 
-@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(50), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.floats(1e-9, 5.0), st.floats(0.0, 5.0))
 def test_a_wait_for_what_is_left_of_any_time_ends(begin, timeout_s, start_s):
     """`queue` computes with float seconds: what is left may round to nothing and still be more than zero."""

@@ -20,6 +20,7 @@ from firmware_sim.blocking.inbox import Inbox
 from firmware_sim.clock_settings import ClockSettings
 from netem.wire.instants import NEVER_NS
 from netem.wire.messages import Grant, NodeFault
+from tests.examples import examples
 
 SECOND_NS = 1_000_000_000
 EVER_NS = 10**9 * SECOND_NS
@@ -47,7 +48,7 @@ def test_sleeping_advances_the_nodes_clock_and_not_the_walls(begin):
     assert time.monotonic() - before_s < 60
 
 
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(30), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.integers(0, 10**12), max_size=20))
 def test_every_sleep_lasts_exactly_as_long_as_was_asked(begin, durations_ns):
     instants = []

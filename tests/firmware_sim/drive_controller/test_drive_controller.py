@@ -29,6 +29,7 @@ from firmware_sim.local_clock import LocalClock
 from firmware_sim.scenario_view import OwnAgent
 from netem.media.can.frame import CanFrame, MalformedFrame, pack, unpack
 from netem.node.node import Node
+from tests.examples import examples
 
 MS = 1_000_000
 Bench = Callable[..., "DriveBench"]             # noqa: F821  (of conftest.py)
@@ -329,7 +330,7 @@ def counted_as(data: bytes) -> str:
     return "setpoint" if frame.can_id == 0x110 and not frame.extended and not frame.error else "foreign"
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(frames=st.lists(anything(), max_size=30))
 def test_every_frame_is_counted_once_whatever_its_bytes(frames: list[bytes], bench: Bench) -> None:
     drive = bench({}).hears(5 * MS, *frames).until(30 * MS)

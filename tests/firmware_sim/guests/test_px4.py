@@ -44,6 +44,7 @@ def test_the_same_flight_has_the_same_hash(fly):
     assert fly("px4", PX4, length_s=2.0, host="inline").run.ledger_hash in hashes
 
 
+@pytest.mark.slow
 def test_two_vehicles_share_a_medium(fly):
     flight = fly("px4", PX4, vehicles=2, length_s=4.0)
     assert [guest["height_m"] for guest in flight.guests] == [pytest.approx(1.5, abs=settles_within_m(3.0, 1.5)),

@@ -19,6 +19,7 @@ from netem.wire.errors import InstantLoop, NodeFailure
 from netem.wire.instants import NEVER_NS
 from netem.wire.level import Level
 from netem.wire.messages import Event, Grant, Hello, Offer, Report, Sample, Shown
+from tests.examples import examples
 
 Conduct = Callable[..., Conductor]
 Log = list[tuple[int, str, bytes]]
@@ -270,7 +271,7 @@ def chatter(name: str, seed: int, promise: str, heard: Log) -> tuple[Callable[..
     return program, on_frame, ticks
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seeds=st.lists(st.integers(1, 10**6), min_size=2, max_size=5),
        promises=st.lists(st.sampled_from(["soft", "firm", "quiet", "calm"]), min_size=5, max_size=5),
        latency_ns=st.integers(1, 60))

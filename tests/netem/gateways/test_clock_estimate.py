@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from netem.gateways.clock_estimate import GROUP, KEPT, MOST_DRIFT_PPM, STEP_NS, ClockEstimate
+from tests.examples import examples
 
 S, MS, US = 1_000_000_000, 1_000_000, 1_000
 UTC_NS = 1_800_000_000 * S
@@ -36,7 +37,7 @@ def exchanges(clock: ClockEstimate, device: Device, count: int, delays_ns, every
         yield answered_ns, clock.exchanged(asked_ns, device.shows(asked_ns + out_ns), answered_ns)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.integers(-UTC_NS, UTC_NS), st.floats(-200, 200), st.integers(0, 20 * MS), st.integers(0, 20 * MS),
        st.integers(1, 5 * MS), st.integers(1, 200))
 def test_no_error_is_larger_than_its_bound_however_asymmetric_the_delays(

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from netem.impairments.csv_columns import RecordingError, all_at_once, one_ns, read_columns
 from netem.wire.instants import NEVER_NS, NS_PER
+from tests.examples import examples
 
 
 @pytest.fixture
@@ -33,7 +34,7 @@ decimals = st.decimals(-10**11, 10**11, places=20) | st.decimals(-1, 1, places=1
 texts = decimals.map(str) | st.from_regex(r"[+-]?[0-9]{0,12}\.?[0-9]{0,22}([eE][+-]?[0-9]{1,3})?", fullmatch=True)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(texts, st.sampled_from(list(NS_PER)))
 def test_a_column_at_once_and_value_by_value_give_the_same_nanoseconds(text, unit):
     try:
@@ -44,7 +45,7 @@ def test_a_column_at_once_and_value_by_value_give_the_same_nanoseconds(text, uni
     assert at_once == [one_ns(text, unit)]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(decimals, st.sampled_from(list(NS_PER)))
 def test_a_time_is_rounded_to_the_nearest_nanosecond(number, unit):
     exact_ns = Fraction(number) * NS_PER[unit]

@@ -25,6 +25,7 @@ from netem.impairments.table import IMPAIRMENTS
 from netem.impairments.window import Window
 from netem.media.links import Links
 from netem.records.ledger import Ledger
+from tests.examples import examples
 
 
 @dataclasses.dataclass
@@ -92,7 +93,7 @@ EXAMPLES = {
     "own, with carry alone": ("own:EverySecond", {}),
 }
 
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=examples(25), deadline=None)
 copies = st.lists(st.tuples(st.integers(0, 10 ** 9), st.integers(0, 10 ** 6), st.binary(max_size=40)), max_size=30)
 examples = pytest.mark.parametrize("example", EXAMPLES)
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from netem.core.fate import Fate
 from netem.core.transit import Transit
 from netem.impairments.rate_limit import RateLimit
+from tests.examples import examples
 
 # At 8 Mbit/s a byte takes 1 us: gaps of whole microseconds let arrivals meet starts and ends of sending exactly.
 rates_bps = st.just(8_000_000) | st.integers(3_000_000, 30_000_000)
@@ -35,7 +36,7 @@ def brute_force(link, rate_bps, overhead_bytes, queue_frames, queue_bytes, queue
     return ends
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 @given(arrivals, rates_bps, st.integers(0, 8), st.integers(0, 5), st.none() | st.integers(0, 90),
        st.none() | st.integers(0, 60).map(lambda us: us * 1000))
 def test_departures_and_drops_match_a_brute_force_queue(gaps, rate_bps, overhead_bytes, queue_frames, queue_bytes,

@@ -23,6 +23,7 @@ from netem.impairments.shared import Shared
 from netem.impairments.window import Window
 from netem.media.links import Links
 from netem.records.ledger import Ledger
+from tests.examples import examples
 
 MS = 1_000_000
 MAKERS = {
@@ -101,7 +102,7 @@ def test_a_broadcast_takes_one_place_in_a_queue_for_all_senders():
     assert len(arrivals) == 200 - ledger.closed[Fate.QUEUE_FULL] // 3
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 3 * MS), st.sampled_from("ab")), max_size=40), st.sampled_from(sorted(MAKERS)))
 def test_every_copy_ends_once(gaps, name):
     now_ns, frames = 0, []

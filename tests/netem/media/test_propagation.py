@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from netem.core.agenda import SHOW
 from netem.core.fate import Fate
 from netem.topology.path_loss import PathLoss
+from tests.examples import examples
 from tests.netem.media.radio_bench import BYTE_PER_US, US, Bench
 from tests.netem.media.test_decoding import CAPTURE_DB, SENSITIVITY_DBM, expected_fate
 from tests.netem.media.test_radio_lookahead import MACS, SENSE, windows
@@ -81,7 +82,7 @@ def test_random_traffic_ends_as_brute_force_says(rule):
 
 
 @pytest.mark.parametrize(("mac", "scheme"), MACS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(offers=st.lists(st.tuples(st.integers(0, 30 * US), st.sampled_from("abc"), st.integers(0, 6)), max_size=25),
        slack_ns=st.lists(st.integers(0, 3 * US), max_size=40))
 def test_no_arrival_lies_before_a_bound_given_earlier(mac, scheme, offers, slack_ns):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from netem.core.fate import Fate
 from netem.topology.switching_graph import GraphChange, SwitchingGraph
+from tests.examples import examples
 from tests.netem.media.radio_bench import BYTE_PER_US, US, Bench, csma
 from tests.netem.media.test_radio_lookahead import MACS, SENSE
 
@@ -31,7 +32,7 @@ def bench_of(decode, mac, scheme, seed=7):
 
 
 @every_kind
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(offers=OFFERS, end_ns=st.integers(0, 80 * US))
 def test_every_expected_copy_ends_once_wherever_the_run_ends(decode, mac, scheme, offers, end_ns):
     bench = bench_of(decode, mac, scheme)
@@ -44,7 +45,7 @@ def test_every_expected_copy_ends_once_wherever_the_run_ends(decode, mac, scheme
 
 
 @every_kind
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(offers=OFFERS)
 def test_a_node_sends_one_frame_at_a_time_in_the_order_they_were_handed_out(decode, mac, scheme, offers):
     bench = bench_of(decode, mac, scheme)
@@ -57,7 +58,7 @@ def test_a_node_sends_one_frame_at_a_time_in_the_order_they_were_handed_out(deco
 
 
 @every_kind
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(offers=OFFERS)
 def test_a_copy_has_a_fate_of_the_air_exactly_if_its_frame_was_on_it(decode, mac, scheme, offers):
     bench = bench_of(decode, mac, scheme)
@@ -73,7 +74,7 @@ def test_a_copy_has_a_fate_of_the_air_exactly_if_its_frame_was_on_it(decode, mac
 
 
 @every_kind
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(offers=OFFERS, seed=st.integers(0, 5))
 def test_the_same_offers_and_seed_give_the_same_ledger(decode, mac, scheme, offers, seed):
     first, second = (bench_of(decode, mac, scheme, seed).run(offers) for _ in range(2))

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from netem.core.agenda import OFFER
 from netem.wire.instants import NEVER_NS
+from tests.examples import examples
 from tests.netem.media.radio_bench import US, Bench, csma
 
 NODES = ["a", "b", "c"]
@@ -45,7 +46,7 @@ def windows(bench, offers, slack_ns):
 
 @pytest.mark.parametrize(("mac", "scheme"), MACS)
 @pytest.mark.parametrize("latency_ns", [0, 250])
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(offers=st.lists(st.tuples(st.integers(0, 30 * US), st.sampled_from(NODES), st.integers(0, 6)), max_size=25),
        slack_ns=st.lists(st.integers(0, 3 * US), max_size=40))
 def test_no_arrival_lies_before_a_bound_given_earlier(mac, scheme, latency_ns, offers, slack_ns):

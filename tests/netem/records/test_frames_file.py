@@ -15,6 +15,7 @@ from netem.records import Feed, NoSettings, Place
 from netem.records import frames_file as module
 from netem.records.frames_file import FILE, FrameRecorder, KeptFrame, NoFrames, frame_table, frames_of
 from netem.records.journal import journal_of
+from tests.examples import examples
 from tests.netem.records.test_journal import files_of_at_most
 
 END_NS = 10**9
@@ -78,7 +79,7 @@ def test_a_chunk_is_full_by_its_bytes_too(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @given(batches=st.lists(st.integers(1, 40), min_size=1, max_size=8), cut=st.floats(0, 1))
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_journal_cut_anywhere_gives_the_frames_of_its_whole_pieces(tmp_path: Path, batches: list[int], cut: float
                                                                      ) -> None:
     (tmp_path / FILE).unlink(missing_ok=True)

@@ -22,8 +22,9 @@ from netem.records.ledger import Ledger
 from netem.records.ledger_file import hash_of, read_ledger, read_metadata
 from netem.records.signals import SignalFile, read_recording
 from netem.wire.level import Level
+from tests.examples import examples
 
-EACH_CUT = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+EACH_CUT = settings(max_examples=examples(60), suppress_health_check=[HealthCheck.function_scoped_fixture])
 CUT = st.floats(0, 1)
 
 

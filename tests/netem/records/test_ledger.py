@@ -22,6 +22,7 @@ from netem.records.ledger import COLUMNS, ConservationError, Ledger
 from netem.records.ledger_file import SCHEMA, hash_of, noted_batches, read_ledger, read_metadata
 from netem.records.ledger_hash import LedgerHash, array_header_bytes
 from netem.wire.instants import NEVER_NS
+from tests.examples import examples
 
 FATES = list(Fate)
 SHORTEST = ((0x80, b"", "B"), (0x100, b"\xcc", "B"), (0x10000, b"\xcd", ">H"), (1 << 32, b"\xce", ">I"))
@@ -180,7 +181,7 @@ def test_memory_holds_no_more_than_a_chunk_of_rows(tmp_path: Path) -> None:
 
 
 @given(st.lists(st.tuples(st.sampled_from(["radio", "can"]), st.sampled_from(FATES)), max_size=60))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_copies_are_conserved_and_counted_by_medium_and_fate(ends: list[tuple[str, Fate]]) -> None:
     ledger = Ledger()
     for number, (medium, fate) in enumerate(ends):
@@ -202,7 +203,7 @@ STEP = st.tuples(st.integers(0, 30), st.sampled_from(["r1", "r2", "r3"]), st.boo
 
 @given(st.lists(STEP, max_size=60), st.dictionaries(st.sampled_from(["r1", "r2"]), st.integers(0, 80)),
        st.integers(1, 20), st.integers(0, 100))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_a_fate_is_settled_once_its_arrival_has_passed_and_is_final_then(
         tmp_path_factory: pytest.TempPathFactory, steps: list[tuple[int, str, bool, bool]], gone_ns: dict[str, int],
         chunk_rows: int, end_ns: int) -> None:

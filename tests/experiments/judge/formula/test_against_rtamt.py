@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from experiments.judge.formula.robustness import robustness
+from tests.examples import examples
 from tests.experiments.judge.formula.runs import S, run, signals
 from tests.oracles import rtamt
 
@@ -90,7 +91,7 @@ COLUMN = st.lists(st.integers(-16, 16).map(lambda quarter: quarter / 4), min_siz
 
 
 @pytest.mark.filterwarnings("ignore")                           # antlr's of old escapes
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(150), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(formulas(), st.fixed_dictionaries(dict.fromkeys(NAMES, COLUMN)))
 def test_robustness_is_that_of_rtamt(formula: Text, columns: dict[str, list[float]]) -> None:
     data = run(SAMPLES * S, signals=signals("r", **columns))
@@ -103,7 +104,7 @@ def test_robustness_is_that_of_rtamt(formula: Text, columns: dict[str, list[floa
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("word", ["always", "eventually", "until"])
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(comparisons(), comparisons(), st.fixed_dictionaries(dict.fromkeys(NAMES, COLUMN)))
 def test_without_an_interval_the_run_is_judged_up_to_its_end(word: str, one: Text, other: Text,
                                                              columns: dict[str, list[float]]) -> None:

@@ -17,6 +17,7 @@ from experiments.judge.formula.robustness import (
 )
 from netem.core.fate import Fate
 from netem.records.events import Event
+from tests.examples import examples
 from tests.experiments.judge.formula.runs import MS, S, frames, run, signals
 from tests.experiments.judge.formula.test_against_rtamt import COLUMN, NAMES, SAMPLES, Text, formulas
 
@@ -131,7 +132,7 @@ def test_robustness_over_time_is_that_of_each_instant() -> None:
     assert curves.value(found.curve, 450.0 * MS) == pytest.approx(-0.1)       # 0.3 and 0.5 are in the window
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(formulas(2), st.fixed_dictionaries(dict.fromkeys(NAMES, COLUMN)))
 def test_the_comparison_that_decides_has_that_robustness_at_that_instant(formula: Text,
                                                                          columns: dict[str, list[float]]) -> None:

@@ -26,6 +26,7 @@ from netem.media.sensing.field_of_view import FieldOfView
 from netem.media.sensing.settings import SensingSettings
 from netem.media.sensing.sight import Body
 from netem.records.signal_table import SignalTable
+from tests.examples import examples
 from tests.experiments.judge.monitors.test_link_and_sender_monitors import Copy, records
 
 SIGHT, OTHER = ("view", "evader", "eye"), ("wide", "evader", "owl")
@@ -130,7 +131,7 @@ def test_nobody_can_say_what_was_never_sampled() -> None:
 # --- between samples
 
 @given(st.lists(st.floats(-1, 1), min_size=12, max_size=120), st.integers(2, 12))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_between_samples_it_is_never_nearer_than_said_and_can_be_as_near(speeds: list[float], every: int) -> None:
     """Motion along x at up to 1 m/s, known at every nanosecond, 1 m/s being 0.01 m a nanosecond here."""
     v = 1e7                                                 # [m/s], 0.01 m in a nanosecond

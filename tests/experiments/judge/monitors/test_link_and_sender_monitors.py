@@ -17,6 +17,7 @@ from experiments.judge.monitors.inter_transmission_time import InterTransmission
 from experiments.judge.monitors.outcome import Finding
 from experiments.judge.monitors.records import Records
 from experiments.judge.monitors.successive_losses import SuccessiveLosses
+from tests.examples import examples
 
 AB, CB = ("radio", "a", "b"), ("radio", "c", "b")
 
@@ -219,7 +220,7 @@ def heard_at(frame: list[Copy]) -> int | None:
 
 
 @given(ledgers(), st.integers(0, 3))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 @example(([Copy(0, 0, "lost", end=50), Copy(1, 10, "lost", end=5), Copy(2, 11, delivered=20, end=12)], 60), 1)
 def test_losses_agree_with_the_definition_at_every_nanosecond(ledger: tuple[list[Copy], int], at_most: int) -> None:
     copies, length = ledger
@@ -253,7 +254,7 @@ def test_losses_agree_with_the_definition_at_every_nanosecond(ledger: tuple[list
 
 
 @given(ledgers(), st.integers(1, 60))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_ages_agree_with_the_definition_at_every_nanosecond(ledger: tuple[list[Copy], int], bound: int) -> None:
     copies, length = ledger
 
@@ -274,7 +275,7 @@ def test_ages_agree_with_the_definition_at_every_nanosecond(ledger: tuple[list[C
 
 
 @given(ledgers(), st.integers(1, 60))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_gaps_agree_with_the_definition_at_every_nanosecond(ledger: tuple[list[Copy], int], bound: int) -> None:
     """Two frames within any stretch shorter than the bound."""
     copies, length = ledger

@@ -14,13 +14,14 @@ from experiments.judge.monitors.records import Records
 from experiments.judge.monitors.stretches import joined
 from netem.records.ledger import Row
 from netem.wire.instants import NEVER_NS
+from tests.examples import examples
 
 DAY_NS = 86_400 * 10**9
 STRETCHES = st.lists(st.tuples(st.integers(0, 200_000), st.integers(0, DAY_NS), st.integers(0, DAY_NS)), max_size=40)
 
 
 @given(STRETCHES, st.booleans())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_stretches_of_a_day_on_many_subjects_are_joined_where_they_touch(found: list[tuple[int, int, int]],
                                                                         some_never_end: bool) -> None:
     rows = sorted((subject, start, NEVER_NS if some_never_end and lasts % 5 == 0 else start + lasts)

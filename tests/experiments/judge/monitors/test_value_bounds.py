@@ -16,6 +16,7 @@ from experiments.judge.monitors.reported import Reported, number_in
 from experiments.judge.monitors.signal import Signal
 from netem.records.events import Event
 from netem.records.signal_table import SignalTable
+from tests.examples import examples
 
 GAIN = ("robot", "gain product")
 
@@ -85,7 +86,7 @@ def test_no_text_raises(detail: str) -> None:
 
 @given(st.lists(st.tuples(st.integers(0, 59), st.sampled_from([-2.0, -1.0, 0.0, 0.5, 1.0, 3.0, nan, inf])), max_size=12,
                 unique_by=lambda pair: pair[0]), st.sampled_from([(None, 1.0), (-1.0, None), (-1.0, 1.0)]))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_it_is_violated_at_exactly_the_nanoseconds_at_which_the_last_value_is_out_of_bounds(
         samples: list[tuple[int, float]], bounds: tuple[float | None, float | None]) -> None:
     above, below = bounds

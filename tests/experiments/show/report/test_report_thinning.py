@@ -8,12 +8,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from experiments.show.report.thinning import keep
+from tests.examples import examples
 
 CURVES = arrays(np.float64, st.integers(0, 400), elements=st.floats(-1e6, 1e6) | st.just(np.nan))
 
 
 @given(CURVES, st.integers(4, 60))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_what_is_kept_is_few_in_order_and_has_the_ends_and_the_extremes(values: np.ndarray, most: int) -> None:
     kept = keep(values, most)
 

@@ -125,7 +125,7 @@ def name_on_the_page(value):
     return f"{value.row.what}, {value.row.quantity}"
 
 
-@pytest.mark.parametrize("number", ["3.2", "3.4"])
+@pytest.mark.parametrize("number", ["3.2", pytest.param("3.4", marks=pytest.mark.slow)])
 def test_the_page_of_numbers_has_what_the_adaptive_filter_gives(number):
     compare_with_the_page(number)
 

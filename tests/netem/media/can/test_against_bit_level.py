@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from netem.media.can.bit_errors import BitErrorSettings, ScriptedBit
 from netem.media.can.fault_confinement import State
 from netem.media.can.frame import CanFrame, pack, unpack
+from tests.examples import examples
 from tests.netem.media.can.bit_by_bit import encode
 from tests.netem.media.can.bit_level_bus import SecondError, Station, simulate
 from tests.netem.media.can.can_bench import BIT, CanBench
@@ -47,7 +48,7 @@ def compare(offers: dict[str, list[tuple[int, CanFrame]]], hits: dict[int, int],
     return bench, stations
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(data=st.data(), frame=classical_frames, rec=st.sampled_from([0, 1, 126, 127, 140]),
        tec=st.sampled_from([0, 5, 120, 127, 128, 200]))
 def test_one_inverted_bit_anywhere(data: st.DataObject, frame: CanFrame, tec: int, rec: int) -> None:
@@ -76,7 +77,7 @@ def test_every_bit_of_one_frame(extended: bool, passive: bool) -> None:
                 errors_before={"a": (128 * passive, 0)})
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(frames=st.lists(st.tuples(st.sampled_from("abc"), st.integers(0, 600), classical_frames), min_size=1,
                        max_size=5, unique_by=lambda offer: (offer[2].can_id, offer[2].extended)),
        hits=st.dictionaries(st.integers(0, 4), st.integers(34, 43), max_size=3))
@@ -88,7 +89,7 @@ def test_several_nodes_contend_while_bits_are_hit(frames: list[tuple[str, int, C
     compare(offers, hits, bits=2500)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(one=data_frames, other=st.binary(min_size=0, max_size=8))
 @example(CanFrame(0x100, b"\x01"), b"\x00")
 @example(CanFrame(0x100, b"\x01"), b"\x01")

@@ -24,6 +24,7 @@ from netem.media.links import Links
 from netem.node.node import Node
 from netem.records.ledger import Ledger
 from netem.transport.hosts import InlineHost
+from tests.examples import examples
 from tests.netem.media.can.can_bench import BIT, MS, US, CanBench
 from tests.netem.media.can.frames import frames
 
@@ -43,7 +44,7 @@ KINDS: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(offers=offers, end=st.integers(1, 4000))
 def test_every_copy_has_one_fate_and_frames_never_overlap(kind: str, offers: list[tuple[int, str, bytes]],
                                                           end: int) -> None:
@@ -82,7 +83,7 @@ def windows(bench: CanBench, offers: list[tuple[int, str, bytes]], slack_ns: lis
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(offers=offers, slack_ns=st.lists(st.integers(0, 500 * US), max_size=40))
 def test_nothing_arrives_before_a_bound_given_earlier(kind: str, offers: list[tuple[int, str, bytes]],
                                                       slack_ns: list[int]) -> None:

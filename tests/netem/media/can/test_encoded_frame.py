@@ -9,6 +9,7 @@ from netem.media.can.bit_sequence import Field, bit_sequence
 from netem.media.can.crc import CRC_15, CRC_17, CRC_21, Crc
 from netem.media.can.encoded_frame import encode_frame, most_classical_bits, most_fd_bits, rank_of
 from netem.media.can.frame import FD_LENGTHS, CanFrame, pack
+from tests.examples import examples
 from tests.netem.media.can.bit_by_bit import Bit, encode
 from tests.netem.media.can.frames import frames
 
@@ -17,7 +18,7 @@ NAMES = {Field.ARBITRATION: {"SOF", "ID", "SRR", "RRS", "RTR"}, Field.DATA: {"da
          Field.ACK_SLOT: {"ACK slot"}, Field.ACK_DELIMITER: {"ACK delimiter"}, Field.EOF: {"EOF"}}
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 @given(frame=frames)
 @example(CanFrame(0))                                                   # zeros from SOF to DLC
 @example(CanFrame(0x7FF, b"\xff" * 8))
@@ -31,7 +32,7 @@ def test_length_at_either_rate_is_that_of_the_bits_counted_one_by_one(frame: Can
     assert (length.nominal_bits, length.data_bits) == (sum(not bit.fast for bit in bits), sum(bit.fast for bit in bits))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(frame=frames)
 def test_a_bit_sequence_is_the_same_bits_with_the_same_fields_and_rates(frame: CanFrame) -> None:
     sequence = bit_sequence(pack(frame))
@@ -55,7 +56,7 @@ def arbitrate(one: list[Bit], other: list[Bit]) -> int:
     return -1
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(one=frames, other=frames)
 @example(CanFrame(0x123), CanFrame(0x123 << 18, extended=True))
 @example(CanFrame(0x123, remote=True), CanFrame(0x123 << 18, extended=True))
@@ -94,7 +95,7 @@ def test_the_worst_stuffing_is_the_published_bound(data_bytes: int) -> None:
     assert most_classical_bits(data_bytes, extended=True) + 3 == 80 + 10 * data_bytes
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(frame=frames)
 def test_every_frame_lies_between_the_published_bounds(frame: CanFrame) -> None:
     length = encode_frame(pack(frame))

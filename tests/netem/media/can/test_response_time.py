@@ -15,6 +15,7 @@ from netem.media.can.frame import CanFrame, pack
 from netem.media.can.messages import CanMessage, periodic
 from netem.media.can.response_time import PeriodicMessage, response_time_ns, utilization
 from netem.media.can.settings import CanSettings
+from tests.examples import examples
 from tests.netem.media.can.can_bench import BIT, MS, CanBench
 
 US = 1000
@@ -49,7 +50,7 @@ def observed(messages: list[PeriodicMessage], phases: tuple[int, ...], until: in
     return worst
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(sets=st.lists(st.tuples(st.integers(1, 4), st.integers(6, 12)), min_size=2, max_size=3))
 def test_some_phase_gives_the_bound_and_none_gives_more(sets: list[tuple[int, int]]) -> None:
     """In whole units, with arbitration among all that is queued by the instant of a start, the bit time of the analysis
@@ -79,7 +80,7 @@ def sufficient(messages: list[PeriodicMessage], index: int) -> int | None:
     return None
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(sets=st.lists(st.tuples(st.integers(1, 30), st.integers(50, 400), st.integers(0, 40)), min_size=1, max_size=6))
 def test_the_sufficient_test_never_says_less_than_the_exact_one(sets: list[tuple[int, int, int]]) -> None:
     messages = [PeriodicMessage(str(index), *one) for index, one in enumerate(sets)]

@@ -27,6 +27,7 @@ from netem.media.packet_network.packet_network import PacketNetwork
 from netem.media.packet_network.settings import LinkSettings, PacketNetworkSettings
 from netem.media.replayed_links import RecordedCopy, RecordedFrame, ReplayedLinks
 from netem.records.ledger import COLUMNS, Ledger
+from tests.examples import examples
 
 END_NS = 10**13
 US = 1_000                  # a byte at 8 Mbit/s
@@ -422,7 +423,7 @@ def packet_by_packet(offers):
     return sorted(heard)
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=examples(150))
 @given(st.lists(st.tuples(st.integers(0, 300_000), st.sampled_from("abcd"), st.sampled_from("abcd*"),
                           st.binary(max_size=130)), max_size=25))
 def test_it_agrees_with_a_simulation_packet_by_packet_and_nothing_arrives_below_the_lookahead(gaps):
