@@ -133,12 +133,15 @@ def _delay_problems(team: WaveTeam, scenario: ScenarioView, medium: MediumView) 
     network = _network(team, medium, added)
     longest_ns = network.longest_ns
     if (loop := _loop(team, network)) is None:
+        if team.waves:
+            return              # passivity is enough
         yield (f"the exact map of a round has more than {MOST_COMPONENTS} rows with delays of up to {longest_ns} ns, "
                f"for which it is not computed; shorten the delays, {ALL_THE_SAME}")
     elif loop.radius >= 1:
-        own = "" if team.waves else f" and own values used {team.own_value}"
-        yield (f"slots of {team.slot_ns} ns and delays of up to {longest_ns} ns{own} make the loop unstable: the exact "
-               f"map of a round has the spectral radius {loop.radius:.7g}, expected below 1; "
+        late = (f" and delays of up to {longest_ns} ns" if team.waves else
+                f", delays of up to {longest_ns} ns and own values used {team.own_value}")
+        yield (f"slots of {team.slot_ns} ns{late} make the loop unstable: the exact map of a round has the spectral "
+               f"radius {loop.radius:.7g}, expected below 1; "
                f"{_longest_stable(team, network)}; shorten the delays"
                f"{'' if team.waves else ', take waves'}, {ALL_THE_SAME}")
 

@@ -12,7 +12,8 @@ def integrator() -> Agent:
 
 def mass_damper(mass: float, damper: float, lead_s: float) -> Agent:
     """q'' = (u - damper q') / mass, y = q + lead_s q'; passive if and only if lead_s damper >= mass."""
-    return Agent(np.array([[0.0, 1.0], [0.0, -damper / mass]]), np.array([[0.0], [1 / mass]]), np.array([[1.0, lead_s]]))
+    A = np.array([[0.0, 1.0], [0.0, -damper / mass]])
+    return Agent(A, np.array([[0.0], [1 / mass]]), np.array([[1.0, lead_s]]))
 
 
 @pytest.fixture(scope="session")

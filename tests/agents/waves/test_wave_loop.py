@@ -93,7 +93,8 @@ def test_waves_agree_with_other_delays_on_every_link(team_of, seed):
 
 
 def test_held_outputs_with_the_own_value_late_diverge_from_a_delay_on(team_of):
-    stable = [slots for slots in range(11) if OutputLoop(network(team_of[5], slots * SLOT_NS), 2.0, True).loop.radius < 1]
+    stable = [slots for slots in range(11)
+              if OutputLoop(network(team_of[5], slots * SLOT_NS), 2.0, True).loop.radius < 1]
 
     assert stable == list(range(9))
     assert OutputLoop(network(team_of[5], 9 * SLOT_NS), 2.0, True).loop.radius == pytest.approx(1.014356, abs=5e-7)
