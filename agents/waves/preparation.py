@@ -3,7 +3,7 @@
 `check` yields the reasons why a run cannot converge, with the rule and the number:
 
 - with waves, each agent is passive (`passivity.py`), and a line gives no energy: its waves are 0 when no frame comes,
-  or its delay is constant and no frame is lost;
+  or each is used after the same delay and none is lost;
 - the graph is connected, each line is on the radio, and a slot holds its frame;
 - with constant delays, the spectral radius of the exact map of a round is below 1.
 
@@ -12,7 +12,7 @@ Not modelled: graphs that change, an impairment of the scenario's author.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ from agents.waves.passivity import violation
 from agents.waves.team import WaveTeam, read_wave_team
 from agents.waves.wave_loop import wave_loop
 from firmware_sim.scenario_view import MediumView, Own, ScenarioView
+from netem.core.link_name import LinkName
 from netem.impairments.flow import Flow
 
 MOST_COMPONENTS = 600       # of the state of a loop whose map is computed: about three seconds
@@ -115,12 +116,9 @@ def _radio_problems(team: WaveTeam, scenario: ScenarioView, medium: MediumView) 
 
 def _delay_problems(team: WaveTeam, scenario: ScenarioView, medium: MediumView) -> Iterator[str]:
     added = _added(team, scenario, medium)
-    here = [link for link in added if link[0] == medium.name and
-            (team.names.index(link[1]), team.names.index(link[2])) in team.edges]
-    places = [spec.place for spec, impairment in constructed(scenario.impairments)
-              if set(spec.links) & set(here) and
-              not (spec.kind == "delay" and impairment is not None and not impairment.written_out()
-                   and not spec.windows_ns)]
+    if team.use_after_ns:
+        yield from _late_lines(team, medium, added)
+    places = _varying(team, scenario, medium, added)
     if places:
         if not team.waves:
             yield (f"{' and '.join(places)}: the delay varies or frames are lost: nothing proves that outputs that are "
@@ -128,7 +126,7 @@ def _delay_problems(team: WaveTeam, scenario: ScenarioView, medium: MediumView) 
         elif team.when_silent == "hold":
             yield (f"{' and '.join(places)}: the delay varies or frames are lost, and a wave is held until the next "
                    "one comes: a line then gives more energy than it gets, and nothing proves that the robots agree; "
-                   f'take team.when_silent = "zero", {ALL_THE_SAME}')
+                   f'take team.when_silent = "zero", or a team.use_after_s longer than each delay, {ALL_THE_SAME}')
         return
     network = _network(team, medium, added)
     longest_ns = network.longest_ns
@@ -144,6 +142,34 @@ def _delay_problems(team: WaveTeam, scenario: ScenarioView, medium: MediumView) 
                f"radius {loop.radius:.7g}, expected below 1; "
                f"{_longest_stable(team, network)}; shorten the delays"
                f"{'' if team.waves else ', take waves'}, {ALL_THE_SAME}")
+
+
+def _late_lines(team: WaveTeam, medium: MediumView, added: Mapping[LinkName, AddedDelay]) -> Iterator[str]:
+    """Yield the first line on which no frame comes before its wave is due."""
+    for (sender, receiver), most_ns in _network(team, medium, added, as_used=False).delays_ns.items():
+        link = team.names[sender], team.names[receiver]
+        delay = added.get((medium.name, *link), AddedDelay())
+        least_ns = most_ns - delay.most_ns + delay.least_ns
+        if least_ns > team.use_after_ns:
+            yield (f"team.use_after_s={team.use_after_s}: a frame from {link[0]} to {link[1]} takes {least_ns} ns or "
+                   "more, so that each of its waves comes after it is due; take more")
+            return
+
+
+def _varying(team: WaveTeam, scenario: ScenarioView, medium: MediumView,
+             added: Mapping[LinkName, AddedDelay]) -> list[str]:
+    """Return the places of the impairments by which a link does more than use each value after the same delay."""
+    lines = {(medium.name, team.names[sender], team.names[receiver]) for sender, receiver in team.edges}
+    in_time = _network(team, medium, added, as_used=False).longest_ns <= team.use_after_ns
+    found = []
+    for spec, impairment in constructed(scenario.impairments):
+        if not lines & set(spec.links):
+            continue
+        delays_only = spec.kind == "delay" and impairment is not None
+        constant = impairment is not None and not spec.windows_ns and not impairment.written_out()
+        if not delays_only or not (in_time if team.use_after_ns else constant):
+            found.append(spec.place)
+    return found
 
 
 def _loop(team: WaveTeam, network: Network) -> JumpLoop | None:
@@ -173,17 +199,19 @@ def _longest_stable(team: WaveTeam, network: Network) -> str:
     return f"it is stable up to {stable_ns} ns, {stable_ns / network.slot_ns:.4g} slots"
 
 
-def _added(team: WaveTeam, scenario: ScenarioView, medium: MediumView) -> dict[Any, AddedDelay]:
+def _added(team: WaveTeam, scenario: ScenarioView, medium: MediumView) -> dict[LinkName, AddedDelay]:
     sizes = tuple({team.codec.size_bytes(i) for i in range(len(team.names))})
     return added_delays(scenario.impairments, Flow(sizes, team.slot_ns), scenario.length_ns)
 
 
-def _network(team: WaveTeam, medium: MediumView, added: dict[Any, AddedDelay]) -> Network:
-    """Return the network with the delay of each link at its greatest value."""
+def _network(team: WaveTeam, medium: MediumView, added: Mapping[LinkName, AddedDelay], *,
+             as_used: bool = True) -> Network:
+    """Return the network with the delay of each link, at its greatest value; `as_used`: with `use_after_s` that one."""
     radio = medium.settings.radio()
     delays_ns: dict[Edge, int] = {}
     for sender, receiver in team.edges:
         late = added.get((medium.name, team.names[sender], team.names[receiver]), AddedDelay())
         airtime_ns = radio.airtime_ns(team.codec.size_bytes(sender))
         delays_ns[sender, receiver] = airtime_ns + radio.receive_latency_ns + late.most_ns
-    return Network(tuple(team.agents), delays_ns, team.slot_ns)
+    network = Network(tuple(team.agents), delays_ns, team.slot_ns)
+    return network.with_delay(team.use_after_ns) if team.use_after_ns and as_used else network

@@ -19,9 +19,8 @@ from agents.waves.team import read_wave_team
 from agents.waves.wave_coupling import WaveCoupling
 from agents.waves.wave_frame import WaveFrame
 from firmware_sim.board import Board
-from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 
-COUNTERS: Final = ("old frames", "silent waves", "unreadable frames")
+COUNTERS: Final = ("old frames", "unreadable frames")
 
 
 class Coupling(Protocol):
@@ -46,7 +45,7 @@ class WaveRobot:
         self._port = board.port(board.ports[0], self._hear, listen_only=True)
         self._drive = board.actuators(["u[1]"])
         self._control = 0.0
-        self._schedule = SlottedBroadcast(len(team.names), team.slot_ns, 0, team.guard_ns)
+        self._schedule = team.schedule
         for counter in COUNTERS:
             board.count(counter, 0)
         output = board.sensors(["y[1]"])

@@ -14,6 +14,7 @@ from agents.synchronization.team_table import mistakes
 from agents.waves.agent import Agent, read_agent
 from agents.waves.port import WavePort
 from agents.waves.wave_frame import MAX_ROBOTS, WaveFrameCodec
+from firmware_sim.schedules.slotted_broadcast import SlottedBroadcast
 from netem.core import link_pattern
 
 
@@ -40,6 +41,7 @@ class WaveTeam(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=Tru
     impedance: float = 0.0                          # b of every line, 0: as `damping`, so that nothing is reflected
     coupling: Literal["waves", "outputs"] = "waves"
     when_silent: Literal["zero", "hold"] = "zero"   # the wave after a period without a frame
+    use_after_s: float = 0.0                        # with waves: from its slot's start until a wave is used; 0: at once
     own_value: Literal["at once", "late"] = "late"  # with outputs: when a robot uses the value that it sent itself
     guard_s: float = 0.0
     sure: bool = True                               # refuse what is not proved to converge
@@ -64,6 +66,10 @@ class WaveTeam(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=Tru
     @property
     def guard_ns(self) -> int:
         return round(self.guard_s * 1e9)
+
+    @property
+    def use_after_ns(self) -> int:
+        return round(self.use_after_s * 1e9)
 
     @property
     def round_ns(self) -> int:
@@ -99,6 +105,10 @@ class WaveTeam(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=Tru
     def first_output(self, number: int) -> float:
         model = list(self.models.values())[number]
         return float(sum(c * x for c, x in zip(model.C[0], model.x0, strict=False)))
+
+    @cached_property
+    def schedule(self) -> SlottedBroadcast:
+        return SlottedBroadcast(len(self.models), self.slot_ns, 0, self.guard_ns)
 
     @cached_property
     def codec(self) -> WaveFrameCodec:
@@ -137,6 +147,10 @@ def _problems(team: WaveTeam) -> list[str]:
     elif not 0 <= team.guard_s < team.slot_s / 2:
         found.append(f"team.guard_s={team.guard_s}: expected 0 or more, and less than half of team.slot_s="
                      f"{team.slot_s}")
+    if not 0 <= team.use_after_s < float("inf"):
+        found.append(f"team.use_after_s={team.use_after_s}: expected 0 or more")
+    elif team.use_after_s and not team.waves:
+        found.append(f'team.use_after_s={team.use_after_s}: goes with team.coupling = "waves"')
     try:
         _ = team.port
     except ValueError as error:

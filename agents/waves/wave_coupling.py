@@ -5,6 +5,9 @@ neighbour the mean of the wave since its last slot (`port.py`). It needs neither
 neither a wrong model nor a disturbance of the plant makes a line give energy. The force of its ports' dampers is in
 its drive, and so in the plant; it sets the input alpha sum_j w_ij.
 
+With `use_after_s` in the team's table a robot uses each wave that long after its slot began, by its own clock, and none
+that comes later. A delay that varies less is then constant: no wave is held too long, and none is cut short.
+
 It records what each line owes (`incoming_wave.py`) as `energy_NAME`, and the least of these as `energy`. It tells
 the least as an event "wave energy" when one becomes negative and when none is any more, and warns of the first break of
 each line.
@@ -31,13 +34,16 @@ class WaveCoupling:
         self._place = {sender: team.neighbours[sender].index(number) for sender in self._heard}
         self._lines = {sender: IncomingWave(team.round_ns, len(team.names), hold=team.when_silent == "hold")
                        for sender in self._heard}
+        self._use_after_ns, self._schedule = team.use_after_ns, team.schedule
+        self._waiting: set[tuple[int, int]] = set()             # senders of waves, and when these come into use
         self._timers: dict[int, Timer] = {}
         self._sent = dict.fromkeys(self._heard, 0.0)            # energy, by neighbour
         self._broken: set[int] = set()
         self._warned: set[int] = set()
         self._integral_of_output = board.sensors(["y[2]"])
         self._read_before, self._sent_ns = self._integral_of_output.read()[0], board.now_ns
-        board.count(BROKEN, 0)
+        for counter in (BROKEN, "late frames", "silent waves"):
+            board.count(counter, 0)
         board.record_all([("energy", "1"), *((f"energy_{team.names[sender]}", "1") for sender in self._heard)],
                          self._sample)
         board.event("wave energy", "0.0, no wave has come yet")
@@ -57,9 +63,24 @@ class WaveCoupling:
         return values
 
     def hear(self, frame: WaveFrame) -> None:
-        sender, now_ns = frame.sender, self._board.now_ns
-        if sender not in self._lines:
+        if frame.sender not in self._lines:
             return
+        if not self._use_after_ns:
+            self._use(frame)
+            return
+        due_ns = self._schedule.data_ns(frame.slot) + self._use_after_ns
+        if due_ns < self._board.now_ns:
+            self._board.count("late frames")
+            return
+        self._waiting.add((frame.sender, due_ns))
+        self._board.at(due_ns, partial(self._use_now_due, frame, due_ns), sends=False)
+
+    def _use_now_due(self, frame: WaveFrame, due_ns: int) -> None:
+        self._waiting.discard((frame.sender, due_ns))
+        self._use(frame)
+
+    def _use(self, frame: WaveFrame) -> None:
+        sender, now_ns = frame.sender, self._board.now_ns
         wave, sent = frame.values[2 * self._place[sender]:2 * self._place[sender] + 2]
         line = self._lines[sender]
         if not line.arrive(frame.slot, wave, sent, now_ns):
@@ -81,6 +102,8 @@ class WaveCoupling:
         return self._port.gain * sum(line.wave for line in self._lines.values())
 
     def _end(self, sender: int) -> None:
+        if (sender, self._board.now_ns) in self._waiting:       # the next wave comes into use at this instant
+            return
         self._lines[sender].fall_silent(self._board.now_ns)
         self._board.count("silent waves")
         self._apply()

@@ -13,6 +13,7 @@ from math import sqrt
 import numpy as np
 from scipy.linalg import expm
 
+ROUNDING = 1e-12        # an account that should be 0 may be less by this
 Arrival = Callable[[int, int, int, int], int | None]        # (sender, receiver, k, sent_ns) -> when it comes
 
 
@@ -30,7 +31,8 @@ def stepped(A, B, C, damping, force, x, h_s):
 
 
 def simulate_waves(agents, edges, slot_ns, K, b, x0, instants_ns: Sequence[int], arrival: Arrival, *, hold=False):
-    """Return the outputs at the instants, one row for each, and by link the least energy that the line ever owed.
+    """Return the outputs at the instants, one row for each, and by link the least energy that the line ever owed and
+    when it first owed less than nothing [ns], None if never.
 
     Each end solves its port: b e - F = sqrt(2 b) w and F = K (y - e)."""
     N, round_ns = len(agents), slot_ns * len(agents)
@@ -39,6 +41,7 @@ def simulate_waves(agents, edges, slot_ns, K, b, x0, instants_ns: Sequence[int],
     wave, newest, ends = dict.fromkeys(edges, 0.0), dict.fromkeys(edges, -1), {}
     out_integral = dict.fromkeys(edges, 0.0)        # of v of the sender, since it sent last
     sent, account, least = defaultdict(list), dict.fromkeys(edges, 0.0), dict.fromkeys(edges, 0.0)
+    broken = dict.fromkeys(edges)
     rows, now_ns, k_of = [], 0, [0] * N
     damping = [K * b / (b + K) * sum(receiver == i for _, receiver in edges) for i in range(N)]
 
@@ -55,6 +58,8 @@ def simulate_waves(agents, edges, slot_ns, K, b, x0, instants_ns: Sequence[int],
                     e = (K * of_y + sqrt(2 * b) * w * h_s) / (b + K)
                     out_integral[sender, receiver] += sqrt(2 * b) * e - w * h_s
         for link, w in wave.items():
+            if broken[link] is None and account[link] - w * w * h_s < -ROUNDING:
+                broken[link] = now_ns + account[link] / (w * w) * 1e9
             account[link] -= w * w * h_s
             least[link] = min(least[link], account[link])
         now_ns = until_ns
@@ -88,7 +93,7 @@ def simulate_waves(agents, edges, slot_ns, K, b, x0, instants_ns: Sequence[int],
                             ends[what] = at_ns + round_ns
         advance(instant_ns)
         rows.append([(agent.C @ state)[0] for agent, state in zip(agents, x, strict=True)])
-    return np.array(rows), least
+    return np.array(rows), least, broken
 
 
 def simulate_outputs(agents, edges, slot_ns, K, x0, instants_ns, delays_ns, own_delays_ns):

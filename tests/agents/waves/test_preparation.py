@@ -67,6 +67,17 @@ def test_what_makes_a_line_give_energy_is_refused_where_waves_are_held_and_outpu
     assert load(WAVES, overrides=[one_delay(keys), "guarantees={}"])
 
 
+def test_a_delay_that_varies_is_constant_where_waves_are_used_later():
+    varies = one_delay("kind='delay', delay_ms=60, jitter_ms=40, distribution='uniform'")
+    hold = ["team.when_silent='hold'", "guarantees={}"]
+
+    assert load(WAVES, overrides=[varies, *hold, "team.use_after_s=0.1"])
+    assert "a team.use_after_s longer than each delay" in problems(WAVES, varies, *hold, "team.use_after_s=0.099")[0]
+    line, = problems(WAVES, one_delay("kind='delay', delay_ms=30"), "guarantees={}", "team.use_after_s=0.029")
+    assert line == ("team.use_after_s=0.029: a frame from r1 to r2 takes 30000000 ns or more, so that each of its "
+                    "waves comes after it is due; take more")
+
+
 def test_an_impairment_of_another_link_does_not_count():
     keys = "kind='bernoulli_loss', loss_ratio=0.1"
 
@@ -81,6 +92,7 @@ def test_an_impairment_of_another_link_does_not_count():
     ("team.damping=-1.0", "team.damping=-1.0: expected a positive number"),
     ("team.impedance=-1.0", "team.impedance=-1.0: expected a positive number"),
     ("team.guard_s=0.02", "team.guard_s=0.02: expected 0 or more, and less than half"),
+    ("team.use_after_s=-1.0", "team.use_after_s=-1.0: expected 0 or more"),
     ("team.coupling='springs'", "expected one of waves, outputs"),
     ("team.when_silent='repeat'", "expected one of zero, hold"),
     ("team.speed=1", "unknown key"),

@@ -50,7 +50,7 @@ def test_the_wave_loop_is_the_event_by_event_simulation(team_of, seed):
     exact = outputs(net, loop.states_at(start(loop, x0), instants))
 
     parts = [x0[net.states(i)] for i in range(len(net.agents))]
-    told, _ = simulate_waves(net.agents, ring(len(net.agents)), SLOT_NS, K, b, parts, instants, always(net.delays_ns))
+    told, *_ = simulate_waves(net.agents, ring(len(net.agents)), SLOT_NS, K, b, parts, instants, always(net.delays_ns))
     np.testing.assert_allclose(exact, told, rtol=1e-9, atol=1e-11)
     z = np.linalg.matrix_power(loop.period_map, 1_000_000_000 // net.round_ns) @ start(loop, x0)
     np.testing.assert_allclose(outputs(net, z[None])[0], told[-1], rtol=1e-9, atol=1e-11)
