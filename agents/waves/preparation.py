@@ -29,6 +29,7 @@ from agents.waves.team import WaveTeam, read_wave_team
 from agents.waves.wave_loop import wave_loop
 from firmware_sim.scenario_view import MediumView, Own, ScenarioView
 from netem.core.link_name import LinkName
+from netem.impairments import Impairment
 from netem.impairments.flow import Flow
 
 MOST_COMPONENTS = 600       # of the state of a loop whose map is computed: about three seconds
@@ -161,13 +162,13 @@ def _varying(team: WaveTeam, scenario: ScenarioView, medium: MediumView,
     """Return the places of the impairments by which a link does more than use each value after the same delay."""
     lines = {(medium.name, team.names[sender], team.names[receiver]) for sender, receiver in team.edges}
     in_time = _network(team, medium, added, as_used=False).longest_ns <= team.use_after_ns
-    found = []
+    flow, found = _flow(team), []
     for spec, impairment in constructed(scenario.impairments):
         if not lines & set(spec.links):
             continue
-        delays_only = spec.kind == "delay" and impairment is not None
-        constant = impairment is not None and not spec.windows_ns and not impairment.written_out()
-        if not delays_only or not (in_time if team.use_after_ns else constant):
+        harmless = impairment is not None and impairment.only_delays and (
+            in_time if team.use_after_ns else not spec.windows_ns and _is_constant(impairment, flow))
+        if not harmless:
             found.append(spec.place)
     return found
 
@@ -200,8 +201,15 @@ def _longest_stable(team: WaveTeam, network: Network) -> str:
 
 
 def _added(team: WaveTeam, scenario: ScenarioView, medium: MediumView) -> dict[LinkName, AddedDelay]:
-    sizes = tuple({team.codec.size_bytes(i) for i in range(len(team.names))})
-    return added_delays(scenario.impairments, Flow(sizes, team.slot_ns), scenario.length_ns)
+    return added_delays(scenario.impairments, _flow(team), scenario.length_ns)
+
+
+def _flow(team: WaveTeam) -> Flow:
+    return Flow(tuple(sorted({team.codec.size_bytes(i) for i in range(len(team.names))})), team.slot_ns)
+
+
+def _is_constant(impairment: Impairment, flow: Flow) -> bool:
+    return all(impairment.least_delay_ns(size) == impairment.most_delay_ns(flow) for size in flow.sizes_bytes)
 
 
 def _network(team: WaveTeam, medium: MediumView, added: Mapping[LinkName, AddedDelay], *,
