@@ -20,6 +20,11 @@ the energy of the frames that it did not get. After a restart of the sender it c
 
 from __future__ import annotations
 
+from math import floor
+from typing import Final
+
+NEVER_S: Final = 1e8            # three years: time after which a break is none of this run
+
 
 class IncomingWave:
     def __init__(self, period_ns: int, round_slots: int, *, hold: bool) -> None:
@@ -57,9 +62,15 @@ class IncomingWave:
     @property
     def breaks_ns(self) -> int | None:
         """The first local time at which the line owes less than 0 unless another wave comes; None: never."""
-        if not self._hold or self._silent or self.wave == 0:
+        power = self.wave * self.wave
+        if not self._hold or self._silent or self._settled >= NEVER_S * power:
             return None
-        return self._since_ns + self._period_ns + max(0, int(self._settled / (self.wave * self.wave) * 1e9)) + 1
+        credit_s = self._settled / power if self._settled > -NEVER_S * power else -NEVER_S
+        lasts_ns = self._period_ns + floor(credit_s * 1e9)
+        at_ns = self._since_ns + max(0, lasts_ns - 1)
+        while self.owed(at_ns) >= 0:            # a few times, as the division is rounded
+            at_ns += 1
+        return at_ns
 
     def owed(self, now_ns: int) -> float:
         if self._silent:

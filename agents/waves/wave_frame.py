@@ -1,8 +1,8 @@
 """The frame that a robot broadcasts in its slot: magic, sender, slot number, then float64 values.
 
 With waves there are two values for each neighbour, by ascending number: the wave to it, and the energy sent to it so
-far. With outputs there is one, y. Parsing never raises: it returns None for a frame that is cut, too long, not finite
-or from an unknown sender.
+far. With outputs there is one, y. Parsing never raises: it returns None for a frame that is cut, too long, from an
+unknown sender, or has a value that is not finite or beyond LARGEST, whose square could be.
 Not modelled: a checksum; the radio has one.
 """
 
@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from math import isfinite
 from typing import Final, NamedTuple
 
 MAGIC: Final = 0xD6
 MAX_ROBOTS: Final = 255
+LARGEST: Final = 1e100
 _HEAD: Final = struct.Struct("<BBI")
 
 
@@ -45,4 +45,4 @@ class WaveFrameCodec:
         if magic != MAGIC or sender >= len(self._values) or len(data) != self.size_bytes(sender):
             return None
         values = self._values[sender].unpack_from(data, _HEAD.size)
-        return WaveFrame(sender, slot, values) if all(map(isfinite, values)) else None
+        return WaveFrame(sender, slot, values) if all(abs(value) <= LARGEST for value in values) else None

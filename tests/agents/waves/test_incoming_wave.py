@@ -79,8 +79,28 @@ def test_a_held_wave_breaks_at_the_first_nanosecond_at_which_more_is_given_than_
 
     assert breaks_ns is not None
     assert abs(breaks_ns - (10 + (lost + 2) * PERIOD_NS + 1)) <= (1 if lost else 0)       # rounding of the credit
-    assert line.owed(breaks_ns) < 0 or lost
-    assert line.owed(breaks_ns - 2) > 0
+    assert line.owed(breaks_ns) < 0 <= line.owed(breaks_ns - 1)
+
+
+@given(sent=frames)
+def test_a_break_is_expected_at_the_first_nanosecond_at_which_less_than_nothing_is_owed(sent):
+    line, account = IncomingWave(PERIOD_NS, ROUND, hold=True), 0.0
+    for k, (wave, delays_ns) in enumerate(sent):
+        account += wave * wave * TAU_S
+        for delay_ns in delays_ns[:1]:
+            at_ns = k * 450 + delay_ns              # in order
+            line.arrive(k * ROUND, wave, account, at_ns)
+            first = next((t for t in range(at_ns, at_ns + 9 * PERIOD_NS) if line.owed(t) < 0), None)
+            assert line.breaks_ns == first or (first is None and line.breaks_ns is not None
+                                               and line.breaks_ns >= at_ns + 9 * PERIOD_NS)
+
+
+def test_no_wave_however_small_or_large_is_too_much_for_the_account():
+    for wave in (0.0, 1e-300, 1e-100, 1e100, -1e100):
+        for sent in (0.0, 1e-300, 1.0, 1e100):
+            line = IncomingWave(PERIOD_NS, ROUND, hold=True)
+            line.arrive(10 * ROUND, wave, sent, 0)
+            assert line.breaks_ns is None or line.owed(line.breaks_ns) < 0
 
 
 def test_an_old_or_doubled_frame_is_not_used():

@@ -25,5 +25,6 @@ def test_bytes_that_are_no_frame_are_none(data):
 def test_a_number_that_is_not_finite_and_an_unknown_sender_are_none():
     assert CODEC.unpack(CODEC.pack(0, 0, [float("nan"), 0.0])) is None
     assert CODEC.unpack(CODEC.pack(0, 0, [float("inf"), 0.0])) is None
+    assert CODEC.unpack(CODEC.pack(0, 0, [1.0, -2e100])) is None
     assert CODEC.unpack(b"\xd6\x03" + bytes(20)) is None
     assert CODEC.unpack(CODEC.pack(0, 0, [1.0, 0.0])[:-1]) is None
