@@ -91,7 +91,7 @@ def test_two_robots_agree_with_short_and_long_delays_as_the_exact_map_says(tmp_p
 @pytest.mark.parametrize(("own_value", "slots", "grows"), [("late", 8, False), ("late", 9, True),
                                                            ("at once", 10, False)])
 def test_without_waves_it_diverges_from_the_delay_at_which_the_exact_map_says_so(tmp_path, own_value, slots, grows):
-    data, team = ran(tmp_path, "output_sync_unscattered", 40.0, on_all(f"kind='delay', delay_ms={20 * slots}"),
+    data, team = ran(tmp_path, "output_sync_unscattered", 20.0, on_all(f"kind='delay', delay_ms={20 * slots}"),
                      f"team.own_value='{own_value}'", f"team.sure={str(not grows).lower()}", "sample_period_ms=50")
 
     exact = exact_outputs(team, dict.fromkeys(team.edges, slots * SLOT_NS), instants(data))

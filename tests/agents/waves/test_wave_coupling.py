@@ -2,61 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 import pytest
 
 from agents.waves.team import read_wave_team
 from agents.waves.wave_coupling import WaveCoupling
 from agents.waves.wave_frame import WaveFrame
+from tests.agents.waves.board import Board
 
 ROUND_NS, SLOT_NS = 60_000_000, 20_000_000
 INTEGRATOR = {"A": [[-1.0, 0.0], [1.0, 0.0]], "B": [[1.0], [0.0]], "C": [[1.0, 0.0], [0.0, 1.0]]}
-
-
-class Timer:
-    def __init__(self, at_ns, action):
-        self.at_ns, self.action = at_ns, action
-
-    def cancel(self):
-        self.action = None
-
-
-class Board:
-    name, now_ns, integral = "r2", 0, 0.0
-
-    def __init__(self):
-        self.counters, self.events, self.warnings, self.timers = Counter(), [], [], []
-
-    def sensors(self, names):
-        return self
-
-    def read(self):
-        return [self.integral]
-
-    def count(self, name, by=1):
-        self.counters[name] += by
-
-    def record_all(self, signals, read):
-        self.sample = read
-
-    def event(self, kind, detail):
-        self.events.append((self.now_ns, kind, float(detail.split()[0].strip(","))))
-
-    def warn(self, kind, detail):
-        self.warnings.append((self.now_ns, detail))
-
-    def at(self, at_ns, action, sends):
-        assert not sends
-        self.timers.append(Timer(at_ns, action))
-        return self.timers[-1]
-
-    def run_until(self, until_ns):
-        while (due := [timer for timer in self.timers if timer.action and timer.at_ns <= until_ns]):
-            timer = min(due, key=lambda timer: timer.at_ns)
-            self.now_ns, action, timer.action = timer.at_ns, timer.action, None
-            action()
-        self.now_ns = until_ns
 
 
 def coupled(**keys):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from agents.waves.network import Network
-from agents.waves.output_loop import OutputLoop, own_delay_ns
+from agents.waves.output_loop import OutputLoop
 from agents.waves.port import WavePort
 from agents.waves.wave_loop import start, wave_loop
 from tests.agents.waves.conftest import integrator, mass_damper
@@ -67,7 +67,8 @@ def test_the_output_loop_is_the_event_by_event_simulation(team_of, seed, own_lat
 
     exact = outputs(net, loop.loop.states_at(loop.start(x0), instants))
 
-    own_ns = [own_delay_ns(net, i, own_late) for i in range(len(net.agents))]
+    own_ns = [max(delay_ns for link, delay_ns in net.delays_ns.items() if link[1] == i) if own_late else 0
+              for i in range(len(net.agents))]
     parts = [x0[net.states(i)] for i in range(len(net.agents))]
     told = simulate_outputs(net.agents, ring(len(net.agents)), SLOT_NS, K, parts, instants, net.delays_ns, own_ns)
     np.testing.assert_allclose(exact, told, rtol=1e-9, atol=1e-11)
