@@ -108,7 +108,7 @@ def test_a_held_wave_is_told_when_it_breaks_and_when_the_line_owes_again():
 def test_with_a_later_use_the_next_wave_takes_over_without_a_gap():
     board, coupling, applied = coupled(use_after_s=0.1)
     for k in range(3):
-        board.run_until(k * ROUND_NS + 10_000_000 * (k % 2))
+        board.run_until(k * ROUND_NS + 70_000_000)              # the wave before is in use since 30 ms
         coupling.hear(WaveFrame(0, 3 * k, (k + 1.0, 9.0)))
 
     board.run_until(100_000_000 + 3 * ROUND_NS)
