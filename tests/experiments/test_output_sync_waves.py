@@ -88,6 +88,22 @@ def test_two_robots_agree_with_short_and_long_delays_as_the_exact_map_says(tmp_p
     assert min(data.signals[name].column("energy").min() for name in team.names) == 0
 
 
+def test_on_a_radio_whose_frames_take_time_the_delay_is_that_of_the_ledger(tmp_path):
+    data, team = ran(tmp_path, "output_sync_waves", 5.0, "media.radio.preset='crazyflie_p2p'",
+                     "media.radio.receive_latency_us=70")
+
+    copies = data.ledger.only(fate="delivered")
+    took = defaultdict(set)
+    for sender, receiver, offered_ns, delivered_ns in zip(
+            copies.coded("sender").values(), copies.coded("receiver").values(), copies.ints("offered_ns").tolist(),
+            copies.ints("delivered_ns").tolist(), strict=True):
+        took[team.names.index(sender), team.names.index(receiver)].add(delivered_ns - offered_ns)
+    delays_ns = {link: next(iter(took[link])) for link in team.edges}
+    assert all(len(delays) == 1 for delays in took.values())
+    assert delays_ns[0, 1] == 2_000_000 + 70_000 + 196_500           # 4 us and 81 + 8 x 38 bits at 2 Mbit/s
+    assert np.abs(emulated(data, team) - exact_outputs(team, delays_ns, instants(data))).max() < 1e-9
+
+
 @pytest.mark.parametrize(("own_value", "slots", "grows"), [("late", 8, False), ("late", 9, True),
                                                            ("at once", 10, False)])
 def test_without_waves_it_diverges_from_the_delay_at_which_the_exact_map_says_so(tmp_path, own_value, slots, grows):
