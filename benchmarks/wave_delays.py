@@ -18,9 +18,9 @@ from agents.waves.team import read_wave_team
 from agents.waves.wave_loop import wave_loop
 
 LONGEST_SLOTS, STEPS = 12, 240
-RADIUS = (0.90, 1.06)
+RADIUS = (0.90, 1.10)
 WIDTH, HEIGHT, LEFT, TOP, BOTTOM = 560, 340, 60, 20, 50
-LABELS = {"waves": (9.4, "#117a65"), "outputs, own late": (9.4, "#c0392b"), "outputs, own at once": (7.6, "#1f618d")}
+LABELS = {"waves": (9.4, "#117a65"), "outputs, own late": (9.4, "#c0392b"), "outputs, own at once": (5.9, "#1f618d")}
 
 
 def place(slots: float, radius: float) -> tuple[float, float]:
@@ -47,7 +47,7 @@ def main() -> None:
              f'font-size="13"><rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>',
              text((WIDTH + LEFT) / 2, HEIGHT - 10, "delay of every link, slots (spectral radius of a round)")]
     drawn += [text(place(slots, 0)[0], HEIGHT - BOTTOM + 18, f"{slots}") for slots in range(0, LONGEST_SLOTS + 1, 2)]
-    for percent in range(90, 107, 2):
+    for percent in range(90, 111, 2):
         y = place(0, percent / 100)[1]
         colour = "#888" if percent == 100 else "#eee"
         drawn += [f'<line x1="{LEFT}" y1="{y:.1f}" x2="{WIDTH - 20}" y2="{y:.1f}" stroke="{colour}"/>',
