@@ -24,6 +24,7 @@ class Impairment:
     loses_as: ClassVar[Fate]                # the fate of a copy for which `carry` yields nothing
     most_copies: ClassVar[int] = 1          # most copies that leave for one that enters
     only_loses: ClassVar[bool] = False      # whether a copy that it does not lose leaves as it entered
+    only_delays: ClassVar[bool] = False     # whether each copy leaves once, as it entered, at once or later
 
     def written_out(self) -> bool:
         """Return whether a search writes out what it does copy by copy: it draws, or is a script. Else it stays whole.

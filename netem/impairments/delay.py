@@ -38,6 +38,7 @@ from netem.impairments.recordings import Recordings
 @dataclass
 class Delay(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
+    only_delays: ClassVar[bool] = True
 
     delay_ns: int = 0                                   # >= 0
     distribution: Literal["constant", "uniform", "normal", "pareto", "paretonormal", "empirical"] = "constant"

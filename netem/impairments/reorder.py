@@ -29,6 +29,7 @@ from netem.impairments.order import not_before
 @dataclass
 class Reorder(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
+    only_delays: ClassVar[bool] = True
 
     hold_ns: int                            # > 0
     reorder_ratio: float = 1.0              # 0 <= reorder_ratio <= 1

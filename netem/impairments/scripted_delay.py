@@ -26,6 +26,7 @@ from netem.impairments.script import Script
 @dataclass
 class ScriptedDelay(Impairment):
     loses_as: ClassVar[Fate] = Fate.LOST
+    only_delays: ClassVar[bool] = True
 
     delay_frames: list[int]                 # each >= 0
     delays_ns: list[int]                    # one for each of them, each > 0

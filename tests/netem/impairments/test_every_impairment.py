@@ -377,3 +377,23 @@ def test_one_that_only_loses_passes_the_others_as_they_came_and_does_lose(exampl
     assert all(copies == [came] for came, copies in zip(entering([*link, *later]), out, strict=True) if copies)
     assert not all(out)
     assert KINDS[EXAMPLES[example][0]].loses_as is Fate.LOST
+
+
+@examples
+@few
+@given(link=copies)
+def test_one_that_only_delays_passes_each_copy_once_and_as_it_came_apart_from_its_arrival(example, recording, link):
+    if not getattr(KINDS[EXAMPLES[example][0]], "only_delays", False):
+        return
+
+    out = carried(build(example, recording), entering(link))
+
+    for came, leaving in zip(entering(link), out, strict=True):
+        (left,) = leaving
+        assert left.arrival_ns >= came.arrival_ns
+        assert msgspec.structs.replace(left, arrival_ns=came.arrival_ns) == came
+
+
+def test_those_that_only_delay_are_known():
+    assert {name for name, kind in IMPAIRMENTS.items() if getattr(kind, "only_delays", False)} == {
+        "delay", "reorder", "scripted_delay"}
