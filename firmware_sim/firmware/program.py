@@ -73,7 +73,9 @@ class FirmwareProgram:
         self._write = [write for row in firmware.actuators for write in _writers(board, row)]
         self._written = [0.0] * len(self._write)
         parameters = self._parameter_values(settings)
-        self._library = self._load(parameters)
+        self._at, self._after = board.at, board.after
+        self._library = library = self._load(parameters)
+        self._bytes, self._run_timer, self._run_receive = library.bytes, library.timer, library.receive
         board.at_end(self._library.close)
         for counter in firmware.counters:
             board.count(counter.name, 0)
@@ -121,7 +123,7 @@ class FirmwareProgram:
 
     def _ring(self, timer: int) -> None:
         self._timers[timer] = None
-        self._library.timer(timer)
+        self._run_timer(timer)
 
     def _delay_over(self, timer: int, delay: int) -> None:
         if self._timers[timer] == delay:
@@ -131,12 +133,11 @@ class FirmwareProgram:
         if len(data) > MAX_FRAME_BYTES:
             self._board.count("frames too long for the firmware")
             return
-        self._library.receive(port, data)
+        self._run_receive(port, data)
 
     # --- what the firmware asks for
 
     def _carry_out(self, calls: Iterable[Call]) -> None:
-        board = self._board
         for operation, number, integer, place, real in calls:
             if operation == ACTUATE:
                 self._written[number] = real
@@ -144,24 +145,26 @@ class FirmwareProgram:
             elif operation == SET_TIMER:
                 if self._timers[number] is not None:
                     self._disarm(number)
-                self._timers[number] = board.at(integer, self._rings[number], sends=not place & SILENT)
-            elif operation == SEND and integer < 0:
-                tell_frame_too_long(board, self.firmware.ports[number].name, -integer)
+                self._timers[number] = self._at(integer, self._rings[number], sends=not place & SILENT)
             elif operation == SEND:
-                self._send[number](bytes(self._library.bytes[place:place + integer]))
+                if integer < 0:
+                    tell_frame_too_long(self._board, self.firmware.ports[number].name, -integer)
+                else:
+                    self._send[number](bytes(self._bytes[place:place + integer]))
             elif operation == SET_DELAY:
-                self._disarm(number)
+                if self._timers[number] is not None:
+                    self._disarm(number)
                 self._delays += 1
                 self._timers[number] = self._delays
-                board.after(integer, partial(self._delay_over, number, self._delays), sends=not place & SILENT)
+                self._after(integer, partial(self._delay_over, number, self._delays), sends=not place & SILENT)
             elif operation == COUNT:
-                board.count(self.firmware.counters[number].name, integer)
+                self._board.count(self.firmware.counters[number].name, integer)
             elif operation == CANCEL:
                 self._disarm(number)
             elif operation == PROMISE:
-                (board.promise_firm if number & FIRM else board.promise_soft)(integer)
+                (self._board.promise_firm if number & FIRM else self._board.promise_soft)(integer)
             else:
-                self._tell(operation, number, bytes(self._library.bytes[place:place + integer]), int(real))
+                self._tell(operation, number, bytes(self._bytes[place:place + integer]), int(real))
 
     def _tell(self, operation: int, number: int, text: bytes, code: int) -> None:
         """Record an event; raise FirmwareMistake for a mistake of the firmware."""

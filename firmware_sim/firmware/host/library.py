@@ -26,6 +26,8 @@ _ACTIVATION: Final = struct.Struct("@qIIIi")     # now, id, length, calls, code
 _ASKED: Final = struct.Struct("@IIqd")          # question, id, integer, real
 _HEAD: Final = struct.Struct("@qIIIi IIqd PPP II")      # both, `ask` and the pointers to parameters, for C alone
 _CALL: Final = struct.Struct("@IIqqd")
+_CALL_BYTES: Final = _CALL.size
+_unpack_call, _unpack_calls = _CALL.unpack_from, _CALL.iter_unpack
 _ASK: Final = c.CFUNCTYPE(None)
 
 
@@ -101,7 +103,9 @@ class Library:
         calls = self._start()
         self._word[0] = 0
         code = self._code[0]
-        self._finish(calls)
+        if self._error is not None:
+            self._raise()
+        self._carry_out(_unpack_calls(self._calls[:calls * _CALL_BYTES]))
         return code
 
     def timer(self, timer: int) -> None:
@@ -111,8 +115,12 @@ class Library:
         self._running = self._word[0] = self._ringing
         calls = self._timer()
         self._word[0] = 0
-        if calls or self._error is not None:
-            self._finish(calls)
+        if self._error is not None:
+            self._raise()
+        if calls == 1:                  # most activations have one; to iterate over it would take longer
+            self._carry_out((_unpack_call(self._calls),))
+        elif calls:
+            self._carry_out(_unpack_calls(self._calls[:calls * _CALL_BYTES]))
 
     def receive(self, port: int, data: bytes) -> None:
         """Call `board_receive`."""
@@ -122,8 +130,12 @@ class Library:
         self._running = self._word[0] = self._receiving
         calls = self._receive(data)
         self._word[0] = 0
-        if calls or self._error is not None:
-            self._finish(calls)
+        if self._error is not None:
+            self._raise()
+        if calls == 1:
+            self._carry_out((_unpack_call(self._calls),))
+        elif calls:
+            self._carry_out(_unpack_calls(self._calls[:calls * _CALL_BYTES]))
 
     def close(self) -> None:
         """Unload the library; nothing may be called afterwards."""
@@ -134,17 +146,11 @@ class Library:
             handle, self._handle = self._handle, 0
             _ctypes.dlclose(handle)
 
-    def _finish(self, calls: int) -> None:
-        if self._error is not None:
-            error, self._error = self._error, None
+    def _raise(self) -> None:
+        """Raise what a call from within the firmware's function has raised."""
+        error, self._error = self._error, None
+        if error is not None:
             raise error
-        self._carry_out_calls(calls)
-
-    def _carry_out_calls(self, calls: int) -> None:
-        if calls == 1:                  # most activations have one; to iterate over it would take longer
-            self._carry_out((_CALL.unpack_from(self._calls),))
-        elif calls:
-            self._carry_out(_CALL.iter_unpack(self._calls[:calls * _CALL.size]))
 
     def _answer(self) -> None:
         """Called by the firmware's thread of control; an exception is kept, as C code cannot pass it on."""
@@ -152,7 +158,8 @@ class Library:
         if self._error is not None:
             return
         try:
-            self._carry_out_calls(self._count[0])
+            if calls := self._count[0]:
+                self._carry_out(_unpack_calls(self._calls[:calls * _CALL_BYTES]))
             question, number, integer, real = _ASKED.unpack_from(self._asked)
             result = 0.0 if question == HAND_OVER else self._answer_of(question, number, integer, real)
             if question == ADJUST_CLOCK:
