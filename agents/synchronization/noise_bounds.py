@@ -5,16 +5,17 @@ is the noise, with them e_o,i. The loop is then L2-stable with bias (Definition 
 
     ||y~|| <= gamma / (1 - gamma gamma_e) b sqrt(t) + ...,    b = |b| exp(||A*|| T tau)
 
-Ours: let n(t) hold, for each component, the error of its last broadcast. e - n is 0 after every reset, at most h = T tau
-apart, and has the rate of e. By Wirtinger's inequality ||e - n|| <= (2 h / pi) ||e'||, and by (6.13), (6.14)
+Ours: let n(t) hold, for each component, the error of its last broadcast. e - n is 0 after every reset, at most h =
+T tau apart, and has the rate of e. By Wirtinger's inequality ||e - n|| <= (2 h / pi) ||e'||, and by (6.13), (6.14)
 
-    ||e'|| <= k2 + g ||e||,  ||y|| <= k1 + gamma_y ||e||   =>   ||y|| <= k1 + gamma_y (||n|| + (2 h / pi) k2) / (1 - kappa)
+    ||e'|| <= k2 + g ||e||,  ||y|| <= k1 + gamma_y ||e||
+    =>  ||y|| <= k1 + gamma_y (||n|| + (2 h / pi) k2) / (1 - kappa)
 
 with kappa = 2 h g / pi < 1, g the gain from e to C_cl (A_cl x + B_cl e), gamma_y that from e to y, and k1, k2 the norms
 of the responses of y and y' to x(0). ||n|| over [0, t] is at most |b| sqrt(t).
 
 Exact, from the maps of a round z+ = M z + N nu (`observed_loop`), at the starts of rounds: the largest |y_i| under
-noises with |nu| <= 1, sum_r ||C M^r N||_1, and the standard deviation under independent noises, C P C', P = M P M' + N N'.
+noises with |nu| <= 1, sum_r ||C M^r N||_1, and the variance under independent noises, C P C', P = M P M' + N N'.
 
 Differs from the dissertation: it bounds e with exp(||A|| tau) and the gain of a feedback whose product of gains is
 kappa = 0.999, so that the noise is amplified by 1 / (1 - 0.999).
@@ -46,8 +47,8 @@ class BiasBound:
 
     def __post_init__(self) -> None:
         if not self.kappa < 1:
-            raise ValueError(f"tau_s={self.tau_s}: kappa = 2 T tau g / pi is {self.kappa:.6g}, expected below 1; shorten the "
-                             "slots")
+            raise ValueError(f"tau_s={self.tau_s}: kappa = 2 T tau g / pi is {self.kappa:.6g}, expected below 1; "
+                             "shorten the slots")
 
     @cached_property
     def kappa(self) -> float:

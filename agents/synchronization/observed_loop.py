@@ -112,7 +112,7 @@ class ObservedLoop:
 
 
 def broadcast_errors(agent: LinearAgent, poles: Sequence[float], h_s: float) -> float:
-    """Return K with sum_r |e_o(t_r)| <= K |eps(t_0)|, eps(t_0) just before the first correction, without noise (4.24)."""
+    """Return K of (4.24) without noise: sum_r |e_o(t_r)| <= K |eps(t_0)|, eps(t_0) just before the first correction."""
     L = observer_gain(agent, poles, h_s)
     return _series(agent, L, h_s, np.eye(agent.states) - L @ agent.C)
 

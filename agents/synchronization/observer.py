@@ -1,4 +1,4 @@
-"""A Luenberger observer of one agent: it estimates the state from the noisy output that the agent measures in its slots.
+"""A Luenberger observer of one agent: it estimates the state from the noisy outputs measured in the agent's slots.
 
     between two slots   xh' = A xh + B u                        u as the agent itself set it
     own slot            xh+ = xh + L (y - C xh),  y = C x + nu
@@ -26,6 +26,7 @@ from agents.synchronization.closed_loop import LinearAgent
 from agents.synchronization.graph import Floats
 from agents.synchronization.matrix_exponential import held_input_step, matrix_exponential
 
+Complexes = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 OBSERVABLE = 1e-9           # singular values of the observability matrix below this share of the largest count as 0
 PLACED = 1e-6               # largest error of a placed eigenvalue
 
@@ -35,11 +36,10 @@ def observable_basis(agent: LinearAgent) -> Floats:
     return _bases(agent)[0]
 
 
-def hidden_eigenvalues(agent: LinearAgent) -> Floats:
+def hidden_eigenvalues(agent: LinearAgent) -> Complexes:
     """Return the eigenvalues of A that no output shows; no observer moves them."""
     hidden = _bases(agent)[1]
-    values: Floats = np.linalg.eigvals(hidden.T @ agent.A @ hidden) if hidden.size else np.zeros(0)
-    return values
+    return np.linalg.eigvals(hidden.T @ agent.A @ hidden).astype(complex) if hidden.size else np.zeros(0, dtype=complex)
 
 
 def _bases(agent: LinearAgent) -> tuple[Floats, Floats]:
@@ -55,13 +55,13 @@ def pole_problems(agent: LinearAgent, poles: Sequence[float]) -> Iterator[str]:
     """Yield the reasons why no observer of `agent` has these poles [1/s]."""
     shown, hidden = observable_basis(agent).shape[1], hidden_eigenvalues(agent)
     if len(poles) != shown:
-        yield (f"expected {shown} poles, one for each of the {agent.states} states that (A, C) shows: the observability "
-               f"matrix has rank {shown}" + (f", the eigenvalues {_listed(hidden)} stay" if hidden.size else ""))
+        yield (f"expected {shown} poles, one for each of the {agent.states} states that (A, C) shows: the observability"
+               f" matrix has rank {shown}" + (f", the eigenvalues {_listed(hidden)} stay" if hidden.size else ""))
     if hidden.size and hidden.real.max() >= 0:
-        yield (f"(A, C) is not detectable: no output shows the eigenvalues {_listed(hidden)}, expected real parts below 0; "
-               "measure another output, or leave observer_poles out")
+        yield (f"(A, C) is not detectable: no output shows the eigenvalues {_listed(hidden)}, expected real parts "
+               "below 0; measure another output, or leave observer_poles out")
     if not all(-np.inf < pole < 0 for pole in poles):
-        yield "expected negative numbers [1/s], so that the observer is Hurwitz; -10 lets an error shrink to 1/e in 0.1 s"
+        yield "expected negative numbers [1/s], or the observer is not Hurwitz; -10: an error shrinks to 1/e in 0.1 s"
     elif len(set(poles)) != len(poles):
         yield "expected different poles; spread them a little"
 
@@ -80,12 +80,13 @@ def observer_gain(agent: LinearAgent, poles: Sequence[float], h_s: float) -> Flo
     if np.all(np.isfinite(L)):
         reached = np.sort_complex(np.linalg.eigvals((one - L @ C) @ F))
         if np.abs(reached - np.sort(wanted)).max() <= PLACED:
-            return Q @ L
+            placed: Floats = Q @ L
+            return placed
     raise ValueError(f"observer_poles={list(poles)}: no gain places them with a measurement every {h_s:.6g} s; choose "
                      "poles that are no eigenvalues of A and lie further apart")
 
 
-def _listed(values: Floats) -> str:
+def _listed(values: Complexes) -> str:
     return ", ".join(f"{value:.6g}" if np.isreal(value) else f"{value.real:.6g} {value.imag:+.6g}j" for value in values)
 
 
@@ -94,7 +95,7 @@ class Observer:
 
     def __init__(self, agent: LinearAgent, poles: Sequence[float], start: Sequence[float], now_ns: int) -> None:
         self._agent, self._poles = agent, tuple(poles)
-        self.estimate: Floats = np.array(start, dtype=float) if len(start) else np.zeros(agent.states)
+        self.estimate: Floats = np.array(start, dtype=float)
         self._u: Floats = np.zeros(agent.inputs)
         self._at_ns = now_ns
         self._steps: dict[int, tuple[Floats, Floats]] = {}
