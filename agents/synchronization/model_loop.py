@@ -50,13 +50,14 @@ class ModelLoop:
         instants = [*control_instants_ns(slot_ns, self.steps, 0), slot_ns]
         if not 0 <= delay_ns < instants[1]:
             raise ValueError(f"delay_ns={delay_ns}: expected 0 <= delay < {instants[1]}, the first step of a slot")
-        M = np.eye(self._size)
+        M, rest = np.eye(self._size), self._after(instants[1] - delay_ns)
+        steps = {h_ns: self._after(h_ns) for h_ns in {end_ns - begin_ns for begin_ns, end_ns in pairwise(instants[1:])}}
+        for begin_ns, end_ns in pairwise(instants[1:]):
+            rest = steps[end_ns - begin_ns] @ rest
+        arrival = self._after(delay_ns)
         for slot in range(len(self.parts)):
             at_slot = self._corrected(slot, slot_ns) @ M
-            M = self._taken(slot, at_slot, self._after(delay_ns) @ at_slot, delay_ns)
-            M = self._after(instants[1] - delay_ns) @ M
-            for begin_ns, end_ns in pairwise(instants[1:]):
-                M = self._after(end_ns - begin_ns) @ M
+            M = rest @ self._taken(slot, at_slot, arrival @ at_slot, delay_ns)
         return M
 
     def spectral_radius(self, slot_ns: int, delay_ns: int = 0) -> float:

@@ -55,8 +55,8 @@ def pole_problems(agent: LinearAgent, poles: Sequence[float]) -> Iterator[str]:
     """Yield the reasons why no observer of `agent` has these poles [1/s]."""
     shown, hidden = observable_basis(agent).shape[1], hidden_eigenvalues(agent)
     if len(poles) != shown:
-        yield (f"expected {shown} poles, one for each of the {agent.states} states that (A, C) shows: the observability"
-               f" matrix has rank {shown}" + (f", the eigenvalues {_listed(hidden)} stay" if hidden.size else ""))
+        yield (f"expected {shown}, a pole for each of the {agent.states} states that (A, C) shows: the observability "
+               f"matrix has rank {shown}" + (f", the eigenvalues {_listed(hidden)} stay" if hidden.size else ""))
     if hidden.size and hidden.real.max() >= 0:
         yield (f"(A, C) is not detectable: no output shows the eigenvalues {_listed(hidden)}, expected real parts "
                "below 0; measure another output, or leave observer_poles out")
@@ -87,7 +87,7 @@ def observer_gain(agent: LinearAgent, poles: Sequence[float], h_s: float) -> Flo
 
 
 def _listed(values: Complexes) -> str:
-    return ", ".join(f"{value:.6g}" if np.isreal(value) else f"{value.real:.6g} {value.imag:+.6g}j" for value in values)
+    return ", ".join(f"{v.real:.6g}" if v.imag == 0 else f"{v.real:.6g} {v.imag:+.6g}j" for v in values)
 
 
 class Observer:
