@@ -33,7 +33,7 @@ from agents.synchronization.matrix_exponential import matrix_exponential
 from agents.synchronization.observer import observable_basis, observer_gain
 from agents.synchronization.partition import Parts
 
-NEGLIGIBLE = 1e-14          # share of the sum below which the rest of a geometric series is left out
+NEGLIGIBLE = 1e-9          # ||G^R|| from which on the rest of a series is bounded and not added
 
 
 @dataclass(frozen=True, eq=False)

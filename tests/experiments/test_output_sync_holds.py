@@ -81,7 +81,7 @@ def test_a_run_with_observers_agrees_with_the_exact_map(tmp_path: Path, level: f
 
 
 def test_with_noise_the_outputs_stay_below_the_computed_bounds(tmp_path: Path) -> None:
-    """L2 with bias over the whole run, and the largest output that noises of this level can cause, at rounds' starts."""
+    """L2 with bias over the whole run; at starts of rounds, the largest output that noises of this level can cause."""
     level, length_s = 0.5, 3.0
     rest = [f"team.models.{robot}.x0={[0.0] * states}" for robot, states in zip(ROBOTS, (2, 1, 2, 2, 3), strict=True)]
     wanted, data = ran("output_sync_observers", tmp_path, length_s, [f"sample_period_ms={L1_ROUND_NS * 1e-6}", *rest])
@@ -143,7 +143,7 @@ def test_slots_above_the_limit_of_held_values_work_with_models_and_fail_without(
     ("output_sync_observers", "team.models.r2.observer_poles=[5.0]",
      "team.models.r2.observer_poles=[5.0]: expected negative numbers [1/s]"),
     ("output_sync_observers", "team.models.r1.observer_poles=[-5.0, -5.0000000000001]",
-     "team.models.r1.observer_poles=[-5.0, -5.0000000000001]: no gain places them with a measurement every 0.00325448 s"),
+     "team.models.r1.observer_poles=[-5.0, -5.0000000000001]: no gain places them with a measurement every 0.00325"),
     ("output_sync_observers", "team.models.r1.observer_x0=[1.0]",
      "team.models.r1.observer_x0=[1.0]: expected 2 values, one per state"),
     ("output_sync_observers", "agents_defaults.parameters={measurement_noise=-1.0}",
@@ -158,8 +158,8 @@ def test_slots_above_the_limit_of_held_values_work_with_models_and_fail_without(
     ("output_sync_model_holds", 'team.own_value="late"', 'leave own_value = "late" out'),
     ("output_sync_model_holds", 'team.topology="discovered"', 'set topology = "told" with one request'),
     ("output_sync_model_holds", "impairments=[{on='radio: r2 -> r1', kind='delay', delay_ms=1}]",
-     "impairments[0]: a value may come 1000000 ns late: the models bring a frame forward by airtime and receive latency "
-     "alone"),
+     "impairments[0]: a value may come 1000000 ns late: the models bring a frame forward by airtime and receive "
+     "latency alone"),
     ("output_sync_model_holds", "media.radio.receive_latency_us=6000",
      "team.hold_steps=4: a frame comes 6000000 ns after its slot began: expected less than 5000000 ns"),
     ("output_sync_observers", 'agents.r1={firmware="synchronizing_robot"}',

@@ -1,4 +1,4 @@
-"""A run of agents with observers, event by event, exact at integer nanoseconds: the reference for maps and emulated runs.
+"""A run of agents with observers, event by event, exact at integer nanoseconds: the reference for the exact maps.
 
 Fixed topology; every agent uses every y(0) until a later value is due. Noises are those of each round, an entry for
 each agent; frames take `delay_ns`, less than a slot. Observers are those of the robots; everything else is its own.

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -41,7 +43,7 @@ def test_powers_of_the_round_map_are_robots_that_run_models(five_agents, l1, l2,
                 xh[i] = xh[i] + L_i @ (five_agents[i].C @ (x[i] - xh[i]))
                 frames[i] = robots[i].frame_values(now_ns, xh[i], 4)
             instants = [*control_instants_ns(slot_ns, steps, delay_ns), slot_ns]
-            for begin_ns, end_ns in zip(instants, instants[1:], strict=False):
+            for begin_ns, end_ns in pairwise(instants):
                 for i, robot in enumerate(robots):
                     if begin_ns == delay_ns:
                         for sender, values in frames.items():
@@ -97,7 +99,7 @@ def test_with_models_of_the_whole_team_slots_of_100_ms_are_nearly_the_continuous
 
     distances = [radius - continuous for radius in radii]
     assert radii[-1] == pytest.approx(continuous, rel=0.02)
-    for longer, shorter in zip(distances, distances[1:], strict=False):
+    for longer, shorter in pairwise(distances):
         assert 0 < shorter < 0.6 * longer           # the error of a held input is of the order of the step
 
 

@@ -107,5 +107,5 @@ def test_bounded_noise_gives_errors_below_the_bound_which_a_worst_noise_attains(
         single = errors_of_broadcasts(agent, poles, h_ns, still, [[1.0], *np.zeros((800, 1))])
 
         assert max(random) <= bound
-        assert sum(single) == pytest.approx(bound, rel=1e-6)       # the response to one noise, summed: signs chosen worst
+        assert sum(single) == pytest.approx(bound, rel=1e-6)       # the response to one noise, summed: worst signs
         assert observable_basis(agent).shape[1] == len(poles)

@@ -98,5 +98,5 @@ def test_an_unstable_mode_that_no_output_shows_is_refused():
 
 
 def test_poles_too_near_to_each_other_are_refused_with_the_remedy(five_agents):
-    with pytest.raises(ValueError, match=r"no gain places them with a measurement every 0\.01 s; choose .* further apart"):
+    with pytest.raises(ValueError, match=r"no gain places them with a measurement every 0\.01 s; .* further apart"):
         observer_gain(five_agents[0], [-5.0, -5.0 - 1e-13], 0.01)
