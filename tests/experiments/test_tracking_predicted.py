@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import hypot
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -60,7 +59,8 @@ def test_placing_is_the_inverse_of_the_tracking_error() -> None:
 
 @pytest.mark.parametrize(("key", "said"), [
     ("tolerance=0.2", "tolerance=0.2: a measurement alone may be 0.259808 off, expected more"),
-    ("control_ms=0", "control_ms=0 (control_ns=0): expected 1 or more between two commands"), ("input_error=-1", "input_error=-1")])
+    ("control_ms=0", "control_ms=0 (control_ns=0): expected 1 or more between two commands"),
+    ("input_error=-1", "input_error=-1")])
 def test_what_cannot_be_is_refused_before_the_start(key: str, said: str) -> None:
     with pytest.raises(ScenarioError) as refused:
         load(find("tracking_predicted"), overrides=[f"agents.companion.parameters.{key}"])
