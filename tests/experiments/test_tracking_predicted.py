@@ -48,7 +48,9 @@ def test_the_prediction_is_no_further_off_than_it_may_be(predicted: RunData) -> 
 def test_the_command_follows_the_prediction_at_its_control_instants(predicted: RunData) -> None:
     held = predicted.signals["companion"].column("held1")
 
+    setpoints = np.unique(predicted.ledger.only(sender="companion", medium="can").ints("offered_ns"))
     assert len(np.unique(held)) > 0.9 * len(held)       # held measurements would give ten values
+    assert len(setpoints) > 0.9 * 3_000 / 10            # and a setpoint every 50 ms
 
 
 def test_placing_is_the_inverse_of_the_tracking_error() -> None:

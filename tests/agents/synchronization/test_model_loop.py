@@ -136,3 +136,23 @@ def test_frames_of_robots_that_are_not_heard_change_nothing(five_agents, l1):
     assert set(before) == {1, 2}
     robot.take(0, 2, [5.0, 7.0, 0.0, 1.0])
     assert robot.outputs(0)[2] == pytest.approx((12.0,))
+
+
+def test_a_control_instant_before_the_frame_that_comes_at_it_changes_nothing(five_agents, l1):
+    """Own timers and arrivals share an instant; a frame moves with the inputs of the slot's start in either order."""
+    starts, delay_ns, frame = [np.ones(agent.states) for agent in five_agents], 400_000, [5.0, 7.0, 0.0, 1.0]
+    first, last = (ModelHold(1, five_agents, l1, [(0.0,)] * 5, Hold.SENDER, starts, delay_ns) for _ in range(2))
+    for robot in (first, last):
+        robot.control(0, True)
+
+    first.take(delay_ns, 2, frame)
+    first.control(delay_ns, False)
+    last.control(delay_ns, False)
+    last.take(delay_ns, 2, frame)
+
+    assert first.outputs(delay_ns) == last.outputs(delay_ns)
+    assert first.outputs(9_000_000) == last.outputs(9_000_000)
+    late = ModelHold(1, five_agents, l1, [(0.0,)] * 5, Hold.SENDER, [9 * start for start in starts], delay_ns)
+    late.control(0, True)
+    late.take(delay_ns, 2, frame)
+    assert late.outputs(delay_ns)[2] != first.outputs(delay_ns)[2]         # other inputs at the slot's start
