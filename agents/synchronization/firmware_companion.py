@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from agents.synchronization.graph import Floats
+from agents.synchronization.model_hold import Hold
 from agents.synchronization.preparation import check, prepare
 from agents.synchronization.robot import disturbance_pieces
 from agents.synchronization.round_plans import Heard, RoundPlans, heard_by
@@ -41,6 +42,9 @@ class SyncFirmware:
             return                              # said above
         if len(team.names) > MAX_ROBOTS:
             yield f"team.models: {len(team.names)} robots: the firmware synchronizing_robot holds {MAX_ROBOTS}"
+        if team.hold is not Hold.VALUE or any(model.observer_poles for model in team.models.values()):
+            yield ("team: observer_poles and hold: the firmware synchronizing_robot has neither observers nor models; "
+                   "leave them out, or use the robot in Python, agents.synchronization.robot:SyncRobot")
         for name, agent in zip(team.names, team.agents, strict=True):
             if max(agent.outputs, agent.inputs) > MAX_VALUES:
                 yield (f"team.models.{name}: {agent.outputs} outputs, {agent.inputs} inputs: the firmware "

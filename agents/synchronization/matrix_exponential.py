@@ -29,3 +29,10 @@ def matrix_exponential(M: Floats) -> Floats:
     for _ in range(squarings):
         result = result @ result
     return result
+
+
+def held_input_step(A: Floats, B: Floats, h_s: float) -> tuple[Floats, Floats]:
+    """Return exp(A h) and the integral of exp(A s) B over [0, h]: the step of x' = A x + B u with u held."""
+    states, inputs = B.shape
+    grown = matrix_exponential(np.block([[A, B], [np.zeros((inputs, states + inputs))]]) * h_s)
+    return grown[:states, :states], grown[:states, states:]

@@ -17,6 +17,7 @@ from agents.radio_topology import topology_of
 from agents.synchronization.check import problems
 from agents.synchronization.discovery_frame import MAX_NODES, frame_bytes
 from agents.synchronization.graph import Floats, laplacian
+from agents.synchronization.hold_check import late_for_models, model_problems, observer_problems
 from agents.synchronization.late_control_frames import late_control_frames
 from agents.synchronization.late_values import (
     AddedDelay,
@@ -26,6 +27,7 @@ from agents.synchronization.late_values import (
     oldest_value_ns,
     own_late_ns,
 )
+from agents.synchronization.model_hold import Hold
 from agents.synchronization.partition import colliding_pairs
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans, heard_by
@@ -74,9 +76,12 @@ def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
         slot_ns = plan.slot_ns if plan is not None else 0
         found = problems(team.agents, graph, slot_ns=slot_ns, airtime_ns=team.slot_needs_ns, names=team.names,
                          delay_ns=team.data_delay_ns,
-                         discovered=team.topology == "discovered", sure=team.sure)
+                         discovered=team.topology == "discovered",
+                         sure=team.sure and team.hold is Hold.VALUE)
         if plan is None and not found:
             found = [f"team.slot_quantum_s={team.slot_quantum_s}: longer than the slot that (6.20) allows"]
+        if plan is not None and not found:
+            found = [*observer_problems(team, plan), *model_problems(team, plan)]
         yield from (f"{name}: {problem}" for problem in found)
         if plan is not None and not found:
             judged[name] = plan
@@ -90,7 +95,9 @@ def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
     if team.sure:
         added = _delays(team, scenario, plans, graphs)
         late_ns = own_late_ns(team, medium.name, graphs.values(), added)
-        yield from late_values(msgspec.structs.replace(team, own_late_ns=late_ns), medium.name, judged, added)
+        if team.hold is Hold.VALUE:
+            yield from late_values(msgspec.structs.replace(team, own_late_ns=late_ns), medium.name, judged, added)
+        yield from late_for_models(team, added)
     yield from _medium_problems(team, scenario, medium, plans, graphs)
     offsets_ns = [agent.clock.offset_ns for agent in scenario.agents.values()]
     if max(offsets_ns) - min(offsets_ns) > round(team.guard_s * 1e9):
@@ -123,7 +130,7 @@ def _delays(team: Team, scenario: ScenarioView, plans: RoundPlans,
             graphs: Mapping[str, Floats]) -> dict[LinkName, AddedDelay]:
     """Return the delays that impairments add to the frames of a robot, which sends at most once in a slot."""
     slots_ns = [plan.slot_ns for graph in graphs.values() if (plan := plans.plan(graph)) is not None]
-    sizes_bytes = [SyncFrameCodec(len(team.names), team.outputs).size_bytes]
+    sizes_bytes = [SyncFrameCodec(len(team.names), team.values_per_frame).size_bytes]
     if team.topology == "discovered":
         slots_ns.append(plans.boot().slot_ns)
         sizes_bytes.append(frame_bytes(len(team.names)))
@@ -133,7 +140,7 @@ def _delays(team: Team, scenario: ScenarioView, plans: RoundPlans,
 
 def frame_layout(team: Team, medium: MediumView) -> Layout:
     radio = medium.settings.radio()
-    data_ns = radio.airtime_ns(SyncFrameCodec(len(team.names), team.outputs).size_bytes)
+    data_ns = radio.airtime_ns(SyncFrameCodec(len(team.names), team.values_per_frame).size_bytes)
     control_ns = radio.airtime_ns(frame_bytes(len(team.names))) if team.topology == "discovered" else 0
     return Layout(data_ns, control_ns, radio.receive_latency_ns)
 
@@ -189,7 +196,7 @@ def _medium_problems(team: Team, scenario: ScenarioView, medium: MediumView, pla
     settings, radio = medium.settings, medium.settings.radio()
     if settings.mac_defers:
         yield f'media: mac="{settings.mac}": expected "none", a slot decides who may speak'
-    sizes = {"sync": SyncFrameCodec(len(team.names), team.outputs).size_bytes}
+    sizes = {"sync": SyncFrameCodec(len(team.names), team.values_per_frame).size_bytes}
     if team.topology == "discovered":
         sizes["discovery"] = frame_bytes(len(team.names))
     for kind, size in sizes.items():

@@ -1,6 +1,8 @@
 """One robot of a team that synchronizes its outputs by slotted broadcasts (Chapter 6), as it runs on the robot.
 
     its slot:        measure y_i, broadcast it, hold it                                        (6.11), Protocol 1
+                     with an observer: correct it, broadcast the observed output instead       Remark 6
+                     with models: broadcast the observed state                                 section 4.7
     a sync frame:    hold the sender's output, compute u_i anew
     a round's end:   adopt a new topology, if there is one: new parts, new slot length, new neighbours
 
@@ -10,7 +12,7 @@ end of its frame and the receive latency on, when the others can have received i
 team's table only after the delays as well that impairments add to its values on their way to a robot that uses them.
 
 Plant: inputs u[1..], outputs y[1..] as `linear_system` has them. The disturbance omega_i of (6.6) adds to u_i.
-Not modelled: measurement noise, computing time (outputs appear at the slot's instant).
+Not modelled: computing time (outputs appear at the slot's instant).
 """
 
 from __future__ import annotations
@@ -25,6 +27,9 @@ from agents.synchronization.agreement_law import AgreementLaw
 from agents.synchronization.discovered_topology import DiscoveredTopology
 from agents.synchronization.graph import Floats, neighbours
 from agents.synchronization.in_step import InStep
+from agents.synchronization.measurement_noise import NOISES, MeasurementNoise
+from agents.synchronization.model_hold import Hold, ModelHold, control_instants_ns
+from agents.synchronization.own_values import OwnValues
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.round_plans import RoundPlans
 from agents.synchronization.sync_frame import SyncFrame, SyncFrameCodec
@@ -41,9 +46,19 @@ COUNTERS: Final = ("adoptions", "fallbacks", "unreadable frames", "values too ol
 
 @dataclass(frozen=True)
 class SyncSettings:
-    """`disturbance`: omega_i as (from_s, value) pairs; the value is the same for all inputs."""
+    """`disturbance`: omega_i as (from_s, value) pairs; the value is the same for all inputs.
+
+    `measurement_noise`: level of the noise of y; `noise`: its distribution, one of `NOISES`."""
 
     disturbance: Sequence[Sequence[float]] = ()
+    measurement_noise: float = 0.0
+    noise: str = "uniform"
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.measurement_noise < float("inf"):
+            raise ValueError(f"measurement_noise={self.measurement_noise}: expected a level of 0 or more")
+        if self.noise not in NOISES:
+            raise ValueError(f'noise="{self.noise}": expected one of {", ".join(NOISES)}')
 
 
 class SyncRobot:
@@ -72,11 +87,14 @@ class SyncRobot:
         agent = team.agents[self._number]
         self._write_inputs = board.actuators([f"u[{k + 1}]" for k in range(agent.inputs)]).write
         outputs = board.sensors([f"y[{k + 1}]" for k in range(agent.outputs)])
-        self._measure = outputs.read
+        self._outputs = outputs.read
+        level = settings.measurement_noise
+        noise = MeasurementNoise(board.rng, settings.noise, level) if level else None
+        self._own = OwnValues(outputs.read, noise, team.models[board.name], board.now_ns)
         self._law = AgreementLaw(self._number, agent.K, team.biases)
         self._omega = 0.0
         self._slot = 0                          # number of its next slot
-        self._codec = SyncFrameCodec(len(team.names), team.outputs)
+        self._codec = SyncFrameCodec(len(team.names), team.values_per_frame)
         self._plans = RoundPlans(team)
         self._heard: set[int] = set()           # robots whose sync frames arrived since the last own slot
         self._own_delay_ns = team.own_delay_ns(self._number)
@@ -88,11 +106,16 @@ class SyncRobot:
         self._watching = team.oldest_value_ns < 0 or not team.sure     # else `check` proved that no value is too old
         self._since_ns = 0                      # local time from which the schedule is in force
         self._source, plan = self._start_topology()
+        self._models = self._start_models(plan)
         self._follow(plan, self._first_schedule(plan))
         for counter in COUNTERS:
             board.count(counter, 0)
         board.record_all([(f"y{suffix}", "1") for suffix in _suffixes(agent.outputs)]
                          + [(f"u{suffix}", "1") for suffix in _suffixes(agent.inputs)], self._sample)
+        if self._own.observer is not None:
+            observed = self._own.observer.output_at
+            board.record_all([(f"observed{suffix}", "1") for suffix in _suffixes(agent.outputs)],
+                             lambda: observed(board.now_ns))
         if team.every_output_known:
             for number, (model, other) in enumerate(zip(team.models.values(), team.agents, strict=True)):
                 self._law.held[number] = tuple(float(value) for value in other.C @ (model.x0 or [0.0] * other.states))
@@ -107,6 +130,8 @@ class SyncRobot:
         self._apply()
         self._report_own_slots()
         self._plan()
+        if self._models is not None:
+            self._board.at(self._schedule.data_ns(0), self._control, sends=False)
 
     def _plan(self) -> None:
         """Arm a timer for the next own slot, control sub-slot or adoption, whichever is first."""
@@ -136,12 +161,14 @@ class SyncRobot:
         self._slot = slot + self._schedule.parts
         self._source.before_own_slot(self._schedule, slot, self._heard)
         self._heard.clear()
-        outputs = self._measure()
-        self._port.send(self._codec.pack(self._number, slot, outputs))
+        now_ns, count = self._board.now_ns, self._team.values_per_frame
+        values = (self._own.measure(now_ns) if self._models is None else
+                  self._own.measure_for(self._models, now_ns, count))
+        self._port.send(self._codec.pack(self._number, slot, values))
         if self._own_delay_ns:
-            self._board.after(self._own_delay_ns, partial(self._hold_own, outputs), sends=False)
+            self._board.after(self._own_delay_ns, partial(self._hold_own, values), sends=False)
         else:
-            self._hold_own(outputs)
+            self._hold_own(values)
         if self._source.out_of_step():
             self._fall_back("somebody's control frame came in a slot that is not its own")
         if self._sync is not None:
@@ -200,7 +227,7 @@ class SyncRobot:
 
     def _disturb(self, value: float) -> None:
         self._omega = value
-        self._apply()
+        self._drive()
 
     # --- receive
 
@@ -219,7 +246,7 @@ class SyncRobot:
         if self._watching:
             self._check_age(frame)
         self._heard.add(sender)
-        self._law.held[sender] = frame.outputs
+        self._hold(sender, frame.values)
         if self._sync is not None:
             self._synchronize(frame)
         if sender in self._law.neighbours:
@@ -262,19 +289,44 @@ class SyncRobot:
 
     # --- plant and control
 
-    def _hold_own(self, outputs: tuple[float, ...]) -> None:
-        self._law.held[self._number] = outputs
+    def _hold_own(self, values: tuple[float, ...]) -> None:
+        self._hold(self._number, values)
         self._apply()
 
+    def _hold(self, sender: int, values: tuple[float, ...]) -> None:
+        if self._models is None:
+            self._law.held[sender] = values
+        else:
+            self._models.take(self._board.now_ns, sender, values)
+
+    def _control(self) -> None:
+        """Renew the input at a control instant, and arm a timer for the next."""
+        assert self._models is not None
+        instants = len(self._control_instants_ns)
+        self._models.control(self._board.now_ns, self._instant % instants == 0)
+        self._apply()
+        self._instant += 1
+        slot, instant = divmod(self._instant, instants)
+        self._board.at(self._schedule.data_ns(slot) + self._control_instants_ns[instant], self._control, sends=False)
+
     def _apply(self) -> None:
+        if self._models is not None:
+            self._law.held.update(self._models.outputs(self._board.now_ns))
         control = self._law.control()
+        self._own.drive(self._board.now_ns, control)
+        self._agreed = control
+        self._drive()
+
+    def _drive(self) -> None:
+        """Set the plant's input: what the law says, and the disturbance."""
+        control = self._agreed
         if self._omega:
             control = [u + self._omega for u in control]
-        self._control = control
+        self._input = control
         self._write_inputs(control)
 
     def _sample(self) -> list[float]:
-        return [*self._measure(), *self._control]
+        return [*self._outputs(), *self._input]
 
     # --- schedules
 
@@ -289,6 +341,15 @@ class SyncRobot:
         source = DiscoveredTopology(self._board, self._number, len(team.names), team.max_successive_losses,
                                     team.oldest_value_ns)
         return source, self._plans.boot()
+
+    def _start_models(self, plan: RoundPlan) -> ModelHold | None:
+        team = self._team
+        if team.hold is Hold.VALUE:
+            return None
+        self._control_instants_ns = control_instants_ns(plan.slot_ns, team.hold_steps, team.data_delay_ns)
+        self._instant = 0                       # number of its next control instant, over all slots
+        starts = [model.observer_start for model in team.models.values()]
+        return ModelHold(self._number, team.agents, plan.laplacian, team.biases, team.hold, starts, team.data_delay_ns)
 
     def _first_schedule(self, plan: RoundPlan) -> SlottedBroadcast:
         offset_ns = self._control_offset_ns(plan)
@@ -307,6 +368,7 @@ class SyncRobot:
         self._certified_ns = plan.certified_ns
         self._judged_ns = plan.assumed_ns + round(self._team.guard_s * 1e9) if plan.assumed_ns else 0
         self._schedule = schedule
+        self._own.expect_rounds_of(plan.round_ns)
         self._slot = self._part                 # in the first round slot k belongs to part k
         self._last_control = -1
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from agents.synchronization.graph import Floats, laplacian_from_neighbours, neighbours
+from agents.synchronization.model_hold import Hold
 from agents.synchronization.round_plan import RoundPlan, plan_round
 from agents.synchronization.team import TableEntry, Team
 
@@ -45,7 +46,8 @@ class RoundPlans:
             return None
         slot_ns = self._quantized(plan.slot_ns)
         if self._team.slot_us:
-            return RoundPlan(plan.laplacian, plan.parts, max(1, round(self._team.slot_us * 1000)), slot_ns)
+            certified_ns = slot_ns if self._team.hold is Hold.VALUE else 0      # (6.20) says nothing about models
+            return RoundPlan(plan.laplacian, plan.parts, max(1, round(self._team.slot_us * 1000)), certified_ns)
         return RoundPlan(plan.laplacian, plan.parts, slot_ns) if slot_ns else None
 
     def _quantized(self, slot_ns: int) -> int:

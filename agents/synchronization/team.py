@@ -11,6 +11,8 @@ import numpy as np
 
 from agents.synchronization.closed_loop import LinearAgent
 from agents.synchronization.graph import Floats, laplacian
+from agents.synchronization.model_hold import Hold
+from agents.synchronization.observer import pole_problems
 from agents.synchronization.slot_length import Bound
 from agents.synchronization.team_table import mistakes
 from netem.core import link_pattern
@@ -27,7 +29,7 @@ class TeamError(ValueError):
 
 
 class Model(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
-    """Matrices of (6.5) and (6.6), and the plant's start values `x0`."""
+    """Matrices of (6.5) and (6.6), the plant's start values `x0`, and the poles of an observer."""
 
     A: list[list[float]]
     B: list[list[float]]
@@ -35,10 +37,16 @@ class Model(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
     K: list[list[float]]
     x0: list[float] = []
     d: list[float] = []             # bias of (6.6), zero when absent
+    observer_poles: list[float] = []    # [1/s], one for each state that (A, C) shows; empty: no observer
+    observer_x0: list[float] = []       # where the observer starts, zero when absent
 
     @cached_property
     def agent(self) -> LinearAgent:
         return LinearAgent(np.array(self.A), np.array(self.B), np.array(self.C), np.array(self.K))
+
+    @property
+    def observer_start(self) -> Floats:
+        return np.array(self.observer_x0) if self.observer_x0 else np.zeros(self.agent.states)
 
 
 class Request(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
@@ -90,7 +98,9 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
     resynchronize: bool = False             # correct the local clock by the arrival times of the others' frames
     sure: bool = True                       # refuse delays and slot lengths for which stability is not proved
     own_value: Literal["at once", "late"] = "at once"   # when a robot uses the value that it broadcast itself
-    slot_us: float = 0.0                    # without `sure`: the slot length of every topology, 0: the certified one
+    slot_us: float = 0.0                    # without `sure`, or with models: the slot length, 0: the certified one
+    hold: Hold = Hold.VALUE                 # what a robot uses of another between its frames, see `model_hold.py`
+    hold_steps: int = 4                     # with models: control instants in each slot
     layout: Layout = Layout()
     designs: list[TableEntry] = []
     sync_contraction: float = 0.0           # largest factor of the clocks' differences per round, 0: unknown
@@ -112,6 +122,13 @@ class Team(msgspec.Struct, forbid_unknown_fields=True, frozen=True, dict=True):
     @cached_property
     def biases(self) -> list[tuple[float, ...]]:
         return [tuple(model.d) or (0.0,) * self.outputs for model in self.models.values()]
+
+    @cached_property
+    def values_per_frame(self) -> int:
+        """Numbers in a sync frame: the outputs, or the largest state, and for "sender" a sum of outputs."""
+        if self.hold is Hold.VALUE:
+            return self.outputs
+        return max(agent.states for agent in self.agents) + (self.outputs if self.hold is Hold.SENDER else 0)
 
     @property
     def slot_needs_ns(self) -> int:
@@ -180,6 +197,12 @@ def _read(table: Mapping[str, Any]) -> Team:
             problems.append(f"team.models.{name}.d={model.d}: expected {outputs} values, one per output")
         if model.x0 and len(model.x0) != model.agent.states:
             problems.append(f"team.models.{name}.x0={model.x0}: expected {model.agent.states} values, one per state")
+        if model.observer_poles:
+            problems += [f"team.models.{name}.observer_poles={model.observer_poles}: {problem}"
+                         for problem in pole_problems(model.agent, model.observer_poles)]
+        if model.observer_x0 and len(model.observer_x0) != model.agent.states:
+            problems.append(f"team.models.{name}.observer_x0={model.observer_x0}: expected {model.agent.states} "
+                            "values, one per state")
     if team.max_successive_losses < 0:
         problems.append(f"team.max_successive_losses={team.max_successive_losses}: expected 0 or more")
     if not 0 < team.kappa < 1:
@@ -195,9 +218,10 @@ def _read(table: Mapping[str, Any]) -> Team:
                         f"{team.requests[-1].from_s}")
     if not 0 <= team.slot_us < float("inf"):
         problems.append(f"team.slot_us={team.slot_us}: expected 0 or more microseconds")
-    elif team.slot_us and team.sure:
+    elif team.slot_us and team.sure and team.hold is Hold.VALUE:
         problems.append(f"team.slot_us={team.slot_us}: the slot length follows from (6.20); set team.sure = false to "
                         "choose one without a proof")
+    problems += _hold_problems(team)
     if team.topology == "discovered" and len(team.models) < 2:
         problems.append("team.models: a topology can be discovered by 2 robots or more")
     if team.topology == "told" and (not team.requests or team.requests[0].from_s != 0):
@@ -205,3 +229,24 @@ def _read(table: Mapping[str, Any]) -> Team:
     if problems:
         raise TeamError(*problems)
     return team
+
+
+def _hold_problems(team: Team) -> list[str]:
+    """Return what a team whose robots run each other's models lacks."""
+    if team.hold is Hold.VALUE:
+        return []
+    place, problems = f'team.hold="{team.hold.value}"', []
+    if team.topology != "told" or len(team.requests) > 1:
+        problems.append(f'{place}: the models need one topology that all robots know: set topology = "told" with one '
+                        "request")
+    if not team.slot_us:
+        problems.append(f"{place}: (6.20) gives slots for values that are held: write slot_us, which check judges by "
+                        "the exact map")
+    if lacking := [name for name, model in team.models.items() if not model.observer_poles]:
+        problems.append(f"{place}: robots broadcast their states, which no robot measures: write observer_poles for "
+                        + ", ".join(lacking))
+    if not 1 <= team.hold_steps <= 1000:
+        problems.append(f"team.hold_steps={team.hold_steps}: expected 1 to 1000 control instants in a slot")
+    if team.own_value == "late":
+        problems.append(f'{place}: a frame is brought forward by its delay: leave own_value = "late" out')
+    return problems

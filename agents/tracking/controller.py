@@ -63,6 +63,13 @@ class TrackingController:
                        omega_rad_s + self.k2_per_m2 * v_mps * sinc * x2 + self.k3_per_s * x3)
 
 
+def placed(own: Pose, x: State) -> Pose:
+    """Return the reference's pose for which `own` has the tracking error x: the inverse of `tracking_error`."""
+    s, c = sine_cosine(own.theta_rad)
+    ahead_m, left_m, turned_rad = x
+    return Pose(own.x_m + c * ahead_m - s * left_m, own.y_m + s * ahead_m + c * left_m, own.theta_rad + turned_rad)
+
+
 def tracking_error(own: Pose, reference: Pose) -> State:
     """Return the tracking error x of (4.2), in the frame of `own`; the heading error is not wrapped."""
     s, c = sine_cosine(own.theta_rad)

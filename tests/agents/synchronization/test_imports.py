@@ -6,7 +6,8 @@ import sys
 import pytest
 
 FOR_ROBOTS = ("check", "closed_loop", "common_lyapunov", "delayed_loop", "discovery", "dwell_time", "exact_loop",
-              "gains", "graph", "partition", "round_plan", "slot_length", "starving")
+              "gains", "graph", "model_hold", "model_loop", "observer", "partition", "robot", "round_plan",
+              "slot_length", "starving")
 
 
 @pytest.mark.parametrize("heavy", ["scipy", "networkx"])

@@ -59,7 +59,7 @@ def test_an_output_that_is_no_number_is_refused(value: float) -> None:
     assert codec.unpack(codec.pack(5, 7, [1.0])) is None        # there is no sixth robot
     sound = codec.unpack(codec.pack(1, 7, [1.0]))
     assert sound is not None
-    assert (sound.sender, sound.slot, sound.outputs) == (1, 7, (1.0,))
+    assert (sound.sender, sound.slot, sound.values) == (1, 7, (1.0,))
 
 
 def test_a_robot_needs_a_plant() -> None:

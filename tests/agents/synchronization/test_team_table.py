@@ -27,7 +27,8 @@ def changed(path: tuple[Any, ...], value: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize(("path", "value", "told"), [
     (("gard_s",), 1e-6, 'team.gard_s=1e-06: unknown key; did you mean "guard_s"?'),
-    (("models", "r2", "Q"), 1, "team.models.r2.Q=1: unknown key; there are A, B, C, K, x0, d"),
+    (("models", "r2", "Q"), 1, "team.models.r2.Q=1: unknown key; there are A, B, C, K, x0, d, observer_poles, "
+                               "observer_x0"),
     (("requests", 0, "from"), 1.0, 'team.requests[0].from=1.0: unknown key; did you mean "from_s"?'),
     (("topology",), "heard", 'team.topology="heard": expected one of told, discovered'),
     (("slot_bound",), "shown", 'team.slot_bound="shown": expected one of printed, logarithmic norm, wirtinger'),

@@ -4,7 +4,7 @@
 """
 
 from functools import cache
-from math import pi, sqrt
+from math import hypot, pi, sqrt
 from statistics import fmean
 
 import numpy as np
@@ -18,6 +18,7 @@ from agents.tracking.error_dynamics import error_rate, y_tilde
 from agents.tracking.error_system import TrackingErrorSystem
 from agents.tracking.noise import Noise
 from agents.tracking.nominal_system import NominalTracking
+from agents.tracking.predicted_error import PredictedError
 from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, SMALLEST_GAIN_PER_S, START
 from agents.triggering.error_gain import KAPPA, horizon_s, longest_horizon_s
 from agents.triggering.l2_gain import estimate_gain
@@ -31,10 +32,31 @@ PIECES_S = {(1.0, 1.0): 2.26, (0.6, 0.15): 6.99, (2.0, 2.0): 2.75}
 
 
 @cache
-def made(name, bound=Bound.LEAST, losses=0):
-    noise = Noise(stream(1, "tracking/measuring"), stream(1, "tracking/driving"))
+def made(name, bound=Bound.LEAST, losses=0, seed=1, measured=0.15, sample_ns=SECOND // 100):
+    noise = Noise(stream(seed, "tracking/measuring"), stream(seed, "tracking/driving"), measured)
     policy = build_policy(name, TrackingErrorSystem(bound=bound), GAINS, PolicySettings(max_successive_losses=losses))
-    return run(policy, REFERENCE, START, LENGTH_NS, noise=noise)
+    return run(policy, REFERENCE, START, LENGTH_NS, noise=noise, sample_ns=sample_ns)
+
+
+@cache
+def predicted(tolerance, measured=0.15, inputs=0.3, seed=1):
+    """The run of a controller that predicts the state between looks instead of holding the measurement."""
+    noise = Noise(stream(seed, "tracking/measuring"), stream(seed, "tracking/driving"), measured, inputs)
+    policy = PredictedError(tolerance, measured, inputs)
+    return run(policy, REFERENCE, START, LENGTH_NS, noise=noise, predict_ns=SECOND // 100)
+
+
+def largest_held_error():
+    """The largest |x^ - x| of the run that holds measurements, sampled every ms."""
+    return max(hypot(*sample.e) for sample in made("individual_gains", sample_ns=SECOND // 1000).samples)
+
+
+def last_rms(runs):
+    return f"{fmean(each.rms(10 * SECOND, 12 * SECOND) for each in runs):.3f}"
+
+
+def error_rms(of):
+    return sqrt(fmean(hypot(*sample.e) ** 2 for sample in of.samples))
 
 
 def transmissions(name, bound=Bound.LEAST, losses=0):
@@ -101,6 +123,15 @@ ROWS = {
     "one-loss": lambda: transmissions("individual_gains", losses=1),
     "zeno": lambda: f"{IndividualGains(TrackingErrorSystem(), GAINS).shortest_s(10.0) * 1e3:.2f} ms",
     "longest": lambda: f"{longest_horizon_s(SMALLEST_GAIN_PER_S) * 1e3:.0f} ms",
+    "largest-error": lambda: f"{largest_held_error():.3f}",
+    "predicted": lambda: str(len(predicted(round(largest_held_error(), 3)).transmissions)),
+    "predicted-intervals": lambda: intervals(predicted(round(largest_held_error(), 3)).intervals_ns),
+    "predicted-rms": lambda: " / ".join((last_rms(made("individual_gains", seed=seed) for seed in range(1, 9)),
+                                         last_rms(predicted(0.399, seed=seed) for seed in range(1, 9)))),
+    "predicted-without-nu": lambda: ", ".join(
+        f"{len(each.transmissions)} with {error_rms(each):.4f}"
+        for each in (made("individual_gains", measured=0.0), predicted(0.1, 0.0))),
+    "predicted-ideal": lambda: str(len(predicted(1e-3, 0.0, 0.0).transmissions)),
     "detectable": lambda: f"{1 / (TrackingController().k2_per_m2 * sqrt(2)):.3f} m/s",
 }
 
