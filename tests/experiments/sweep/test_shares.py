@@ -18,7 +18,7 @@ SHARE = ("--set", "impairments[0].loss_ratio=0.45", "--set", "expect.delivery_ra
 
 
 def called(*words: object) -> tuple[int, str, str]:
-    found = CliRunner().invoke(app, [str(word) for word in words])
+    found = CliRunner().invoke(app, [str(word) for word in words], env={"COLUMNS": "200"})
     return found.exit_code, found.stdout, found.stderr
 
 
