@@ -62,8 +62,8 @@ class Run:
              "share": [verdict.share for verdict in verdicts], "beyond": [verdict.beyond for verdict in verdicts]},
             schema={"key": polars.String, "value": polars.Float64, "min": polars.Float64, "max": polars.Float64,
                     "holds": polars.Boolean, "why": polars.String, "formula": polars.String, "unit": polars.String,
-                    "at_ns": polars.Int64, "predicate": polars.String, "subject": polars.String, "share": polars.Float64,
-                    "beyond": polars.Boolean})
+                    "at_ns": polars.Int64, "predicate": polars.String, "subject": polars.String,
+                    "share": polars.Float64, "beyond": polars.Boolean})
         return frame
 
     @cached_property
