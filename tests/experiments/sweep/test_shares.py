@@ -36,10 +36,10 @@ def test_a_campaign_shows_a_share_that_some_runs_break(beacons: Path, tmp_path: 
     assert all(row.figures.holds for row in found.rows)
     assert f"delivery_ratio  {kept} of 16" in out
     assert "at least 5 %: shown" in out
-    assert (code, err) == (0, err)
+    assert (code, err.count('expect.')) == (0, 0)
     report = (tmp_path / "c" / "report.html").read_text()
     assert f"<td><code>delivery_ratio</code></td><td>0.55</td><td></td><td>{kept} of 16</td>" in report
-    assert '<p class="verdict holds">30 of 16 runs hold' in report
+    assert '<p class="verdict holds">16 of 16 runs hold' in report
 
 
 def test_a_share_that_is_refuted_or_undecided_is_no_success(beacons: Path, tmp_path: Path) -> None:
