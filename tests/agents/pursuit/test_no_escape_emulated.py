@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import binomtest
 
 from experiments.judge.campaign import Row
+from experiments.judge.campaign_rates import holds, rates
 from experiments.judge.figures import Figures
 from experiments.judge.run_data import RunData, load_run
 from experiments.run.figures import Repeated
@@ -59,6 +60,17 @@ def test_over_a_thousand_seeds(name: str, escapes: int, tmp_path: Path) -> None:
     assert (len(rows), found) == (1000, escapes)
     interval = binomtest(found, 1000).proportion_ci(0.95, method="exact")
     assert interval.high < 0.0037 if escapes == 0 else interval.low > 0.9963
+
+
+@pytest.mark.slow
+def test_two_pursuers_show_the_shares_that_their_scenario_states(tmp_path: Path) -> None:
+    """600 s of processor time."""
+    swept = sweep(Wanted(Source.of(find("two_p3at_chase_rovio")), seeds=200, first_seed=1, folders=0,
+                         out=tmp_path / "c"))
+
+    of_key = {rate.key: rate for rate in rates(swept.campaign)}
+    assert of_key[VIOLATIONS].kept == 191
+    assert holds(swept.campaign)
 
 
 def recorded(out: Path, *overrides: str) -> RunData:
