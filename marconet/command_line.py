@@ -224,7 +224,8 @@ def sweep(source: str, vary: Sequence[str], seeds: int, seed: int | None, durati
           verbose: bool) -> None:
     """Run a scenario with varied keys and many seeds: a campaign.
 
-    Each run leaves its figures and its hash. Exits with 0 if every run holds, 1 if one does not, 3 if one failed.
+    Each run leaves its figures and its hash. Exits with 0 if every run holds and every
+    share of runs that the scenario expects is shown, 1 if not, 3 if a run failed.
     """
     from experiments.sweep.command import run_sweep
 

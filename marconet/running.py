@@ -46,7 +46,8 @@ class Run:
         """One row for each figure of `[expect]`: key, value, min, max, holds, and why it has no value.
 
         For a formula, `value` is its robustness, and there are `formula`, `unit`, `at_ns`, `predicate` and `subject`:
-        the instant and the comparison that decide it, and the link or signal that counts there.
+        the instant and the comparison that decide it, and the link or signal that counts there. With a `share` a single
+        run holds, also if it is `beyond` its bound.
         """
         verdicts = self._summary.verdicts
         polars = _polars()
@@ -57,10 +58,12 @@ class Run:
              "formula": [verdict.formula for verdict in verdicts], "unit": [verdict.unit for verdict in verdicts],
              "at_ns": [verdict.at_ns for verdict in verdicts],
              "predicate": [verdict.predicate for verdict in verdicts],
-             "subject": [verdict.subject for verdict in verdicts]},
+             "subject": [verdict.subject for verdict in verdicts],
+             "share": [verdict.share for verdict in verdicts], "beyond": [verdict.beyond for verdict in verdicts]},
             schema={"key": polars.String, "value": polars.Float64, "min": polars.Float64, "max": polars.Float64,
                     "holds": polars.Boolean, "why": polars.String, "formula": polars.String, "unit": polars.String,
-                    "at_ns": polars.Int64, "predicate": polars.String, "subject": polars.String})
+                    "at_ns": polars.Int64, "predicate": polars.String, "subject": polars.String,
+                    "share": polars.Float64, "beyond": polars.Boolean})
         return frame
 
     @cached_property

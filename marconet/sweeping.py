@@ -29,8 +29,10 @@ class Sweep:
 
     @property
     def holds(self) -> bool:
-        """Whether every run holds."""
-        return all(row.figures.holds for row in self._campaign.rows)
+        """Whether every run holds, and the runs show each share that `[expect]` asks for."""
+        from experiments.judge.campaign_rates import holds
+
+        return holds(self._campaign)
 
     @property
     def runs(self) -> pl.DataFrame:

@@ -10,7 +10,8 @@ unknown (None), the last known ones are held. `CircleFilter` ignores them.
 
 Times are those of the caller's clock. A detection that is newer than all accepted ones is accepted, whatever its delay.
 An older one is inserted by `CircleFilter` if it lies within its window; the other estimators reject it, unless
-`Replayed` wraps them. `agents.pursuit` decides when to look.
+`Replayed` wraps them. `UnknownInputs` and `PredictedPath` make them fit for robots, which are told no inputs.
+`agents.pursuit` decides when to look.
 """
 
 from __future__ import annotations

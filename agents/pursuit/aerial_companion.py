@@ -64,7 +64,7 @@ class AerialCompanion:
     def __init__(self, board: Board, own: CompanionSettings) -> None:
         self._settings = settings = own.pursuit
         self._board, self._target = board, own.target
-        self._pursuer = settings.pursuer()
+        self._pursuer = settings.pursuer(board.rng)
         self._vehicle = Companion(MavlinkLink(SYSTEM, COMPONENT), again_ns=settings.retry_ns)
         self._plan = FlightPlan(self._vehicle, settings.height_m, (
             ("LOCAL_POSITION_NED", settings.position_every_ns), ("ATTITUDE", settings.attitude_every_ns)), board.event,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from random import Random
 
-from agents.estimation.circle_filter import CircleFilter
 from agents.pursuit.law import PursuitLaw
 from agents.pursuit.no_escape import problems
 from agents.pursuit.pursuer import Pursuer
 from agents.pursuit.sampling.adaptive import Adaptive
+from agents.pursuit.target_estimators import Known, target_estimator
 from agents.pursuit.zones import Zones
 
 
@@ -23,7 +24,10 @@ class AerialSettings:
     v_max_mps: float                    # largest speed of the target
     sigma_m: float                      # standard deviation of a detection's x and y
     rho_m: float                        # prediction error from which on the filter is fitted anew
-    window: int = 7                     # Gamma, number of detections in the filter
+    estimator: str = "circle"           # one of `ESTIMATORS`
+    window: int = 7                     # Gamma, number of detections in the circle filter
+    process_m2: float = 0.01            # Q of "ukf" and "particle" [m2, m2, rad2]
+    particles: int = 1000
     gain_per_s: float = 2.0             # K, speed per distance of the autopilot's ramp near a waypoint
     speed_mps: float = 1.5              # its speed farther away, VEL_MAX
     heading_rad: float = 0.0            # constant heading, from x to y
@@ -51,7 +55,7 @@ class AerialSettings:
                 raise ValueError(f"{name}={getattr(self, name)}: expected 0 or more")
         if self.resend_every < 1:
             raise ValueError(f"resend_every={self.resend_every}: expected 1 or more")
-        self.pursuer()
+        self.pursuer(Random(0))
         if wrong := problems(self.zones, self.law, self.v_max_mps, self.sigma_m, self.step_ns,
                              self.latency_ns + self.response_ns):
             raise ValueError("\n".join(wrong))
@@ -64,8 +68,10 @@ class AerialSettings:
     def law(self) -> PursuitLaw:
         return PursuitLaw(self.gain_per_s, self.speed_mps)
 
-    def pursuer(self) -> Pursuer:
-        """Return a new pursuer, which has no detection yet."""
-        estimator = CircleFilter(self.window, rho_m=self.rho_m, v_max_mps=self.v_max_mps, sigma_m=self.sigma_m)
+    def pursuer(self, rng: Random) -> Pursuer:
+        """Return a new pursuer, which has no detection yet; a filter with particles draws its seed from `rng`."""
+        known = Known(self.window, self.rho_m, self.v_max_mps, self.sigma_m, self.step_ns, self.process_m2,
+                      self.particles)
+        estimator = target_estimator(self.estimator, known, rng)
         sampling = Adaptive(self.step_ns, self.zones, self.v_max_mps, self.latency_ns)
         return Pursuer(estimator, sampling, self.law, self.zones, self.rho_m)

@@ -1,19 +1,20 @@
-"""Motions of evader robots: each computes the plant's command from time, own pose and, for `runner`, the pursuer.
+"""Motions of evader robots: each computes the plant's command from time, own pose and, for runners, the pursuer.
 
     circle      v = 0.55 (1 + 0.05 sin(2 pi t / 11)), omega = 2 pi / 55 (1 + 0.05 cos(2 pi t / 7))      section 3.3.1
     zig_zag     3.4 s at v = 0.7, then 1.5 s at v = -0.4 with omega = +-1.5, alternating                section 3.3.1
     waypoints   drives to one random point of the area after the other, v = v_max cos(bearing)          section 3.3.2
     runner      drives straight away from its pursuer, forwards or backwards
+    free_runner moves straight away from its pursuer at full speed, without turning first
     erratic     as if steered by hand: random manoeuvres (move, turn, halt) at full speed               section 3.5
 
-Speeds of circle and zig-zag are for v_max = 0.7 and scale with it. The first four command a unicycle (v, omega),
-erratic an omnidirectional robot (velocity in the world, omega), which returns when it has left the area.
+Speeds of circle and zig-zag are for v_max = 0.7 and scale with it. The first four command a unicycle (v, omega), the
+last two an omnidirectional robot (velocity in the world, omega). `erratic` returns when it has left the area.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import atan2, cos, hypot, pi, remainder, sin
 from random import Random
@@ -25,6 +26,7 @@ from agents.tracking.controller import Pose
 
 PATH_SPEED_MPS = 0.7            # v_max of section 3.3.1
 OMEGA_MAX_RADPS = 1.5
+NEAREST_M = 1e-9                # nearer than this the direction to the pursuer means nothing
 MANOEUVRES = ("forwards", "forwards", "backwards", "left", "right", "aslant", "turn", "curve", "stand")
 UNICYCLE, OMNIDIRECTIONAL = ("v_cmd", "omega_cmd"), ("v_x_cmd", "v_y_cmd", "omega_cmd")
 
@@ -41,6 +43,7 @@ class Driver:
 @dataclass
 class Motion(ABC):
     INPUTS: ClassVar[tuple[str, ...]] = UNICYCLE        # names of the plant's inputs
+    SEES_PURSUER: ClassVar[bool] = False
     driver: Driver
 
     @abstractmethod
@@ -76,6 +79,8 @@ class Waypoints(Motion):
 
 
 class Runner(Motion):
+    SEES_PURSUER = True
+
     def command(self, t_s: float, own: Pose, pursuer: Place | None) -> Sequence[float]:
         if pursuer is None:
             return 0.0, 0.0
@@ -83,6 +88,24 @@ class Runner(Motion):
         bearing = remainder(atan2(away[1] - own.y_m, away[0] - own.x_m) - own.theta_rad, 2 * pi)
         aside = remainder(bearing, pi)              # bearing from the nearer end, front or rear, of the robot
         return self.driver.v_max_mps * cos(bearing), max(-OMEGA_MAX_RADPS, min(OMEGA_MAX_RADPS, 2 * aside))
+
+
+@dataclass
+class FreeRunner(Motion):
+    """Until it knows in which direction its pursuer is, it moves in a random one."""
+
+    INPUTS: ClassVar[tuple[str, ...]] = OMNIDIRECTIONAL
+    SEES_PURSUER = True
+    direction: Place | None = field(default=None)           # unit vector
+
+    def command(self, t_s: float, own: Pose, pursuer: Place | None) -> Sequence[float]:
+        dx, dy = (0.0, 0.0) if pursuer is None else (own.x_m - pursuer[0], own.y_m - pursuer[1])
+        if (away := hypot(dx, dy)) > NEAREST_M:
+            self.direction = dx / away, dy / away
+        elif self.direction is None:
+            angle = self.driver.rng.uniform(-pi, pi)
+            self.direction = cos(angle), sin(angle)
+        return self.driver.v_max_mps * self.direction[0], self.driver.v_max_mps * self.direction[1], 0.0
 
 
 @dataclass
@@ -112,9 +135,10 @@ class Erratic(Motion):
         return self.driver.v_max_mps * cos(angle), self.driver.v_max_mps * sin(angle), self.omega_radps
 
 
-MOTIONS: dict[str, Callable[[Driver], Motion]] = {
+MOTIONS: dict[str, type[Motion]] = {
     "circle": Circle,
     "erratic": Erratic,
+    "free_runner": FreeRunner,
     "runner": Runner,
     "waypoints": Waypoints,
     "zig_zag": ZigZag,

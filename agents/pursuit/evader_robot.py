@@ -3,7 +3,7 @@
     every hold_ns   motion -> command -> plant
 
 If it has a port `spy`, a sensing medium that delivers every exposure, it takes the nearest body that it detects as its
-pursuer, which the motion `runner` needs. It knows its own pose exactly.
+pursuer, which runners need. It knows its own pose exactly.
 Not modelled: sensors, drives and computers of the evader; the plant alone adds lag and limits to the motion.
 """
 
@@ -67,7 +67,7 @@ class EvaderRobot:
     def check(scenario: ScenarioView, own: Own[EvaderSettings]) -> Iterator[str]:
         """Yield a problem for each evader without a plant and each runner without a medium that shows its pursuer."""
         for name, agent in own.items():
-            if agent.settings.motion == "runner" and SPY not in agent.media:
+            if MOTIONS[agent.settings.motion].SEES_PURSUER and SPY not in agent.media:
                 yield (f"agents.{name}.media: a runner sees its pursuer on a medium {SPY!r} of kind sensing, with "
                        f"every_exposure_to = [{name!r}]")
             if not agent.has_plant:

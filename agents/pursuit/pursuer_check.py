@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import TypeVar
 
 from agents.pursuit.aerial_settings import AerialSettings
-from agents.pursuit.pursuer_settings import PursuerSettings
+from agents.pursuit.pursuer_settings import ChaseSettings, PursuerSettings
 from agents.tracking.check import wheel_problems
-from firmware_sim.scenario_view import MediumView, Own, ScenarioView
+from firmware_sim.scenario_view import MediumView, Own, OwnAgent, ScenarioView
 from netem.media.answers import Camera
+
+Chasing = TypeVar("Chasing", bound=ChaseSettings)
 
 
 def pursuer_problems(scenario: ScenarioView, own: Own[PursuerSettings]) -> Iterator[str]:
-    """Yield a problem for each missing wheel parameter or port, and each setting that contradicts the medium."""
-    for name, agent in own.items():
+    """Yield a problem for each missing wheel parameter, then those of `chase_problems`."""
+    for name in own:
         yield from wheel_problems(scenario, name)
+    yield from chase_problems(scenario, own)
+
+
+def chase_problems(scenario: ScenarioView, own: Mapping[str, OwnAgent[Chasing]]) -> Iterator[str]:
+    """Yield a problem for each missing port, and each setting that contradicts the medium `view`."""
+    for name, agent in own.items():
         named = agent.settings.ports
         if absent := [medium for medium in named.values() if medium not in agent.media]:
             yield (f"agents.{name}.media: lacks {', '.join(absent)}; it has {', '.join(agent.media) or 'none'}; name "
@@ -24,7 +33,7 @@ def pursuer_problems(scenario: ScenarioView, own: Own[PursuerSettings]) -> Itera
                         for line in view_problems(agent.settings, name, named["view"], view))
 
 
-def view_problems(settings: PursuerSettings | AerialSettings, observer: str, name: str,
+def view_problems(settings: ChaseSettings | AerialSettings, observer: str, name: str,
                   view: MediumView) -> Iterator[str]:
     """Yield a problem for each of `settings` that contradicts the camera of `observer` on the medium `name`."""
     known: Camera | None = view.settings and view.settings.camera(observer)

@@ -43,7 +43,7 @@ class PursuerRobot:
         self._drive = DriveLink(bus, robot["wheel_radius_m"], robot["track_m"], robot["counts_per_turn"])
         self._reckoning = DeadReckoning(robot["wheel_radius_m"], robot["track_m"], Pose(*settings.start))
         self._view = board.port(settings.view, self._hear_view)
-        self._pursuer: Pursuer | None = settings.pursuer() if settings.target else None
+        self._pursuer: Pursuer | None = settings.pursuer(board.rng) if settings.target else None
         for counter in COUNTERS:
             board.count(counter, 0)
         self._looked_ns = -1                        # exposure of the last look requested

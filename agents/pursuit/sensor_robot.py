@@ -109,7 +109,7 @@ class SensorRobot(PursuerRobot):
             return
         self._target, self._in_view = target, None
         self._known.clear()
-        self._pursuer = self._settings.pursuer() if target else None
+        self._pursuer = self._settings.pursuer(self._board.rng) if target else None
         self._board.event("in charge" if target else "idle", target)
         if target in self._sighted:
             seen_ns, place = self._sighted[target]

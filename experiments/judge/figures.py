@@ -9,9 +9,9 @@ class Figures(msgspec.Struct, frozen=True):
     """The outcome of one run.
 
     `values` has a number for each key of `[expect]`, None if the run has no such figure; `broken` names the keys whose
-    bounds do not hold. `failure` is the reason why the run failed, "" if it did not. Of the processor time of the
-    worker in seconds, `whole_s` is all that the run took, `emulation_s` that from the first grant to the finished
-    ledger.
+    bounds the run does not keep, also those with a share, which it need not keep. `failure` is the reason why the run
+    failed, "" if it did not. Of the processor time of the worker in seconds, `whole_s` is all that the run took,
+    `emulation_s` that from the first grant to the finished ledger.
     """
 
     seed: int

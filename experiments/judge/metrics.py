@@ -44,7 +44,7 @@ from experiments.judge.link_metrics import (
 from experiments.judge.monitors.outcome import Outcome
 from experiments.judge.run_data import RunData
 from experiments.judge.run_files import LEDGER, Json
-from experiments.judge.run_result import Verdict
+from experiments.judge.run_result import Verdict, rated
 from experiments.judge.sample_statistics import STATISTIC
 from experiments.scenario.fate_keys import FATE_OF, NOT_DELIVERED
 from experiments.scenario.metric_keys import (
@@ -72,7 +72,8 @@ __all__ = ["Bound", "UnknownKeys", "evaluate", "measure", "unknown_keys"]
 class Bound(Protocol):
     """A closed interval, in which None is no bound. `during_ns` is the part [start, end) of the run that is judged.
 
-    With a `formula`, it is on its robustness; `links` has the links of each selector in it.
+    With a `formula`, it is on its robustness; `links` has the links of each selector in it. With a `share`, a single
+    run may be beyond it.
     """
 
     @property
@@ -90,13 +91,16 @@ class Bound(Protocol):
     @property
     def links(self) -> Mapping[str, Sequence[tuple[str, str, str]]]: ...
 
+    @property
+    def share(self) -> float | None: ...
+
 
 def evaluate(expect: Mapping[str, Bound], data: RunData) -> list[Verdict]:
     """Return one verdict per key, in the order of `expect`.
 
     A key that names nothing in this run does not hold, and its verdict has the reason.
     """
-    return [_of_formula(key, bound, data) if bound.formula else _verdict(key, bound, data)
+    return [rated(_of_formula(key, bound, data) if bound.formula else _verdict(key, bound, data), bound.share)
             for key, bound in expect.items()]
 
 

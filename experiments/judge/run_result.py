@@ -39,7 +39,11 @@ def by_fate(frames: Mapping[str, int]) -> str:
 
 
 class Verdict(msgspec.Struct, frozen=True):
-    """The verdict on one line of `[expect]`. `value` is None if the run has no such figure."""
+    """The verdict on one line of `[expect]`. `value` is None if the run has no such figure.
+
+    A line with a `share` is judged over the runs of a campaign: it holds in every single run, also in one that is
+    `beyond` its bound.
+    """
 
     key: str
     value: float | None
@@ -52,10 +56,17 @@ class Verdict(msgspec.Struct, frozen=True):
     at_ns: int | None = None    # the instant that decides it
     predicate: str = ""         # the comparison that decides it
     subject: str = ""           # the link or signal that counts there, if the comparison is about several
+    share: float | None = None
+    beyond: bool = False        # only with a share
+
+    @property
+    def kept(self) -> bool:
+        """Whether the run keeps the bound."""
+        return self.holds and not self.beyond
 
     def by_how_much(self) -> str:
-        """The reason why it does not hold, "" if it does."""
-        if self.holds:
+        """The reason why the run does not keep the bound, "" if it does."""
+        if self.kept:
             return ""
         if self.value is None:
             return self.why or "the run has no such figure"
@@ -73,6 +84,13 @@ class Verdict(msgspec.Struct, frozen=True):
             return ""
         where = f", on {self.subject}" if self.subject else ""
         return f"decided at {seconds(self.at_ns)} by {self.predicate}{where}"
+
+
+def rated(verdict: Verdict, share: float | None) -> Verdict:
+    """Return the verdict on a single run of a line with `share`, or as it is without one."""
+    if share is None:
+        return verdict
+    return msgspec.structs.replace(verdict, holds=True, beyond=not verdict.holds, share=share)
 
 
 class Summary(msgspec.Struct, frozen=True):

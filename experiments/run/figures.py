@@ -70,7 +70,7 @@ class Repeated:
         if summary is None:
             return Figures(seed, "", False, {}, failure=failure, whole_s=time.process_time() - began_s)
         return Figures(seed, summary.ledger_hash, summary.holds, {it.key: it.value for it in summary.verdicts},
-                       [it.key for it in summary.verdicts if not it.holds], failure or summary.failure,
+                       [it.key for it in summary.verdicts if not it.kept], failure or summary.failure,
                        summary.processor_s, time.process_time() - began_s)
 
     def _run(self, seed: int) -> tuple[Summary | None, str]:

@@ -10,11 +10,12 @@ import msgspec
 from experiments.scenario.formula.check import Known, check, links_of
 from experiments.scenario.metric_keys import guarantee_figures, over_a_window, parse, unknown_keys
 from experiments.scenario.model import Bound, GuaranteeSpec
-from experiments.scenario.problems import Place, path_text
+from experiments.scenario.problems import Place, Problems, path_text
 from experiments.scenario.sections import Reading
 from experiments.scenario.shape import Shape
 
-SHAPE = Shape({"min": float, "max": float, "during_ns": tuple[int, int], "formula": str}, frozenset())
+SHAPE = Shape({"min": float, "max": float, "during_ns": tuple[int, int], "formula": str, "share": float},
+              frozenset())
 
 
 def read_expect(tables: Mapping[str, Any], nodes: Collection[str], media: Collection[str],
@@ -34,6 +35,7 @@ def read_expect(tables: Mapping[str, Any], nodes: Collection[str], media: Collec
         bound = bounds[key] = Bound(**filled.values)
         if not filled.complete:
             continue
+        check_share(bound.share, place, problems)
         if "formula" in filled.values:
             formulas.add(key)
             at = place if table is not written else (*place, "formula")
@@ -55,6 +57,13 @@ def read_expect(tables: Mapping[str, Any], nodes: Collection[str], media: Collec
                              {name: nodes_of for name, (_, nodes_of) in known.costs.items()}):
         problems.say(line)
     return bounds
+
+
+def check_share(share: float | None, place: Place, problems: Problems) -> None:
+    """Add a problem for a share that no number of runs could show, or that says nothing."""
+    if share is not None and not 0 < share < 1:
+        problems.add((*place, "share"), "expected more than 0 and less than 1, the share of a campaign's runs that "
+                     "keep it; leave it out where every run has to", share)
 
 
 def _formula(key: str, bound: Bound, place: Place, known: Known, reading: Reading) -> Bound:

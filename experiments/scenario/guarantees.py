@@ -8,6 +8,7 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Final, Literal
 
+from experiments.scenario.expect import check_share
 from experiments.scenario.formula.check import Known, check, links_of
 from experiments.scenario.guarantee_kinds import MONITORS
 from experiments.scenario.metric_keys import GUARANTEE
@@ -26,6 +27,7 @@ class GuaranteeHeader:
 
     on: str
     expected: Literal["holds", "violated"] = "holds"
+    share: float | None = None              # None: in every run
 
 
 class Guarantees:
@@ -87,10 +89,11 @@ class Guarantees:
         if cls is None:
             return None
         filled = self.reading.tables.read(shape_of(cls), own, place, ["kind", *common.keys()], cls)
-        on = values.get("on")
+        on, share = values.get("on"), values.get("share")
+        check_share(share, place, self.problems)
         subjects = () if on is None else self._subjects(cls, on, (*place, "on"), links)
         return GuaranteeSpec(str(kind), on or "", subjects, values.get("expected", "holds"), filled.values,
-                             cls.UNIT)
+                             cls.UNIT, share)
 
     def _subjects(self, cls: Any, on: str, place: Place, links: Collection[Link]) -> tuple[Subject, ...]:
         nodes_on = self._nodes_on()
@@ -150,5 +153,6 @@ class Guarantees:
 
 def implied(guarantees: Mapping[str, GuaranteeSpec]) -> dict[str, Bound]:
     """Return a bound on the violations of each guarantee: none, or at least one if it is expected to be violated."""
-    return {f"{GUARANTEE}.{name}.violations": Bound(max=0.0) if guarantee.expected == "holds" else Bound(min=1.0)
-            for name, guarantee in guarantees.items()}
+    return {f"{GUARANTEE}.{name}.violations":
+            Bound(max=0.0, share=guarantee.share) if guarantee.expected == "holds" else
+            Bound(min=1.0, share=guarantee.share) for name, guarantee in guarantees.items()}

@@ -21,7 +21,8 @@ Window = tuple[int, int]                # [start_ns, end_ns)
 class Bound(msgspec.Struct, frozen=True):
     """An entry of `[expect]`: min <= figure <= max, None: no bound; over [start, end) of the run, if given.
 
-    With a `formula` the figure is its robustness, and without min and max the run has to satisfy it.
+    With a `formula` the figure is its robustness, and without min and max the run has to satisfy it. With a `share` it
+    is a campaign that has to show that this share of its runs, at least, keeps the bound; a single run may break it.
     """
 
     min: float | None = None
@@ -29,6 +30,7 @@ class Bound(msgspec.Struct, frozen=True):
     during_ns: Window | None = None
     formula: str = ""
     links: dict[str, tuple[Link, ...]] = {}     # those of each selector in the formula
+    share: float | None = None                  # None: every run has to keep it
 
 
 class PlantSpec(msgspec.Struct, frozen=True):
@@ -138,6 +140,7 @@ class GuaranteeSpec(msgspec.Struct, frozen=True):
     expected: Literal["holds", "violated"]
     fields: dict[str, Any]
     unit: str                                   # unit of worst value and margin: "s", or "" for plain numbers
+    share: float | None = None                  # as of a Bound: of the runs that are as expected
 
 
 class CostSpec(msgspec.Struct, frozen=True):

@@ -42,10 +42,12 @@ def print_scenario(console: Console, scenario: Scenario) -> None:
          ", ".join(f"{start * 1e-9:g}-{end * 1e-9:g} s" for start, end in spec.windows_ns) or "the whole run")
         for spec in scenario.impairments])
     _section(console, ["guarantee", "kind", "on", "watched", "expected"], [
-        (name, item.kind, item.on, str(len(item.subjects)), "to hold" if item.expected == "holds" else "violated")
+        (name, item.kind, item.on, str(len(item.subjects)),
+         "; ".join(filter(None, ("to hold" if item.expected == "holds" else "violated", _of_runs(item.share)))))
         for name, item in scenario.guarantees.items()])
     _section(console, ["expected", "at least", "at most", ""],
-             [(key, _number(bound.min), _number(bound.max), " ".join(bound.formula.split()))
+             [(key, _number(bound.min), _number(bound.max),
+               "; ".join(filter(None, (" ".join(bound.formula.split()), _of_runs(bound.share)))))
               for key, bound in scenario.expect.items()])
 
 
@@ -69,7 +71,13 @@ def print_summary(console: Console, summary: Summary) -> None:
          _judged(verdict)) for verdict in summary.verdicts])
 
 
+def _of_runs(share: float | None) -> str:
+    return "" if share is None else f"expected of {100 * share:.4g} % of a campaign's runs"
+
+
 def _judged(verdict: Verdict) -> str:
+    if verdict.share is not None:
+        return f"{f'beyond: {how}' if (how := verdict.by_how_much()) else 'within'}; {_of_runs(verdict.share)}"
     if not verdict.holds:
         return f"DOES NOT HOLD: {verdict.by_how_much()}"
     return f"holds, {verdict.decided()}" if verdict.decided() else "holds"

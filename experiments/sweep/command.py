@@ -13,6 +13,8 @@ from experiments.run.exits import ExitCode, errors_as_text
 from experiments.show.console import print_table
 
 if TYPE_CHECKING:
+    from experiments.judge.campaign import Campaign, Plan
+    from experiments.judge.campaign_rates import Rate
     from experiments.show.console import Console
     from experiments.sweep.campaign import Progress, Swept, Wanted
 
@@ -26,6 +28,7 @@ def run_sweep(console: Console, source: str, vary: Sequence[str], *, verbose: bo
     with errors_as_text(verbose):
         wanted = _wanted(source, vary, options)
     with errors_as_text(verbose, kept=wanted.out):
+        from experiments.judge.campaign_rates import holds
         from experiments.sweep.campaign import sweep
 
         with _view(console) as progress:
@@ -35,9 +38,8 @@ def run_sweep(console: Console, source: str, vary: Sequence[str], *, verbose: bo
 
             print_json(_as_json(swept))
         _print(console, swept)
-        rows = swept.campaign.rows
-        return ExitCode.NODE_FAILED if any(row.figures.failure for row in rows) else \
-            ExitCode.DONE if all(row.figures.holds for row in rows) else ExitCode.EXPECTATION_BROKEN
+        return ExitCode.NODE_FAILED if any(row.figures.failure for row in swept.campaign.rows) else \
+            ExitCode.DONE if holds(swept.campaign) else ExitCode.EXPECTATION_BROKEN
 
 
 def _wanted(source: str, vary: Sequence[str], given: dict[str, Any]) -> Wanted:
@@ -69,6 +71,7 @@ def _view(console: Console) -> Iterator[Progress]:
 
 
 def _print(console: Console, swept: Swept) -> None:
+    from experiments.judge.campaign_rates import not_shown
     from experiments.judge.campaign_statistics import mean, share
     from experiments.scenario.problems import value_text
     from experiments.show.campaign.build import estimate, percent
@@ -87,6 +90,7 @@ def _print(console: Console, swept: Swept) -> None:
         console.print(f"the first {MOST_SETTINGS} of {len(plan.settings)} settings; the report has more",
                       soft_wrap=True)
     console.print()
+    _print_rates(console, campaign)
     whole_s = sum(row.figures.whole_s for row in campaign.rows)
     if whole_s:
         emulated = percent(sum(row.figures.emulation_s for row in campaign.rows) / whole_s)
@@ -100,15 +104,51 @@ def _print(console: Console, swept: Swept) -> None:
         print(f"warning: {line}", file=sys.stderr)
     print_path(console, "runs", swept.folder / "runs.parquet")
     print_path(console, "report", swept.report)
+    for rate in not_shown(campaign):
+        print(f"expect.{rate.key}: kept by {rate.kept} of {rate.runs} runs{_where(plan, rate)}: {rate.in_words()}",
+              file=sys.stderr)
     if failed := campaign.failed():
         crashed = sum(bool(row.figures.failure) for row in failed)
         print(f"{len(failed)} of {len(campaign.rows)} runs do not hold" +
               (f", {crashed} of them failed" if crashed else ""), file=sys.stderr)
 
 
+def _print_rates(console: Console, campaign: Campaign) -> None:
+    """Print the rates of the expectations that not every run keeps, or that expect a share."""
+    from experiments.judge.campaign_rates import rates
+    from experiments.scenario.problems import value_text
+    from experiments.show.campaign.build import estimate
+
+    plan = campaign.plan
+    told = [rate for rate in rates(campaign) if rate.share is not None or rate.kept < rate.runs]
+    if not told:
+        return
+    print_table(console, [*plan.varied, "expectation", "kept by", "share of the runs", ""], [
+        [*(value_text(plan.settings[rate.setting][key]) for key in plan.varied), rate.key,
+         f"{rate.kept} of {rate.runs}", estimate(rate.estimate, True), rate.in_words()]
+        for rate in told[:MOST_SETTINGS]])
+    if len(told) > MOST_SETTINGS:
+        console.print(f"the first {MOST_SETTINGS} of {len(told)}; the report has more", soft_wrap=True)
+    console.print()
+
+
+def _where(plan: Plan, rate: Rate) -> str:
+    from experiments.scenario.problems import value_text
+
+    setting = plan.settings[rate.setting]
+    return f" with {', '.join(f'{key}={value_text(setting[key])}' for key in plan.varied)}" if plan.varied else ""
+
+
 def _as_json(swept: Swept) -> dict[str, Any]:
+    from experiments.judge.campaign_rates import rates
+
     plan = swept.campaign.plan
     return {"folder": swept.folder, "report": swept.report, "warnings": swept.warnings,
+            "expectations": [{"settings": plan.settings[rate.setting], "key": rate.key, "kept": rate.kept,
+                              "runs": rate.runs, "share": rate.estimate.value,
+                              "interval": [rate.estimate.low, rate.estimate.high], "expected_share": rate.share,
+                              "showing": None if rate.showing is None else rate.showing.value}
+                             for rate in rates(swept.campaign)],
             "runs": [{"number": row.number, "settings": plan.settings[row.setting], "seed": row.seed,
                       "ledger_hash": row.figures.ledger_hash, "holds": row.figures.holds,
                       "failure": row.figures.failure, "figures": row.figures.values,

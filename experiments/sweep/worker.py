@@ -116,7 +116,7 @@ class _Worker:
             if trace is not None:
                 (Path(point.folder) / TRACED).write_bytes(msgspec.msgpack.encode(trace.watched))
         return Figures(point.seed, summary.ledger_hash, summary.holds, {it.key: it.value for it in summary.verdicts},
-                       [it.key for it in summary.verdicts if not it.holds])
+                       [it.key for it in summary.verdicts if not it.kept])
 
 
 if __name__ == "__main__":

@@ -390,7 +390,10 @@ class Node:
             run_before(stop_ns, env)
 
     def _sample_before(self, time_ns: int) -> None:
+        """Take the samples before `time_ns`, with the shows that are due between them: a plant is read in order."""
         while self._next_sample_ns < time_ns:
+            if self._next_show_ns <= self._next_sample_ns:
+                self._show_before(self._next_sample_ns + 1)
             values: list[float] = []
             self._reading_ns = self._next_sample_ns
             for names, read in self._reads:

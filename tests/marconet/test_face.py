@@ -113,7 +113,8 @@ def test_records_are_data_frames(here: Path) -> None:
 
     run = marconet.run("beacons.toml", host="inline", out="frames")
 
-    assert run.expectations.rows() == [("count.r2.heard", 10.0, 5.0, None, True, "", "", "", None, "", "")]
+    assert run.expectations.rows() == [("count.r2.heard", 10.0, 5.0, None, True, "", "", "", None, "", "",
+                                        None, False)]
     assert run.ledger.filter(sender="r1")["fate"].to_list() == ["delivered"] * 10
     assert run.signals["r2"].columns == ["time_ns", "sent"]
     assert run.signals["r2"]["time_ns"].to_list() == [10_000_000 * k for k in range(10)]

@@ -29,6 +29,8 @@ class Guarantee(Protocol):
     @property
     def expected(self) -> Expected: ...
     @property
+    def share(self) -> float | None: ...
+    @property
     def fields(self) -> Mapping[str, Any]: ...
 
 
@@ -53,5 +55,5 @@ def _outcome(name: str, guarantee: Guarantee, records: Records) -> Outcome:
     violated_ns = covered_ns([(violation.from_ns, violation.until_ns) for violation in violations])
     standing = Standing(name, guarantee.kind, guarantee.on, monitor.requires(), monitor.UNIT, guarantee.expected,
                         finding.judged, len(violations), violations[0] if violations else None, violated_ns,
-                        finite(finding.worst), finite(finding.margin), finding.why)
+                        finite(finding.worst), finite(finding.margin), finding.why, guarantee.share)
     return Outcome(standing, violations)

@@ -56,10 +56,11 @@ class Standing(msgspec.Struct, frozen=True):
     worst: float | None
     margin: float | None
     why: str = ""                   # reason why it was not judged, "" if it is unknown
+    share: float | None = None      # of a campaign's runs that have to be as expected; a single run need not be
 
     @property
     def as_expected(self) -> bool:
-        return self.judged and (self.violations > 0) == (self.expected == "violated")
+        return self.judged and (self.share is not None or (self.violations > 0) == (self.expected == "violated"))
 
     def in_words(self) -> str:
         if not self.judged:

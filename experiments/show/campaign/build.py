@@ -6,6 +6,7 @@ import os
 import shlex
 from collections.abc import Iterable, Mapping
 from importlib.resources import files
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,6 +15,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from experiments.judge.campaign import Campaign, Row
+from experiments.judge.campaign_rates import Rate, holds, rates
 from experiments.judge.campaign_statistics import CONFIDENCE, Estimate, mean, share
 from experiments.scenario.problems import value_text
 from experiments.show.campaign.curves import plots
@@ -22,6 +24,7 @@ from experiments.show.report.plotly_file import plotly_source
 from netem.records.part_file import write_whole
 
 MOST_SETTINGS: Final = 200              # rows of the table of settings
+MOST_RATES: Final = 1000                # rows of the table of expectations
 MOST_FAILURES: Final = 50               # rows of the table of runs that do not hold
 REPORT: Final = "report.html"
 
@@ -42,9 +45,10 @@ def render(campaign: Campaign, repeated: Mapping[int, Path]) -> str:
     text: str = page("campaign.html.j2", plots(campaign)).render(
         **common(), plan=plan, runs=len(rows), held=held, share=share(held, len(rows)) if rows else None,
         crashed=sum(bool(row.figures.failure) for row in rows), keys=campaign.keys,
+        holds=holds(campaign), rates=[_rate(campaign, rate) for rate in islice(rates(campaign), MOST_RATES)],
         settings=[_setting(campaign, place) for place in range(min(len(plan.settings), MOST_SETTINGS))],
         settings_total=len(plan.settings), varied=[(key, _values(plan.settings, key)) for key in plan.varied],
-        failures=[_run(campaign, row, repeated, _why(row)) for row in failed[:MOST_FAILURES]],
+        failures=[_run(campaign, row, repeated, _why(campaign, row)) for row in failed[:MOST_FAILURES]],
         failures_total=len(failed),
         worst=[_run(campaign, row, repeated, _judged(campaign, row, key)) for key, row in worst.items()],
         seconds=sum(row.figures.whole_s for row in rows), emulation=sum(row.figures.emulation_s for row in rows))
@@ -93,6 +97,14 @@ def _setting(campaign: Campaign, place: int) -> Json:
             "figures": [mean(campaign.values(key, rows)) for key in campaign.keys]}
 
 
+def _rate(campaign: Campaign, rate: Rate) -> Json:
+    plan = campaign.plan
+    bound = plan.bounds[rate.key]
+    return {"values": [value_text(plan.settings[rate.setting][key]) for key in plan.varied], "key": rate.key,
+            "min": bound.min, "max": bound.max, "kept": rate.kept, "runs": rate.runs, "estimate": rate.estimate,
+            "words": rate.in_words()}
+
+
 def _run(campaign: Campaign, row: Row, repeated: Mapping[int, Path], why: str) -> Json:
     folder = repeated.get(row.number)
     plan = campaign.plan
@@ -103,10 +115,12 @@ def _run(campaign: Campaign, row: Row, repeated: Mapping[int, Path], why: str) -
             "command": shlex.join(plan.repeat(row.setting, row.seed))}
 
 
-def _why(row: Row) -> str:
+def _why(campaign: Campaign, row: Row) -> str:
     if row.figures.failure:
         return row.figures.failure.splitlines()[0]
-    return ", ".join(f"{key} = {number(row.figures.values.get(key)) or 'no value'}" for key in row.figures.broken)
+    bounds = campaign.plan.bounds
+    broken = [key for key in row.figures.broken if key not in bounds or bounds[key].share is None]
+    return ", ".join(f"{key} = {number(row.figures.values.get(key)) or 'no value'}" for key in broken)
 
 
 def _judged(campaign: Campaign, row: Row, key: str) -> str:

@@ -62,6 +62,7 @@ class Limits(NamedTuple):
     during_ns: tuple[int, int] | None = None
     formula: str = ""
     links: Mapping[str, Sequence[tuple[str, str, str]]] = MappingProxyType({})
+    share: float | None = None
 
 
 def write_report(run_dir: Path, plotly: Where = "auto") -> Path:
@@ -170,7 +171,7 @@ def verdicts_of(data: RunData) -> list[Verdict]:
     if recorded:
         return msgspec.convert(recorded, list[Verdict])
     expect = {key: Limits(bound.get("min"), bound.get("max"), bound.get("during_ns"),
-                          bound.get("formula", ""), bound.get("links", {}))
+                          bound.get("formula", ""), bound.get("links", {}), bound.get("share"))
               for key, bound in (data.scenario.get("expect") or {}).items()}
     return evaluate(expect, data)
 

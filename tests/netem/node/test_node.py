@@ -136,6 +136,22 @@ def test_what_is_shown_reaches_the_medium_before_all_else_at_its_instants_whatev
     assert done.media["wire"].took == sorted([*shown, *sent], key=lambda took: (took[0], took[1] == "a"))  # type: ignore[attr-defined]
 
 
+def test_samples_and_shows_between_two_events_are_read_in_the_order_of_time(conduct: Conduct) -> None:
+    """A plant that is read for both cannot go back: here shows every 700 ns, samples every 300 ns, an event at 2900."""
+    read: list[int] = []
+
+    def body() -> Node:
+        node = Node("z", ["wire"], 300)
+        node.signals([("p", "m")], lambda: [float(read.append(node.present_ns()) or 0)])
+        node.show("wire", 700, lambda: [float(read.append(node.present_ns()) or 0)])
+        node.call_in(2_900, lambda _: None)
+        return node
+
+    conduct({"z": body}, latency_ns=650, end_ns=3_500, poses={"z": ShownPose(700, ("p",))})
+
+    assert read == sorted([*range(0, 3_500, 300), *range(0, 3_500, 700)])
+
+
 def test_what_counts_late_is_asked_at_the_end_of_the_run():
     node = Node("late", [])
     asked: list[int] = []
