@@ -5,7 +5,8 @@
 With one function (`search`) all i, j are the same; with several (`search_several`) a step may end in another one. This
 generalized eigenvalue problem is quasi-convex, and is solved by the method of centers (Boyd and El Ghaoui 1993):
 alpha grows by the part STEP towards the largest value that P allows, then Newton's method minimizes
-sum tr P_i - sum log det P_i - sum log det F_k. `dwell_time.CommonCertificate` checks the result by eigenvalues, independently.
+sum tr P_i - sum log det P_i - sum log det F_k. `dwell_time` and `slot_dwell` check the result by eigenvalues,
+independently.
 
 Not modelled: a proof that no P exists if none is found; functions other than quadratic ones.
 """
@@ -91,11 +92,11 @@ def _own_function(M: Floats) -> Floats:
 def _centers(steps: Sequence[Step]) -> Floats:
     functions = 1 + max(max(step.before, step.after) for step in steps)
     P = np.stack([np.eye(len(steps[0].M))] * functions)
-    allowed = min(step_rates_per_s(P, steps))
+    allowed = min(step_rates_per_s([*P], steps))
     alpha = allowed - max(abs(allowed), 1.0)
     for _ in range(MAX_STEPS):
         P = _newton(P, steps, [float(np.exp(-2 * alpha * step.duration_s)) for step in steps])
-        gain = STEP * (min(step_rates_per_s(P, steps)) - alpha)
+        gain = STEP * (min(step_rates_per_s([*P], steps)) - alpha)
         alpha += gain
         if gain < RELATIVE_GAIN * abs(alpha):
             break
