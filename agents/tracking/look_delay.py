@@ -12,7 +12,7 @@ Not modelled: waiting for a free channel (CSMA) or a free bus, which the duratio
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from agents.tracking.controller import Inputs
@@ -25,9 +25,11 @@ RADIO, BUS = "radio", "can"         # the robot's ports
 
 @dataclass(frozen=True)
 class LookDelay:
-    request_ns: int = 0             # from the request to the reference
-    answer_ns: int = 0              # back
-    setpoint_ns: int = 0            # to the drive
+    request_ns: int = 0             # from the request to the reference, at most
+    answer_ns: int = 0              # back, at most
+    setpoint_ns: int = 0            # to the drive, at most
+    least_request_ns: int = 0       # at least, also outside the windows of impairments
+    least_answer_ns: int = 0
     airtime_ns: int = 0             # of request and answer: the shortest interval between looks
     impaired_ns: int = 0            # share of impairments
     places: tuple[str, ...] = ()    # the impairments, by their place in the scenario
@@ -38,9 +40,9 @@ class LookDelay:
 
     @property
     def request_share(self) -> float:
-        """Return the share of an exchange after which the reference answers."""
-        exchange_ns = self.request_ns + self.answer_ns
-        return self.request_ns / exchange_ns if exchange_ns else 0.5
+        """Return the share of an exchange after which the reference answers, if both ways take their least time."""
+        exchange_ns = self.least_request_ns + self.least_answer_ns
+        return self.least_request_ns / exchange_ns if exchange_ns else 0.5
 
 
 NONE = LookDelay()
@@ -64,8 +66,11 @@ def look_delay(scenario: ScenarioView, name: str) -> LookDelay:
     airtime_ns = request_ns + answer_ns
     added = added_delays(scenario.impairments, Flow((ANSWER_BYTES,), max(airtime_ns, 1)), scenario.length_ns)
 
+    windowed = {link for spec in scenario.impairments if spec.windows_ns for link in spec.links}
+
     def on(link: tuple[str, str, str]) -> AddedDelay:
-        return added.get(link, AddedDelay())
+        delay = added.get(link, AddedDelay())
+        return replace(delay, least_ns=0) if link in windowed else delay
 
     others = [other for other in (medium.nodes if medium is not None else ()) if other != name]
     drives = [on((BUS, name, other)) for other in (scenario.media[BUS].nodes if BUS in scenario.media else ())]
@@ -75,8 +80,9 @@ def look_delay(scenario: ScenarioView, name: str) -> LookDelay:
     impaired_ns = there.most_ns + back.most_ns + setpoint.most_ns
     if not impaired_ns and not latency_ns:
         return NONE
-    return LookDelay(request_ns + latency_ns + there.most_ns, answer_ns + latency_ns + back.most_ns, setpoint.most_ns,
-                     max(airtime_ns, 1), impaired_ns,
+    request_ns, answer_ns = request_ns + latency_ns, answer_ns + latency_ns
+    return LookDelay(request_ns + there.most_ns, answer_ns + back.most_ns, setpoint.most_ns,
+                     request_ns + there.least_ns, answer_ns + back.least_ns, max(airtime_ns, 1), impaired_ns,
                      tuple(dict.fromkeys((*there.places, *back.places, *setpoint.places))))
 
 

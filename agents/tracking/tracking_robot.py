@@ -136,10 +136,10 @@ class TrackingRobot:
         number, state = found
         now_ns = self._board.now_ns
         if number == UNASKED:
-            said_ns = now_ns - self._delay.answer_ns
-            self._looks.forget(said_ns - self._delay.request_ns)        # an answer still to come would be older
+            said_ns = now_ns - self._delay.least_answer_ns
+            self._looks.forget(said_ns - self._delay.least_request_ns)      # an answer still to come would be older
             self._inputs = state.inputs
-            self._measured(state, said_ns, said_ns)
+            self._measured(state, now_ns - self._delay.answer_ns, said_ns)
         elif (asked_ns := self._looks.answered(number)) is None:
             self._board.count("late answers")
         else:

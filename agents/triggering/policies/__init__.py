@@ -38,7 +38,8 @@ class Decision(NamedTuple):
     @property
     def losses_allowed(self) -> int:
         """Number of requests in a row that may fail if the next one still arrives within tau_i."""
-        return (self.valid_ns - self.delay_ns) // self.interval_ns - 1
+        allowed = (self.valid_ns - self.delay_ns) // self.interval_ns - 1
+        return max(allowed, 0) if self.delay_ns else allowed
 
     def attempt_ns(self, failed: int) -> int:
         """Return when to send the next request after `failed` requests without an answer."""
