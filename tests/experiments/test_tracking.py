@@ -246,7 +246,7 @@ def test_event_triggering_without_a_camera_is_refused():
 
 def test_a_reference_that_the_wheels_cannot_follow_is_refused():
     with pytest.raises(ScenarioError, match=r"speed_max_mps=0\.7: the reference drives \(1, 0\), for which a rim of "
-                                            r"its wheels would turn at 1 m/s: it cannot follow; slow the reference down"):
+                                            r"its wheels would turn at 1 m/s: it cannot follow; slow"):
         load(find("tracking_p3at_too_fast"), overrides=["agents.companion.parameters.sure=true"])
 
 
