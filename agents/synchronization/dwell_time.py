@@ -62,7 +62,7 @@ def round_maps(agents: Sequence[LinearAgent], plans: Sequence[RoundPlan], hearin
     return tuple(maps)
 
 
-def _decay_problems(name: str, P_after: Floats, M: Floats, factor: float, P_before: Floats) -> list[str]:
+def decay_problems(name: str, P_after: Floats, M: Floats, factor: float, P_before: Floats) -> list[str]:
     """Return a sentence for each of P_before > 0 and M' P_after M < factor P_before that fails, beyond rounding."""
     found = []
     scale = float(np.linalg.norm(P_before, 2) + np.linalg.norm(P_after, 2) * np.linalg.norm(M, 2) ** 2)
@@ -85,7 +85,7 @@ class CommonCertificate:
     def problems(self) -> list[str]:
         found = [] if self.rate_per_s > 0 else [f"the rate is {self.rate_per_s:.3g} per second: expected above 0"]
         for m in self.maps:
-            found += _decay_problems(str(m), self.P, m.M, float(np.exp(-2 * self.rate_per_s * m.period_s)), self.P)
+            found += decay_problems(str(m), self.P, m.M, float(np.exp(-2 * self.rate_per_s * m.period_s)), self.P)
         return found
 
     @property
@@ -119,9 +119,9 @@ class DwellCertificate:
         found = [] if self.rate_per_s > 0 else [f"dwell_rounds={self.dwell_rounds}: mu rho^(m - 1) is not below 1"]
         for m in self.maps:
             if m.after is None:
-                found += _decay_problems(str(m), self.P[m.plan], m.M, self.rho[m.plan], self.P[m.plan])
+                found += decay_problems(str(m), self.P[m.plan], m.M, self.rho[m.plan], self.P[m.plan])
         for m, q in _first_rounds(self.maps):
-            found += _decay_problems(f"{m} coming from {q}", self.P[m.plan], m.M, self.mu, self.P[q])
+            found += decay_problems(f"{m} coming from {q}", self.P[m.plan], m.M, self.mu, self.P[q])
         return found
 
     @property

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from itertools import pairwise
 from math import isfinite
 from typing import Any
 
+from agents.tracking.drive_limits import rim_speed
+from agents.tracking.look_delay import BUS, RADIO, delay_problems, look_delay, reference_inputs
 from agents.tracking.team_policy import make_policy
 from agents.tracking.tracking_settings import TrackingSettings
 from firmware_sim.scenario_view import Own, OwnAgent, ScenarioView
@@ -15,14 +18,46 @@ ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
 
 
 def companion_problems(scenario: ScenarioView, own: Own[TrackingSettings]) -> Iterator[str]:
-    """Yield a problem for gains that certify no horizon, an unknown policy, missing wheel parameters, missing ports."""
+    """Yield a problem for gains that certify no horizon, an unknown policy, missing wheel parameters, missing ports, a
+    delay that leaves no interval, a reference that the robot's wheels cannot follow."""
+    yield from problems_of_companions(scenario, own)
+
+
+def problems_of_companions(scenario: ScenarioView, own: Own[TrackingSettings], *,
+                           overlapping: bool = True) -> Iterator[str]:
+    """As `companion_problems`; `overlapping`: whether these robots send a request before the last one is answered."""
     for name, agent in own.items():
+        settings, needed = agent.settings, [RADIO, BUS]
         try:
-            make_policy(scenario.team, agent.settings.policy, agent.settings.policy_settings())
+            policy = make_policy(scenario.team, settings.policy, settings.policy_settings())
+            needed += ["view"] if policy.watch_ns else []
         except (ValueError, TypeError, KeyError) as error:
             yield f"agents.{name}.parameters: {error}"
+        else:
+            if settings.sure:
+                yield from delay_problems(scenario, name, policy, look_delay(scenario, name), overlapping=overlapping)
         yield from wheel_problems(scenario, name)
-        yield from _missing_ports(name, agent, ("radio", "can"))
+        if settings.sure and settings.speed_max_mps:
+            yield from _too_fast(scenario, name, settings.speed_max_mps)
+        yield from _missing_ports(name, agent, needed)
+
+
+def prepared_delays(scenario: ScenarioView, own: Own[TrackingSettings]) -> dict[str, Any]:
+    """Return the table `look_delays` of the team, of the robots whose looks take a known time; nothing without any."""
+    delays = {name: asdict(delay) for name in own if (delay := look_delay(scenario, name)).total_ns}
+    return {"look_delays": delays} if delays else {}
+
+
+def _too_fast(scenario: ScenarioView, name: str, speed_max_mps: float) -> Iterator[str]:
+    """Yield a problem for the first inputs of the reference that need faster wheels."""
+    track_m = scenario.team.get("robot", {}).get("track_m", 0.0)
+    for inputs in reference_inputs(scenario.team):
+        if (rim_mps := rim_speed(inputs, track_m)) > speed_max_mps:
+            yield (f"agents.{name}.parameters.speed_max_mps={speed_max_mps:g}: the reference drives ({inputs.v_mps:g}, "
+                   f"{inputs.omega_rad_s:g}), for which a rim of its wheels would turn at {rim_mps:.4g} m/s: it cannot "
+                   f"follow; slow the reference down, or set agents.{name}.parameters.sure = false to run it all the "
+                   "same")
+            return
 
 
 def wheel_problems(scenario: ScenarioView, name: str) -> Iterator[str]:

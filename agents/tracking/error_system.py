@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import isfinite, pi
+from math import isfinite, pi, sqrt
 
 from agents.tracking.controller import Command, Inputs, State, TrackingController
 from agents.tracking.error_bound import Bound, ErrorBound
@@ -73,6 +73,10 @@ class TrackingErrorSystem:
     def worst_inputs(self) -> Inputs:
         """The inputs of P with the largest bound A, used with a unified gain."""
         return self.limits
+
+    def largest_norm(self, x: State) -> float:
+        """Return the largest |x| of a state that is within `noise` of x in each component, at most that more."""
+        return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]) + self.noise * sqrt(3)
 
     def admissible(self, inputs: Inputs) -> Inputs:
         """Return the inputs of P nearest to `inputs`; ValueError if these are not numbers."""

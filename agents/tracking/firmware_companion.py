@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from agents.tracking.check import companion_problems
+from agents.tracking.check import problems_of_companions
 from agents.tracking.controller import TrackingController
 from agents.tracking.error_system import LIMITS, NOISE
 from agents.tracking.heading_slope import HeadingSlope, heading_table
@@ -28,8 +28,8 @@ class TrackingFirmware:
         for name, agent in own.items():
             if len(agent.settings.start) != 3:
                 yield f"agents.{name}.parameters.start: {len(agent.settings.start)} numbers: expected x, y and heading"
-        yield from companion_problems(scenario, {name: OwnAgent(name, _settings(agent.settings), agent.agent)
-                                                 for name, agent in own.items()})
+        yield from problems_of_companions(scenario, {name: OwnAgent(name, _settings(agent.settings), agent.agent)
+                                                     for name, agent in own.items()}, overlapping=False)
 
     @staticmethod
     def configure(table: Mapping[str, Any], name: str, settings: Any) -> dict[str, Any]:

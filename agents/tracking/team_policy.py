@@ -5,21 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from agents.tracking.controller import Inputs, State
+from agents.tracking.controller import Inputs, State, TrackingController
 from agents.tracking.error_system import LIMITS, TrackingErrorSystem
 from agents.tracking.section_4_6 import GAINS
-from agents.triggering.gain_table import GainTable
+from agents.triggering.gain_table import GainTable, RegionalGain
 from agents.triggering.policies import Policy
-from agents.triggering.policies.table import POLICIES, PolicySettings, build_policy
+from agents.triggering.policies.table import PolicySettings, build_policy
 
 
-def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings) -> Policy[State, Inputs]:
+def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings,
+                controller: TrackingController | None = None) -> Policy[State, Inputs]:
     """Return the policy `name` with the gains of `gains_of`; ValueError if the name or a setting does not fit."""
-    known = [policy for policy, kind in POLICIES.items() if kind.measurable]
-    if name not in known:
-        raise ValueError(f"policy={name!r}: expected one of {', '.join(known)}; others need to see the reference all "
-                         "the time, which costs a transmission here")
-    return build_policy(name, TrackingErrorSystem(limits=LIMITS), gains_of(team), settings)
+    system = TrackingErrorSystem(controller or TrackingController(), limits=LIMITS)
+    return build_policy(name, system, gains_of(team), settings)
 
 
 def gains_of(team: Mapping[str, Any]) -> GainTable:
@@ -28,5 +26,7 @@ def gains_of(team: Mapping[str, Any]) -> GainTable:
         return GAINS
     table = team["gains"]
     return GainTable({(float(v), float(omega)): float(gain) for v, omega, gain in table["planned"]},
-                     float(table["unified"]))
+                     float(table["unified"]),
+                     regional={(float(v), float(omega)): RegionalGain(float(gain), float(radius))
+                               for v, omega, gain, radius in table.get("regional", [])})
 

@@ -4,9 +4,15 @@
     answer:      x^ from own pose and the reference's; u by (4.4); send a setpoint over CAN
                  tau_i by the policy (4.37): when the next look is due
 
-A measurement's age counts from its request. The next request is sent early by the time that the last exchange took, so
-that the command computed from its answer is in force within tau_i. A request without an answer is repeated
-(`Decision.attempt_ns`). An announcement of new inputs by the reference is a measurement too (section 4.6).
+A measurement's age counts from its request. The next request is sent early by the time that the last exchange took, or
+by the longer delay d that the scenario tells (`look_delay`), so that the command computed from its answer is in force
+within tau_i. If tau_i - d is shorter than d, requests overlap, and the newest decision known sets the interval.
+A request without an answer is repeated (`Decision.attempt_ns`). An announcement of new inputs by the reference is a
+measurement too (section 4.6).
+
+    camera:      (policies that watch) the state between looks, from the medium `view`: it may prolong tau_i
+
+A camera tells the reference's place; its heading is that of the last measurement, turned by its inputs.
 
 The robot checks the trigger's assumptions with the information it has: an assumption that fails is recorded as an event
 with its name, once until it holds again. A measurement is in force when the drive has confirmed the setpoint computed
@@ -20,40 +26,51 @@ from __future__ import annotations
 from math import pi, remainder
 
 from agents.tracking.assumption_watch import IN_TIME, AssumptionWatch
-from agents.tracking.check import companion_problems
+from agents.tracking.check import companion_problems, prepared_delays
 from agents.tracking.controller import Inputs, Pose, State, TrackingController, tracking_error
 from agents.tracking.dead_reckoning import DeadReckoning
+from agents.tracking.drive_limits import LimitedController, rim_speed
 from agents.tracking.drive_link import DriveLink
 from agents.tracking.error_system import LIMITS
+from agents.tracking.look_delay import told
 from agents.tracking.look_frames import UNASKED, ReferenceState, pack_request, unpack_answer
+from agents.tracking.looks_under_way import LooksUnderWay
 from agents.tracking.noise import Noise
 from agents.tracking.team_policy import gains_of, make_policy
 from agents.tracking.tracking_settings import TrackingSettings
 from agents.triggering.assumptions import (
+    Assumption,
     announcement_violations,
+    command_violations,
     input_violations,
     radius_violations,
+    region_violations,
     violations,
 )
 from agents.triggering.error_gain import horizon_s
 from agents.triggering.policies import Decision
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
+from netem.media.sensing.sight import Detection, unpack_sight
 
 COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
             "unreadable frames", "unreadable CAN frames", "violated assumptions")
 RETRY_NS = 20_000_000           # between requests before the first measurement, when no interval is certified
+OVERLAPPING_NS = 1_000_000      # the same where requests overlap
 
 
 class TrackingRobot:
     Settings = TrackingSettings
     check = staticmethod(companion_problems)
+    prepare = staticmethod(prepared_delays)
 
     def __init__(self, board: Board, settings: TrackingSettings) -> None:
         robot = board.team["robot"]
         self._board, self._settings = board, settings
-        self._controller = TrackingController()
-        self._policy = make_policy(board.team, settings.policy, settings.policy_settings())
+        self._delay = told(board.team, board.name)
+        self._controller = (LimitedController(speed_max_mps=settings.speed_max_mps, track_m=robot["track_m"])
+                            if settings.speed_max_mps else TrackingController())
+        self._policy = make_policy(board.team, settings.policy, settings.policy_settings(self._delay), self._controller)
         self._gains = gains_of(board.team)
         self._watch = AssumptionWatch(board, settings.policy)
         for counter in COUNTERS:
@@ -62,14 +79,16 @@ class TrackingRobot:
         self._radio = board.port("radio", self._hear)
         self._drive = DriveLink(board.port("can", self._hear_drive, listen_only=True), robot["wheel_radius_m"],
                                 robot["track_m"], robot["counts_per_turn"])
+        if self._policy.watch_ns:
+            board.port("view", self._see, listen_only=True)
         self._place = DeadReckoning(robot["wheel_radius_m"], robot["track_m"], Pose(*settings.start))
         self._x: State = (0.0, 0.0, 0.0)            # last measurement of the tracking error
         self._inputs: Inputs | None = None          # last received inputs of the reference
         self._latest: Decision | None = None        # decision of the newest measurement
         self._in_force: Decision | None = None      # decision of the measurement in force
         self._underway: dict[int, Decision] = {}    # decisions with an unconfirmed setpoint, by the setpoint's number
-        self._look = -1                             # number of the last request
-        self._asked_ns: int | None = None           # time of the last request; None: it was answered
+        self._looks = LooksUnderWay(self._delay.total_ns)
+        self._heard: tuple[int, ReferenceState] | None = None       # the last state of the reference, and its time
         self._failed = 0                            # requests in a row without an answer
         self._exchange_ns = 0                       # duration of the last exchange
         self._repeat: Timer | None = None           # repeats the setpoint
@@ -86,17 +105,28 @@ class TrackingRobot:
     def _ask(self) -> None:
         board = self._board
         now_ns = board.now_ns
-        if self._asked_ns is not None:
-            self._failed += 1
-            board.count("looks without an answer")
-        self._look += 1
-        self._asked_ns = now_ns
-        self._radio.send(pack_request(self._look))
+        if overdue := self._looks.ask(now_ns):
+            self._failed += overdue
+            board.count("looks without an answer", overdue)
+        self._radio.send(pack_request(self._looks.number))
         board.count("looks")
         self._check()
         latest = self._latest
-        retry_ns = now_ns + RETRY_NS if latest is None else latest.attempt_ns(self._failed + 1) - self._exchange_ns
+        if latest is None:
+            retry_ns = now_ns + (OVERLAPPING_NS if self._delay.total_ns else RETRY_NS)
+        elif latest.delay_ns:
+            retry_ns = now_ns + latest.interval_ns
+        else:
+            retry_ns = latest.attempt_ns(self._failed + 1) - self._exchange_ns
         self._schedule(max(retry_ns, now_ns + 1))
+
+    def _next_look(self, decision: Decision) -> None:
+        """Schedule the next look of the newest decision."""
+        due_ns, early_ns = decision.next_ns, self._exchange_ns
+        if decision.delay_ns:
+            due_ns = max(decision.measured_ns, self._looks.last_ns or 0) + decision.interval_ns
+            early_ns = max(self._exchange_ns - self._delay.request_ns - self._delay.answer_ns, 0)
+        self._schedule(max(due_ns - early_ns, self._board.now_ns + 1))
 
     def _hear(self, data: bytes) -> None:
         found = unpack_answer(data)
@@ -106,15 +136,18 @@ class TrackingRobot:
         number, state = found
         now_ns = self._board.now_ns
         if number == UNASKED:
-            self._asked_ns = None                   # an answer still to come would be older
+            said_ns = now_ns - self._delay.least_answer_ns
+            self._looks.forget(said_ns - self._delay.least_request_ns)      # an answer still to come would be older
             self._inputs = state.inputs
-            self._measured(state, now_ns, now_ns)
-        elif self._asked_ns is None or number != self._look % UNASKED:
+            self._measured(state, now_ns - self._delay.answer_ns, said_ns)
+        elif (asked_ns := self._looks.answered(number)) is None:
             self._board.count("late answers")
         else:
-            asked_ns, self._asked_ns = self._asked_ns, None
             self._exchange_ns = now_ns - asked_ns
-            self._measured(state, asked_ns, (asked_ns + now_ns) // 2)
+            seen_ns = (asked_ns + now_ns) // 2
+            if self._delay.total_ns:
+                seen_ns = asked_ns + int(self._exchange_ns * self._delay.request_share)
+            self._measured(state, asked_ns, seen_ns)
 
     def _measured(self, state: ReferenceState, measured_ns: int, seen_ns: int) -> None:
         """Apply a measurement. `measured_ns`: start of its age; `seen_ns`: best estimate of when `state` was true."""
@@ -128,16 +161,55 @@ class TrackingRobot:
             board.count("refused measurements")
             board.warn("refused measurement", str(error))
             return
-        self._latest = decision
+        before, self._latest = self._latest, decision
+        self._heard = seen_ns, state
         self._watch.judge((*input_violations(measured_ns, state.inputs, LIMITS, self._gains),
                            *announcement_violations(measured_ns, state.inputs, self._inputs or state.inputs),
                            *radius_violations(measured_ns, self._x, self._settings.certified_radius,
-                                              self._noise.measured)))
+                                              self._noise.measured),
+                           *region_violations(measured_ns, self._x, before, self._noise.measured)))
         self._inputs = state.inputs
         self._command = self._controller.command(self._x, state.inputs)
+        if self._settings.speed_max_mps:
+            self._judge_command(measured_ns, state.inputs)
         self._tell_drive(decision)
         board.count("measurements")
-        self._schedule(max(decision.next_ns - self._exchange_ns, self._board.now_ns + 1))
+        self._next_look(decision)
+
+    def _judge_command(self, measured_ns: int, inputs: Inputs) -> None:
+        """Record whether the command of (4.4) exceeds what the drive can do."""
+        wanted = TrackingController().command(self._x, inputs)
+        found = command_violations(measured_ns, rim_speed(wanted, self._board.team["robot"]["track_m"]),
+                                   self._settings.speed_max_mps)
+        if not found:
+            self._watch.hold((Assumption.COMMAND,))
+        self._watch.fail(found)
+
+    def _see(self, data: bytes) -> None:
+        """Take what the camera saw of the reference between two looks: the last decision may hold longer."""
+        sight, latest = unpack_sight(data), self._latest
+        if sight is None:
+            self._board.count("unreadable frames")
+        if not isinstance(sight, Detection) or sight.name != self._settings.sees:
+            return
+        if latest is None or self._heard is None:
+            return
+        heard_ns, state = self._heard
+        if sight.exposed_ns <= max(heard_ns, latest.measured_ns):
+            return
+        turned_rad = state.inputs.omega_rad_s * (sight.exposed_ns - heard_ns) * 1e-9
+        x1, x2, x3 = tracking_error(self._place.pose_at(sight.exposed_ns),
+                                    Pose(sight.x_m, sight.y_m, state.pose.theta_rad + turned_rad))
+        prolonged = self._policy.look(sight.exposed_ns, self._noise.measure((x1, x2, remainder(x3, 2 * pi))))
+        if prolonged.valid_ns <= latest.valid_ns or self._looks.waiting:
+            return
+        self._latest = prolonged
+        self._underway = {number: prolonged if decision is latest else decision
+                          for number, decision in self._underway.items()}
+        if self._in_force is latest:
+            self._put_in_force(prolonged)
+        self._repeated = prolonged
+        self._next_look(prolonged)
 
     # --- the drive
 
@@ -147,8 +219,9 @@ class TrackingRobot:
         self._underway[number] = decision
         if self._repeat is not None:
             self._repeat.cancel()
+        self._repeated = decision
         self._repeat = self._board.at(self._board.now_ns + self._settings.refresh_ns,
-                                      lambda: self._tell_drive(decision))
+                                      lambda: self._tell_drive(self._repeated))
 
     def _hear_drive(self, data: bytes) -> None:
         heard = self._drive.read(data)
@@ -174,9 +247,13 @@ class TrackingRobot:
             until_ns = now_ns - self._settings.actuation_ns
             board.event("gain product", f"{before.gain_product(until_ns):.6g} after "
                                        f"{max(until_ns - before.measured_ns, 0) * 1e-9:.6g} s")
-        self._in_force = decision
+        self._put_in_force(decision)
         if now_ns <= decision.holds_until_ns + self._settings.actuation_ns:
             self._watch.hold(IN_TIME)
+
+    def _put_in_force(self, decision: Decision) -> None:
+        """Put `decision` in force, and check the assumptions when it ends and when it becomes unstable."""
+        self._in_force = decision
         unstable_ns = decision.measured_ns + int(horizon_s(decision.growth_per_s, decision.gain_per_s, 1.0) * 1e9)
         for end_ns in (decision.holds_until_ns, unstable_ns):
             self._board.at(end_ns + 1 + self._settings.actuation_ns,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from agents.tracking.look_delay import NONE, LookDelay
 from agents.triggering.policies.table import PolicySettings
 
 
@@ -21,5 +22,10 @@ class TrackingSettings:
     # by no more than this is not reported.
     actuation_ns: int = 5_000_000
 
-    def policy_settings(self) -> PolicySettings:
-        return PolicySettings(max_successive_losses=self.max_successive_losses, radius=self.certified_radius)
+    sure: bool = True                               # False: delays and inputs are not refused, only watched
+    sees: str = "reference"                         # event_triggered: the body on the medium `view` that it follows
+    speed_max_mps: float = 0.0                      # of a wheel's rim, beyond which it does not command; 0: no limit
+
+    def policy_settings(self, delay: LookDelay = NONE) -> PolicySettings:
+        return PolicySettings(max_successive_losses=self.max_successive_losses, radius=self.certified_radius,
+                              delay_ns=delay.total_ns, floor_ns=max(delay.airtime_ns, 1))

@@ -11,6 +11,8 @@ the instant from which on it fails, and the two numbers compared.
     INPUTS           the inputs of the reference lie in P                            Theorem 4 (i)
     ANNOUNCED        inputs change only at instants that are transmitted at          Assumption 1
     GAIN             the gain of these inputs is known, not just bounded by Z        section 4.6
+    REGION               |x| is within the region of the gain in use                 policy `regional_gains`
+    COMMAND              the drive does what is commanded                            (4.42); known limits of the drive
     RADIUS           |x| is within what was certified                                Remark 4; periodic measurements
 """
 
@@ -35,6 +37,8 @@ class Assumption(Enum):
     ANNOUNCED = "announcement of inputs"
     GAIN = "gain of the inputs"
     RADIUS = "tracking error"
+    REGION = "region of the gain"
+    COMMAND = "command"
 
 
 @dataclass(frozen=True)
@@ -105,6 +109,26 @@ def radius_violations(at_ns: int, x: Sequence[float], radius: float, noise: floa
     if norm <= limit:
         return []
     return [Violation(Assumption.RADIUS, at_ns, norm, limit, f"|x| = {norm:.6g}, certified up to {limit:.6g}")]
+
+
+def region_violations(at_ns: int, x: Sequence[float], before: Decision | None, noise: float = 0.0) -> list[Violation]:
+    """Return violations of REGION: x, with an error of up to `noise` in each component, is a state outside the region
+    of the gain with which the decision `before` was made."""
+    if before is None:
+        return []
+    norm, limit = _norm(x), before.radius + noise * sqrt(len(x))
+    if norm <= limit:
+        return []
+    return [Violation(Assumption.REGION, at_ns, norm, limit,
+                      f"|x| = {norm:.6g}, the gain {before.gain_per_s:g} 1/s counts up to {before.radius:g}")]
+
+
+def command_violations(at_ns: int, wanted: float, limit: float) -> list[Violation]:
+    """Return violations of COMMAND by a command that needs `wanted` of what the drive gives at most."""
+    if wanted <= limit:
+        return []
+    return [Violation(Assumption.COMMAND, at_ns, wanted, limit,
+                      f"it needs {wanted:.6g} m/s of a wheel's rim, which turns at {limit:g} m/s at most")]
 
 
 def _norm(values: Sequence[float]) -> float:

@@ -28,6 +28,9 @@ class ErrorSystem(Protocol[X, W]):
     def worst_inputs(self) -> W:
         """The inputs of P with the largest matrix A."""
 
+    def largest_norm(self, x: X) -> float:
+        """Return the largest |x| of a state that can be measured as x."""
+
     def admissible(self, inputs: W) -> W:
         """Return the inputs of P nearest to `inputs`; ValueError if these are not numbers."""
 

@@ -123,14 +123,16 @@ def test_a_lost_announcement_of_new_inputs_breaks_assumption_1_until_the_next_me
     assert (name, 0.9 * 0.999 / 22 < again_s - at_s < 0.999 / 22) == ("announcement of inputs", True)
 
 
-def test_an_answer_that_the_announcement_of_new_inputs_overtook_is_left_out(tmp_path, individual):
+def test_an_answer_that_the_announcement_of_new_inputs_overtook_is_left_out(tmp_path):
     """The answer of the look at 1 s is held back for 10 ms, and the inputs change 0.3 ms after it was given."""
-    answers = individual.ledger.only(sender="reference")
+    (tmp_path / "before").mkdir()
+    delay = 'kind = "delay"\ndelay_ms = 10\nkeep_order = false\n'
+    before = impaired(tmp_path / "before", f"{delay}during_s = [2.9, 2.91]")       # the robot knows of the delay too
+    answers = before.ledger.only(sender="reference")
     after_1_s = int((answers.ints("offered_ns") > SECOND).argmax())
     given_ns, sent_ns = (int(answers.ints(name)[after_1_s]) for name in ("offered_ns", "end_ns"))
 
-    data = impaired(tmp_path, f'kind = "delay"\ndelay_ms = 10\nkeep_order = false\n'
-                              f'during_s = [{(sent_ns - 1000) / 1e9:.9f}, {(sent_ns + 1000) / 1e9:.9f}]',
+    data = impaired(tmp_path, f'{delay}during_s = [{(sent_ns - 1000) / 1e9:.9f}, {(sent_ns + 1000) / 1e9:.9f}]',
                     f"team.reference.from_s=[0.0,{(given_ns + 300_000) / 1e9:.9f},9.25]")
 
     assert data.counters["companion"]["late answers"] == 1
@@ -183,9 +185,75 @@ def test_an_assumption_that_a_measurement_breaks_is_named_at_once_and_when_it_ho
     assert again_from_s <= again_s < again_by_s
 
 
-@pytest.mark.parametrize("name", ["tracking_individual", pytest.param("tracking_lossy", marks=pytest.mark.slow)])
+def test_a_delay_without_an_interval_runs_where_it_need_not_be_sure_and_is_told_as_a_broken_assumption(tmp_path):
+    delay = 'impairments=[{ on = "radio: reference -> companion", kind = "delay", delay_ms = 19 }]'
+    data = emulated("tracking_delayed", tmp_path, duration_s=0.3,
+                    overrides=[delay, "agents.companion.parameters.sure=false", "expect={}"])
+
+    first_s, text = events(data, "assumption violated")[0]
+    assert text.startswith("age of information: the measurement in force is 0.018")     # of 18.3 ms, as told 3 ms later
+    assert 0.0183 + 0.003 < first_s < 0.0193 + 0.005
+    assert "successive losses" not in {detail.partition(":")[0] for _, detail in events(data, "assumption violated")}
+    products = [float(detail.split()[0].rstrip(":")) for _, detail in events(data, "gain product")]
+    assert max(products) > 1
+
+
+def test_overlapping_looks_keep_the_age_within_tau(tmp_path):
+    """With 17 ms of 18.4 some 16 requests are on their way at a time."""
+    data = emulated("tracking_delayed", tmp_path, duration_s=0.3, overrides=["expect={}"])
+
+    answers = data.ledger.only(sender="reference")
+    spacing_ns = np.diff(answers.ints("offered_ns"))[20:]               # before the first answer: 1 ms
+    assert spacing_ns.min() > 0.9e6
+    assert spacing_ns.max() < 18.4e6 - 17.27e6
+    assert events(data, "assumption violated") == []
+    assert data.counters["companion"]["late answers"] == 0
+
+
+def test_a_robot_that_is_led_out_of_its_gain_s_region_says_so_and_uses_the_global_gain(tmp_path):
+    """Its companion stalls for 1.2 s while the reference drives at 2 m/s; the drive stops by itself."""
+    data = emulated("tracking_regional", tmp_path, overrides=[
+        'faults=[{ kind = "pause", on = "companion", during_s = [9.5, 10.7] }]', "expect={}", "guarantees={}"])
+
+    left_s, text = next(each for each in events(data, "assumption violated") if each[1].startswith("region"))
+    assert 10.7 < left_s < 10.9
+    assert text.startswith("region of the gain: |x| = 1.")
+    assert text.endswith("the gain 9.43 1/s counts up to 1")
+    assert "region of the gain" in events(data, "assumptions hold again")[-1][1]
+    companion = data.signals["companion"]
+    t, tau = companion.time_ns / SECOND, companion.column("tau")
+    assert tau[(t > 9.3) & (t < 9.5)].min() > 0.08
+    assert tau[(t > 10.9) & (t < 11.1)].max() <= 0.999 / 56
+
+
+def test_a_camera_prolongs_what_was_predicted_and_costs_no_frame_on_the_radio(tmp_path):
+    data = emulated("tracking_event_triggered", tmp_path, duration_s=2.8, overrides=["expect={}"])
+
+    table = data.signals["companion"]
+    values: dict[float, set[float]] = {}
+    for held, tau in zip(table.column("held1"), table.column("tau"), strict=True):
+        values.setdefault(held, set()).add(tau)
+    # A measurement shows tau of the one before, until its command is in force, then its own, and that prolonged.
+    assert max(map(len, values.values())) > 2
+    radio = data.ledger.only(sender="companion", medium="radio")
+    assert data.counters["companion"]["looks"] == len(radio)
+
+
+def test_event_triggering_without_a_camera_is_refused():
+    with pytest.raises(ScenarioError, match=r"agents\.companion\.media: lacks view; it has radio, can"):
+        load(find("tracking_individual"), overrides=['agents.companion.parameters.policy="event_triggered"'])
+
+
+def test_a_reference_that_the_wheels_cannot_follow_is_refused():
+    with pytest.raises(ScenarioError, match=r"speed_max_mps=0\.7: the reference drives \(1, 0\), for which a rim of "
+                                            r"its wheels would turn at 1 m/s: it cannot follow; slow"):
+        load(find("tracking_p3at_too_fast"), overrides=["agents.companion.parameters.sure=true"])
+
+
+@pytest.mark.parametrize("name", ["tracking_individual", "tracking_event_triggered", *(
+    pytest.param(name, marks=pytest.mark.slow) for name in ("tracking_lossy", "tracking_delayed"))])
 def test_both_hosts_leave_the_same_ledger_and_events(tmp_path, name):
-    inline, process = (emulated(name, tmp_path / host, host=host, duration_s=1.0, overrides=["expect={}"])
+    inline, process = (emulated(name, tmp_path / host, host=host, duration_s=0.5, overrides=["expect={}"])
                        for host in ("inline", "process"))
 
     assert inline.ledger_metadata["hash"] == process.ledger_metadata["hash"]
@@ -228,7 +296,7 @@ def test_random_bytes_on_radio_and_bus_are_counted_and_crash_nobody(tmp_path):
 
 
 @pytest.mark.parametrize(("override", "complaint"), [
-    ('agents.companion.parameters.policy="event"', "expected one of individual_gains, unified_gain, periodic"),
+    ('agents.companion.parameters.policy="event"', "expected one of individual_gains, regional_gains, unified_gain, "),
     ("team.gains={planned=[[1.0,1.0,1e9]],unified=1e9}", "makes the horizon"),
     ("team.gains={planned=[[1.0,1.0,120.0]],unified=96.0}", "expected the largest gain of all inputs"),
     ("team.robot={track_m=0.5,counts_per_turn=16384}", "team.robot: is missing wheel_radius_m"),

@@ -9,6 +9,7 @@ All times are those of the caller's clock, in nanoseconds.
 
 from __future__ import annotations
 
+from math import inf
 from typing import NamedTuple, Protocol, TypeVar
 
 from agents.triggering.error_gain import error_gain
@@ -23,6 +24,8 @@ class Decision(NamedTuple):
     valid_ns: int           # tau_i: the small-gain condition is certified over [t_i, t_i + tau_i]
     gain_per_s: float       # gamma_n of the certificate
     growth_per_s: float     # ||A|| of the certificate, valid over [t_i, t_i + tau_i]
+    delay_ns: int = 0       # d: from a request to the moment at which the command computed from its answer acts
+    radius: float = inf     # largest |x| for which gamma_n counts
 
     @property
     def next_ns(self) -> int:
@@ -35,7 +38,8 @@ class Decision(NamedTuple):
     @property
     def losses_allowed(self) -> int:
         """Number of requests in a row that may fail if the next one still arrives within tau_i."""
-        return self.valid_ns // self.interval_ns - 1
+        allowed = (self.valid_ns - self.delay_ns) // self.interval_ns - 1
+        return max(allowed, 0) if self.delay_ns else allowed
 
     def attempt_ns(self, failed: int) -> int:
         """Return when to send the next request after `failed` requests without an answer."""

@@ -56,11 +56,13 @@ def test_a_small_gain_product_is_told_as_a_number_that_a_guarantee_can_read() ->
 
 @pytest.mark.parametrize(("policy", "told"), [
     ("individual_gains", {Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.GAIN}),
+    ("regional_gains", {Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.GAIN, Assumption.REGION}),
     ("unified_gain", {Assumption.INPUTS, Assumption.ANNOUNCED}),
     ("periodic", {Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.RADIUS})])
 def test_a_measurement_is_judged_by_what_the_policy_assumes_alone(policy: str, told: set[Assumption]) -> None:
     assert policy in POLICIES
-    shown = [broken(each) for each in (Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.GAIN, Assumption.RADIUS)]
+    shown = [broken(each) for each in (Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.GAIN, Assumption.RADIUS,
+                                       Assumption.REGION)]
     watch = AssumptionWatch(node := Node(), policy)
 
     watch.judge(shown)

@@ -18,7 +18,8 @@ ROBOT = {"wheel_radius_m": 0.1, "track_m": 0.5, "counts_per_turn": 1000}
 def asked(team: Mapping[str, Any], media: tuple[str, ...], *, plant: bool = True) -> tuple[Any, Any]:
     """Return the arguments of `check`: a scenario, and the only agent that runs the program, by name."""
     agent = SimpleNamespace(program="a:B", plant=object() if plant else None, media=media)
-    scenario = SimpleNamespace(team=team, agents={"r1": agent, "other": SimpleNamespace(program="c:D")})
+    scenario = SimpleNamespace(team=team, media={}, impairments=[], length_ns=10**9,
+                               agents={"r1": agent, "other": SimpleNamespace(program="c:D")})
     return scenario, {"r1": OwnAgent("r1", TrackingSettings(), agent)}
 
 

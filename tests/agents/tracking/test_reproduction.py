@@ -19,8 +19,9 @@ from agents.tracking.error_system import TrackingErrorSystem
 from agents.tracking.noise import Noise
 from agents.tracking.nominal_system import NominalTracking
 from agents.tracking.predicted_error import PredictedError
-from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, SMALLEST_GAIN_PER_S, START
+from agents.tracking.section_4_6 import GAINS, LENGTH_NS, REFERENCE, REGIONAL, SMALLEST_GAIN_PER_S, START
 from agents.triggering.error_gain import KAPPA, horizon_s, longest_horizon_s
+from agents.triggering.gain_table import GainTable
 from agents.triggering.l2_gain import estimate_gain
 from agents.triggering.policies.input_output import IndividualGains
 from agents.triggering.policies.table import PolicySettings, build_policy
@@ -32,9 +33,9 @@ PIECES_S = {(1.0, 1.0): 2.26, (0.6, 0.15): 6.99, (2.0, 2.0): 2.75}
 
 
 @cache
-def made(name, bound=Bound.LEAST, losses=0, seed=1, measured=0.15, sample_ns=SECOND // 100):
+def made(name, bound=Bound.LEAST, losses=0, seed=1, measured=0.15, sample_ns=SECOND // 100, gains=GAINS):
     noise = Noise(stream(seed, "tracking/measuring"), stream(seed, "tracking/driving"), measured)
-    policy = build_policy(name, TrackingErrorSystem(bound=bound), GAINS, PolicySettings(max_successive_losses=losses))
+    policy = build_policy(name, TrackingErrorSystem(bound=bound), gains, PolicySettings(max_successive_losses=losses))
     return run(policy, REFERENCE, START, LENGTH_NS, noise=noise, sample_ns=sample_ns)
 
 
@@ -61,6 +62,23 @@ def error_rms(of):
 
 def transmissions(name, bound=Bound.LEAST, losses=0):
     return str(len(made(name, bound, losses).transmissions))
+
+
+EVERYWHERE = GainTable({inputs: row.gain_per_s for inputs, row in REGIONAL.items()}, GAINS.unified)
+
+
+def with_regional_gains_everywhere(name):
+    return str(len(made(name, gains=EVERYWHERE).transmissions))
+
+
+def gain_of_norm_1(*held):
+    found = estimate_gain(NominalTracking(Inputs(*held)), 1.0, 10.0, steps=100, iterations=60)
+    return f"{found.lower_estimate:.2f}"
+
+
+def left_by_delays(*delays_ms):
+    decided = build_policy("individual_gains", TrackingErrorSystem(), GAINS).decide(0, (0.0, 0.0, 0.0), Inputs(1, 1))
+    return ", ".join(f"{decided.valid_ns / 1e6 - delay_ms:.2f}" for delay_ms in delays_ms) + " ms"
 
 
 def intervals(taus_ns):
@@ -119,6 +137,13 @@ ROWS = {
     "closed-form": lambda: both(Bound.CLOSED_FORM),
     "logarithmic": lambda: both(Bound.LOGARITHMIC_NORM),
     "event-triggered": lambda: transmissions("event_triggered"),
+    "regional-0.6-0.15": lambda: gain_of_norm_1(0.6, 0.15),
+    "regional-1-1": lambda: gain_of_norm_1(1.0, 1.0),
+    "regional-2-2": lambda: gain_of_norm_1(2.0, 2.0),
+    "regional": lambda: with_regional_gains_everywhere("individual_gains"),
+    "regional-event": lambda: with_regional_gains_everywhere("event_triggered"),
+    "regional-watched": lambda: transmissions("regional_gains"),
+    "delays": lambda: left_by_delays(5, 10, 17, 19),
     "periodic": lambda: transmissions("periodic"),
     "one-loss": lambda: transmissions("individual_gains", losses=1),
     "zeno": lambda: f"{IndividualGains(TrackingErrorSystem(), GAINS).shortest_s(10.0) * 1e3:.2f} ms",

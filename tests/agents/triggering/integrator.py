@@ -27,6 +27,9 @@ class Integrator:
 
     worst_inputs: tuple[float, ...] = (2.0,)
 
+    def largest_norm(self, x: float) -> float:
+        return abs(x)
+
     def admissible(self, inputs: tuple[float, ...]) -> tuple[float, ...]:
         return (min(inputs[0], 2.0),)
 
