@@ -7,6 +7,7 @@ from itertools import pairwise
 from math import isfinite
 from typing import Any
 
+from agents.tracking.optimal_preparation import POLICY, optimal_problems
 from agents.tracking.team_policy import make_policy
 from agents.tracking.tracking_settings import TrackingSettings
 from firmware_sim.scenario_view import Own, OwnAgent, ScenarioView
@@ -17,12 +18,19 @@ ROBOT = ("wheel_radius_m", "track_m", "counts_per_turn")
 def companion_problems(scenario: ScenarioView, own: Own[TrackingSettings]) -> Iterator[str]:
     """Yield a problem for gains that certify no horizon, an unknown policy, missing wheel parameters, missing ports."""
     for name, agent in own.items():
-        try:
-            make_policy(scenario.team, agent.settings.policy, agent.settings.policy_settings())
-        except (ValueError, TypeError, KeyError) as error:
-            yield f"agents.{name}.parameters: {error}"
+        yield from _policy_problems(scenario, agent)
         yield from wheel_problems(scenario, name)
         yield from _missing_ports(name, agent, ("radio", "can"))
+
+
+def _policy_problems(scenario: ScenarioView, agent: OwnAgent[TrackingSettings]) -> Iterator[str]:
+    if agent.settings.policy == POLICY:             # its tables, which take seconds, are made before the run
+        yield from optimal_problems(scenario)
+        return
+    try:
+        make_policy(scenario.team, agent.settings.policy, agent.settings.policy_settings())
+    except (ValueError, TypeError, KeyError) as error:
+        yield f"agents.{agent.name}.parameters: {error}"
 
 
 def wheel_problems(scenario: ScenarioView, name: str) -> Iterator[str]:

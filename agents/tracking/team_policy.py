@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from agents.tracking.controller import Inputs, State
 from agents.tracking.error_system import LIMITS, TrackingErrorSystem
-from agents.tracking.section_4_6 import GAINS
-from agents.triggering.gain_table import GainTable
+from agents.tracking.optimal_preparation import POLICY, interval_tables
+from agents.tracking.planned_gains import gains_of
 from agents.triggering.policies import Policy
 from agents.triggering.policies.table import POLICIES, PolicySettings, build_policy
 
@@ -19,14 +20,6 @@ def make_policy(team: Mapping[str, Any], name: str, settings: PolicySettings) ->
     if name not in known:
         raise ValueError(f"policy={name!r}: expected one of {', '.join(known)}; others need to see the reference all "
                          "the time, which costs a transmission here")
+    if name == POLICY:
+        settings = replace(settings, tables=interval_tables(team))
     return build_policy(name, TrackingErrorSystem(limits=LIMITS), gains_of(team), settings)
-
-
-def gains_of(team: Mapping[str, Any]) -> GainTable:
-    """Return the gains of the team's table, or those of section 4.6 if it has none."""
-    if "gains" not in team:
-        return GAINS
-    table = team["gains"]
-    return GainTable({(float(v), float(omega)): float(gain) for v, omega, gain in table["planned"]},
-                     float(table["unified"]))
-

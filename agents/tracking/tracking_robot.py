@@ -27,12 +27,15 @@ from agents.tracking.drive_link import DriveLink
 from agents.tracking.error_system import LIMITS
 from agents.tracking.look_frames import UNASKED, ReferenceState, pack_request, unpack_answer
 from agents.tracking.noise import Noise
-from agents.tracking.team_policy import gains_of, make_policy
+from agents.tracking.optimal_preparation import POLICY, prepare
+from agents.tracking.planned_gains import gains_of
+from agents.tracking.team_policy import make_policy
 from agents.tracking.tracking_settings import TrackingSettings
 from agents.triggering.assumptions import (
     announcement_violations,
     input_violations,
     radius_violations,
+    table_violations,
     violations,
 )
 from agents.triggering.error_gain import horizon_s
@@ -42,12 +45,14 @@ from firmware_sim.board_timers import Timer
 
 COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
             "unreadable frames", "unreadable CAN frames", "violated assumptions")
+CLAMPED = "states outside the table"
 RETRY_NS = 20_000_000           # between requests before the first measurement, when no interval is certified
 
 
 class TrackingRobot:
     Settings = TrackingSettings
     check = staticmethod(companion_problems)
+    prepare = staticmethod(prepare)
 
     def __init__(self, board: Board, settings: TrackingSettings) -> None:
         robot = board.team["robot"]
@@ -58,6 +63,10 @@ class TrackingRobot:
         self._watch = AssumptionWatch(board, settings.policy)
         for counter in COUNTERS:
             board.count(counter, 0)
+        if settings.policy == POLICY:
+            board.count(CLAMPED, 0)
+            if remark := board.team["optimal_remark"]:
+                board.warn("optimal policy", remark)
         self._noise = Noise(board.rng, board.rng, settings.measurement_noise, 0.0)
         self._radio = board.port("radio", self._hear)
         self._drive = DriveLink(board.port("can", self._hear_drive, listen_only=True), robot["wheel_radius_m"],
@@ -132,7 +141,10 @@ class TrackingRobot:
         self._watch.judge((*input_violations(measured_ns, state.inputs, LIMITS, self._gains),
                            *announcement_violations(measured_ns, state.inputs, self._inputs or state.inputs),
                            *radius_violations(measured_ns, self._x, self._settings.certified_radius,
-                                              self._noise.measured)))
+                                              self._noise.measured),
+                           *table_violations(decision, self._x)))
+        if decision.clamped:
+            board.count(CLAMPED)
         self._inputs = state.inputs
         self._command = self._controller.command(self._x, state.inputs)
         self._tell_drive(decision)

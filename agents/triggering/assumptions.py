@@ -12,6 +12,7 @@ the instant from which on it fails, and the two numbers compared.
     ANNOUNCED        inputs change only at instants that are transmitted at          Assumption 1
     GAIN             the gain of these inputs is known, not just bounded by Z        section 4.6
     RADIUS           |x| is within what was certified                                Remark 4; periodic measurements
+    TABLE            x is within the table of intervals, C_x                         section 5.2.3; optimal intervals
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ class Assumption(Enum):
     ANNOUNCED = "announcement of inputs"
     GAIN = "gain of the inputs"
     RADIUS = "tracking error"
+    TABLE = "table of intervals"
 
 
 @dataclass(frozen=True)
@@ -105,6 +107,14 @@ def radius_violations(at_ns: int, x: Sequence[float], radius: float, noise: floa
     if norm <= limit:
         return []
     return [Violation(Assumption.RADIUS, at_ns, norm, limit, f"|x| = {norm:.6g}, certified up to {limit:.6g}")]
+
+
+def table_violations(decision: Decision, x: Sequence[float]) -> list[Violation]:
+    """Return violations of TABLE by the state x that `decision` was made for."""
+    if not decision.clamped:
+        return []
+    return [Violation(Assumption.TABLE, decision.measured_ns, 1.0, 0.0,
+                      f"x = {_listed(x)} is outside of it and clamped to its edge")]
 
 
 def _norm(values: Sequence[float]) -> float:

@@ -23,6 +23,7 @@ class Decision(NamedTuple):
     valid_ns: int           # tau_i: the small-gain condition is certified over [t_i, t_i + tau_i]
     gain_per_s: float       # gamma_n of the certificate
     growth_per_s: float     # ||A|| of the certificate, valid over [t_i, t_i + tau_i]
+    clamped: bool = False   # x was outside of the policy's table and replaced by the nearest state in it
 
     @property
     def next_ns(self) -> int:

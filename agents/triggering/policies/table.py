@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -13,7 +13,9 @@ from agents.triggering.gain_table import GainTable
 from agents.triggering.policies import Policy
 from agents.triggering.policies.event_triggered import MS, EventTriggered
 from agents.triggering.policies.input_output import IndividualGains, UnifiedGain
+from agents.triggering.policies.interval_table import IntervalTable
 from agents.triggering.policies.loss_tolerant import LossTolerant
+from agents.triggering.policies.optimal import Optimal
 from agents.triggering.policies.periodic import Periodic
 
 
@@ -26,6 +28,7 @@ class PolicySettings:
     radius: float = 10.0                # periodic: largest |x| for which the period is certified
     period_ns: int | None = None        # periodic: a period instead of the certified one
     watch_ns: int = MS                  # event_triggered: time between looks
+    tables: Mapping[tuple[float, ...], IntervalTable] | None = None     # optimal: by inputs
 
 
 System = ErrorSystem[Any, Any]
@@ -46,6 +49,9 @@ POLICIES: Final = {
         (Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.RADIUS))),
     "event_triggered": PolicyKind(lambda system, gains, s: EventTriggered(
         IndividualGains(system, gains, s.kappa), s.watch_ns), frozenset()),
+    "optimal": PolicyKind(lambda system, gains, s: Optimal(
+        s.tables, IndividualGains(system, gains, s.kappa)), frozenset(
+        (Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.GAIN, Assumption.TABLE))),
 }
 
 
