@@ -13,6 +13,7 @@ Not modelled: limits of the command, wheels, inputs that change between two look
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,11 +57,16 @@ class HeldLoop:
 
     def cost(self, x: Floats, u: Floats, inputs: Floats, tau_s: Floats | float) -> Floats:
         """Return the integral of x'Qx + u'Ru over [0, tau]."""
-        places, shares = np.polynomial.legendre.leggauss(self.nodes)
-        squares = sum((share / 2) * (flow(x, u, inputs, tau_s * ((1 + place) / 2)) ** 2).sum(axis=0)
-                      for place, share in zip(places.tolist(), shares.tolist(), strict=True))
+        squares = sum(share * (flow(x, u, inputs, tau_s * place) ** 2).sum(axis=0) for place, share in _legendre(self.nodes))
         total: Floats = (self.weights.q * squares + self.weights.r * (u ** 2).sum(axis=0)) * tau_s
         return total
+
+
+@cache
+def _legendre(nodes: int) -> list[tuple[float, float]]:
+    """Return places and weights of the Gauss-Legendre formula on [0, 1]."""
+    places, shares = np.polynomial.legendre.leggauss(nodes)
+    return [((1 + place) / 2, share / 2) for place, share in zip(places.tolist(), shares.tolist(), strict=True)]
 
 
 def flow(x: Floats, u: Floats, inputs: Floats, t_s: Floats | float) -> Floats:

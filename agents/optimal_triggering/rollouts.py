@@ -20,13 +20,13 @@ from agents.optimal_triggering.held_loop import Floats, HeldLoop, flow
 
 HOLD_S = 0.05
 Intervals = Callable[[Floats], Floats]          # measured states (3, n) -> tau [s] (n,)
-Estimates = Callable[[Floats, Floats, Floats], Floats]
 
 
 class Mean(NamedTuple):
     mean: float
     half_width: float               # of the 95 % confidence interval
     runs: int
+    variance: float                 # of the samples
 
     def __str__(self) -> str:
         return f"{self.mean:.5f} +- {self.half_width:.5f}"
@@ -48,7 +48,7 @@ def confidence(samples: Floats, level: float = 0.95) -> Mean:
     """Return the mean of independent samples and the half width of its interval by Student's t."""
     n = samples.size
     half = float(stats.t.ppf((1 + level) / 2, n - 1) * stats.sem(samples)) if n > 1 else 0.0
-    return Mean(float(samples.mean()), half, n)
+    return Mean(float(samples.mean()), half, n, float(samples.var(ddof=1)) if n > 1 else 0.0)
 
 
 def roll_out(loop: HeldLoop, policy: Intervals, start: Floats, length_s: float, runs: int, rng: np.random.Generator, *,

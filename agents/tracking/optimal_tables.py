@@ -18,7 +18,7 @@ import numpy as np
 
 from agents.optimal_triggering.average_cost import solve_average_cost
 from agents.optimal_triggering.averager import Grid, symmetric
-from agents.optimal_triggering.decision_model import tabulate
+from agents.optimal_triggering.decision_model import DecisionModel, tabulate
 from agents.optimal_triggering.formulation import Formulation
 from agents.optimal_triggering.held_loop import Floats, HeldLoop, Weights
 from agents.optimal_triggering.local_limit import local_limit_s
@@ -57,6 +57,16 @@ def make_tables(settings: OptimalSettings, gains: GainTable, look_cost_j: float,
 
 def make_table(settings: OptimalSettings, gains: GainTable, inputs: Inputs, look_cost_j: float,
                progress: Callable[[], None] = lambda: None) -> dict[str, Any]:
+    model, grid, cap_s = tabulated(settings, gains, inputs, progress)
+    best_s, rate = best_intervals(settings, model, look_cost_j)
+    progress()
+    return {"inputs": list(inputs), "axes": [axis.tolist() for axis in grid.axes], "tau_s": best_s.tolist(),
+            "cap_s": cap_s.tolist(), "shortest_s": settings.shortest_ms * 1e-3, "rate": rate}
+
+
+def tabulated(settings: OptimalSettings, gains: GainTable, inputs: Inputs,
+              progress: Callable[[], None] = lambda: None) -> tuple[DecisionModel, Grid, Floats]:
+    """Return the decision problem on the grid of the settings, which S is not part of, and the caps there [s]."""
     loop = HeldLoop(inputs, Weights(settings.q_w_per_m2, settings.r_w_s2_per_m2), nodes=4)
     across = symmetric(*settings.x_m)
     grid = Grid(across, across, symmetric(*settings.heading_rad))
@@ -70,17 +80,18 @@ def make_table(settings: OptimalSettings, gains: GainTable, inputs: Inputs, look
     model = tabulate(loop, grid, tau_s, formulation, cubature(settings.measurement_noise, settings.disturbance),
                      shape=shape)
     progress()
-    rate = 0.0
+    return model, grid, cap_s
+
+
+def best_intervals(settings: OptimalSettings, model: DecisionModel, look_cost_j: float) -> tuple[Floats, float]:
+    """Return tau* at the points [s], and the cost per second that the model expects (0 for a discounted cost)."""
+    formulation = Formulation(settings.formulation)
     if formulation is Formulation.AVERAGE_COST:
         average = solve_average_cost(model, look_cost_j)
-        best_s, rate = average.tau_s, average.rate
-    elif formulation is Formulation.PER_SECOND:
-        best_s = iterate_policies(model, look_cost_j, average=False).tau_s
-    else:
-        best_s = iterate_values(model, look_cost_j).tau_s
-    progress()
-    return {"inputs": list(inputs), "axes": [axis.tolist() for axis in grid.axes], "tau_s": best_s.tolist(),
-            "cap_s": cap_s.tolist(), "shortest_s": shortest_s, "rate": rate}
+        return average.tau_s, average.rate
+    if formulation is Formulation.PER_SECOND:
+        return iterate_policies(model, look_cost_j, average=False).tau_s, 0.0
+    return iterate_values(model, look_cost_j).tau_s, 0.0
 
 
 STEPS_PER_TABLE: Final = 3      # calls of `progress` for each table
