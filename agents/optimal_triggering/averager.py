@@ -54,7 +54,8 @@ class Grid:
 class NearestNeighbours:
     """The k nearest points, weighted by the inverse of their distance; `scale` makes components comparable."""
 
-    def __init__(self, points: Floats, neighbours: int = 4, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> None:
+    def __init__(self, points: Floats, neighbours: int = 4,
+                 scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> None:
         if not 1 <= neighbours <= points.shape[1]:
             raise ValueError(f"neighbours={neighbours}: expected 1 to {points.shape[1]}, the number of points")
         self.points, self._k = points, neighbours
@@ -64,7 +65,7 @@ class NearestNeighbours:
     def combine(self, x: Floats) -> Combination:
         away, found = self._tree.query((x / self._scale).T, k=[*range(1, self._k + 1)])
         weights = 1 / np.maximum(away, 1e-12)
-        return Combination(found.T, (weights / weights.sum(axis=1, keepdims=True)).T)
+        return Combination(np.asarray(found, dtype=np.intp).T, (weights / weights.sum(axis=1, keepdims=True)).T)
 
 
 def symmetric(*positive: float) -> Floats:

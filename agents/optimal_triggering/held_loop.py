@@ -32,7 +32,7 @@ class Weights:
 
     def __post_init__(self) -> None:
         if not (self.q > 0 and self.r > 0):
-            raise ValueError(f"q={self.q}, r={self.r}: expected positive weights, Q and R of (5.5) are positive definite")
+            raise ValueError(f"q={self.q}, r={self.r}: expected more than 0, Q and R of (5.5) are positive definite")
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,8 @@ class HeldLoop:
 
     def cost(self, x: Floats, u: Floats, inputs: Floats, tau_s: Floats | float) -> Floats:
         """Return the integral of x'Qx + u'Ru over [0, tau]."""
-        squares = sum(share * (flow(x, u, inputs, tau_s * place) ** 2).sum(axis=0) for place, share in _legendre(self.nodes))
+        squares = sum(share * (flow(x, u, inputs, tau_s * place) ** 2).sum(axis=0)
+                      for place, share in _legendre(self.nodes))
         total: Floats = (self.weights.q * squares + self.weights.r * (u ** 2).sum(axis=0)) * tau_s
         return total
 

@@ -2,8 +2,8 @@
 
     V(x) = level + sum over k of w_k phi(|x - x_k| / radius),     phi(r) = (1 - r)^4 (4 r + 1) for r < 1, else 0
 
-distances in units of C_x. phi is Wendland's function of smoothness 2 (1995); phi(0) = 1, so the newest kernel's weight is
-the difference at its centre.
+distances in units of C_x. phi is Wendland's function of smoothness 2 (1995); phi(0) = 1, so the newest kernel's weight
+is the difference at its centre.
 """
 
 from __future__ import annotations

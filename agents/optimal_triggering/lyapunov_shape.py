@@ -17,5 +17,5 @@ SHORT_S = 1e-4          # looks this far apart stand for continuous ones
 def lyapunov_shape(loop: HeldLoop) -> Floats:
     A = (transition(loop, SHORT_S) - np.eye(3)) / SHORT_S
     K = (loop.command(STEP * np.eye(3)) - loop.command(-STEP * np.eye(3))) / (2 * STEP)
-    shape: Floats = solve_continuous_lyapunov(A.T, -(loop.weights.q * np.eye(3) + loop.weights.r * K.T @ K))
-    return shape
+    rate = loop.weights.q * np.eye(3) + loop.weights.r * K.T @ K
+    return np.asarray(solve_continuous_lyapunov(A.T, -rate), np.float64)

@@ -4,8 +4,8 @@
     cubature(...)     2 n points +-sqrt(n) sigma e_k in n = 5 dimensions (nu, e_omega): exact to degree 3 as well, with
                       10 points where the tensor product of Simpson's formula has 243
 
-e_omega changes within an interval: it is linear between independent values `knot_s` apart. Over an interval its mean has
-the variance sigma^2 min(1, knot_s / tau), approximately; the table holds a constant e_omega of that variance.
+e_omega changes within an interval: it is linear between independent values `knot_s` apart. Over an interval its mean
+has the variance sigma^2 min(1, knot_s / tau), approximately; the table holds a constant e_omega of that variance.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ def optimal_problems(scenario: ScenarioView) -> Iterator[str]:
     except ValueError as error:
         yield from str(error).split("; ")
         return
-    from agents.tracking.optimal_tables import cap_problems     # late: NumPy and SciPy
+    from agents.tracking.optimal_tables import cap_problems  # late: NumPy and SciPy
 
     yield from cap_problems(settings, gains_of(scenario.team))
     try:
@@ -67,7 +67,7 @@ def look_cost(scenario: ScenarioView, settings: OptimalSettings) -> float:
         raise ValueError("team.optimal.transmit_w=0: expected the power of a radio while it transmits, or look_cost_j; "
                          "looks that cost nothing are taken as often as possible")
     state = ReferenceState(Pose(0.0, 0.0, 0.0), Inputs(0.0, 0.0))
-    airtime_ns = sum(radio.airtime_ns(len(frame)) for frame in (pack_request(0), pack_answer(0, state)))
+    airtime_ns: int = sum(radio.airtime_ns(len(frame)) for frame in (pack_request(0), pack_answer(0, state)))
     return (settings.transmit_w + settings.receive_w) * airtime_ns * 1e-9
 
 
@@ -83,7 +83,7 @@ def interval_tables(team: Mapping[str, Any]) -> dict[tuple[float, ...], Interval
 def _made(settings: bytes, rows: tuple[tuple[float, ...], ...], unified: float,
           look_cost_j: float) -> tuple[list[dict[str, Any]], str]:
     """Make the tables once for all runs of a process that need the same ones."""
-    from agents.tracking.optimal_tables import STEPS_PER_TABLE, make_tables     # late: NumPy and SciPy
+    from agents.tracking.optimal_tables import STEPS_PER_TABLE, make_tables  # late: NumPy and SciPy
 
     gains = GainTable({row[:2]: row[2] for row in rows}, unified)
     with _bar("tables of the optimal policy", STEPS_PER_TABLE * len(rows)) as progress:

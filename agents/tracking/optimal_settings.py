@@ -7,6 +7,7 @@ the sender and receive_w at the receiver. So q, r and S are in watts and joules,
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from math import isfinite, pi
 from typing import Any, Literal
 
@@ -49,7 +50,7 @@ def read_optimal(team: Mapping[str, Any]) -> OptimalSettings:
             found.append(f"team.optimal.{name}={value:g}: expected 0 or more")
     for name in ("x_m", "heading_rad"):
         values = getattr(settings, name)
-        if not values or values[0] <= 0 or any(a >= b for a, b in zip(values, values[1:], strict=False)):
+        if not values or values[0] <= 0 or any(a >= b for a, b in pairwise(values)):
             found.append(f"team.optimal.{name}={values}: expected ascending numbers above 0")
     if not 2 <= settings.candidates <= 64:
         found.append(f"team.optimal.candidates={settings.candidates}: expected 2 to 64")

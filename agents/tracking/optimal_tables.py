@@ -50,8 +50,8 @@ def make_tables(settings: OptimalSettings, gains: GainTable, look_cost_j: float,
                if settings.formulation == "per_transmission" else "a look costs less than any waiting")
         return Tables(made, f"S = {look_cost_j:.3g} J makes every interval the shortest, {shortest_s:g} s: {why}")
     if all(tau >= cap * (1 - 1e-9) for table in made for tau, cap in zip(table["tau_s"], table["cap_s"], strict=True)):
-        return Tables(made, f"S = {look_cost_j:.3g} J makes every interval its cap (cap=\"{settings.cap}\"): the policy "
-                            "is that of the cap alone")
+        return Tables(made, f"S = {look_cost_j:.3g} J makes every interval its cap (cap=\"{settings.cap}\"): the "
+                            "policy is that of the cap alone")
     return Tables(made, "")
 
 
@@ -124,8 +124,8 @@ def _check_caps(settings: OptimalSettings, inputs: Inputs, x: Floats, cap_s: Flo
     least = int(cap_s.argmin())
     if cap_s[least] < settings.shortest_ms * 1e-3:
         raise ValueError(f"team.optimal.shortest_ms={settings.shortest_ms:g}: the cap \"{settings.cap}\" is "
-                         f"{cap_s[least] * 1e3:.3f} ms at x = ({', '.join(f'{value:g}' for value in x[:, least])}) with "
-                         f"inputs ({inputs.v_mps:g}, {inputs.omega_rad_s:g}), expected no cap below the shortest "
+                         f"{cap_s[least] * 1e3:.3f} ms at x = ({', '.join(f'{value:g}' for value in x[:, least])}) "
+                         f"with inputs ({inputs.v_mps:g}, {inputs.omega_rad_s:g}), expected no cap below the shortest "
                          "interval: lower shortest_ms, or make the table smaller (x_m)")
 
 

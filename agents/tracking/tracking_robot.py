@@ -84,6 +84,8 @@ class TrackingRobot:
         self._repeat: Timer | None = None           # repeats the setpoint
         board.record_all([("held1", "m"), ("held2", "m"), ("held3", "rad"), ("tau", "s"), ("gain_product", "1")],
                          self._sample)
+        if settings.policy == POLICY:               # tau is the cap then
+            board.record("interval", "s", lambda: self._in_force.interval_ns * 1e-9 if self._in_force else 0.0)
         self._due = board.at(board.now_ns, self._ask)       # the next look
 
     # --- looks

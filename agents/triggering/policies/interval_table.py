@@ -1,7 +1,7 @@
-"""Intervals by state, made before a run: tau* and its cap on a rectangular grid, one table for each value of the inputs.
+"""Intervals by state, made before a run: tau* and its cap on a rectangular grid, a table for each value of the inputs.
 
-Between grid points tau* is interpolated linearly in each component; the cap is the least of the cell's eight corners, so
-that an interval never exceeds what any of them allows. A state outside the grid is clamped to it. Written in plain
+Between grid points tau* is interpolated linearly in each component; the cap is the least of the cell's eight corners,
+so that an interval never exceeds what any of them allows. A state outside the grid is clamped to it. Written in plain
 floats: a robot asks once a look, and NumPy would cost more than the arithmetic.
 """
 
@@ -28,7 +28,7 @@ class IntervalTable:
             raise ValueError("axes: expected three lists of at least 2 ascending numbers")
         count = len(self._axes[0]) * len(self._axes[1]) * len(self._axes[2])
         if len(tau_s) != count or len(cap_s) != count:
-            raise ValueError(f"tau_s, cap_s: {len(tau_s)} and {len(cap_s)} values: expected {count}, one for each point")
+            raise ValueError(f"tau_s, cap_s: {len(tau_s)} and {len(cap_s)} values: expected {count}, one a point")
         if not 0 < shortest_s <= min(cap_s):
             raise ValueError(f"shortest_s={shortest_s:g}: expected more than 0 and at most the least cap, "
                              f"{min(cap_s):.6g} s; a cap below the shortest interval leaves no choice")

@@ -19,7 +19,8 @@ from agents.triggering.policies.interval_table import IntervalTable
 class Optimal(Generic[X, W]):
     watch_ns = 0
 
-    def __init__(self, tables: Mapping[tuple[float, ...], IntervalTable] | None, trigger: IndividualGains[X, W]) -> None:
+    def __init__(self, tables: Mapping[tuple[float, ...], IntervalTable] | None,
+                 trigger: IndividualGains[X, W]) -> None:
         if not tables:
             raise ValueError("policy='optimal': has no table of intervals; `agents.tracking.optimal_tables` makes them")
         self._tables, self._trigger = dict(tables), trigger

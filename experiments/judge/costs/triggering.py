@@ -51,8 +51,7 @@ class Triggering:
             raise NotAccrued("nothing is known about frames")
         medium, _, node = (part.strip() for part in self.on.partition(":"))
         sent = transmissions(data.ledger)
-        names: list[tuple[str, str]] = sent.source.names
-        wanted = [k for k, (on, by) in enumerate(names) if matching(medium, [on]) and matching(node, [by])]
+        wanted = [k for k, (on, by) in enumerate(sent.source.names) if matching(medium, [on]) and matching(node, [by])]
         if not wanted:
             raise NotAccrued(f"nobody sent a frame on {self.on!r}")
         at = np.sort(sent.on_air_ns[np.isin(sent.source.codes, wanted)])

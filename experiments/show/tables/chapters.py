@@ -16,7 +16,7 @@ class Figures(NamedTuple):
 
 def table_of(number: str) -> Table:
     if number.startswith("5."):
-        from experiments.show.tables import chapter_5       # late: a chapter imports what it computes with
+        from experiments.show.tables import chapter_5  # late: a chapter imports what it computes with
 
         return chapter_5.TABLES[number]
     from experiments.show.tables import chapter_3

@@ -72,7 +72,8 @@ def render(drawn: list[Json], about: tuple[str, str, str] = ABOUT) -> str:
     environment = Environment(loader=PackageLoader("experiments.show.tables", "page"), autoescape=True,
                               undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     return environment.get_template("figures.html.j2").render(
-        figures=drawn, heading=about[0], about=about[1], remark=about[2], data_json=Markup(msgspec.json.encode(drawn).decode().replace("<", "\\u003c")),
+        figures=drawn, heading=about[0], about=about[1], remark=about[2],
+        data_json=Markup(msgspec.json.encode(drawn).decode().replace("<", "\\u003c")),
         plotly=Markup(plotly_source()),
         style=Markup((files("experiments.show.report") / "page" / "report.css").read_text("utf-8")),
         script=Markup((files("experiments.show.tables") / "page" / "figures.js").read_text("utf-8")))

@@ -1,7 +1,7 @@
 """Figures 5.3 and 5.4 on one page that opens without a network: value functions, and a run of 12 s.
 
-5.3 shows V*(x1, x2) at x3 = 0 for inputs (1, 1): as printed, where V* = S / (1 - gamma) for every state, and the relative
-value h of the long-run mean. 5.4 shows the run of section 5.3 in the pure loop with the policy `optimal`.
+5.3 shows V*(x1, x2) at x3 = 0 for inputs (1, 1): as printed, where V* = S / (1 - gamma) for every state, and the
+relative value h of the long-run mean. 5.4 shows the run of section 5.3 in the pure loop with the policy `optimal`.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def _relative_value(progress: Callable[[], None]) -> Json:
     model, grid, _ = tabulated(OptimalSettings(), GAINS, case.HELD, progress)
     solution = solve_average_cost(model, LOOK_COST)
     return _heights("5.3 (F3)", f"h of the long-run mean, S = {LOOK_COST:g}, x3 = 0",
-                    f"cost per second {solution.rate:.4f}, tau* at rest {solution.tau_s[solution.tau_s.size // 2]:.3f} s",
+                    f"cost per second {solution.rate:.4f}, tau* at 0: {solution.tau_s[solution.tau_s.size // 2]:.3f} s",
                     "h", 15.0, lambda x: values(grid, solution.at_points, x))
 
 

@@ -1,4 +1,4 @@
-"""Tables 5.1 to 5.4 of our numbering: what Chapter 5 prints as sentences, computed, and the three formulations beside it.
+"""Tables 5.1 to 5.4 of our numbering: what Chapter 5 prints as sentences, computed, and the three formulations.
 
 An entry is a row with its name on the page of reproductions and the function that measures it. `runs` counts the
 rollouts of a row with a mean; the other rows are computed once.
@@ -12,7 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from agents.optimal_triggering.averager import Averager
+from agents.optimal_triggering.online import Stopped
 from agents.optimal_triggering.rollouts import Mean
+from agents.optimal_triggering.value_iteration import Solution
 from agents.tracking import section_5_3 as case
 from agents.tracking.controller import Inputs
 from experiments.show.tables import Measured, Row
@@ -86,11 +89,11 @@ CAPS = [
 
 
 @cache
-def _f1(averager: Callable[[], case.Averager], start: float) -> case.Solution:
+def _f1(averager: Callable[[], Averager], start: float) -> Solution:
     return case.printed_solution(case.printed_problem(averager()), start)
 
 
-def _f1_value(averager: Callable[[], case.Averager], start: float) -> Measure:
+def _f1_value(averager: Callable[[], Averager], start: float) -> Measure:
     return lambda runs: float(np.abs(_f1(averager, start).at_points - 375).max())
 
 
@@ -100,14 +103,14 @@ def _f1_starts(runs: int) -> float:
 
 
 @cache
-def _stops() -> list[case.Stopped]:
+def _stops() -> list[Stopped]:
     return [case.printed_perceptron(*each) for each in STOPS]
 
 
 STOPS = tuple((seed, level) for seed in (0, 1) for level in (0.0, 500.0))
 
 
-def _stopped(part: Callable[[list[case.Stopped]], float]) -> Measure:
+def _stopped(part: Callable[[list[Stopped]], float]) -> Measure:
     return lambda runs: part(_stops())
 
 

@@ -1,4 +1,4 @@
-"""The "ours" column of docs/reproduction.md, Chapter 5, and the bands of `marconet table 5.x`, computed here row by row.
+"""The "ours" column of docs/reproduction.md, Chapter 5, and the bands of `marconet table 5.x`, computed row by row.
 
 `pytest -s tests/agents/optimal_triggering/test_reproduction.py -k f2-value` prints the row "f2-value".
 """

@@ -1,4 +1,4 @@
-"""The policy `optimal`: decisions from a table of intervals, with states clamped, inputs without a table, and losses."""
+"""The policy `optimal`: decisions from a table of intervals; clamped states, inputs without a table, and losses."""
 
 import numpy as np
 import pytest
