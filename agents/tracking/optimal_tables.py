@@ -60,8 +60,13 @@ def make_table(settings: OptimalSettings, gains: GainTable, inputs: Inputs, look
     model, grid, cap_s = tabulated(settings, gains, inputs, progress)
     best_s, rate = best_intervals(settings, model, look_cost_j)
     progress()
-    return {"inputs": list(inputs), "axes": [axis.tolist() for axis in grid.axes], "tau_s": best_s.tolist(),
-            "cap_s": cap_s.tolist(), "shortest_s": settings.shortest_ms * 1e-3, "rate": rate}
+    return {"inputs": list(inputs), "axes": [axis.tolist() for axis in grid.axes],
+            "tau_s": _whole_us(best_s), "cap_s": _whole_us(cap_s), "shortest_s": settings.shortest_ms * 1e-3, "rate": rate}
+
+
+def _whole_us(seconds: Floats) -> list[float]:
+    """Return the times rounded down to whole microseconds, so that another machine's rounding changes no run."""
+    return [float(us) / 1e6 for us in np.floor(seconds * 1e6 + 1e-3)]
 
 
 def tabulated(settings: OptimalSettings, gains: GainTable, inputs: Inputs,
