@@ -18,6 +18,8 @@ from agents.tracking.controller import Inputs, Pose
 UNASKED: Final = 0xFFFF
 _REQUEST: Final = struct.Struct("<BH")
 _ANSWER: Final = struct.Struct("<BH5d")
+REQUEST_BYTES: Final = _REQUEST.size
+ANSWER_BYTES: Final = _ANSWER.size
 _ASKS: Final = 0xA5
 _ANSWERS: Final = 0xA6
 

@@ -16,15 +16,16 @@ import msgspec
 
 from agents.tracking.controller import Inputs, Pose
 from agents.tracking.look_frames import ReferenceState, pack_answer, pack_request
+from agents.tracking.look_port import ANSWER_ID, PORT, REQUEST_ID, can_struct
 from agents.tracking.optimal_settings import OptimalSettings, read_optimal
 from agents.tracking.planned_gains import gains_of
 from agents.tracking.tracking_settings import TrackingSettings
 from agents.triggering.gain_table import GainTable
 from agents.triggering.policies.interval_table import IntervalTable
-from firmware_sim.scenario_view import Own, ScenarioView
+from firmware_sim.scenario_view import MediumView, Own, ScenarioView
+from netem.media.can.encoded_frame import encode_frame
 
 POLICY: Final = "optimal"
-PORT: Final = "radio"
 
 
 def prepare(scenario: ScenarioView, own: Own[TrackingSettings]) -> dict[str, Any]:
@@ -55,20 +56,29 @@ def optimal_problems(scenario: ScenarioView) -> Iterator[str]:
 
 
 def look_cost(scenario: ScenarioView, settings: OptimalSettings) -> float:
-    """Return S [J]: as given, or the energy of a request and its answer on the radio of the looks."""
+    """Return S [J]: as given, or the energy of a request and its answer on the medium of the looks."""
     if settings.look_cost_j is not None:
         return settings.look_cost_j
     medium = scenario.media.get(PORT)
-    radio = None if medium is None else medium.settings.radio()
-    if radio is None:
+    airtime_ns = None if medium is None else _airtime_ns(medium)
+    if airtime_ns is None:
         raise ValueError(f"team.optimal.look_cost_j: is missing, and media.{PORT} has no airtimes to compute it from: "
                          "give the energy of a look in joules")
     if settings.transmit_w + settings.receive_w <= 0:
         raise ValueError("team.optimal.transmit_w=0: expected the power of a radio while it transmits, or look_cost_j; "
                          "looks that cost nothing are taken as often as possible")
-    state = ReferenceState(Pose(0.0, 0.0, 0.0), Inputs(0.0, 0.0))
-    airtime_ns: int = sum(radio.airtime_ns(len(frame)) for frame in (pack_request(0), pack_answer(0, state)))
     return (settings.transmit_w + settings.receive_w) * airtime_ns * 1e-9
+
+
+def _airtime_ns(medium: MediumView) -> int | None:
+    """Return the time on the air of a request and its answer, None for a medium that has none."""
+    frames = {REQUEST_ID: pack_request(0),
+              ANSWER_ID: pack_answer(0, ReferenceState(Pose(0.0, 0.0, 0.0), Inputs(0.0, 0.0)))}
+    if medium.settings.carries_can_frames:
+        encoded = [encode_frame(can_struct(can_id, frame)) for can_id, frame in frames.items()]
+        return sum(int(medium.settings.clock.whole_ns(each.nominal_bits, each.data_bits)) for each in encoded)
+    radio = medium.settings.radio()
+    return None if radio is None else sum(int(radio.airtime_ns(len(frame))) for frame in frames.values())
 
 
 def interval_tables(team: Mapping[str, Any]) -> dict[tuple[float, ...], IntervalTable]:

@@ -25,7 +25,8 @@ from agents.tracking.controller import Inputs, Pose, State, TrackingController, 
 from agents.tracking.dead_reckoning import DeadReckoning
 from agents.tracking.drive_link import DriveLink
 from agents.tracking.error_system import LIMITS
-from agents.tracking.look_frames import UNASKED, ReferenceState, pack_request, unpack_answer
+from agents.tracking.look_frames import ANSWER_BYTES, UNASKED, ReferenceState, pack_request, unpack_answer
+from agents.tracking.look_port import REQUEST_ID, LookPort
 from agents.tracking.noise import Noise
 from agents.tracking.optimal_preparation import POLICY, prepare
 from agents.tracking.planned_gains import gains_of
@@ -68,7 +69,7 @@ class TrackingRobot:
             if remark := board.team["optimal_remark"]:
                 board.warn("optimal policy", remark)
         self._noise = Noise(board.rng, board.rng, settings.measurement_noise, 0.0)
-        self._radio = board.port("radio", self._hear)
+        self._radio = LookPort(board, REQUEST_ID, ANSWER_BYTES, self._hear)
         self._drive = DriveLink(board.port("can", self._hear_drive, listen_only=True), robot["wheel_radius_m"],
                                 robot["track_m"], robot["counts_per_turn"])
         self._place = DeadReckoning(robot["wheel_radius_m"], robot["track_m"], Pose(*settings.start))

@@ -18,7 +18,8 @@ HASHES: dict[str, str] = tomllib.loads(Path(__file__).with_name("ledger_hashes.t
 SLOW = {"faults_output_sync", "faults_pursuit", "four_sensors_two_targets", "hummingbird_chases_rovio",
         "hummingbird_chases_rovio_broken", "marco_polo_platforms", "output_sync_16", "output_sync_drift",
         "output_sync_delayed", "output_sync_firmware", "output_sync_formation", "output_sync_reference_disturbed",
-        "tracking_lossy", "tracking_optimal", "tracking_unified", "two_p3at_chase_rovio", "two_p3at_chase_rovio_broken"}
+        "tracking_lossy", "tracking_optimal", "tracking_optimal_can", "tracking_unified", "two_p3at_chase_rovio",
+        "two_p3at_chase_rovio_broken"}
 SCENARIOS = [pytest.param(path, id=path.stem) for path in sorted(FOLDER.glob("*.toml"))]
 IN_FULL = [pytest.param(*each.values, id=each.id, marks=pytest.mark.slow if each.id in SLOW else ())
            for each in SCENARIOS]
