@@ -17,6 +17,7 @@ from scipy import stats
 from agents.optimal_triggering.decision_model import KNOT_S
 from agents.optimal_triggering.formulation import GAMMA
 from agents.optimal_triggering.held_loop import Floats, HeldLoop, flow
+from agents.optimal_triggering.observers import Observer
 
 HOLD_S = 0.05
 Intervals = Callable[[Floats], Floats]          # measured states (3, n) -> tau [s] (n,)
@@ -52,20 +53,25 @@ def confidence(samples: Floats, level: float = 0.95) -> Mean:
 
 
 def roll_out(loop: HeldLoop, policy: Intervals, start: Floats, length_s: float, runs: int, rng: np.random.Generator, *,
-             measured: float = 0.15, inputs: float = 0.3) -> Rollouts:
-    """Run the loop `runs` times from `start` over length_s; `measured` and `inputs` are the amplitudes of the noise."""
+             measured: float = 0.15, inputs: float = 0.3, observer: Observer | None = None) -> Rollouts:
+    """Run the loop `runs` times from `start` over length_s; `measured` and `inputs` are the amplitudes of the noise.
+
+    With an observer command and policy get its estimate x^, without one y^."""
     blocks = round(length_s / KNOT_S) + 2
     knots = inputs * rng.uniform(-1, 1, (2, blocks, runs))
     x = np.repeat(np.asarray(start, dtype=np.float64)[:, None], runs, axis=1)
     running, looks = np.zeros(runs), np.zeros(runs)
-    t, due = np.zeros(runs), np.zeros(runs)
+    t, due, asked = np.zeros(runs), np.zeros(runs), np.zeros(runs)
     u = np.zeros((2, runs))
     every = np.arange(runs)
     while (active := np.flatnonzero(t < length_s - 1e-9)).size:
         asking = active[t[active] >= due[active] - 1e-12]
         if asking.size:
             y = x[:, asking] + measured * rng.uniform(-1, 1, (3, asking.size))
+            if observer is not None:
+                y = observer.look(asking, y, u[:, asking], t[asking] - asked[asking])
             u[:, asking] = loop.command(y)
+            asked[asking] = t[asking]
             due[asking] = t[asking] + policy(y)
             looks[asking] += 1
         now, until = t[active], np.minimum(due[active], length_s)

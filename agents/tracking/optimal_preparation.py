@@ -1,7 +1,7 @@
 """Prepares the policy `optimal` of a scenario's tracking robots: the cost of a look from its media, then the tables.
 
-`prepare` adds to the team table `optimal_tables`, `optimal_look_cost_j` (S) and `optimal_remark`; it adds nothing if no
-robot has this policy. Making tables takes seconds: a bar on the terminal shows how far it is.
+`prepare` adds to the team table `optimal_tables`, `optimal_look_cost_j` (S), `optimal_remark` and what an observer
+needs; it adds nothing if no robot has this policy. Making tables takes seconds: a bar on the terminal shows how far it is.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ def prepare(scenario: ScenarioView, own: Own[TrackingSettings]) -> dict[str, Any
     look_cost_j = look_cost(scenario, settings)
     gains = gains_of(scenario.team)
     tables, remark = _made(msgspec.json.encode(settings), tuple(gains.rows), gains.unified, look_cost_j)
-    return {"optimal_tables": tables, "optimal_look_cost_j": look_cost_j, "optimal_remark": remark}
+    return {"optimal_tables": tables, "optimal_look_cost_j": look_cost_j, "optimal_remark": remark,
+            "optimal_observer": settings.observer, "optimal_disturbance": settings.disturbance}
 
 
 def optimal_problems(scenario: ScenarioView) -> Iterator[str]:

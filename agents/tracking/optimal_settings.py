@@ -29,6 +29,7 @@ class OptimalSettings(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     disturbance: float = 0.3                # e_omega
     x_m: tuple[float, ...] = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 7.0, 15.0)    # grid of |x1| and |x2|, besides 0
     heading_rad: tuple[float, ...] = (0.15, 0.3, 0.6, 1.2, pi)            # grid of |x3|, besides 0
+    observer: Literal["none", "particle", "unscented"] = "none"     # of x^, which replaces y^ in u and tau*
     candidates: int = 12                    # intervals compared at each state, from the shortest to the cap
 
 

@@ -61,7 +61,8 @@ def make_table(settings: OptimalSettings, gains: GainTable, inputs: Inputs, look
     best_s, rate = best_intervals(settings, model, look_cost_j)
     progress()
     return {"inputs": list(inputs), "axes": [axis.tolist() for axis in grid.axes],
-            "tau_s": _whole_us(best_s), "cap_s": _whole_us(cap_s), "shortest_s": settings.shortest_ms * 1e-3, "rate": rate}
+            "tau_s": _whole_us(best_s), "cap_s": _whole_us(cap_s),
+            "shortest_s": settings.shortest_ms * 1e-3, "rate": rate}
 
 
 def _whole_us(seconds: Floats) -> list[float]:

@@ -28,6 +28,7 @@ from agents.tracking.error_system import LIMITS
 from agents.tracking.look_frames import ANSWER_BYTES, UNASKED, ReferenceState, pack_request, unpack_answer
 from agents.tracking.look_port import REQUEST_ID, LookPort
 from agents.tracking.noise import Noise
+from agents.tracking.observed_error import ObservedError
 from agents.tracking.optimal_preparation import POLICY, prepare
 from agents.tracking.planned_gains import gains_of
 from agents.tracking.team_policy import make_policy
@@ -47,6 +48,7 @@ from firmware_sim.board_timers import Timer
 COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
             "unreadable frames", "unreadable CAN frames", "violated assumptions")
 CLAMPED = "states outside the table"
+DRAWN_ANEW = "particles drawn anew"
 RETRY_NS = 20_000_000           # between requests before the first measurement, when no interval is certified
 
 
@@ -68,6 +70,7 @@ class TrackingRobot:
             board.count(CLAMPED, 0)
             if remark := board.team["optimal_remark"]:
                 board.warn("optimal policy", remark)
+        self._observed = self._observer() if settings.policy == POLICY else None
         self._noise = Noise(board.rng, board.rng, settings.measurement_noise, 0.0)
         self._radio = LookPort(board, REQUEST_ID, ANSWER_BYTES, self._hear)
         self._drive = DriveLink(board.port("can", self._hear_drive, listen_only=True), robot["wheel_radius_m"],
@@ -88,6 +91,23 @@ class TrackingRobot:
         if settings.policy == POLICY:               # tau is the cap then
             board.record("interval", "s", lambda: self._in_force.interval_ns * 1e-9 if self._in_force else 0.0)
         self._due = board.at(board.now_ns, self._ask)       # the next look
+
+    def _observer(self) -> ObservedError | None:
+        kind, disturbance = self._board.team["optimal_observer"], self._board.team["optimal_disturbance"]
+        if kind == "none":
+            return None
+        self._board.count(DRAWN_ANEW, 0)
+        return ObservedError(kind, self._board.rng, self._settings.measurement_noise, disturbance)
+
+    def _estimate(self, seen_ns: int, inputs: Inputs) -> None:
+        """Replace the measurement by the observer's estimate, and tell if its particles were drawn anew."""
+        if self._observed is None:
+            return
+        held = None if self._inputs is None else self._command
+        self._x = self._observed.look(seen_ns, self._x, held, inputs)
+        if self._observed.drawn_anew:
+            self._board.count(DRAWN_ANEW)
+            self._board.warn("particles drawn anew", "no particle explains the look; they start again around it")
 
     # --- looks
 
@@ -133,6 +153,7 @@ class TrackingRobot:
         board = self._board
         x1, x2, x3 = tracking_error(self._place.pose_at(seen_ns), state.pose)
         self._x = self._noise.measure((x1, x2, remainder(x3, 2 * pi)))
+        self._estimate(seen_ns, state.inputs)
         self._failed = 0
         try:
             decision = self._policy.decide(measured_ns, self._x, state.inputs)

@@ -141,3 +141,19 @@ every = 3
     assert counters["violated assumptions"] == 0
     tau_s, interval_s = (data.signals["companion"].column(name)[10:] for name in ("tau", "interval"))
     assert (2 * interval_s <= tau_s).all()
+
+
+@pytest.mark.parametrize("observer", ["particle", "unscented"])
+def test_a_robot_drives_by_what_its_observer_estimates(observer: str, tmp_path: Path) -> None:
+    data = emulated(tmp_path, f'team.optimal.observer="{observer}"', duration_s=3.0)
+
+    counters, norm = data.counters["companion"], data.signals["error"].column("norm")
+    assert norm[-50:].max() < 1.0 < norm[0]
+    told = [event for event in data.events if event.kind == "particles drawn anew"]
+    assert bool(told) == bool(counters["particles drawn anew"])
+    assert counters["particles drawn anew"] < counters["measurements"] / 2
+    held = np.array([data.signals["companion"].column(f"held{k}") for k in (1, 2, 3)])
+    true = np.array([data.signals["error"].column(f"x{k}") for k in (1, 2, 3)])
+    fresh = np.flatnonzero((np.diff(held, axis=1) != 0).any(axis=0)) + 1       # within 10 ms after a look
+    late = fresh[fresh > 200]
+    assert np.sqrt(((held - true)[:, late] ** 2).sum(axis=0).mean()) < 0.3
