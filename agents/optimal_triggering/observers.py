@@ -23,6 +23,7 @@ from agents.optimal_triggering.held_loop import Floats, HeldLoop, flow
 from agents.optimal_triggering.noise_points import held_share
 
 Runs = NDArray[np.intp]
+Mask = NDArray[np.bool_]
 
 
 class Observer(Protocol):
@@ -51,8 +52,8 @@ class ParticleObserver:
         tau = held_s[:, None]
         e_omega = self.inputs * self.rng.uniform(-1, 1, (2, runs.size, self.particles)) * held_share(tau, KNOT_S)
         x = flow(self._x[:, runs], u[:, :, None], self.loop.inputs(e_omega), tau)
-        alive = (np.abs(x - y[:, :, None]) <= self.measured).all(axis=0)
-        dead = ~alive.any(axis=1)
+        alive: Mask = np.asarray((np.abs(x - y[:, :, None]) <= self.measured).all(axis=0))
+        dead: Mask = np.asarray(~alive.any(axis=1))
         self.reinitialized += int((dead & (held_s > 0)).sum())
         around = y[:, dead, None] + self.measured * self.rng.uniform(-1, 1, (3, int(dead.sum()), self.particles))
         x[:, dead], alive[dead] = around, True
@@ -87,7 +88,7 @@ class UnscentedObserver:
         spread = np.sqrt(n) * np.concatenate([root, -root], axis=2)         # (k, n, 2 n)
         x = self._mean[:, runs, None] + spread[:, :3].transpose(1, 0, 2)
         after = flow(x, u[:, :, None], self.loop.inputs(spread[:, 3:].transpose(1, 0, 2)), held_s[:, None])
-        mean = after.mean(axis=2)
+        mean: Floats = np.asarray(after.mean(axis=2))
         away = after - mean[:, :, None]
         P = np.einsum("ikn,jkn->kij", away, away) / (2 * n)
         gain = P @ np.linalg.inv(P + R)

@@ -1,7 +1,8 @@
 """Prepares the policy `optimal` of a scenario's tracking robots: the cost of a look from its media, then the tables.
 
 `prepare` adds to the team table `optimal_tables`, `optimal_look_cost_j` (S), `optimal_remark` and what an observer
-needs; it adds nothing if no robot has this policy. Making tables takes seconds: a bar on the terminal shows how far it is.
+needs; it adds nothing if no robot has this policy. Making tables takes seconds: a bar on the terminal shows how far
+it is.
 """
 
 from __future__ import annotations
