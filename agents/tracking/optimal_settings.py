@@ -29,6 +29,7 @@ class OptimalSettings(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     disturbance: float = 0.3                # e_omega
     x_m: tuple[float, ...] = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 7.0, 15.0)    # grid of |x1| and |x2|, besides 0
     heading_rad: tuple[float, ...] = (0.15, 0.3, 0.6, 1.2, pi)            # grid of |x3|, besides 0
+    constant_ms: float = 0.0                # above 0: one interval for all states instead of tau*, to compare with
     observer: Literal["none", "particle", "unscented"] = "none"     # of x^, which replaces y^ in u and tau*
     candidates: int = 12                    # intervals compared at each state, from the shortest to the cap
 
@@ -45,7 +46,7 @@ def read_optimal(team: Mapping[str, Any]) -> OptimalSettings:
     for name in ("shortest_ms", "q_w_per_m2", "r_w_s2_per_m2"):
         if not getattr(settings, name) > 0:
             found.append(f"team.optimal.{name}={getattr(settings, name):g}: expected more than 0")
-    for name in ("look_cost_j", "transmit_w", "receive_w", "measurement_noise", "disturbance"):
+    for name in ("look_cost_j", "transmit_w", "receive_w", "measurement_noise", "disturbance", "constant_ms"):
         value = getattr(settings, name)
         if value is not None and not (isfinite(value) and value >= 0):
             found.append(f"team.optimal.{name}={value:g}: expected 0 or more")

@@ -45,6 +45,8 @@ def make_tables(settings: OptimalSettings, gains: GainTable, look_cost_j: float,
     """Return the tables for all inputs of `gains`; ValueError if a cap is below the shortest interval."""
     made = [make_table(settings, gains, Inputs(*row[:2]), look_cost_j, progress) for row in gains.rows]
     shortest_s = settings.shortest_ms * 1e-3
+    if settings.constant_ms:
+        return Tables(made, f"constant_ms={settings.constant_ms:g}: the interval of every state, whatever a look costs")
     if all(tau <= shortest_s * (1 + 1e-9) for table in made for tau in table["tau_s"]):
         why = ("formulation=\"per_transmission\" discounts by looks, so S does not change which interval is best (F1)"
                if settings.formulation == "per_transmission" else "a look costs less than any waiting")
@@ -57,8 +59,12 @@ def make_tables(settings: OptimalSettings, gains: GainTable, look_cost_j: float,
 
 def make_table(settings: OptimalSettings, gains: GainTable, inputs: Inputs, look_cost_j: float,
                progress: Callable[[], None] = lambda: None) -> dict[str, Any]:
-    model, grid, cap_s = tabulated(settings, gains, inputs, progress)
-    best_s, rate = best_intervals(settings, model, look_cost_j)
+    if settings.constant_ms:
+        grid, cap_s = grid_and_caps(settings, gains, inputs)
+        best_s, rate = np.clip(settings.constant_ms * 1e-3, settings.shortest_ms * 1e-3, cap_s), 0.0
+    else:
+        model, grid, cap_s = tabulated(settings, gains, inputs, progress)
+        best_s, rate = best_intervals(settings, model, look_cost_j)
     progress()
     return {"inputs": list(inputs), "axes": [axis.tolist() for axis in grid.axes],
             "tau_s": _whole_us(best_s), "cap_s": _whole_us(cap_s),
@@ -74,11 +80,8 @@ def tabulated(settings: OptimalSettings, gains: GainTable, inputs: Inputs,
               progress: Callable[[], None] = lambda: None) -> tuple[DecisionModel, Grid, Floats]:
     """Return the decision problem on the grid of the settings, which S is not part of, and the caps there [s]."""
     loop = HeldLoop(inputs, Weights(settings.q_w_per_m2, settings.r_w_s2_per_m2), nodes=4)
-    across = symmetric(*settings.x_m)
-    grid = Grid(across, across, symmetric(*settings.heading_rad))
-    cap_s = caps(settings, gains, loop, grid.points)
+    grid, cap_s = grid_and_caps(settings, gains, inputs)
     shortest_s = settings.shortest_ms * 1e-3
-    _check_caps(settings, inputs, grid.points, cap_s)
     progress()
     formulation = Formulation(settings.formulation)
     tau_s = shortest_s * (cap_s[:, None] / shortest_s) ** np.linspace(0, 1, settings.candidates)
@@ -87,6 +90,15 @@ def tabulated(settings: OptimalSettings, gains: GainTable, inputs: Inputs,
                      shape=shape)
     progress()
     return model, grid, cap_s
+
+
+def grid_and_caps(settings: OptimalSettings, gains: GainTable, inputs: Inputs) -> tuple[Grid, Floats]:
+    """Return the grid of the settings and the caps at its points [s]; ValueError for a cap below the shortest one."""
+    across = symmetric(*settings.x_m)
+    grid = Grid(across, across, symmetric(*settings.heading_rad))
+    cap_s = caps(settings, gains, HeldLoop(inputs), grid.points)
+    _check_caps(settings, inputs, grid.points, cap_s)
+    return grid, cap_s
 
 
 def best_intervals(settings: OptimalSettings, model: DecisionModel, look_cost_j: float) -> tuple[Floats, float]:

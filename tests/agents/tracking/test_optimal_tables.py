@@ -78,3 +78,11 @@ def test_all_mistakes_of_the_table_are_told_at_once():
 
     assert [line.partition("=")[0] for line in str(refused.value).split("; ")] == [
         "team.optimal.shortest_ms", "team.optimal.x_m", "team.optimal.candidates"]
+
+
+def test_a_constant_interval_is_kept_within_shortest_and_cap():
+    made = make_tables(OptimalSettings(**GRID, constant_ms=100.0, cap="regional"), GAINS, 1e-4)
+
+    assert made.remark.startswith("constant_ms=100: ")
+    for table in made.by_inputs:
+        assert table["tau_s"] == [min(0.1, cap) for cap in table["cap_s"]]
