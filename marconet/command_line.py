@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from experiments.show.console import Console
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-TABLES = ("3.1", "3.2", "3.3", "3.4", "3.5")
+TABLES = ("3.1", "3.2", "3.3", "3.4", "3.5", "5.1", "5.2", "5.3", "5.4")
 ON_ITS_OWN = "this process is the command's own, so it may fork and change settings of the process"
 PORT = click.IntRange(0, 65535)
 SHELLS = ("bash", "zsh", "fish")
@@ -451,10 +451,10 @@ def schema(out: Path | None, verbose: bool) -> None:
               help="Monte Carlo runs of each cell, default 100, or rounds of timing, default 20. With few runs a cell "
                    "may be missed by chance.")
 @click.option("--figures", type=click.Path(path_type=Path), metavar="OUT.html",
-              help="Also draw figures 3.5, 3.6 and 3.8, as a page that opens offline.")
+              help="Also draw figures 3.5, 3.6 and 3.8, or 5.3 and 5.4, as a page that opens offline.")
 @verbosely
 def table(number: str, runs: int | None, figures: Path | None, verbose: bool) -> None:
-    """Compute a table of the dissertation again, printed beside ours: 3.1 to 3.5.
+    """Compute a table of the dissertation again, printed beside ours: 3.1 to 3.5, 5.1 to 5.4.
 
     Exits with 0 if every cell is what it has to be, 1 if one is not.
     """
@@ -637,24 +637,23 @@ def _refuse_unknown_plant(name: str) -> None:
 
 def _table(number: str, runs: int | None, figures: Path | None) -> bool:
     from experiments.show.live_view import counting_view
-    from experiments.show.tables.chapter_3 import TABLES
+    from experiments.show.tables.chapters import figures_of, table_of
     from experiments.show.text_views import print_measured, print_path
 
     if figures is not None:
         if figures.is_dir():
             raise IsADirectoryError(f"--figures {figures}: is a folder: expected a page, as figures.html")
         figures.parent.mkdir(parents=True, exist_ok=True)
-    console, found = _console(), TABLES[number]
+    console, found = _console(), table_of(number)
     runs = runs or found.runs
     with counting_view(console, f"table {number}", found.steps(runs)) as progress:
         values = list(found.measure(runs, progress))
     console.print(f"{found.title} ({runs} runs)\n{found.judged_by}", soft_wrap=True)
     print_measured(console, values)
     if figures is not None:
-        from experiments.show.tables.figures import DRAWN_RUNS, write_figures
-
-        with counting_view(console, "figures", DRAWN_RUNS) as progress:
-            written = write_figures(figures, progress)
+        drawn = figures_of(number)
+        with counting_view(console, "figures", drawn.steps) as progress:
+            written = drawn.write(figures, progress)
         print_path(console, "figures", written)
     for value in values:
         if value.met is False:

@@ -10,6 +10,7 @@ from typing import Any
 
 from agents.tracking.drive_limits import rim_speed
 from agents.tracking.look_delay import BUS, RADIO, delay_problems, look_delay, reference_inputs
+from agents.tracking.optimal_preparation import POLICY, optimal_problems
 from agents.tracking.team_policy import make_policy
 from agents.tracking.tracking_settings import TrackingSettings
 from firmware_sim.scenario_view import Own, OwnAgent, ScenarioView
@@ -28,14 +29,22 @@ def problems_of_companions(scenario: ScenarioView, own: Own[TrackingSettings], *
     """As `companion_problems`; `overlapping`: whether these robots send a request before the last one is answered."""
     for name, agent in own.items():
         settings, needed = agent.settings, [RADIO, BUS]
-        try:
-            policy = make_policy(scenario.team, settings.policy, settings.policy_settings())
-            needed += ["view"] if policy.watch_ns else []
-        except (ValueError, TypeError, KeyError) as error:
-            yield f"agents.{name}.parameters: {error}"
+        if settings.policy == POLICY:               # its tables, which take seconds, are made before the run
+            yield from optimal_problems(scenario)
+            if settings.sure and (delay_ns := look_delay(scenario, name).total_ns):
+                yield (f"agents.{name}.parameters.policy={POLICY!r}: its tables take no delay of looks into account, "
+                       f"and here looks take {delay_ns} ns: take the delay away, choose \"individual_gains\", or set "
+                       f"agents.{name}.parameters.sure = false to run it all the same")
         else:
-            if settings.sure:
-                yield from delay_problems(scenario, name, policy, look_delay(scenario, name), overlapping=overlapping)
+            try:
+                policy = make_policy(scenario.team, settings.policy, settings.policy_settings())
+                needed += ["view"] if policy.watch_ns else []
+            except (ValueError, TypeError, KeyError) as error:
+                yield f"agents.{name}.parameters: {error}"
+            else:
+                if settings.sure:
+                    yield from delay_problems(scenario, name, policy, look_delay(scenario, name),
+                                              overlapping=overlapping)
         yield from wheel_problems(scenario, name)
         if settings.sure and settings.speed_max_mps:
             yield from _too_fast(scenario, name, settings.speed_max_mps)

@@ -13,7 +13,8 @@ from agents.tracking.check import problems_of_companions
 from agents.tracking.controller import TrackingController
 from agents.tracking.error_system import LIMITS, NOISE
 from agents.tracking.heading_slope import HeadingSlope, heading_table
-from agents.tracking.team_policy import gains_of, make_policy
+from agents.tracking.planned_gains import gains_of
+from agents.tracking.team_policy import make_policy
 from agents.tracking.tracking_settings import TrackingSettings
 from agents.triggering.error_gain import KAPPA
 from firmware_sim.scenario_view import Own, OwnAgent, ScenarioView

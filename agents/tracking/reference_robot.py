@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 from agents.tracking.check import reference_problems
 from agents.tracking.controller import Inputs, Pose
-from agents.tracking.look_frames import UNASKED, ReferenceState, pack_answer, unpack_request
+from agents.tracking.look_frames import REQUEST_BYTES, UNASKED, ReferenceState, pack_answer, unpack_request
+from agents.tracking.look_port import ANSWER_ID, LookPort
 from agents.tracking.noise import Noise
 from firmware_sim.board import Board
 
@@ -36,7 +37,7 @@ class ReferenceRobot:
         self._state = board.sensors(["x", "y", "theta", "v", "omega"])
         self._disturb = board.actuators(["e_v", "e_omega"])
         self._noise = Noise(board.rng, board.rng, 0.0, settings.disturbance)
-        self._port = board.port("radio", self._hear)
+        self._port = LookPort(board, ANSWER_ID, REQUEST_BYTES, self._hear)
         board.count("unreadable frames", 0)
         board.record_all([("x", "m"), ("y", "m"), ("theta", "rad"), ("v", "m/s"), ("omega", "rad/s")],
                          self._state.read)

@@ -24,6 +24,7 @@ Not modelled: computing time between an answer and the setpoint; a tracking erro
 from __future__ import annotations
 
 from math import pi, remainder
+from typing import Any
 
 from agents.tracking.assumption_watch import IN_TIME, AssumptionWatch
 from agents.tracking.check import companion_problems, prepared_delays
@@ -33,10 +34,14 @@ from agents.tracking.drive_limits import LimitedController, rim_speed
 from agents.tracking.drive_link import DriveLink
 from agents.tracking.error_system import LIMITS
 from agents.tracking.look_delay import told
-from agents.tracking.look_frames import UNASKED, ReferenceState, pack_request, unpack_answer
+from agents.tracking.look_frames import ANSWER_BYTES, UNASKED, ReferenceState, pack_request, unpack_answer
+from agents.tracking.look_port import REQUEST_ID, LookPort
 from agents.tracking.looks_under_way import LooksUnderWay
 from agents.tracking.noise import Noise
-from agents.tracking.team_policy import gains_of, make_policy
+from agents.tracking.observed_error import ObservedError
+from agents.tracking.optimal_preparation import POLICY, prepared_tables
+from agents.tracking.planned_gains import gains_of
+from agents.tracking.team_policy import make_policy
 from agents.tracking.tracking_settings import TrackingSettings
 from agents.triggering.assumptions import (
     Assumption,
@@ -45,16 +50,20 @@ from agents.triggering.assumptions import (
     input_violations,
     radius_violations,
     region_violations,
+    table_violations,
     violations,
 )
 from agents.triggering.error_gain import horizon_s
 from agents.triggering.policies import Decision
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
+from firmware_sim.scenario_view import Own, ScenarioView
 from netem.media.sensing.sight import Detection, unpack_sight
 
 COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
             "unreadable frames", "unreadable CAN frames", "violated assumptions")
+CLAMPED = "states outside the table"
+DRAWN_ANEW = "particles drawn anew"
 RETRY_NS = 20_000_000           # between requests before the first measurement, when no interval is certified
 OVERLAPPING_NS = 1_000_000      # the same where requests overlap
 
@@ -62,7 +71,11 @@ OVERLAPPING_NS = 1_000_000      # the same where requests overlap
 class TrackingRobot:
     Settings = TrackingSettings
     check = staticmethod(companion_problems)
-    prepare = staticmethod(prepared_delays)
+
+    @staticmethod
+    def prepare(scenario: ScenarioView, own: Own[TrackingSettings]) -> dict[str, Any]:
+        """Return additions to the team table: how long looks take, and what the policy `optimal` needs."""
+        return prepared_delays(scenario, own) | prepared_tables(scenario, own)
 
     def __init__(self, board: Board, settings: TrackingSettings) -> None:
         robot = board.team["robot"]
@@ -75,8 +88,13 @@ class TrackingRobot:
         self._watch = AssumptionWatch(board, settings.policy)
         for counter in COUNTERS:
             board.count(counter, 0)
+        if settings.policy == POLICY:
+            board.count(CLAMPED, 0)
+            if remark := board.team["optimal_remark"]:
+                board.warn("optimal policy", remark)
+        self._observed = self._observer() if settings.policy == POLICY else None
         self._noise = Noise(board.rng, board.rng, settings.measurement_noise, 0.0)
-        self._radio = board.port("radio", self._hear)
+        self._radio = LookPort(board, REQUEST_ID, ANSWER_BYTES, self._hear)
         self._drive = DriveLink(board.port("can", self._hear_drive, listen_only=True), robot["wheel_radius_m"],
                                 robot["track_m"], robot["counts_per_turn"])
         if self._policy.watch_ns:
@@ -94,7 +112,26 @@ class TrackingRobot:
         self._repeat: Timer | None = None           # repeats the setpoint
         board.record_all([("held1", "m"), ("held2", "m"), ("held3", "rad"), ("tau", "s"), ("gain_product", "1")],
                          self._sample)
+        if settings.policy == POLICY:               # tau is the cap then
+            board.record("interval", "s", lambda: self._in_force.interval_ns * 1e-9 if self._in_force else 0.0)
         self._due = board.at(board.now_ns, self._ask)       # the next look
+
+    def _observer(self) -> ObservedError | None:
+        kind, disturbance = self._board.team["optimal_observer"], self._board.team["optimal_disturbance"]
+        if kind == "none":
+            return None
+        self._board.count(DRAWN_ANEW, 0)
+        return ObservedError(kind, self._board.rng, self._settings.measurement_noise, disturbance)
+
+    def _estimate(self, seen_ns: int, inputs: Inputs) -> None:
+        """Replace the measurement by the observer's estimate, and tell if its particles were drawn anew."""
+        if self._observed is None:
+            return
+        held = None if self._inputs is None else self._command
+        self._x = self._observed.look(seen_ns, self._x, held, inputs)
+        if self._observed.drawn_anew:
+            self._board.count(DRAWN_ANEW)
+            self._board.warn("particles drawn anew", "no particle explains the look; they start again around it")
 
     # --- looks
 
@@ -154,6 +191,7 @@ class TrackingRobot:
         board = self._board
         x1, x2, x3 = tracking_error(self._place.pose_at(seen_ns), state.pose)
         self._x = self._noise.measure((x1, x2, remainder(x3, 2 * pi)))
+        self._estimate(seen_ns, state.inputs)
         self._failed = 0
         try:
             decision = self._policy.decide(measured_ns, self._x, state.inputs)
@@ -167,7 +205,10 @@ class TrackingRobot:
                            *announcement_violations(measured_ns, state.inputs, self._inputs or state.inputs),
                            *radius_violations(measured_ns, self._x, self._settings.certified_radius,
                                               self._noise.measured),
-                           *region_violations(measured_ns, self._x, before, self._noise.measured)))
+                           *region_violations(measured_ns, self._x, before, self._noise.measured),
+                           *table_violations(decision, self._x)))
+        if decision.clamped:
+            board.count(CLAMPED)
         self._inputs = state.inputs
         self._command = self._controller.command(self._x, state.inputs)
         if self._settings.speed_max_mps:

@@ -14,6 +14,7 @@ the instant from which on it fails, and the two numbers compared.
     REGION               |x| is within the region of the gain in use                 policy `regional_gains`
     COMMAND              the drive does what is commanded                            (4.42); known limits of the drive
     RADIUS           |x| is within what was certified                                Remark 4; periodic measurements
+    TABLE            x is within the table of intervals, C_x                         section 5.2.3; optimal intervals
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ class Assumption(Enum):
     RADIUS = "tracking error"
     REGION = "region of the gain"
     COMMAND = "command"
+    TABLE = "table of intervals"
 
 
 @dataclass(frozen=True)
@@ -129,6 +131,14 @@ def command_violations(at_ns: int, wanted: float, limit: float) -> list[Violatio
         return []
     return [Violation(Assumption.COMMAND, at_ns, wanted, limit,
                       f"it needs {wanted:.6g} m/s of a wheel's rim, which turns at {limit:g} m/s at most")]
+
+
+def table_violations(decision: Decision, x: Sequence[float]) -> list[Violation]:
+    """Return violations of TABLE by the state x that `decision` was made for."""
+    if not decision.clamped:
+        return []
+    return [Violation(Assumption.TABLE, decision.measured_ns, 1.0, 0.0,
+                      f"x = {_listed(x)} is outside of it and clamped to its edge")]
 
 
 def _norm(values: Sequence[float]) -> float:

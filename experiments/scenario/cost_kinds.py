@@ -8,5 +8,6 @@ from netem.core.kinds import Kinds
 
 COSTS: Final = Kinds({
     "quadratic": "experiments.judge.costs.quadratic:Quadratic",
+    "triggering": "experiments.judge.costs.triggering:Triggering",
     "radio_energy": "experiments.judge.costs.radio_energy:RadioEnergy",
 })

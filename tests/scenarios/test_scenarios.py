@@ -19,8 +19,9 @@ SLOW = {"faults_output_sync", "faults_pursuit", "four_sensors_two_targets", "hum
         "hummingbird_chases_rovio_broken", "marco_polo_platforms", "output_sync_16", "output_sync_drift",
         "output_sync_delayed", "output_sync_firmware", "output_sync_formation", "output_sync_model_holds",
         "output_sync_observers", "output_sync_reference", "output_sync_reference_disturbed", "tracking_delayed",
-        "tracking_event_triggered", "tracking_lossy", "tracking_p3at", "tracking_p3at_too_fast", "tracking_predicted",
-        "tracking_unified", "two_p3at_chase_rovio", "two_p3at_chase_rovio_broken"}
+        "tracking_event_triggered", "tracking_lossy", "tracking_optimal", "tracking_optimal_can", "tracking_p3at",
+        "tracking_p3at_too_fast", "tracking_predicted", "tracking_unified", "two_p3at_chase_rovio",
+        "two_p3at_chase_rovio_broken"}
 SCENARIOS = [pytest.param(path, id=path.stem) for path in sorted(FOLDER.glob("*.toml"))]
 IN_FULL = [pytest.param(*each.values, id=each.id, marks=pytest.mark.slow if each.id in SLOW else ())
            for each in SCENARIOS]

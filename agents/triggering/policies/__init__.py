@@ -26,6 +26,7 @@ class Decision(NamedTuple):
     growth_per_s: float     # ||A|| of the certificate, valid over [t_i, t_i + tau_i]
     delay_ns: int = 0       # d: from a request to the moment at which the command computed from its answer acts
     radius: float = inf     # largest |x| for which gamma_n counts
+    clamped: bool = False   # x was outside of the policy's table and replaced by the nearest state in it
 
     @property
     def next_ns(self) -> int:

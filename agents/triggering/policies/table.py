@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -14,7 +14,9 @@ from agents.triggering.policies import Policy
 from agents.triggering.policies.delayed import Delayed
 from agents.triggering.policies.event_triggered import MS, EventTriggered
 from agents.triggering.policies.input_output import IndividualGains, UnifiedGain
+from agents.triggering.policies.interval_table import IntervalTable
 from agents.triggering.policies.loss_tolerant import LossTolerant
+from agents.triggering.policies.optimal import Optimal
 from agents.triggering.policies.periodic import Periodic
 from agents.triggering.policies.regional_gains import RegionalGains
 
@@ -30,6 +32,7 @@ class PolicySettings:
     watch_ns: int = MS                  # event_triggered: time between looks
     delay_ns: int = 0                   # d: from a request to the moment at which the command from its answer acts
     floor_ns: int = 1                   # shortest interval that the delay may leave
+    tables: Mapping[tuple[float, ...], IntervalTable] | None = None     # optimal: by inputs
 
 
 System = ErrorSystem[Any, Any]
@@ -53,6 +56,9 @@ POLICIES: Final = {
     "event_triggered": PolicyKind(lambda system, gains, s: EventTriggered(
         IndividualGains(system, gains, s.kappa), s.watch_ns), frozenset(
         (Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.GAIN))),
+    "optimal": PolicyKind(lambda system, gains, s: Optimal(
+        s.tables, IndividualGains(system, gains, s.kappa)), frozenset(
+        (Assumption.INPUTS, Assumption.ANNOUNCED, Assumption.GAIN, Assumption.TABLE))),
 }
 
 

@@ -43,6 +43,10 @@ def write_figures(path: Path, progress: Callable[[], None]) -> Path:
     return path
 
 
+ABOUT = ("Figures 3.5, 3.6 and 3.8", "Estimates of a target that is seen now and then, and where it really was.",
+         "The dissertation prints neither paths nor tunings: these were fitted to its tables.")
+
+
 def figures(progress: Callable[[], None]) -> list[Json]:
     steady, winding = circle(17), circle(3)
     return [
@@ -63,11 +67,13 @@ def figures(progress: Callable[[], None]) -> list[Json]:
           for part, rho_m in (("c", 0.1), ("d", 0.3)))]
 
 
-def render(drawn: list[Json]) -> str:
+def render(drawn: list[Json], about: tuple[str, str, str] = ABOUT) -> str:
+    """Return the page; `about` has its heading, what the figures show, and a remark."""
     environment = Environment(loader=PackageLoader("experiments.show.tables", "page"), autoescape=True,
                               undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     return environment.get_template("figures.html.j2").render(
-        figures=drawn, data_json=Markup(msgspec.json.encode(drawn).decode().replace("<", "\\u003c")),
+        figures=drawn, heading=about[0], about=about[1], remark=about[2],
+        data_json=Markup(msgspec.json.encode(drawn).decode().replace("<", "\\u003c")),
         plotly=Markup(plotly_source()),
         style=Markup((files("experiments.show.report") / "page" / "report.css").read_text("utf-8")),
         script=Markup((files("experiments.show.tables") / "page" / "figures.js").read_text("utf-8")))

@@ -147,7 +147,7 @@ def test_without_noise_the_error_tends_to_that_of_the_held_measurements_alone():
     assert all(sent.measured == sent.x for sent in quiet.transmissions)
 
 
-@pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.parametrize("name", sorted(POLICIES.keys() - {"optimal"}))       # that one: test_optimal_tables.py
 def test_with_every_policy_what_holds_is_certified_at_every_instant(name):
     one = made(name, length_ns=3 * SECOND)
 

@@ -39,7 +39,7 @@ def test_at_1_1_a_delay_of_19_ms_leaves_nothing_and_its_age_is_a_violation():
     assert [each.assumption for each in violations(decided, 19 * MS)] == [Assumption.FRESH, Assumption.SMALL_GAIN]
 
 
-@pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.parametrize("name", sorted(POLICIES.keys() - {"optimal"}))       # that needs tables: test_optimal
 @given(x=st.floats(-5, 5), inputs=st.sampled_from([(0.5,), (1.5,), (1.0,)]), losses=st.integers(0, 3),
        delay_ns=st.integers(1, 12 * MS))
 def test_the_oldest_measurement_that_acts_is_within_tau(name, x, inputs, losses, delay_ns):

@@ -32,8 +32,21 @@ function drawError(id, figure) {
   Plotly.newPlot(id, [trace], layout("time [s]", "distance from estimate to target [m]", {rangemode: "tozero"}), CONFIG);
 }
 
+function drawHeights(id, figure) {
+  const trace = {type: "heatmap", x: figure.x, y: figure.y, z: figure.z, colorscale: "Viridis", colorbar: {title: {text: figure.unit}}};
+  Plotly.newPlot(id, [trace], layout("x1 [m]", "x2 [m]", {}), CONFIG);
+}
+
+function drawLines(id, figure) {
+  const traces = figure.lines.map((line) => ({name: line.name, mode: line.mode, x: line.x, y: line.y, line: {width: 1.4}, marker: {size: 4}}));
+  const shapes = figure.changes_s.map((at) => ({type: "line", x0: at, x1: at, yref: "paper", y0: 0, y1: 1, line: {color: pick("#d55e00", "#ff7a2f"), width: 1}}));
+  Plotly.newPlot(id, traces, {...layout("time [s]", figure.unit, {}), shapes}, CONFIG);
+}
+
+const DRAW = {plane: drawPlane, error: drawError, heights: drawHeights, lines: drawLines};
+
 function drawAll() {
-  DATA.forEach((figure, k) => (figure.kind === "plane" ? drawPlane : drawError)(`figure-${k}`, figure));
+  DATA.forEach((figure, k) => DRAW[figure.kind](`figure-${k}`, figure));
 }
 
 drawAll();

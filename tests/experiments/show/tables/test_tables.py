@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from experiments.show.tables import Measured, Row
+from experiments.show.tables import Measured, Row, figures_5
 from experiments.show.tables.chapter_3 import TABLES
+from experiments.show.tables.chapter_5 import TABLES as CHAPTER_5
 from experiments.show.tables.estimation import CELLS
 from experiments.show.tables.figures import figures, render
 from marconet.command_line import app
@@ -142,3 +143,27 @@ def test_every_cell_is_what_it_has_to_be(number):
     values = list(TABLES[number].measure(100, lambda: None))
 
     assert [name_on_the_page(value) for value in values if value.met is False] == []
+
+
+def test_chapter_5_calls_progress_once_a_row_and_meets_its_bands():
+    found, calls = CHAPTER_5["5.1"], []
+
+    values = list(found.measure(2, lambda: calls.append(1)))
+
+    assert len(calls) == found.steps(2) == len(values)
+    assert [value.met for value in values] == [True] * len(values)
+
+
+def test_figures_of_chapter_5_show_the_run_with_its_looks():
+    steps = []
+
+    drawn = figures_5.figures(lambda: steps.append(1))
+
+    assert len(steps) == figures_5.STEPS
+    assert [figure["number"] for figure in drawn] == ["5.3", "5.3 (F3)", "5.4 (a)", "5.4 (b)", "5.4 (c)", "5.4 (d)"]
+    printed = [value for row in drawn[0]["z"] for value in row]
+    assert max(printed) - min(printed) < 1e-3
+    assert abs(printed[0] - 375) < 0.05
+    assert [len(figure["lines"]) for figure in drawn[2:]] == [3, 1, 1, 1]
+    assert drawn[4]["changes_s"] == [1.83, 8.8]
+    assert all("NaN" not in json.dumps(figure) for figure in drawn)
