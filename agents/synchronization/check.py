@@ -75,7 +75,12 @@ def stable_delay(loop: DelayedLoop) -> str:
     longest_ns = loop.longest_stable_ns
     if longest_ns is None:
         return "it is unstable without delays too; use shorter slots"
-    return f"it is stable up to {longest_ns} ns, {longest_ns / loop.slot_ns:.4g} slots"
+    words = f"it is stable up to {longest_ns} ns, {longest_ns / loop.slot_ns:.4g} slots"
+    if (slot_ns := loop.stable_slot_ns) is not None:
+        return f"{words}, and with this delay if slots last {slot_ns} ns"
+    if not (tried_ns := loop.tried_slots_ns):
+        return words
+    return f"{words}; with this delay no slot length tried is stable, {tried_ns[-1]} to {tried_ns[0]} ns"
 
 
 def _printed(value: complex) -> str:

@@ -31,6 +31,7 @@ from agents.synchronization.partition import Parts, partition
 
 MOST_VALUES: Final = 600        # components of z up to which the map is computed: about three seconds
 SCANNED: Final = 32             # delays that `longest_stable_ns` tries before it bisects
+SHORTENED: Final = 6            # slots that `stable_slot_ns` tries, each half as long as the one before
 
 
 @dataclass(frozen=True)
@@ -134,6 +135,19 @@ class DelayedLoop:
             else:
                 unstable_ns = middle_ns
         return stable_ns
+
+    @property
+    def tried_slots_ns(self) -> list[int]:
+        """The slots that `stable_slot_ns` tries: from four times this one on, each half as long, while a map exists."""
+        tried = [DelayedLoop(self.agents, self.laplacian, self.slot_ns * 4 >> halved, self.delays)
+                 for halved in range(SHORTENED) if self.slot_ns * 4 >> halved]
+        return [loop.slot_ns for loop in tried if loop.size <= MOST_VALUES]
+
+    @cached_property
+    def stable_slot_ns(self) -> int | None:
+        """Return the longest of `tried_slots_ns` with which the loop is stable under its delays; None: with none."""
+        return next((slot_ns for slot_ns in self.tried_slots_ns
+                     if DelayedLoop(self.agents, self.laplacian, slot_ns, self.delays).is_stable), None)
 
     def _cut(self, most_ns: int) -> DelayedLoop:
         return DelayedLoop(self.agents, self.laplacian, self.slot_ns, self.delays.at_most(most_ns))

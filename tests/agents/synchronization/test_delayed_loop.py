@@ -6,6 +6,7 @@ from math import pi, sin
 import numpy as np
 import pytest
 
+from agents.synchronization.check import stable_delay
 from agents.synchronization.closed_loop import LinearAgent
 from agents.synchronization.delayed_loop import DelayedLoop, Delays
 from agents.synchronization.exact_loop import ExactLoop
@@ -133,3 +134,16 @@ def test_a_negative_delay_is_refused():
         if min(link_ns, own_ns) < 0:
             with pytest.raises(ValueError, match="expected 0 or more"):
                 Delays({(0, 1): link_ns}, (0, own_ns))
+
+
+def test_a_delay_may_need_shorter_slots_and_for_a_longer_one_none_is_short_enough(five_agents, l1):
+    """17 ms, own value as late, slots of (6.20): unstable, but not with half as long slots; 20 ms: with none tried."""
+    loop, hopeless = delayed(five_agents, l1, 1_084_826, 17_000_000), delayed(five_agents, l1, 1_084_826, 20_000_000)
+
+    assert loop.stable_slot_ns == 542_413
+    assert not loop.is_stable
+    assert delayed(five_agents, l1, 542_413, 17_000_000).is_stable
+    assert not delayed(five_agents, l1, 1_084_826 // 16, 20_000_000).is_stable       # shorter than any that is tried
+    assert hopeless.stable_slot_ns is None
+    assert stable_delay(loop).endswith("and with this delay if slots last 542413 ns")
+    assert stable_delay(hopeless).endswith("with this delay no slot length tried is stable, 135603 to 4339304 ns")
