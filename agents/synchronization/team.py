@@ -14,7 +14,7 @@ from agents.synchronization.graph import Floats, laplacian
 from agents.synchronization.model_hold import Hold
 from agents.synchronization.observer import pole_problems
 from agents.synchronization.slot_length import Bound
-from agents.synchronization.team_table import mistakes
+from agents.team_table import mistakes
 from netem.core import link_pattern
 
 SYNC_GAIN: Final = 0.5              # share of the mean error of its clock that a robot corrects per round

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from agents.synchronization.team_table import mistakes
+from agents.team_table import mistakes
 
 
 class OptimalSettings(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

@@ -10,7 +10,7 @@ import msgspec
 
 from agents.synchronization.graph import Edge
 from agents.synchronization.team import TeamError
-from agents.synchronization.team_table import mistakes
+from agents.team_table import mistakes
 from agents.waves.agent import Agent, read_agent
 from agents.waves.port import WavePort
 from agents.waves.wave_frame import MAX_ROBOTS, WaveFrameCodec

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.synchronization.team import Team, TeamError, read_team
-from agents.synchronization.team_table import mistakes
+from agents.team_table import mistakes
 
 ONE = {"A": [[-1.0]], "B": [[1.0]], "C": [[1.0]], "K": [[2.0]]}
 TABLE: dict[str, Any] = {"models": {"r1": ONE, "r2": dict(ONE)}, "topology": "told", "guard_s": 20e-6,
