@@ -31,6 +31,7 @@ class Between:
     during_ns: tuple[int, int] | None = None
     formula: str = ""
     links: Mapping[str, Sequence[tuple[str, str, str]]] = field(default_factory=dict)
+    share: float | None = None
 
 
 def table(node: str, **signals: Sequence[float]) -> SignalTable:

@@ -193,7 +193,7 @@ EACH = [
      ["expect.frames_lost_on_link={ min = 3, max = 1 }: expected min <= max"]),
     ("frames_lost_on_link = { min = 1 }", "frames_lost_on_link = { least = 1 }",
      ["expect.frames_lost_on_link.least=1: unknown key; there are min, max, during_s, during_ms, "
-      "during_us, during_ns, formula"]),
+      "during_us, during_ns, formula, share"]),
     ("frames_lost_on_link = { min = 1 }", "frames_lost_on_link = 1",
      ["expect.frames_lost_on_link=1: expected a table"]),
 ]

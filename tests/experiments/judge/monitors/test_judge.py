@@ -28,6 +28,7 @@ class Stated:
     subjects: tuple[tuple[str, ...], ...]
     fields: dict[str, Any]
     expected: Literal["holds", "violated"] = "holds"
+    share: float | None = None
 
 
 def reports(*told: tuple[int, str, str]) -> Records:
