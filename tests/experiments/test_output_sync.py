@@ -81,7 +81,8 @@ def test_with_frames_that_take_time_all_use_a_broadcast_value_from_its_arrival_i
 
 
 @pytest.mark.parametrize(("own_value", "delay_ns", "grows"), [
-    ("late", 10_000_000, False), ("at once", 10_000_000, True), ("at once", 4_444_444, False)])
+    ("late", 10_000_000, False), *(pytest.param(*case, marks=pytest.mark.slow) for case in (
+        ("at once", 10_000_000, True), ("at once", 4_444_444, False)))])
 def test_with_delays_longer_than_a_round_the_run_agrees_with_the_exact_map(tmp_path: Path, own_value: str,
                                                                            delay_ns: int, grows: bool) -> None:
     """Sampled are the starts of rounds, between which z is multiplied by the map."""

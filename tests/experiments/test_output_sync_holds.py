@@ -80,6 +80,7 @@ def test_a_run_with_observers_agrees_with_the_exact_map(tmp_path: Path, level: f
     assert np.abs(emulated).max() > 1.0
 
 
+@pytest.mark.slow
 def test_with_noise_the_outputs_stay_below_the_computed_bounds(tmp_path: Path) -> None:
     """L2 with bias over the whole run; at starts of rounds, the largest output that noises of this level can cause."""
     level, length_s = 0.5, 3.0

@@ -103,6 +103,7 @@ def test_two_builds_give_the_same_archives(twice: Path, tmp_path: Path) -> None:
         assert first == second
 
 
+@pytest.mark.slow
 def test_concurrent_builders_take_one_result(twice: Path, tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     with ThreadPoolExecutor(4) as pool:

@@ -14,13 +14,15 @@ from experiments.scenario.blocking_programs import blocks
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 HASHES: dict[str, str] = tomllib.loads(Path(__file__).with_name("ledger_hashes.toml").read_text())
-# More than 3 s of processor time each, and another of its kind is quick.
-SLOW = {"faults_output_sync", "faults_pursuit", "four_sensors_two_targets", "hummingbird_chases_rovio",
-        "hummingbird_chases_rovio_broken", "marco_polo_platforms", "output_sync_16", "output_sync_drift",
-        "output_sync_delayed", "output_sync_firmware", "output_sync_formation", "output_sync_model_holds",
-        "output_sync_observers", "output_sync_reference", "output_sync_reference_disturbed", "tracking_delayed",
-        "tracking_event_triggered", "tracking_lossy", "tracking_optimal", "tracking_optimal_can", "tracking_p3at",
-        "tracking_p3at_too_fast", "tracking_predicted", "tracking_unified", "two_p3at_chase_rovio",
+# More than 1.8 s of processor time each, and another of its kind is quicker.
+SLOW = {"faults_output_sync", "faults_pursuit", "faults_tracking", "four_sensors_two_targets",
+        "free_pursuer_chases_runner_broken", "hummingbird_chases_rovio", "hummingbird_chases_rovio_broken",
+        "marco_polo_adaptive", "marco_polo_faults", "marco_polo_platforms", "marco_polo_zone", "output_sync_16",
+        "output_sync_delayed", "output_sync_drift", "output_sync_firmware", "output_sync_formation",
+        "output_sync_model_holds", "output_sync_observers", "output_sync_reference",
+        "output_sync_reference_disturbed", "p3at_chases_p3at_broken", "p3at_chases_runner", "tracking_busload",
+        "tracking_delayed", "tracking_event_triggered", "tracking_lossy", "tracking_optimal", "tracking_optimal_can",
+        "tracking_p3at", "tracking_p3at_too_fast", "tracking_predicted", "tracking_unified", "two_p3at_chase_rovio",
         "two_p3at_chase_rovio_broken"}
 SCENARIOS = [pytest.param(path, id=path.stem) for path in sorted(FOLDER.glob("*.toml"))]
 IN_FULL = [pytest.param(*each.values, id=each.id, marks=pytest.mark.slow if each.id in SLOW else ())

@@ -149,6 +149,7 @@ def test_a_partition_during_the_bidding_deploys_two_and_after_it_one_lets_go(los
     assert ran.holds                                              # its automaton allows it
 
 
+@pytest.mark.slow
 def test_the_bound_of_healing_is_not_far_from_what_happens():
     """Over the phases of a heartbeat, with every second frame lost both ways, more than half of the bound is needed."""
     late = []

@@ -48,9 +48,9 @@ def met(sweep, radius, begin_s, targets, generator):
 
 
 @pytest.mark.parametrize(("along", "speed", "begin_s"), [
-    (1.0, 0.5, 0.0), (0.1, 1.2, 4.0),
+    (1.0, 0.5, 0.0),
     *(pytest.param(*case, marks=pytest.mark.slow) for case in (
-        (4.0, 1.2, 8.0), (2.0, 1.2, 0.0), (4.0, 1.2, 0.0), (4.0, 5.0, 0.0), (8.0, 0.5, 0.0)))])
+        (0.1, 1.2, 4.0), (4.0, 1.2, 8.0), (2.0, 1.2, 0.0), (4.0, 1.2, 0.0), (4.0, 5.0, 0.0), (8.0, 0.5, 0.0)))])
 def test_a_simulation_agrees_within_three_standard_errors(along, speed, begin_s):
     targets = 10_000
     sweep = plan_sweep(TARGET, along, speed)

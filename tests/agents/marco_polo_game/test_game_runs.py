@@ -73,7 +73,8 @@ def test_sensors_detect_exactly_what_truth_puts_into_their_fields_of_view(tmp_pa
     assert found == expected
 
 
-@pytest.mark.parametrize("losses", [(), (LOSSES,)], ids=["no loss", "every second frame lost"])
+@pytest.mark.parametrize("losses", [pytest.param((), marks=pytest.mark.slow), (LOSSES,)],
+                         ids=["no loss", "every second frame lost"])
 def test_one_sensor_is_deployed_for_each_task_within_a_window(losses: tuple[str, ...], tmp_path: Path) -> None:
     data, summary = played(tmp_path / "run", SEED, *losses)
 
@@ -89,7 +90,7 @@ def test_one_sensor_is_deployed_for_each_task_within_a_window(losses: tuple[str,
     assert counted(data, "let go") == 0
 
 
-@pytest.mark.parametrize("seed", [100, 105, SEED, 155])
+@pytest.mark.parametrize("seed", [100, SEED, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (105, 155))])
 def test_a_target_is_captured_once_by_a_ugv_that_touches_it(seed: int, tmp_path: Path) -> None:
     data, summary = played(tmp_path / "run", seed)
 
@@ -208,7 +209,8 @@ def test_robots_keep_out_of_obstacles_and_sensors_out_of_the_zone(seed: int, tmp
     assert moved
 
 
-@pytest.mark.parametrize("real", [True, False], ids=["zone without radio", "zone for planners alone"])
+@pytest.mark.parametrize("real", [True, pytest.param(False, marks=pytest.mark.slow)],
+                         ids=["zone without radio", "zone for planners alone"])
 def test_nobody_is_heard_from_the_zone_and_two_are_deployed(real: bool, tmp_path: Path) -> None:
     """Without the virtual obstacle, in this game, a sensor drives into the zone after it has won."""
     data, summary = played(tmp_path / "run", 1001, "team.game.zones_are_obstacles=false", "expect={}",

@@ -110,7 +110,8 @@ def test_between_looks_it_drives_straight_to_the_newest_detection_and_not_beyond
     assert (np.hypot(*np.diff(place, axis=0).T) > 1e-4).sum() > 300      # but moves
 
 
-@pytest.mark.parametrize("estimator", ["circle", "ukf", "particle"])
+@pytest.mark.parametrize("estimator", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("circle", "ukf")),
+                                       "particle"])
 def test_it_holds_with_each_estimator_and_a_run_repeats(estimator: str) -> None:
     repeated = Repeated(lambda seed: load(find(SURE), seed=seed, duration_s=20.0,
                                           overrides=[f"{ESTIMATOR}='{estimator}'", "expect={}"]), "inline")
@@ -121,6 +122,7 @@ def test_it_holds_with_each_estimator_and_a_run_repeats(estimator: str) -> None:
     assert one.ledger_hash == again.ledger_hash != other.ledger_hash
 
 
+@pytest.mark.slow
 def test_a_robot_with_particles_has_the_same_ledger_and_estimates_on_both_hosts(tmp_path: Path) -> None:
     found = []
     for host in HOSTS:

@@ -77,6 +77,7 @@ def status(maps, rate_per_s, P):
     return program.status
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Solution may be inaccurate")        # so near to the best rate
 def test_a_semidefinite_program_finds_the_certified_rate_and_none_that_is_5_percent_faster(common):
     assert status(common.maps, common.rate_per_s, common.P) == "optimal"

@@ -140,7 +140,8 @@ ROWS = {
 }
 
 
-SLOW = {"dwell-two-slots"}          # 10 s: a search over three functions of 15 variables
+# Seconds each: a search over three functions of 15 variables, and runs of 13 s.
+SLOW = {"dwell-two-slots", "quiet-end", "disturbed-middle", "disturbed-end"}
 
 
 @pytest.fixture(scope="module")

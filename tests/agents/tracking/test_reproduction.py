@@ -119,6 +119,9 @@ def violation_of_the_printed_matrix():
 
 INDIVIDUAL = [GAINS.gain(inputs) for inputs in PIECES_S]
 UNIFIED = [GAINS.unified] * 3
+# More than 1.5 s each: gains by simulations of 10 s, watched regions.
+SLOW = {"gain-1-1", "gain-2-2", "gain-3-3", "regional-0.6-0.15", "regional-2-2", "regional-event"}
+
 ROWS = {
     "gain-0.6-0.15": lambda: small_signal_gain(0.6, 0.15),
     "gain-1-1": lambda: small_signal_gain(1.0, 1.0),
@@ -161,7 +164,7 @@ ROWS = {
 }
 
 
-@pytest.mark.parametrize("name", ROWS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in ROWS])
 def test_the_page_says_what_the_code_gives(name):
     ours = ROWS[name]()
     print(f"{name}: {ours}")

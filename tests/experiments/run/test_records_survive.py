@@ -141,7 +141,7 @@ def test_after_a_kill_the_report_makes_records_of_what_is_on_the_disk(tmp_path: 
 
 @pytest.mark.parametrize(("case", "what"), [
     ("Segv", "was ended by SIGSEGV"), ("OsExit", "exited with code 7"),
-    ("BaseExc", "Weird: weird"), ("KbdInt", "KeyboardInterrupt"),
+    pytest.param("BaseExc", "Weird: weird", marks=slow), pytest.param("KbdInt", "KeyboardInterrupt", marks=slow),
     pytest.param("OsExit0", "exited with code 0", marks=slow),
     pytest.param("InitOsExit", "exited with code 9", marks=slow),
     pytest.param("SysExit0", "SystemExit: 0", marks=slow), pytest.param("Abort", "was ended by SIGABRT", marks=slow)])

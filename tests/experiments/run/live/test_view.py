@@ -50,6 +50,7 @@ def test_pages_are_told_of_frames_positions_and_events_and_of_the_end(tmp_path: 
     assert len({tuple(place) for place in places}) == len(places)       # each tells of a move
 
 
+@pytest.mark.slow
 def test_neither_speed_nor_pause_changes_what_a_run_does(tmp_path: Path) -> None:
     scenario = scenario_in(tmp_path, 4.0, '[[faults]]\nkind = "kill"\non = "b"\nat_s = 1.0\nrestart_after_s = 0.5\n')
     with viewed(scenario, tmp_path / "run", "--host", "inline") as shown, client_of(shown) as client:

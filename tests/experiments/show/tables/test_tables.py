@@ -126,7 +126,8 @@ def name_on_the_page(value):
     return f"{value.row.what}, {value.row.quantity}"
 
 
-@pytest.mark.parametrize("number", ["3.2", pytest.param("3.4", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("number", ["3.2", "3.4"])
 def test_the_page_of_numbers_has_what_the_adaptive_filter_gives(number):
     compare_with_the_page(number)
 
@@ -154,6 +155,7 @@ def test_chapter_5_calls_progress_once_a_row_and_meets_its_bands():
     assert [value.met for value in values] == [True] * len(values)
 
 
+@pytest.mark.slow
 def test_figures_of_chapter_5_show_the_run_with_its_looks():
     steps = []
 

@@ -245,6 +245,7 @@ def test_the_share_of_destroyed_frames_is_that_of_independent_bits(ratio: float)
     assert {(row["number"], row["fate"]) for row in bench.rows("a", "c")} == {(k, "delivered") for k in range(3000)}
 
 
+@pytest.mark.slow
 def test_hits_are_spread_evenly_over_the_bits_of_a_frame() -> None:
     """Places of the first hit, for a small ratio: uniform, so their mean is (BITS - 1)/2 within 4 standard errors. The
     weight of a place falls by (1 - ratio) each, here 1 % over a frame: it shifts the mean by BITS^2 ratio / 12."""
