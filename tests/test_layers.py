@@ -91,8 +91,10 @@ def test_only_its_adapter_imports_a_library(library: str) -> None:
     assert importers == ADAPTERS[library]
 
 
-def test_a_robots_process_imports_little() -> None:
-    code = ("import sys, experiments.run.node_process, agents.synchronization.robot\n"
+@pytest.mark.parametrize("program", ["agents.synchronization.robot", "agents.tracking.tracking_robot",
+                                     "agents.waves.robot"])
+def test_a_robots_process_imports_little(program: str) -> None:
+    code = (f"import sys, experiments.run.node_process, {program}\n"
             f"print(*[name for name in {HEAVY} if name in sys.modules])")
 
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)

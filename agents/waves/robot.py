@@ -11,14 +11,15 @@ Not modelled: measurement noise, computing time.
 
 from __future__ import annotations
 
-from typing import ClassVar, Final, Protocol
+from collections.abc import Iterator
+from typing import Any, Final, Protocol
 
 from agents.waves.output_coupling import OutputCoupling
-from agents.waves.preparation import check, prepare
 from agents.waves.team import read_wave_team
 from agents.waves.wave_coupling import WaveCoupling
 from agents.waves.wave_frame import WaveFrame
 from firmware_sim.board import Board
+from firmware_sim.scenario_view import Own, ScenarioView
 
 COUNTERS: Final = ("old frames", "unreadable frames")
 
@@ -35,8 +36,19 @@ class Coupling(Protocol):
 
 
 class WaveRobot:
-    check: ClassVar = staticmethod(check)
-    prepare: ClassVar = staticmethod(prepare)
+    @staticmethod
+    def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
+        """Yield every reason why these robots do not agree, or why it is not known that they do."""
+        from agents.waves.preparation import check  # late: a robot's process needs no impairments
+
+        yield from check(scenario, own)
+
+    @staticmethod
+    def prepare(scenario: ScenarioView, own: Own[Any]) -> dict[str, Any]:
+        """Return the delay of each robot's own value, that of the latest of its neighbours' values."""
+        from agents.waves.preparation import prepare
+
+        return prepare(scenario, own)
 
     def __init__(self, board: Board) -> None:
         team = read_wave_team(board.team)
