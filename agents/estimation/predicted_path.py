@@ -3,7 +3,8 @@
     newest detection at t_n     places at t_n, t_n + step, t_n + 2 step, ...  by a copy of the filter, as far as needed
     in between                  the straight line from one place to the next
 
-Without it, whoever asks more often, such as a recorder, makes the filter draw more numbers and changes the run.
+A filter that is asked directly draws random numbers at each call of `expect`; a recorder that samples the expected
+place would then change what the robot does.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A filter of the unicycle for a target that tells nobody its inputs: a circle filter beside it supplies them.
+"""Estimates a target, a unicycle with unknown inputs v [m/s], omega [rad/s]: a circle filter reads them off its path.
 
     detection --> circle filter (`CircleFilter`)    its first curve starts the filter: place, tangent as the heading
               |     v = +-speed, omega = speed curvature    of the curve, after this detection

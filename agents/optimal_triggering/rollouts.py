@@ -1,4 +1,4 @@
-"""What a policy costs: many runs of the loop at once, each with its own noise, and the mean with its interval.
+"""Simulates many runs of the loop under one policy, each with its own noise; returns the mean cost and its interval.
 
 In each run R1 measures y^ = x + nu, computes u, holds it for tau = policy(y^), and again. e_omega is linear between
 independent uniform values 0.1 s apart, held for `HOLD_S` at its value in the middle; it goes on through looks. The last

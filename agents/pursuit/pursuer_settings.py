@@ -14,7 +14,7 @@ from agents.pursuit.zones import Zones
 
 @dataclass(frozen=True)
 class ChaseSettings:
-    """What every pursuer has, whatever it moves by. Times are on the local clock."""
+    """The parameters that robots on wheels, in the air and of (3.1) have in common. Times are on the local clock."""
 
     radius_m: float = 2.3                       # R, range of the medium `view`
     no_moving_m: float = 1.15                   # eta

@@ -26,7 +26,7 @@ HEADING_RAD2 = 0.7 ** 2         # variance of the heading when a filter starts, 
 
 
 class Known(NamedTuple):
-    """What a robot knows of its target and its sensor."""
+    """Limits of the target's motion and variances of the sensor, from which a pursuing robot builds its filter."""
 
     window: int                 # Gamma, number of detections in the circle filter
     rho_m: float

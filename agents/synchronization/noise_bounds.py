@@ -1,4 +1,4 @@
-"""What measurement noise does to the outputs of a synchronizing team: bounds and exact figures.
+"""Bounds the outputs of a team whose robots measure with noise, in L2 and in their greatest value.
 
 With noise a broadcast sets e_i to the error n_i of the broadcast value: e_i+ = n_i, |n_i| <= b_i; without observers n_i
 is the noise, with them e_o,i. The loop is then L2-stable with bias (Definition 10). Printed, with (6.20) and (4.41):

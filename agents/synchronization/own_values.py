@@ -1,4 +1,5 @@
-"""What a robot broadcasts in its slot: measured outputs; with an observer observed ones; with models its state.
+"""Computes the values that a robot broadcasts in its slot: its outputs as measured, as its observer estimates them, or,
+if the others run its model, the estimated state and the sum of its neighbours' outputs.
 
     y -> + noise -> observer -> C xh, or (xh, s) of `model_hold`
 """

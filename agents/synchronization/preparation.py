@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from agents.radio_topology import topology_of
+from agents.radio_topology import NoSharedRadio, shared_radio, topology_of
 from agents.synchronization.check import problems
 from agents.synchronization.discovery_frame import MAX_NODES, frame_bytes
 from agents.synchronization.graph import Floats, laplacian
@@ -44,20 +44,12 @@ def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
     """Yield every reason why these robots cannot synchronize over their medium."""
     try:
         team = read_team(scenario.team)
+        medium = shared_radio(scenario, team.names, "every robot has to know every other's model")
     except TeamError as error:
         yield from error.problems
         return
-    if sorted(team.names) != sorted(scenario.agents):
-        yield (f"team.models: {team.names}: expected exactly the agents of the scenario, {sorted(scenario.agents)}: "
-               "every robot has to know every other's model")
-        return
-    media = {medium for agent in scenario.agents.values() for medium in agent.media}
-    if len(media) != 1 or any(len(agent.media) != 1 for agent in scenario.agents.values()):
-        yield f"media: {sorted(media)}: expected all robots on one and the same medium"
-        return
-    medium = scenario.media[media.pop()]
-    if medium.settings.radio() is None:
-        yield "media: synchronization by broadcasts needs a broadcast_radio"
+    except NoSharedRadio as error:
+        yield str(error)
         return
     if team.topology == "discovered" and len(team.names) > MAX_NODES:
         yield f"team.models: {len(team.names)} robots: a discovery frame names at most {MAX_NODES}"

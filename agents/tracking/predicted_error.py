@@ -12,7 +12,7 @@ the small-gain condition holds for every tau. Without noise and e_omega e stays 
 model is good is a question of the error allowed, not of stability: tau_i is the longest with |e| <= `tolerance`.
 
 Differs from the dissertation: it holds x^ constant (4.9), so that e' = -x' and the gain of the whole loop bounds tau.
-Not modelled: wheels that do not follow the command; e_omega beyond w, announced by nobody.
+Not modelled: wheels that do not follow the command; an e_omega above w, which neither robot could notice.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.radio_topology import topology_of
+from agents.radio_topology import NoSharedRadio, shared_radio, topology_of
 from agents.synchronization.graph import Edge, distances, laplacian
 from agents.synchronization.late_values import AddedDelay, added_delays, constructed
 from agents.synchronization.team import TeamError
@@ -40,20 +40,12 @@ def check(scenario: ScenarioView, own: Own[Any]) -> Iterator[str]:
     """Yield every reason why these robots do not agree, or why it is not known that they do."""
     try:
         team = read_wave_team(scenario.team)
+        medium = shared_radio(scenario, team.names, "slots and lines are those of all robots")
     except TeamError as error:
         yield from error.problems
         return
-    if sorted(team.names) != sorted(scenario.agents):
-        yield (f"team.models: {team.names}: expected exactly the agents of the scenario, {sorted(scenario.agents)}: "
-               "slots and lines are those of all robots")
-        return
-    media = {medium for agent in scenario.agents.values() for medium in agent.media}
-    if len(media) != 1 or any(len(agent.media) != 1 for agent in scenario.agents.values()):
-        yield f"media: {sorted(media)}: expected all robots on one and the same medium"
-        return
-    medium = scenario.media[media.pop()]
-    if medium.settings.radio() is None:
-        yield f"media.{medium.name}: robots that share slots need a broadcast_radio"
+    except NoSharedRadio as error:
+        yield str(error)
         return
     problems = [*_graph_problems(team), *_radio_problems(team, scenario, medium)]
     if team.waves:

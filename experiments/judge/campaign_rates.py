@@ -38,14 +38,14 @@ class Rate:
 
     @property
     def showing(self) -> Showing | None:
-        """What the runs show of the share that is expected, None if every run is expected to keep the bound."""
+        """Whether the runs show or refute the expected share; None if every run is expected to keep the bound."""
         low, high = self.estimate.low, self.estimate.high
         if self.share is None or low is None or high is None:       # an exact interval has both ends
             return None
         return Showing.SHOWN if low >= self.share else Showing.REFUTED if high < self.share else Showing.UNDECIDED
 
     def in_words(self) -> str:
-        """What the runs show of the share, with the remedy if they are too few; "" without a share."""
+        """Return the expected share, the verdict and how many runs decide, for the table; "" without a share."""
         if self.share is None or self.showing is None:
             return ""
         asked = f"at least {100 * self.share:.4g} %: {self.showing.value}"

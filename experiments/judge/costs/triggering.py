@@ -53,7 +53,7 @@ class Triggering:
         sent = transmissions(data.ledger)
         wanted = [k for k, (on, by) in enumerate(sent.source.names) if matching(medium, [on]) and matching(node, [by])]
         if not wanted:
-            raise NotAccrued(f"nobody sent a frame on {self.on!r}")
+            raise NotAccrued(f"no node that matches on={self.on!r} put a frame on the air")
         at = np.sort(sent.on_air_ns[np.isin(sent.source.codes, wanted)])
         at = at[at < data.length_ns]
         counted = curves.steps(np.r_[np.int64(0), at], self.per_frame * np.arange(at.size + 1.0), float(data.length_ns))

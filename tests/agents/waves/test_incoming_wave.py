@@ -1,4 +1,4 @@
-"""What a line owes, against the definition computed from all frames."""
+"""The energy that a line still owes, as the receiver keeps it, equals the sum over all frames sent and used."""
 
 from __future__ import annotations
 
