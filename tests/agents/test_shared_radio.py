@@ -1,4 +1,4 @@
-"""Teams that share the slots of one radio are refused if not all robots are on it, or they are not those of the table."""
+"""Teams that share the slots of one radio are refused if some robot is not on it, or not in the team table."""
 
 from __future__ import annotations
 
