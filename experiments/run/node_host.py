@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +17,7 @@ from experiments.run.node_build import NodeSpecification, build_node
 from netem.node.outside_guard import OutsideGuard
 from netem.transport.diagnosis.under_way import UnderWay
 from netem.transport.hosts import Host, InlineHost
+from netem.transport.placement import Placement
 from netem.transport.process_host import ProcessHost
 from netem.transport.zenoh_session import ENTRANCES
 
@@ -35,11 +37,13 @@ def open_host(host: HostName, specifications: Mapping[str, NodeSpecification], a
     """
     if host == "inline":
         under_way = under_way or UnderWay(shared=False)
+        threads = any(specification.blocking for specification in specifications.values())
         return InlineHost({name: partial(build_node, specification, at_end, under_way, own_process=False)
                            for name, specification in specifications.items()},
                           None if real_time else OutsideGuard(ENTRANCES), under_way, timeout_s, waits,
                           lambda name, life: build_node(specifications[name], at_end, under_way, life,
-                                                        own_process=False))
+                                                        own_process=False),
+                          Placement(lambda: (os.getpid(),)) if threads else None)
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)

@@ -1,6 +1,9 @@
 """One thread of a blocking program: it runs only between `resume` and `suspend`.
 
-    node's thread: resume() --lock--> program's thread: runs until it waits, ends or fails --lock--> resume() returns
+    node's thread: resume() --eventfd--> program's thread: runs until it waits, ends or fails --lock--> resume() returns
+
+The node's thread lets the other one go by a system call, during which it gives up Python's global lock, so that the
+other thread finds it free. With a lock, that thread would wake up, wait for the global lock, and wake up again.
 
 Invariants:
 - either the node's thread or one thread of the program runs, never two, so their data needs no lock;
@@ -10,6 +13,7 @@ Invariants:
 from __future__ import annotations
 
 import ctypes
+import os
 import sys
 import traceback
 from _thread import allocate_lock, get_ident  # the real ones, whatever `library_time` puts into `threading`
@@ -55,8 +59,8 @@ class ProgramThread:
         self.failure: BaseException | None = None
         self._abandoned = False
         self._ident = 0
-        self._go, self._back = allocate_lock(), allocate_lock()
-        self._go.acquire()
+        self._go = os.eventfd(0, os.EFD_CLOEXEC)
+        self._back = allocate_lock()
         self._back.acquire()
 
     # --- in the node's thread
@@ -65,7 +69,7 @@ class ProgramThread:
         """Let the thread run until it waits or ends."""
         self.waiting = False
         STANDS_IN[get_ident()] = self._ident
-        self._go.release()
+        os.eventfd_write(self._go, 1)
         if not self._back.acquire(timeout=PATIENCE_S):
             self._show()
             while not self._back.acquire(timeout=PATIENCE_S):       # so that a watchdog can interrupt the wait
@@ -76,7 +80,7 @@ class ProgramThread:
         self._abandoned = True
         for _ in range(LAST_CALLS):
             if self.waiting:
-                self._go.release()
+                os.eventfd_write(self._go, 1)
             else:                       # it was computing when the run was broken off
                 ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._ident), ctypes.py_object(Abandoned))
             if not self._back.acquire(timeout=PATIENCE_S) or self.ended:
@@ -94,7 +98,7 @@ class ProgramThread:
     def live(self, function: Callable[[], object]) -> None:
         """Run `function` from the first resume to its end; the target of the OS thread."""
         self._ident = get_ident()
-        self._go.acquire()
+        os.eventfd_read(self._go)
         try:
             if not self._abandoned:
                 function()
@@ -104,12 +108,13 @@ class ProgramThread:
             self.failure = error
         finally:
             self.ended = True
+            os.close(self._go)
             self._back.release()
 
     def suspend(self) -> None:
         """Let the node's thread run; returns when the node resumes this one, and raises Abandoned if it has to end."""
         self.waiting = True
         self._back.release()
-        self._go.acquire()
+        os.eventfd_read(self._go)
         if self._abandoned:
             raise Abandoned

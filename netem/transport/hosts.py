@@ -9,12 +9,14 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from time import perf_counter
 from typing import Any, Protocol
 
 from netem.node.node import Node
 from netem.node.outside_guard import OutsideGuard
 from netem.node.turn import Turn
 from netem.transport.diagnosis.under_way import UnderWay
+from netem.transport.placement import Placement
 from netem.transport.watchdog import NodeHangs, Watchdog
 from netem.wire.credible import credible
 from netem.wire.errors import NodeFailure, is_interruption, programs_failed
@@ -54,13 +56,14 @@ class InlineHost:
 
     In virtual time `guard` watches the programs while they run. `under_way.words[0]` is the place in `build` of the
     node whose code runs, counted from 1. With a `timeout_s`, a `Watchdog` ends a run in which that code does not
-    return; after two seconds it calls `waiting` with the node's name and the seconds waited.
+    return; after two seconds it calls `waiting` with the node's name and the seconds waited. Nodes whose programs have
+    threads of their own get a `placement`.
     """
 
     def __init__(self, build: Mapping[str, Callable[[], Node]], guard: OutsideGuard | None = None,
                  under_way: UnderWay | None = None, timeout_s: float | None = None,
                  waiting: Callable[[Sequence[str], float], None] = lambda nodes, waited_s: None,
-                 build_again: Callable[[str, Life], Node] | None = None) -> None:
+                 build_again: Callable[[str, Life], Node] | None = None, placement: Placement | None = None) -> None:
         self._build = build
         self._build_again = build_again
         self._guard = guard or OutsideGuard()
@@ -69,6 +72,7 @@ class InlineHost:
         self._nodes: dict[str, Node] = {}
         self._places = {name: place for place, name in enumerate(build, 1)}
         self._running: Any = [0] if under_way is None else under_way.word_0(len(build))
+        self._placement = placement
         self._watchdog: Watchdog | None = None
         if under_way is not None and timeout_s is not None:
             self._watchdog = Watchdog(list(build), under_way, timeout_s, waiting, self._turn)
@@ -117,6 +121,7 @@ class InlineHost:
             self._returned()
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
+        began_s = perf_counter()
         reports = []
         failed: dict[str, tuple[str, str]] = {}
         guard, turn, running = self._guard, self._turn, self._running
@@ -145,6 +150,8 @@ class InlineHost:
             failure = programs_failed(failed)
             failure.counters = {name: self._nodes[name].counters() for name in failed}
             raise failure
+        if self._placement is not None:
+            self._placement.exchanged(len(grants), perf_counter() - began_s)
         return reports
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
@@ -162,6 +169,8 @@ class InlineHost:
         for node in self._nodes.values():
             node.close()
         self._nodes.clear()
+        if self._placement is not None:
+            self._placement.end()
 
     def _returned(self) -> None:
         self._running[0] = 0

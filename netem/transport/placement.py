@@ -4,8 +4,10 @@
                                      if it is the same one again: twice as long as before, up to MOST_HELD_WINDOWS
 
 If one node at a time has something to do, one core is faster: each message to another core waits until that core wakes
-up, and finds its caches cold. If many nodes work in parallel, or one works for long, all cores are. The choice depends
-on scenario, machine and its other load. It changes the speed alone: a node's offers do not depend on its core.
+up, and finds its caches cold. So does each change between the threads of blocking programs in one process. If many
+nodes work in parallel, or one works for long, all cores are. The choice depends on scenario, machine and its other
+load. It changes the speed alone: a node's offers do not depend on its core. The time between windows does not count, as
+in a run in real time it is mostly spent waiting.
 
 Not modelled: some nodes on one core and others elsewhere; groups of cores that share a cache.
 """
@@ -13,7 +15,6 @@ Not modelled: some nodes on one core and others elsewhere; groups of cores that 
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -30,26 +31,27 @@ WORTH_IT: Final = 0.97          # one core is chosen if it takes less than this 
 class Placement:
     """Moves the processes whose ids `processes` returns, this one included; the host calls `exchanged` every window.
 
-    `clock` returns seconds; `place(process, cores)` lets a process run on these cores only.
+    `place(process, cores)` lets a process run on these cores only.
     """
 
-    def __init__(self, processes: Callable[[], Iterable[int]], clock: Callable[[], float] = time.perf_counter,
-                 place: Callable[[int, set[int]], None] | None = None, cores: set[int] | None = None) -> None:
+    def __init__(self, processes: Callable[[], Iterable[int]], place: Callable[[int, set[int]], None] | None = None,
+                 cores: set[int] | None = None) -> None:
         self._processes = processes
-        self._clock = clock
         self._place = place or place_threads
         self._cores = _own_cores() if cores is None else cores
         self._left = SETTLE_WINDOWS if len(self._cores) > 1 else 0
         self._laps: list[float] = []        # seconds per grant of each trial so far, the first on one core
+        self._tries = False                 # a trial is going on
         self._grants = 0
-        self._began_s = 0.0
+        self._spent_s = 0.0
         self._held = 0
         self._decision: bool | None = None
         self.on_one_core = False
 
-    def exchanged(self, grants: int) -> None:
-        """Count a window with so many grants; at the end of a trial begin the next one, or decide."""
+    def exchanged(self, grants: int, spent_s: float) -> None:
+        """Count a window whose grants took `spent_s`; at the end of a trial begin the next one, or decide."""
         self._grants += grants
+        self._spent_s += spent_s
         self._left -= 1
         if self._left == 0:
             self._next()
@@ -60,21 +62,18 @@ class Placement:
         self._move(to_one=False)
 
     def _next(self) -> None:
-        now_s = self._clock()
-        if self._began_s:
-            self._laps.append((now_s - self._began_s) / max(1, self._grants))
+        if self._tries:
+            self._laps.append(self._spent_s / max(1, self._grants))
         if len(self._laps) == TRIALS:
             to_one = min(self._laps[::2]) < WORTH_IT * min(self._laps[1::2])
             self._held = min(2 * self._held, MOST_HELD_WINDOWS) if to_one is self._decision else HELD_WINDOWS
             self._decision = to_one
             self._laps.clear()
-            self._began_s = 0.0
-            self._left = self._held
+            self._tries, self._left = False, self._held
             self._move(to_one)
             return
         self._move(len(self._laps) % 2 == 0)
-        self._left, self._grants = TRIAL_WINDOWS, 0
-        self._began_s = self._clock()
+        self._tries, self._left, self._grants, self._spent_s = True, TRIAL_WINDOWS, 0, 0.0
 
     def _move(self, to_one: bool) -> None:
         if to_one == self.on_one_core:

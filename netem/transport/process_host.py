@@ -140,6 +140,7 @@ class ProcessHost:
         return self._session.endpoint, self._run
 
     def exchange(self, grants: Sequence[tuple[str, Grant]]) -> list[tuple[str, Report]]:
+        began_s = time.perf_counter()
         awaited = {name for name, _ in grants}
         self._expect(awaited)
         for name, grant in grants:
@@ -151,7 +152,7 @@ class ProcessHost:
             failure = programs_failed(failed)
             failure.counters = {name: reports[name].counters for name in failed}
             raise failure
-        self._placement.exchanged(len(grants))
+        self._placement.exchanged(len(grants), time.perf_counter() - began_s)
         return [(name, reports[name]) for name, _ in grants]
 
     def last_words(self, grants: Sequence[tuple[str, Grant]], within_s: float) -> list[tuple[str, Report]]:
