@@ -3,7 +3,8 @@
     python -m benchmarks.real_time [--repeat 3] [--drift-minutes 10]
 
 1. Lateness of a wait for an absolute instant: by the time-out of a selector, by `select`, and by `Timer`.
-2. Lateness of the deliveries of five robots, each a process, that send to one another and to a UDP gateway at 300 Hz.
+2. Lateness of the deliveries of five robots that send to one another and to a UDP gateway at 300 Hz: in one process,
+   and each a process of its own.
 3. One-way delay between two UDP sockets outside, over two gateways and a packet network with a delay of 5 ms; beside it
    the delay between two sockets of the loopback, and over `tc netem` in a network namespace if the kernel has it.
 
@@ -33,6 +34,7 @@ from typing import Final
 
 import numpy as np
 
+from experiments.run.node_host import HostName
 from experiments.run.runner import run
 from experiments.scenario import load
 from netem.gateways.real_time_process import in_real_time
@@ -40,6 +42,7 @@ from netem.gateways.timer import Timer
 
 MS: Final = 1_000_000
 ROBOTS, RATE_HZ, LENGTH_S = 5, 300, 10.0
+HOSTS: Final[tuple[HostName, ...]] = ("inline", "process")
 DELAY_MS, MESSAGES, EVERY_S = 5.0, 1_000, 0.005
 PROGRAM: Final = """
 from dataclasses import dataclass
@@ -143,7 +146,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                     if any("scheduling" in why for why in refused):
                         continue
                 _print(f"wait of 1.3 ms, {scheduling}, {name}", late_ns)
-        _team()
+        for host in HOSTS:
+            _team(host)
         _delay()
 
 
@@ -202,7 +206,7 @@ def _drift(length_s: float) -> None:
           f"{summary.wall_s:.4f} s; worst {np.max(late_s) * 1e3:.3f} ms")
 
 
-def _team() -> None:
+def _team(host: HostName) -> None:
     with tempfile.TemporaryDirectory() as place, Drain() as outside:
         folder = Path(place)
         (folder / "beacon.py").write_text(PROGRAM)
@@ -210,14 +214,15 @@ def _team() -> None:
         robots = "".join(f'[agents.r{k}]\nprogram = "beacon:Beacon"\nparameters = {{ period_ns = {period_ns}, '
                          f"offset_ns = {k * period_ns // ROBOTS} }}\n" for k in range(ROBOTS))
         (folder / "team.toml").write_text(TEAM.format(length_s=LENGTH_S, port=outside.port) + robots)
-        summary = run(load(folder / "team.toml"), out=folder / "run", report=False, real_time=True).summary
+        summary = run(load(folder / "team.toml"), host=host, out=folder / "run", report=False, real_time=True).summary
     found = summary.real_time or {}
     late = found["deliveries"]
     within = sum(count for upper_ns, count in late["histogram"] if upper_ns <= MS)
-    print(f"{ROBOTS} robots at {RATE_HZ} Hz: {late['events']} deliveries, {100 * within / late['events']:.2f} % within "
-          f"1 ms (to meet: 99 %); median {late['median_ns'] / MS:.3f}, 99 % {late['p99_ns'] / MS:.3f}, worst "
-          f"{late['worst_ns'] / MS:.3f} ms; instants: median {found['median_ns'] / MS:.3f}, 99 % "
-          f"{found['p99_ns'] / MS:.3f} ms; {summary.code.partition(':')[0]}, not allowed: {found['not_allowed']}")
+    print(f"{ROBOTS} robots at {RATE_HZ} Hz, {host}: {late['events']} deliveries, "
+          f"{100 * within / late['events']:.2f} % within 1 ms (to meet: 99 %); median {late['median_ns'] / MS:.3f}, "
+          f"99 % {late['p99_ns'] / MS:.3f}, worst {late['worst_ns'] / MS:.3f} ms; instants: median "
+          f"{found['median_ns'] / MS:.3f}, 99 % {found['p99_ns'] / MS:.3f} ms; {summary.code.partition(':')[0]}, "
+          f"not allowed: {found['not_allowed']}")
 
 
 class Drain:

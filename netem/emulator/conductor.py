@@ -263,11 +263,11 @@ class Conductor:
     def _wait(self, pace: Pace, next_ns: int) -> bool:
         """Wait until the wall clock reaches `next_ns`; True if the caller has to determine the next instant again.
 
-        A message that arrives while an instant is overdue does not delay it, as the message gets a later time.
+        A message enters when it arrived or, if the run has passed that instant, as early as it can.
         """
         reached, heard = pace.wait(next_ns)
-        for name, medium, data in heard:
-            time_ns = max(pace.now_ns(), self.reached_ns, self.agenda.now_ns)
+        for name, medium, data, at_ns in heard:
+            time_ns = max(at_ns, self.reached_ns, self.agenda.now_ns)
             self.agenda.at(time_ns, OFFER, name, partial(self.media[medium].offer, name, data, time_ns))
         if not reached:
             return True

@@ -4,7 +4,7 @@ A member of this kind is a `Gateway` with a settings class, and a line in the ta
 node: it sends on the medium the messages that it receives from outside, and sends outside the frames that reach it, at
 the pace of the wall clock. The run builds it as `Member(name, medium, settings, event=..., longest_bytes=...)`.
 
-The loop that waits for the wall clock (pace.py) calls `receive` whenever the descriptor `fileno()` can be read, and at
+The loop that waits for the wall clock (pace.py) calls `arrivals` whenever the descriptor `fileno()` can be read, and at
 the instant `due_ns()`. A gateway with several files gives the descriptor of a selector of its own; one that connects
 again after a while gives the instant of its next attempt.
 """
@@ -18,6 +18,14 @@ from typing import Any, ClassVar, Final, NamedTuple, Protocol
 from netem.gateways.allowance import Allowance
 from netem.wire.instants import NEVER_NS
 from netem.wire.level import Level
+
+
+class Arrival(NamedTuple):
+    """A message from outside, and when it arrived, by the clock of `time.monotonic_ns`."""
+
+    at_ns: int
+    data: bytes
+
 
 Tell = Callable[[str, str, Level], None]        # (kind, detail, level) of an event
 
@@ -121,12 +129,18 @@ class Gateway:
         raise NotImplementedError
 
     def due_ns(self) -> int:
-        """Return the instant of the wall clock at which `receive` is to be called though the descriptor is silent."""
+        """Return the instant of the wall clock at which `arrivals` is to be called though the descriptor is silent."""
         return NEVER_NS
 
     def receive(self, most: int) -> list[bytes]:
         """Return at most `most` of the messages that have arrived, oldest first; never block, never raise for bytes."""
         raise NotImplementedError
+
+    def arrivals(self, most: int) -> list[Arrival]:
+        """Do what `receive` does, and tell when each message arrived: now, unless the system knows better."""
+        found = self.receive(most)
+        now_ns = self._clock_ns()
+        return [Arrival(now_ns, data) for data in found]
 
     def send(self, data: bytes) -> None:
         """Send `data` outside; drop and count it if it cannot be sent now."""

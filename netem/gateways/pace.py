@@ -17,7 +17,7 @@ Lateness is measured on the wall clock, for two kinds of events:
 An event that is later than the limit is an overrun: the run goes on late and catches up, or `Overrun` is raised.
 
 Invariants:
-- a message from outside gets a virtual time at or after that of the wall clock;
+- a message from outside gets the virtual time that the wall clock had when it arrived;
 - gateways send every frame at or after its arrival in virtual time, in order.
 """
 
@@ -31,7 +31,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Final, NamedTuple
 
-from netem.gateways import Gateway
+from netem.gateways import Arrival, Gateway
 from netem.gateways.lateness import Lateness
 from netem.gateways.real_time_settings import RealTimeSettings
 from netem.gateways.time_watch import ASK_EVERY_NS, TimeWatch
@@ -61,6 +61,7 @@ class FromOutside(NamedTuple):
     gateway: str
     medium: str
     data: bytes
+    at_ns: int                  # virtual time of its arrival, which may be before the present
 
 
 class Waited(NamedTuple):
@@ -111,7 +112,7 @@ class Pace:
 
     def now_ns(self) -> int:
         """Return the virtual time that the wall clock has reached, rounded down."""
-        return (time.monotonic_ns() - self._began_ns) * self._virtual // self._wall
+        return self._virtual_ns(time.monotonic_ns())
 
     def due_ns(self, virtual_ns: int) -> int:
         """Return the instant of `time.monotonic_ns` at which the wall clock reaches `virtual_ns`."""
@@ -174,14 +175,19 @@ class Pace:
         now_ns = time.monotonic_ns()
         speaking = [gateway for name, gateway in sorted(self._by_name.items())
                     if name in found or gateway.due_ns() <= now_ns]
-        heard = [FromOutside(gateway.name, gateway.medium, data) for gateway in speaking
-                 for data in gateway.receive(most) if self._enters(gateway.name, data)]
+        heard = [FromOutside(gateway.name, gateway.medium, arrival.data, self._virtual_ns(arrival.at_ns))
+                 for gateway in speaking for arrival in gateway.arrivals(most) if self._enters(gateway.name, arrival)]
         return heard, bool(calls)
 
-    def _enters(self, gateway: str, data: bytes) -> bool:
+    def _enters(self, gateway: str, arrival: Arrival) -> bool:
         """Let the watch of the gateway see a message; return whether it goes on to the medium."""
         watch = self.watches.get(gateway)
-        return watch is None or watch.enters(data, self.now_ns(), self._clock_ns())
+        return watch is None or watch.enters(arrival.data, self._virtual_ns(arrival.at_ns),
+                                             arrival.at_ns - self._began_ns)
+
+    def _virtual_ns(self, wall_ns: int) -> int:
+        """Return the virtual time at the instant `wall_ns` of `time.monotonic_ns`, rounded down."""
+        return (wall_ns - self._began_ns) * self._virtual // self._wall
 
     def _clock_ns(self) -> int:
         """Return the time of the wall clock since the start of the run."""

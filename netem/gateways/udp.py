@@ -3,6 +3,9 @@
     datagram of a known peer --> medium         frame from the medium --> a datagram to each peer
     of a new address --only_from, room?--> a peer, which gets the stream from now on
 
+A datagram enters the medium at the instant at which the system took it in, of which the system keeps a time stamp
+(SO_TIMESTAMPNS, socket(7)), and not when the emulator, which may be asleep or busy, comes to read it.
+
 So a map and a script fly one vehicle. The configured `peer` gets the stream from the start and is never forgotten; any
 other is forgotten after `forget_after_ns` without a datagram from it. Peers come, are refused and are forgotten with an
 event each. A peer that sends more than `most_per_s` is told once, and what is beyond is dropped and counted.
@@ -13,13 +16,14 @@ Not modelled: messages longer than a datagram.
 from __future__ import annotations
 
 import socket
+import struct
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
-from netem.gateways import GONE, REFUSED, SPEAKS, Gateway, GatewaySettings, Tell, tell_nobody
+from netem.gateways import GONE, REFUSED, SPEAKS, Arrival, Gateway, GatewaySettings, Tell, tell_nobody
 from netem.gateways.addresses import Address, OnlyFrom, address_of, family_of, text_of, wrong_addresses
 from netem.gateways.allowance import Allowance
 from netem.wire.instants import NEVER_NS
@@ -27,6 +31,9 @@ from netem.wire.level import Level
 
 LARGEST_DATAGRAM: Final = 65_535
 READS_PER_MESSAGE: Final = 4        # datagrams read for each message wanted, as some may be refused
+STAMPED: Final = getattr(socket, "SO_TIMESTAMPNS", 35)      # since Python 3.14; asm-generic/socket.h
+_STAMP: Final = struct.Struct("@ll")                        # struct timespec, by CLOCK_REALTIME
+_STAMP_SPACE: Final = socket.CMSG_SPACE(_STAMP.size)
 MOST_TOLD: Final = 20               # refused addresses with an event each; further ones are only counted
 
 
@@ -87,6 +94,8 @@ class UdpGateway(Gateway):
             self._socket.setblocking(False)
             if self._socket.family == socket.AF_INET6:
                 self._socket.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+            with suppress(OSError):         # without time stamps a datagram arrives when it is read
+                self._socket.setsockopt(socket.SOL_SOCKET, STAMPED, 1)
             self._socket.bind(listen)
         except OSError as error:
             self._socket.close()
@@ -110,20 +119,24 @@ class UdpGateway(Gateway):
                    default=NEVER_NS)
 
     def receive(self, most: int) -> list[bytes]:
-        found: list[bytes] = []
+        return [data for _, data in self.arrivals(most)]
+
+    def arrivals(self, most: int) -> list[Arrival]:
+        found: list[Arrival] = []
         now_ns = self._clock_ns()
+        to_clock_ns = now_ns - time.time_ns()       # from the clock of the stamps; the system may set that clock
         self._forget(now_ns)
         for _ in range(READS_PER_MESSAGE * most):
             if len(found) == most:
                 break
             try:
-                data, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
+                data, notes, _, sender = self._socket.recvmsg(LARGEST_DATAGRAM, _STAMP_SPACE)
             except BlockingIOError:
                 break
             except OSError:                 # ICMP: nothing listens at a peer's port
                 continue
             if self._admit(sender, now_ns):
-                found.append(data)
+                found.append(Arrival(min(now_ns, _stamp_ns(notes, now_ns - to_clock_ns) + to_clock_ns), data))
         return found
 
     def send(self, data: bytes) -> None:
@@ -191,6 +204,15 @@ class UdpGateway(Gateway):
 
     def _allowance(self, now_ns: int) -> Allowance:
         return Allowance(self.settings.most_per_s, now_ns)
+
+
+def _stamp_ns(notes: Iterable[tuple[int, int, bytes]], otherwise_ns: int) -> int:
+    """Return the time stamp in the ancillary data of a datagram [ns], `otherwise_ns` if there is none."""
+    for level, kind, content in notes:
+        if level == socket.SOL_SOCKET and kind == STAMPED and len(content) == _STAMP.size:
+            seconds, nanoseconds = _STAMP.unpack(content)
+            return int(seconds * 1_000_000_000 + nanoseconds)
+    return otherwise_ns
 
 
 def cannot_listen(name: str, address: Address, error: OSError) -> OSError:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from netem.gateways import Gateway
+from netem.gateways import Arrival, Gateway
 from netem.gateways.lateness import OVERRUN_NS
 from netem.gateways.pace import MOST_AT_ONCE, SPIN_NS, FromOutside, Overrun, Pace, Waited
 from netem.gateways.real_time_process import in_real_time
@@ -72,6 +72,15 @@ class SlowGateway(PipeGateway):
         return []
 
 
+class StampingGateway(PipeGateway):
+    """The system tells when messages arrived: at `at_ns` of the monotonic clock."""
+
+    at_ns = 0
+
+    def arrivals(self, most: int) -> list[Arrival]:
+        return [Arrival(self.at_ns, data) for data in self.receive(most)]
+
+
 class DueGateway(PipeGateway):
     """Nothing ever comes in, but it asks to receive at an instant of the wall clock."""
 
@@ -105,8 +114,29 @@ def test_what_comes_in_ends_the_wait():
     pace.start()
     gateway.come_in(b"hello")
 
-    assert pace.wait(10**12) == Waited(False, [FromOutside("out", "line", b"hello")])
+    reached, [heard] = pace.wait(10**12)
+
+    assert not reached
+    assert heard == FromOutside("out", "line", b"hello", heard.at_ns)
+    assert 0 <= heard.at_ns <= pace.now_ns()
     assert pace.wait(pace.now_ns()) == Waited(True, [])
+    pace.close()
+
+
+@pytest.mark.parametrize("rate", [1.0, 0.5])
+def test_what_comes_in_gets_the_time_of_its_arrival_not_that_of_its_reading(rate):
+    gateway = StampingGateway()
+    pace = Pace([gateway], settings=RealTimeSettings(rate=rate))
+    pace.start()
+    time.sleep(0.01)
+    gateway.at_ns = time.monotonic_ns()
+    arrived_ns = pace.now_ns()
+    gateway.come_in(b"hello")
+    time.sleep(0.02)                            # the emulator is busy meanwhile
+
+    _, [heard] = pace.wait(10**12)
+
+    assert arrived_ns - MS < heard.at_ns <= arrived_ns
     pace.close()
 
 
@@ -117,7 +147,8 @@ def test_a_gateway_receives_at_the_instant_that_it_asks_for():
     gateway.at_ns = time.monotonic_ns() + 20 * MS
 
     assert pace.wait(5 * MS) == Waited(True, [])
-    assert pace.wait(10**12) == Waited(False, [FromOutside("out", "line", b"made by itself")])
+    reached, [heard] = pace.wait(10**12)
+    assert (reached, heard.data) == (False, b"made by itself")
     pace.close()
 
 

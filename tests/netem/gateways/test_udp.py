@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import select
 import socket
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 
 import pytest
 
 from netem.gateways import FLOODED, GONE, REFUSED, SPEAKS
-from netem.gateways.udp import MOST_TOLD, UdpGateway, UdpSettings
+from netem.gateways.udp import MOST_TOLD, STAMPED, UdpGateway, UdpSettings
 from netem.wire.instants import NEVER_NS
 
 HERE = ("127.0.0.1", 0)
@@ -233,6 +235,30 @@ def test_a_flood_of_addresses_leaves_a_bounded_number_of_events(client: Client, 
 
     assert heard.gateway.refused == 3 * MOST_TOLD
     assert heard.kinds.count(REFUSED) == MOST_TOLD
+
+
+def test_a_datagram_arrives_when_the_system_takes_it_in_not_when_it_is_read(client: Client) -> None:
+    gateway = UdpGateway("ground", "line", UdpSettings())
+    client().sendto(b"a", gateway.listening)
+    select.select([gateway], [], [], 2.0)
+    readable_ns = time.monotonic_ns()
+    time.sleep(0.05)                            # the emulator is busy meanwhile
+
+    [(at_ns, data)] = gateway.arrivals(10)
+
+    assert data == b"a"
+    assert at_ns <= readable_ns + 5_000_000     # less than the 50 ms; the system may adjust its clock a little
+    gateway.close()
+
+
+def test_without_time_stamps_a_datagram_arrives_when_it_is_read(client: Client, made: Callable[..., Heard]) -> None:
+    heard = made()
+    heard.gateway._socket.setsockopt(socket.SOL_SOCKET, STAMPED, 0)
+    client().sendto(b"a", heard.gateway.listening)
+    select.select([heard.gateway], [], [], 2.0)
+    heard.now_ns = 7 * S
+
+    assert heard.gateway.arrivals(10) == [(7 * S, b"a")]
 
 
 def test_an_address_that_is_taken_is_named_with_the_remedy(made: Callable[..., Heard]) -> None:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from netem.node.node import Node
+from netem.transport.hosts import InlineHost
 from netem.transport.placement import (
     HELD_WINDOWS,
     MOST_HELD_WINDOWS,
@@ -19,6 +22,7 @@ from netem.transport.placement import (
     Placement,
     place_threads,
 )
+from netem.wire.messages import Grant, Report
 
 CORES = {0, 1, 2}
 WINDOWS_TO_DECIDE = SETTLE_WINDOWS + TRIALS * TRIAL_WINDOWS
@@ -99,6 +103,33 @@ def test_all_processes_move_and_return_at_the_end() -> None:
     assert [process for process, _ in there] == [11, 12]
     assert all(len(cores) == 1 and cores <= CORES for _, cores in there)
     assert machine.moves == [(11, CORES), (12, CORES)]
+
+
+def test_an_inline_host_tells_the_time_that_its_nodes_took_but_not_the_time_between() -> None:
+    spent_s: list[float] = []
+
+    class Listening(Placement):
+        def exchanged(self, grants: int, spent: float) -> None:
+            assert grants == 1
+            spent_s.append(spent)
+
+    class Slow(Node):
+        def advance(self, grant: Grant) -> Report:
+            time.sleep(0.02)
+            return super().advance(grant)
+
+    host = InlineHost({"a": lambda: Slow("a", [])}, placement=Listening(list, lambda process, cores: None, CORES))
+    host.start()
+    host.exchange([("a", Grant(1, 1000, False, False, []))])
+    time.sleep(0.05)
+    began_s = time.perf_counter()
+    host.exchange([("a", Grant(2, 2000, False, False, []))])
+    took_s = time.perf_counter() - began_s
+    host.stop()
+
+    assert len(spent_s) == 2
+    assert all(spent >= 0.02 for spent in spent_s)
+    assert spent_s[1] <= took_s
 
 
 def test_a_machine_with_one_core_is_left_alone() -> None:
