@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from agents.synchronization.closed_loop import ClosedLoop, LinearAgent
 from agents.synchronization.delayed_loop import MOST_VALUES, DelayedLoop, Delays
 from agents.synchronization.graph import (
+from netem.wire.instants import in_ms
     Floats,
     edges,
     laplacian_problems,
@@ -52,14 +53,14 @@ def problems(agents: Sequence[LinearAgent], laplacian: Floats, *, slot_ns: int =
         found.append(f"A_cl is not Hurwitz (Assumption 6): it has the eigenvalue {_printed(worst)}; change the gains K "
                      f"or the links (Remark 13 says what suffices)")
     if 0 < slot_ns < airtime_ns:
-        found.append(f"a slot of {slot_ns} ns is shorter than its frames, {airtime_ns} ns: gamma gamma_e(tau) < 1 "
+        found.append(f"a slot of {in_ms(slot_ns)} is shorter than its frames, {in_ms(airtime_ns)}: gamma gamma_e(tau) < 1 "
                      f"(6.20) allows no longer slot; use a faster radio, shorter frames or smaller gains K")
     elif sure and worst.real < 0 and slot_ns > 0:
         delays = Delays(dict.fromkeys(edges(loop.laplacian), delay_ns), (delay_ns,) * len(loop.agents))
         exact = DelayedLoop(loop.agents, loop.laplacian, slot_ns, delays)
         radius = exact.spectral_radius()
         if radius is None or radius >= 1:
-            found.append(f"slots of {slot_ns} ns and a delay of {delay_ns} ns make the sampled loop unstable: "
+            found.append(f"slots of {in_ms(slot_ns)} and a delay of {in_ms(delay_ns)} make the sampled loop unstable: "
                          f"{judgement(radius)}; {stable_delay(exact)}")
     return found
 
@@ -75,12 +76,12 @@ def stable_delay(loop: DelayedLoop) -> str:
     longest_ns = loop.longest_stable_ns
     if longest_ns is None:
         return "it is unstable without delays too; use shorter slots"
-    words = f"it is stable up to {longest_ns} ns, {longest_ns / loop.slot_ns:.4g} slots"
+    words = f"it is stable up to {in_ms(longest_ns)}, {longest_ns / loop.slot_ns:.4g} slots"
     if (slot_ns := loop.stable_slot_ns) is not None:
-        return f"{words}, and with this delay if slots last {slot_ns} ns"
+        return f"{words}, and with this delay if slots last {in_ms(slot_ns)}"
     if not (tried_ns := loop.tried_slots_ns):
         return words
-    return f"{words}; with this delay no slot length tried is stable, {tried_ns[-1]} to {tried_ns[0]} ns"
+    return f"{words}; with this delay no slot length tried is stable, {in_ms(tried_ns[-1])} to {in_ms(tried_ns[0])}"
 
 
 def _printed(value: complex) -> str:

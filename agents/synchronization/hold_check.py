@@ -11,6 +11,7 @@ from agents.synchronization.observer import observer_gain
 from agents.synchronization.round_plan import RoundPlan
 from agents.synchronization.team import Team
 from netem.core.link_name import LinkName
+from netem.wire.instants import in_ms
 
 SCANNED = 32        # slot lengths that are tried for the remedy
 
@@ -33,14 +34,14 @@ def model_problems(team: Team, plan: RoundPlan) -> Iterator[str]:
     loop = ModelLoop(tuple(team.agents), plan.laplacian, plan.parts, poles, team.hold, team.hold_steps)
     step_ns = plan.slot_ns // team.hold_steps
     if team.data_delay_ns >= step_ns:
-        yield (f"team.hold_steps={team.hold_steps}: a frame comes {team.data_delay_ns} ns after its slot began: "
-               f"expected less than {step_ns} ns, the time between control instants; use fewer, or a faster radio")
+        yield (f"team.hold_steps={team.hold_steps}: a frame comes {in_ms(team.data_delay_ns)} after its slot began: "
+               f"expected less than {in_ms(step_ns)}, the time between control instants; use fewer, or a faster radio")
         return
     radius = loop.spectral_radius(plan.slot_ns, team.data_delay_ns)
     if team.sure and radius >= 1:
         longest_ns = slot_limit_ns(loop, max(1, plan.slot_ns // SCANNED), plan.slot_ns, team.data_delay_ns)
-        yield (f"slots of {plan.slot_ns} ns make the sampled loop unstable: the exact map of a round with models has "
-               f"the spectral radius {radius:.7g}, expected below 1; it is stable up to {longest_ns or 0} ns, or set "
+        yield (f"slots of {in_ms(plan.slot_ns)} make the sampled loop unstable: the exact map of a round with models has "
+               f"the spectral radius {radius:.7g}, expected below 1; it is stable up to {in_ms(longest_ns or 0)}, or set "
                "team.sure = false to run it all the same")
 
 
@@ -50,5 +51,5 @@ def late_for_models(team: Team, added: Mapping[LinkName, AddedDelay]) -> Iterato
         return
     late = {place: delay.most_ns for delay in added.values() for place in delay.places}
     for place, most_ns in late.items():
-        yield (f"{place}: a value may come {most_ns} ns late: the models bring a frame forward by airtime and receive "
+        yield (f"{place}: a value may come {in_ms(most_ns)} late: the models bring a frame forward by airtime and receive "
                "latency alone; leave the delay out, or set team.sure = false to run it all the same")

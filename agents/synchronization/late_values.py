@@ -39,6 +39,7 @@ from netem.impairments.construct import construct_impairment
 from netem.impairments.flow import Flow
 from netem.impairments.recordings import Recordings
 from netem.impairments.table import IMPAIRMENTS
+from netem.wire.instants import in_ms
 
 UNKNOWN: Final = -1
 
@@ -101,9 +102,9 @@ def late_values(team: Team, medium: str, plans: Mapping[str, RoundPlan],
         most_ns = max(delay.most_ns for delay in late.values())
         first = next(link for link in late if late[link].most_ns == most_ns)
         longest_ns = loop.longest_stable_ns or 0
-        sentence = (f"{_place(places, first, len(late))}: a value may come {team.data_delay_ns + most_ns} ns after its "
-                    f"slot began, {most_ns} ns of them by impairments: {judgement(radius)}, with slots of "
-                    f"{plan.slot_ns} ns for {name} and a sender that uses its own value {_own(team)}; "
+        sentence = (f"{_place(places, first, len(late))}: a value may come {in_ms(team.data_delay_ns + most_ns)} after its "
+                    f"slot began, {in_ms(most_ns)} of them by impairments: {judgement(radius)}, with slots of "
+                    f"{in_ms(plan.slot_ns)} for {name} and a sender that uses its own value {_own(team)}; "
                     f"{stable_delay(loop)}; shorten the delay{_later(team, medium, plan, added, longest_ns)}, or set "
                     "team.sure = false to run it all the same")
         if (places, most_ns) not in found or longest_ns < found[places, most_ns][0]:
@@ -166,9 +167,9 @@ def _longer_than_a_slot(team: Team, medium: str, plans: Mapping[str, RoundPlan],
             ("the delay varies", "nothing proves that the team synchronizes ((6.20) takes no delay, the exact loop a "
              "constant one)", "make the delay constant or shorter"))
         sentences[places, most_ns] = (
-            f"{_place(places, next(iter(links)), len(links))}: a value may come {team.data_delay_ns + most_ns} ns "
-            f"after its slot began, {most_ns} ns of them by impairments, and {which}: expected less than "
-            f"{plans[name].slot_ns} ns, the slot of {name}, or {why}; {remedy}, or set team.sure = false to run it all "
+            f"{_place(places, next(iter(links)), len(links))}: a value may come {in_ms(team.data_delay_ns + most_ns)} "
+            f"after its slot began, {in_ms(most_ns)} of them by impairments, and {which}: expected less than "
+            f"{in_ms(plans[name].slot_ns)}, the slot of {name}, or {why}; {remedy}, or set team.sure = false to run it all "
             "the same")
     return sentences
 
@@ -183,12 +184,12 @@ def _own(team: Team) -> str:
 
 
 def _later(team: Team, medium: str, plan: RoundPlan, added: Mapping[LinkName, AddedDelay], longest_ns: int) -> str:
-    """Return the other convention as a remedy, if the loop stands longer delays with it."""
-    late = msgspec.structs.replace(team, own_value="late")
-    late_ns = delayed_loop(late, medium, plan, added).longest_stable_ns or 0
-    if late_ns <= longest_ns:
-        return ""
-    return f', or set team.own_value = "late", with which it is stable up to {late_ns} ns'
+    """Return what the other convention of own values makes of the delay: a remedy, a longer limit, or nothing."""
+    loop = delayed_loop(msgspec.structs.replace(team, own_value="late"), medium, plan, added)
+    if loop.is_stable:
+        return ', or set team.own_value = "late", with which this delay is stable'
+    late_ns = loop.longest_stable_ns or 0
+    return f' (with team.own_value = "late" it is stable up to {in_ms(late_ns)})' if late_ns > longest_ns else ""
 
 
 def oldest_value_ns(team: Team, medium: str, graphs: Mapping[str, Floats],

@@ -31,6 +31,7 @@ from firmware_sim.scenario_view import MediumView, Own, ScenarioView
 from netem.core.link_name import LinkName
 from netem.impairments import Impairment
 from netem.impairments.flow import Flow
+from netem.wire.instants import in_ms
 
 MOST_COMPONENTS = 600       # of the state of a loop whose map is computed: about three seconds
 ALL_THE_SAME = "or set team.sure = false to run it all the same"
@@ -95,7 +96,7 @@ def _radio_problems(team: WaveTeam, scenario: ScenarioView, medium: MediumView) 
                f"ns; take at least {needed_ns * 1e-9:.9f}")
     offsets_ns = [agent.clock.offset_ns for agent in scenario.agents.values()]
     if max(offsets_ns) - min(offsets_ns) > 2 * team.guard_ns:
-        yield (f"agents: clocks are up to {max(offsets_ns) - min(offsets_ns)} ns apart at the start: expected at most "
+        yield (f"agents: clocks are up to {in_ms(max(offsets_ns) - min(offsets_ns))} apart at the start: expected at most "
                f"two guard times, team.guard_s={team.guard_s}, or frames overlap")
     topology = topology_of(scenario, medium)
     if topology.moves or topology.changes_ns(scenario.length_ns):
@@ -126,12 +127,12 @@ def _delay_problems(team: WaveTeam, scenario: ScenarioView, medium: MediumView) 
     if (loop := _loop(team, network)) is None:
         if team.waves:
             return              # passivity is enough
-        yield (f"the exact map of a round has more than {MOST_COMPONENTS} rows with delays of up to {longest_ns} ns, "
+        yield (f"the exact map of a round has more than {MOST_COMPONENTS} rows with delays of up to {in_ms(longest_ns)}, "
                f"for which it is not computed; shorten the delays, {ALL_THE_SAME}")
     elif loop.radius >= 1:
-        late = (f" and delays of up to {longest_ns} ns" if team.waves else
-                f", delays of up to {longest_ns} ns and own values used {team.own_value}")
-        yield (f"slots of {team.slot_ns} ns{late} make the loop unstable: the exact map of a round has the spectral "
+        late = (f" and delays of up to {in_ms(longest_ns)}" if team.waves else
+                f", delays of up to {in_ms(longest_ns)} and own values used {team.own_value}")
+        yield (f"slots of {in_ms(team.slot_ns)}{late} make the loop unstable: the exact map of a round has the spectral "
                f"radius {loop.radius:.7g}, expected below 1; "
                f"{_longest_stable(team, network)}; shorten the delays"
                f"{'' if team.waves else ', take waves'}, {ALL_THE_SAME}")
@@ -144,7 +145,7 @@ def _late_lines(team: WaveTeam, medium: MediumView, added: Mapping[LinkName, Add
         delay = added.get((medium.name, *link), AddedDelay())
         least_ns = most_ns - delay.most_ns + delay.least_ns
         if least_ns > team.use_after_ns:
-            yield (f"team.use_after_s={team.use_after_s}: a frame from {link[0]} to {link[1]} takes {least_ns} ns or "
+            yield (f"team.use_after_s={team.use_after_s}: a frame from {link[0]} to {link[1]} takes {in_ms(least_ns)} or "
                    "more, so that each of its waves comes after it is due; take more")
             return
 
@@ -189,7 +190,7 @@ def _longest_stable(team: WaveTeam, network: Network) -> str:
     while unstable_ns - stable_ns > 1:
         middle_ns = (stable_ns + unstable_ns) // 2
         stable_ns, unstable_ns = (middle_ns, unstable_ns) if is_stable(middle_ns) else (stable_ns, middle_ns)
-    return f"it is stable up to {stable_ns} ns, {stable_ns / network.slot_ns:.4g} slots"
+    return f"it is stable up to {in_ms(stable_ns)}, {stable_ns / network.slot_ns:.4g} slots"
 
 
 def _added(team: WaveTeam, scenario: ScenarioView, medium: MediumView) -> dict[LinkName, AddedDelay]:
