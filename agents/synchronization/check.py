@@ -13,13 +13,13 @@ from collections.abc import Sequence
 from agents.synchronization.closed_loop import ClosedLoop, LinearAgent
 from agents.synchronization.delayed_loop import MOST_VALUES, DelayedLoop, Delays
 from agents.synchronization.graph import (
-from netem.wire.instants import in_ms
     Floats,
     edges,
     laplacian_problems,
     one_way_links_without_cycle,
     unreachable_pairs,
 )
+from netem.wire.instants import in_ms
 
 
 def problems(agents: Sequence[LinearAgent], laplacian: Floats, *, slot_ns: int = 0, airtime_ns: int = 0,
@@ -53,8 +53,9 @@ def problems(agents: Sequence[LinearAgent], laplacian: Floats, *, slot_ns: int =
         found.append(f"A_cl is not Hurwitz (Assumption 6): it has the eigenvalue {_printed(worst)}; change the gains K "
                      f"or the links (Remark 13 says what suffices)")
     if 0 < slot_ns < airtime_ns:
-        found.append(f"a slot of {in_ms(slot_ns)} is shorter than its frames, {in_ms(airtime_ns)}: gamma gamma_e(tau) < 1 "
-                     f"(6.20) allows no longer slot; use a faster radio, shorter frames or smaller gains K")
+        found.append(f"a slot of {in_ms(slot_ns)} is shorter than its frames, {in_ms(airtime_ns)}: gamma "
+                     "gamma_e(tau) < 1 (6.20) allows no longer slot; use a faster radio, shorter frames or smaller "
+                     "gains K")
     elif sure and worst.real < 0 and slot_ns > 0:
         delays = Delays(dict.fromkeys(edges(loop.laplacian), delay_ns), (delay_ns,) * len(loop.agents))
         exact = DelayedLoop(loop.agents, loop.laplacian, slot_ns, delays)

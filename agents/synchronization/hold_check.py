@@ -40,9 +40,9 @@ def model_problems(team: Team, plan: RoundPlan) -> Iterator[str]:
     radius = loop.spectral_radius(plan.slot_ns, team.data_delay_ns)
     if team.sure and radius >= 1:
         longest_ns = slot_limit_ns(loop, max(1, plan.slot_ns // SCANNED), plan.slot_ns, team.data_delay_ns)
-        yield (f"slots of {in_ms(plan.slot_ns)} make the sampled loop unstable: the exact map of a round with models has "
-               f"the spectral radius {radius:.7g}, expected below 1; it is stable up to {in_ms(longest_ns or 0)}, or set "
-               "team.sure = false to run it all the same")
+        yield (f"slots of {in_ms(plan.slot_ns)} make the sampled loop unstable: the exact map of a round with models "
+               f"has the spectral radius {radius:.7g}, expected below 1; it is stable up to {in_ms(longest_ns or 0)}, "
+               "or set team.sure = false to run it all the same")
 
 
 def late_for_models(team: Team, added: Mapping[LinkName, AddedDelay]) -> Iterator[str]:
@@ -51,5 +51,5 @@ def late_for_models(team: Team, added: Mapping[LinkName, AddedDelay]) -> Iterato
         return
     late = {place: delay.most_ns for delay in added.values() for place in delay.places}
     for place, most_ns in late.items():
-        yield (f"{place}: a value may come {in_ms(most_ns)} late: the models bring a frame forward by airtime and receive "
-               "latency alone; leave the delay out, or set team.sure = false to run it all the same")
+        yield (f"{place}: a value may come {in_ms(most_ns)} late: the models bring a frame forward by airtime and "
+               "receive latency alone; leave the delay out, or set team.sure = false to run it all the same")

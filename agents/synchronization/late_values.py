@@ -102,8 +102,8 @@ def late_values(team: Team, medium: str, plans: Mapping[str, RoundPlan],
         most_ns = max(delay.most_ns for delay in late.values())
         first = next(link for link in late if late[link].most_ns == most_ns)
         longest_ns = loop.longest_stable_ns or 0
-        sentence = (f"{_place(places, first, len(late))}: a value may come {in_ms(team.data_delay_ns + most_ns)} after its "
-                    f"slot began, {in_ms(most_ns)} of them by impairments: {judgement(radius)}, with slots of "
+        sentence = (f"{_place(places, first, len(late))}: a value may come {in_ms(team.data_delay_ns + most_ns)} after "
+                    f"its slot began, {in_ms(most_ns)} of them by impairments: {judgement(radius)}, with slots of "
                     f"{in_ms(plan.slot_ns)} for {name} and a sender that uses its own value {_own(team)}; "
                     f"{stable_delay(loop)}; shorten the delay{_later(team, medium, plan, added, longest_ns)}, or set "
                     "team.sure = false to run it all the same")
@@ -169,8 +169,8 @@ def _longer_than_a_slot(team: Team, medium: str, plans: Mapping[str, RoundPlan],
         sentences[places, most_ns] = (
             f"{_place(places, next(iter(links)), len(links))}: a value may come {in_ms(team.data_delay_ns + most_ns)} "
             f"after its slot began, {in_ms(most_ns)} of them by impairments, and {which}: expected less than "
-            f"{in_ms(plans[name].slot_ns)}, the slot of {name}, or {why}; {remedy}, or set team.sure = false to run it all "
-            "the same")
+            f"{in_ms(plans[name].slot_ns)}, the slot of {name}, or {why}; {remedy}, or set team.sure = false to run it "
+            "all the same")
     return sentences
 
 

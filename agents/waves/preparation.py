@@ -96,8 +96,8 @@ def _radio_problems(team: WaveTeam, scenario: ScenarioView, medium: MediumView) 
                f"ns; take at least {needed_ns * 1e-9:.9f}")
     offsets_ns = [agent.clock.offset_ns for agent in scenario.agents.values()]
     if max(offsets_ns) - min(offsets_ns) > 2 * team.guard_ns:
-        yield (f"agents: clocks are up to {in_ms(max(offsets_ns) - min(offsets_ns))} apart at the start: expected at most "
-               f"two guard times, team.guard_s={team.guard_s}, or frames overlap")
+        yield (f"agents: clocks are up to {in_ms(max(offsets_ns) - min(offsets_ns))} apart at the start: expected "
+               f"at most two guard times, team.guard_s={team.guard_s}, or frames overlap")
     topology = topology_of(scenario, medium)
     if topology.moves or topology.changes_ns(scenario.length_ns):
         return
@@ -127,13 +127,13 @@ def _delay_problems(team: WaveTeam, scenario: ScenarioView, medium: MediumView) 
     if (loop := _loop(team, network)) is None:
         if team.waves:
             return              # passivity is enough
-        yield (f"the exact map of a round has more than {MOST_COMPONENTS} rows with delays of up to {in_ms(longest_ns)}, "
-               f"for which it is not computed; shorten the delays, {ALL_THE_SAME}")
+        yield (f"the exact map of a round has more than {MOST_COMPONENTS} rows with delays of up to {in_ms(longest_ns)}"
+               f", for which it is not computed; shorten the delays, {ALL_THE_SAME}")
     elif loop.radius >= 1:
         late = (f" and delays of up to {in_ms(longest_ns)}" if team.waves else
                 f", delays of up to {in_ms(longest_ns)} and own values used {team.own_value}")
-        yield (f"slots of {in_ms(team.slot_ns)}{late} make the loop unstable: the exact map of a round has the spectral "
-               f"radius {loop.radius:.7g}, expected below 1; "
+        yield (f"slots of {in_ms(team.slot_ns)}{late} make the loop unstable: the exact map of a round has the "
+               f"spectral radius {loop.radius:.7g}, expected below 1; "
                f"{_longest_stable(team, network)}; shorten the delays"
                f"{'' if team.waves else ', take waves'}, {ALL_THE_SAME}")
 
@@ -145,8 +145,8 @@ def _late_lines(team: WaveTeam, medium: MediumView, added: Mapping[LinkName, Add
         delay = added.get((medium.name, *link), AddedDelay())
         least_ns = most_ns - delay.most_ns + delay.least_ns
         if least_ns > team.use_after_ns:
-            yield (f"team.use_after_s={team.use_after_s}: a frame from {link[0]} to {link[1]} takes {in_ms(least_ns)} or "
-                   "more, so that each of its waves comes after it is due; take more")
+            yield (f"team.use_after_s={team.use_after_s}: a frame from {link[0]} to {link[1]} takes {in_ms(least_ns)} "
+                   "or more, so that each of its waves comes after it is due; take more")
             return
 
 

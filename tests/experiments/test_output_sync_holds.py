@@ -152,17 +152,17 @@ def test_slots_above_the_limit_of_held_values_work_with_models_and_fail_without(
     ("output_sync_observers", "agents_defaults.parameters={noise='pink'}",
      'noise="pink": expected one of uniform, gaussian'),
     ("output_sync_model_holds", "team.slot_us=29000", "spectral radius 1.00651, expected below 1; it is stable up to "
-     "28155968 ns"),
+     "28.155968 ms"),
     ("output_sync_model_holds", "team.slot_us=0", 'team.hold="sender": (6.20) gives slots for values that are held'),
     ("output_sync_model_holds", "team.models.r2.observer_poles=[]", "write observer_poles for r2"),
     ("output_sync_model_holds", "team.hold_steps=0", "team.hold_steps=0: expected 1 to 1000"),
     ("output_sync_model_holds", 'team.own_value="late"', 'leave own_value = "late" out'),
     ("output_sync_model_holds", 'team.topology="discovered"', 'set topology = "told" with one request'),
     ("output_sync_model_holds", "impairments=[{on='radio: r2 -> r1', kind='delay', delay_ms=1}]",
-     "impairments[0]: a value may come 1000000 ns late: the models bring a frame forward by airtime and receive "
+     "impairments[0]: a value may come 1 ms late: the models bring a frame forward by airtime and receive "
      "latency alone"),
     ("output_sync_model_holds", "media.radio.receive_latency_us=6000",
-     "team.hold_steps=4: a frame comes 6000000 ns after its slot began: expected less than 5000000 ns"),
+     "team.hold_steps=4: a frame comes 6 ms after its slot began: expected less than 5 ms"),
     ("output_sync_observers", 'agents.r1={firmware="synchronizing_robot"}',
      "the firmware synchronizing_robot has neither observers nor models"),
 ])

@@ -63,7 +63,7 @@ def test_a_slot_shorter_than_its_frames_is_named_with_both_numbers(five_agents, 
     found = problems(five_agents, l1, slot_ns=1_000_000, airtime_ns=1_000_001)
 
     assert len(found) == 1
-    assert found[0].startswith("a slot of 1000000 ns is shorter than its frames, 1000001 ns")
+    assert found[0].startswith("a slot of 1 ms is shorter than its frames, 1.000001 ms")
     assert "(6.20)" in found[0]
 
 

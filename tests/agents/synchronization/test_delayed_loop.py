@@ -145,5 +145,5 @@ def test_a_delay_may_need_shorter_slots_and_for_a_longer_one_none_is_short_enoug
     assert delayed(five_agents, l1, 542_413, 17_000_000).is_stable
     assert not delayed(five_agents, l1, 1_084_826 // 16, 20_000_000).is_stable       # shorter than any that is tried
     assert hopeless.stable_slot_ns is None
-    assert stable_delay(loop).endswith("and with this delay if slots last 542413 ns")
-    assert stable_delay(hopeless).endswith("with this delay no slot length tried is stable, 135603 to 4339304 ns")
+    assert stable_delay(loop).endswith("and with this delay if slots last 0.542413 ms")
+    assert stable_delay(hopeless).endswith("with this delay no slot length tried is stable, 0.135603 ms to 4.339304 ms")

@@ -79,9 +79,9 @@ def status(maps, rate_per_s, P):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Solution may be inaccurate")        # so near to the best rate
-def test_a_semidefinite_program_finds_the_certified_rate_and_none_that_is_5_percent_faster(common):
+def test_a_semidefinite_program_finds_the_certified_rate_and_none_that_is_3_percent_faster(common):
     assert status(common.maps, common.rate_per_s, common.P) == "optimal"
-    assert status(common.maps, 1.05 * common.rate_per_s, common.P) in ("infeasible", "infeasible_inaccurate")
+    assert status(common.maps, 1.03 * common.rate_per_s, common.P) in ("infeasible", "infeasible_inaccurate")
 
 
 def test_a_semidefinite_program_confirms_that_eighth_turns_have_no_common_function():

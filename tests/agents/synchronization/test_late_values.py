@@ -15,6 +15,7 @@ from agents.synchronization.team import read_team
 from experiments.judge.run_data import load_run
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, find, load
+from netem.wire.instants import in_ms
 from netem.wire.level import Level
 
 CASES = Path(__file__).parents[2] / "cases" / "delay_without_proof"
@@ -48,10 +49,11 @@ def test_a_delay_that_breaks_the_proof_is_refused_in_one_line_with_its_numbers(c
         load(CASES / f"{case}.toml")
 
     line, = error.value.problems
-    assert line.startswith(f"{case}.toml: impairments[0]: radio: r2 -> r1 and 5 more: a value may come {delay_ns} ns "
-                           f"after its slot began, {delay_ns} ns of them by impairments: the exact map of a round has "
-                           f"the spectral radius {radius}, expected below 1, with slots of {L2_NS} ns for "
-                           "team.requests[1] and a sender that uses its own value at once; it is stable up to ")
+    assert line.startswith(f"{case}.toml: impairments[0]: radio: r2 -> r1 and 5 more: a value may come "
+                           f"{in_ms(delay_ns)} after its slot began, {in_ms(delay_ns)} of them by impairments: the "
+                           f"exact map of a round has the spectral radius {radius}, expected below 1, with slots of "
+                           f"{in_ms(L2_NS)} for team.requests[1] and a sender that uses its own value at once; "
+                           "it is stable up to ")
     assert ", or set team.sure = false to run it all the same" in line
 
 
@@ -68,7 +70,7 @@ def test_a_constant_delay_is_accepted_up_to_the_longest_with_which_the_exact_loo
     """L2 is the first of both graphs to become unstable: after 3.3 slots, or 16.5 if its own value is late as well."""
     own, delays = [f"team.own_value='{own_value}'"], on("* -> *", "kind='delay', delay_ns={}")
     line, = refusal(TOLD, delays.format(30_000_000), more=own)
-    longest_ns = int(line.split("it is stable up to ")[1].split()[0])
+    longest_ns = round(float(line.split("it is stable up to ")[1].split()[0]) * 1e6)
 
     assert scenario(TOLD, delays.format(longest_ns), more=own)
     assert "has the spectral radius 1, expected" in refusal(TOLD, delays.format(longest_ns + 1), more=own)[0]
@@ -82,16 +84,23 @@ def test_a_constant_delay_is_accepted_up_to_the_longest_with_which_the_exact_loo
 
 def test_the_remedy_names_the_other_convention_with_its_longest_delay_if_it_is_longer():
     line, = refusal(TOLD, on("* -> *", "kind='delay', delay_ms=5"))
-    assert ', or set team.own_value = "late", with which it is stable up to 5000000 ns, or set team.sure' in line
+    assert ', or set team.own_value = "late", with which this delay is stable, or set team.sure' in line
     assert scenario(TOLD, on("* -> *", "kind='delay', delay_ms=5"), more=["team.own_value='late'"])
     line, = refusal(TOLD, on("* -> *", "kind='delay', delay_ms=30"), more=["team.own_value='late'"])
     assert "own_value" not in line
 
 
+@pytest.mark.parametrize("delay_ms", [15, 30])
+def test_the_other_convention_is_no_remedy_for_a_delay_that_it_does_not_stand(delay_ms):
+    line, = refusal(TOLD, on("* -> *", f"kind='delay', delay_ms={delay_ms}"))
+
+    assert '; shorten the delay (with team.own_value = "late" it is stable up to 14.317618 ms), or set ' in line
+
+
 def test_a_delay_too_long_for_the_exact_map_is_refused_and_told_what_is_stable():
     line, = refusal(TOLD, on("* -> *", "kind='delay', delay_ms=5_000"))
     assert "the exact map of a round has more than 600 rows, for which it is not computed" in line
-    assert re.search(r"it is stable up to 28\d\d\d\d\d ns, 3.3\d* slots", line)
+    assert re.search(r"it is stable up to 2\.8\d+ ms, 3.3\d* slots", line)
 
 
 def test_a_radio_whose_receivers_are_late_is_judged_by_the_same_map(tmp_path):
@@ -101,8 +110,8 @@ def test_a_radio_whose_receivers_are_late_is_judged_by_the_same_map(tmp_path):
     run(scenario(TOLD, more=[late.format(5000), "team.sure=false"]), host="inline", out=tmp_path, report=False)
     assert not load_run(tmp_path).events
     assert scenario(TOLD, more=[late.format(5000)])
-    with pytest.raises(ScenarioError, match=r"slots of 870203 ns and a delay of 20000000 ns make the sampled loop un"
-                                            r"stable: .* radius 1\.000222, expected below 1; it is stable up to 14317"):
+    with pytest.raises(ScenarioError, match=r"slots of 0.870203 ms and a delay of 20 ms make the sampled loop unst"
+                                            r"able: .* radius 1\.000222, expected below 1; it is stable up to 14.3"):
         scenario(TOLD, more=[late.format(20_000)])
 
 
@@ -111,8 +120,9 @@ def test_the_first_refused_delay_that_varies_is_that_of_the_shortest_slot_that_n
     in_both, in_l1_alone, in_none = (on(link, varies) for link in ("r3 -> r5", "r2 -> r4", "r3 -> r1"))
 
     assert scenario(TOLD, in_both.format(L2_NS - 1), in_l1_alone.format(L1_NS - 1), in_none.format(10**9))
-    assert f"may come {L2_NS} ns after" in refusal(TOLD, in_both.format(L2_NS))[0]
-    assert f"expected less than {L1_NS} ns, the slot of team.requests[0]" in refusal(TOLD, in_l1_alone.format(L1_NS))[0]
+    assert f"may come {in_ms(L2_NS)} after" in refusal(TOLD, in_both.format(L2_NS))[0]
+    assert f"expected less than {in_ms(L1_NS)}, the slot of team.requests[0]" in refusal(
+        TOLD, in_l1_alone.format(L1_NS))[0]
 
 
 def test_where_the_topology_is_discovered_airtime_counts_too():
@@ -121,7 +131,8 @@ def test_where_the_topology_is_discovered_airtime_counts_too():
 
     assert scenario(DISCOVERED, link.format(highest_ns))
     line, = refusal(DISCOVERED, link.format(highest_ns + 1))
-    assert f"come {DISCOVERED_L1_NS} ns after its slot began, {DISCOVERED_L1_NS - AIRTIME_NS} ns of them by imp" in line
+    assert (f"come {in_ms(DISCOVERED_L1_NS)} after its slot began, {in_ms(DISCOVERED_L1_NS - AIRTIME_NS)} of them by "
+            in line)
 
 
 @pytest.mark.parametrize(("duration_s", "graphs"), [(0.4, 1), (0.8, 2)])
@@ -137,8 +148,8 @@ def test_a_delay_of_a_slot_is_refused_where_a_discovered_graph_changes(duration_
         problems = error.problems
 
     assert len(problems) == graphs - 1
-    assert all(f"a value may come {2_000_000 + AIRTIME_NS} ns after its slot began, 2000000 ns of them by impairments, "
-               "and the graph changes in the run: expected less than 870000 ns" in problem for problem in problems)
+    assert all(f"a value may come {in_ms(2_000_000 + AIRTIME_NS)} after its slot began, 2 ms of them by impairments, "
+               "and the graph changes in the run: expected less than 0.87 ms" in problem for problem in problems)
 
 
 @pytest.mark.parametrize(("keys", "most_ns"), [
@@ -157,7 +168,7 @@ def test_a_delay_of_a_slot_is_refused_where_a_discovered_graph_changes(duration_
 def test_the_greatest_delay_of_each_kind_is_told(keys, most_ns):
     line, = refusal(TOLD, on("r3 -> r5", keys))
 
-    assert f", {most_ns} ns of them by impairments" in line
+    assert f", {in_ms(most_ns)} of them by impairments" in line
 
 
 def test_a_recording_counts_with_its_longest_delay(tmp_path):
@@ -165,7 +176,7 @@ def test_a_recording_counts_with_its_longest_delay(tmp_path):
 
     line, = refusal(TOLD, on("r3 -> r5", f"kind='trace', file='{tmp_path / 'slow.csv'}'"))
 
-    assert ", 900000 ns of them by impairments" in line
+    assert ", 0.9 ms of them by impairments" in line
 
 
 def test_delays_of_one_link_add_up_and_twins_share_a_queue():
@@ -175,7 +186,7 @@ def test_delays_of_one_link_add_up_and_twins_share_a_queue():
 
     assert scenario(TOLD, slow, held)
     line, = refusal(TOLD, twice, slow, held)
-    assert "impairments[0] and impairments[1] and impairments[2]: radio: r3 -> r5: a value may come 1200000 ns" in line
+    assert "impairments[0] and impairments[1] and impairments[2]: radio: r3 -> r5: a value may come 1.2 ms" in line
 
 
 def test_a_queue_that_all_share_holds_the_frames_of_all():
@@ -183,7 +194,7 @@ def test_a_queue_that_all_share_holds_the_frames_of_all():
 
     assert scenario(TOLD, on("* -> *", slow), held)
     line, = refusal(TOLD, on("* -> *", f"{slow}, shared=true"), held)
-    assert f"a value may come {5 * 169_697 + 100_000} ns" in line          # 112 bits of each of five robots
+    assert f"a value may come {in_ms(5 * 169_697 + 100_000)}" in line          # 112 bits of each of five robots
 
 
 @pytest.mark.parametrize("keys", [
@@ -217,6 +228,7 @@ from typing import ClassVar
 
 from msgspec.structs import replace
 from netem.core.fate import Fate
+from netem.wire.instants import in_ms
 
 
 @dataclass

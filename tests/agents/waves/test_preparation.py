@@ -7,6 +7,7 @@ import re
 import pytest
 
 from experiments.scenario import ScenarioError, find, load
+from netem.wire.instants import in_ms
 
 WAVES, OUTPUTS = find("output_sync_waves"), find("output_sync_unscattered")
 UNSURE = ["team.sure=true", "guarantees={}", "expect={}"]
@@ -49,9 +50,9 @@ def test_held_outputs_are_judged_by_the_spectral_radius(own_value, slots, stable
 
     line, = problems(OUTPUTS, *keys)
 
-    assert line.startswith("slots of 20000000 ns, delays of up to 180000000 ns and own values used late make the loop "
+    assert line.startswith("slots of 20 ms, delays of up to 180 ms and own values used late make the loop "
                            "unstable: the exact map of a round has the spectral radius 1.014356, expected below 1; "
-                           f"it is stable up to {stable_ns} ns, 8.601 slots")
+                           f"it is stable up to {in_ms(stable_ns)}, 8.601 slots")
     assert load(OUTPUTS, overrides=[one_delay(f"kind='delay', delay_ns={stable_ns}"), *UNSURE])
     assert problems(OUTPUTS, one_delay(f"kind='delay', delay_ns={stable_ns + 1}"), *UNSURE)
 
@@ -74,7 +75,7 @@ def test_a_delay_that_varies_is_constant_where_waves_are_used_later():
     assert load(WAVES, overrides=[varies, *hold, "team.use_after_s=0.1"])
     assert "a team.use_after_s longer than each delay" in problems(WAVES, varies, *hold, "team.use_after_s=0.099")[0]
     line, = problems(WAVES, one_delay("kind='delay', delay_ms=30"), "guarantees={}", "team.use_after_s=0.029")
-    assert line == ("team.use_after_s=0.029: a frame from r1 to r2 takes 30000000 ns or more, so that each of its "
+    assert line == ("team.use_after_s=0.029: a frame from r1 to r2 takes 30 ms or more, so that each of its "
                     "waves comes after it is due; take more")
 
 
@@ -99,7 +100,7 @@ def test_an_impairment_of_another_link_does_not_count():
     ("team.models.r1.C=[[1.0, 0.0]]", "expected a second row, the integral of the output"),
     ("team.models.r1.x0=[1.0]", "expected 2 values, one per state"),
     ("media.radio.topology={kind='fixed', links=['r1 <-> r2']}", "r3 is to use what r2 sends, but media.radio has no"),
-    ("agents.r1.clock.offset_us=10", "clocks are up to 10000 ns apart"),
+    ("agents.r1.clock.offset_us=10", "clocks are up to 0.01 ms apart"),
 ])
 def test_mistakes_are_told_with_place_value_and_rule(override, said):
     told = problems(WAVES, override, "guarantees={}", "expect={}")
