@@ -413,7 +413,8 @@ class _Run:
 
     def _warnings(self) -> list[str]:
         of_records = [] if self.failure is not None or self.result is None else self.records.warnings(self.result)
-        return [*standing_robots(self.scenario), *self.closed_doors, *self.not_allowed, *of_records]
+        alone = [] if self.failure is not None or self.conductor.pace is None else self.conductor.pace.alone()
+        return [*standing_robots(self.scenario), *self.closed_doors, *self.not_allowed, *alone, *of_records]
 
     def _recorded(self, hellos: Mapping[str, Hello]) -> dict[str, dict[str, str]]:
         """Return the units of the signals of each agent, medium and table of a medium."""

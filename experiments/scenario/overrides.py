@@ -131,7 +131,8 @@ def _put(document: dict[str, Any], place: Place, value: Any, top_level: Sequence
             here = here[part]
             continue
         if not isinstance(here, dict):
-            remedy = f"; name the entry, as in {so_far}[0].{part}" if isinstance(here, list) else ""
+            entry = f"{so_far}[{part}]" if part.isdigit() else f"{so_far}[0].{part}"
+            remedy = f"; name the entry, as in {entry}" if isinstance(here, list) else ""
             return f"{so_far} is no table{remedy}"
         if part not in here:
             if depth == 0 and part not in [*top_level, *here]:

@@ -36,20 +36,32 @@ def describe(fault: Fault, image: Image, moment: str = "") -> str:
     words = CAUSES[fault.cause].format(address=fault.address)
     if fault.cause <= 2 and RAM.start - GUARD_BYTES <= fault.address < RAM.start:
         words = f"stack overflow: access to 0x{fault.address:08x}, below the RAM"
-    return f"{words}; at {place}; called from {where(image, fault.registers[14] & ~1)}; {registers}"
+    return f"{words}; at {place}{_caller(image, fault)}; {registers}"
+
+
+def _caller(image: Image, fault: Fault) -> str:
+    """Return who called, as far as the link register tells: in a function that has called others it may not."""
+    address = fault.registers[14] & ~1
+    function, _ = _place(image, address)
+    return "" if function and function == _place(image, fault.pc)[0] else f"; called from {where(image, address)}"
 
 
 def where(image: Image, address: int) -> str:
     """Return "function, file:line (0x...)", as far as the image tells."""
+    function, line = _place(image, address)
+    return ", ".join(part for part in (function, line) if part) + f" (0x{address:08x})" if function or line \
+        else f"0x{address:08x}"
+
+
+def _place(image: Image, address: int) -> tuple[str, str]:
+    """Return (function, "file:line") of an address, each "" if the image does not tell."""
     from elftools.elf.elffile import ELFFile
 
     try:
         elf = ELFFile(io.BytesIO(image.data))
-        function, line = _function(elf, address), _line(elf, address)
+        return _function(elf, address), _line(elf, address)
     except Exception:                   # damaged tables say nothing
-        function = line = ""
-    return ", ".join(part for part in (function, line) if part) + f" (0x{address:08x})" if function or line \
-        else f"0x{address:08x}"
+        return "", ""
 
 
 def _function(elf: Any, address: int) -> str:

@@ -150,6 +150,10 @@ class Gateway:
         """Return the numbers of messages received, refused, sent and not sent, under names for `run.json`."""
         return {}
 
+    def alone(self) -> str:
+        """Return what kept everybody outside from taking part so far, with a remedy; "" if somebody has."""
+        return ""
+
     def close(self) -> None:
         """Close all files; called once, at the end of the run."""
 

@@ -17,7 +17,8 @@ Lateness is measured on the wall clock, for two kinds of events:
 An event that is later than the limit is an overrun: the run goes on late and catches up, or `Overrun` is raised.
 
 Invariants:
-- a message from outside gets the virtual time that the wall clock had when it arrived;
+- a message from outside gets the virtual time that the wall clock had when it arrived; one that arrived before the
+  start is dropped and counted;
 - gateways send every frame at or after its arrival in virtual time, in order.
 """
 
@@ -26,6 +27,7 @@ from __future__ import annotations
 import heapq
 import selectors
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -43,6 +45,7 @@ MOST_AT_ONCE: Final = 100           # messages that one wait takes from one gate
 MOST_WHEN_OVERDUE: Final = 1        # the same if the instant is overdue; others wait in the system's buffer
 SPIN_NS: Final = 150_000            # the last part of a long wait, in which this thread polls instead of sleeping
 LONG_WAIT_NS: Final = 1_000_000     # shorter waits have no such part, so that polling takes 15 % of a core at most
+EARLY: Final = "messages before the start"  # a counter
 FINEST_RATE: Final = 1_000_000      # largest denominator of the rate as a fraction
 
 
@@ -95,6 +98,7 @@ class Pace:
         self._awaited_ns = -1               # end of the present long wait, by the monotonic clock
         self._began_ns = time.monotonic_ns()
         self._behind = False
+        self._early: Counter[str] = Counter()       # messages that arrived before the start, by gateway
 
     def attend(self, file: Any, call: Callable[[], None]) -> None:
         """Call `call` during a wait whenever `file`, a socket, can be read; the wait then ends early."""
@@ -152,7 +156,12 @@ class Pace:
 
     def counters(self) -> dict[str, Mapping[str, int]]:
         """Return the counters of each gateway."""
-        return {name: gateway.counters() for name, gateway in self._by_name.items()}
+        return {name: {**gateway.counters(), EARLY: self._early[name]} if name in self._early else gateway.counters()
+                for name, gateway in self._by_name.items()}
+
+    def alone(self) -> list[str]:
+        """Return a sentence for each gateway at which nobody outside has taken part."""
+        return [f"gateways.{name}: {why}" for name, gateway in self._by_name.items() if (why := gateway.alone())]
 
     def figures(self) -> dict[str, Any]:
         """Return the entries of `run.json`: the lateness of instants and of deliveries, rate, limit and overruns."""
@@ -181,6 +190,9 @@ class Pace:
 
     def _enters(self, gateway: str, arrival: Arrival) -> bool:
         """Let the watch of the gateway see a message; return whether it goes on to the medium."""
+        if arrival.at_ns < self._began_ns:
+            self._early[gateway] += 1
+            return False
         watch = self.watches.get(gateway)
         return watch is None or watch.enters(arrival.data, self._virtual_ns(arrival.at_ns),
                                              arrival.at_ns - self._began_ns)

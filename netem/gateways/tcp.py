@@ -154,6 +154,11 @@ class TcpGateway(StreamGateway):
     def counters(self) -> dict[str, int]:
         return super().counters() | {"connections refused": self.refused}
 
+    def alone(self) -> str:
+        if self.connections or self._server is None:
+            return ""
+        return f"nobody outside connected to {text_of(self.listening)}, so no frame found its way out"
+
     def close(self) -> None:
         super().close()
         for each in (self._server, self._calling):

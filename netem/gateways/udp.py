@@ -154,6 +154,12 @@ class UdpGateway(Gateway):
                 "datagrams beyond the rate": self.flooded, "datagrams sent": self.sent,
                 "datagrams not sent": self.unsent}
 
+    def alone(self) -> str:
+        if self.received or self._constant is not None:
+            return ""
+        return (f"nobody outside spoke to {text_of(self.listening)}, so no frame found its way out: send a datagram "
+                "there first, or name as `peer` who is to get the stream from the start")
+
     def close(self) -> None:
         self._socket.close()
 

@@ -55,6 +55,7 @@ def test_later_overrides_go_before_earlier_ones(valid, write):
     ("expect.frames_lots.min=3", "expect has no 'frames_lots'; did you mean \"frames_lost_on_link\"?"),
     ("impairments[2].loss_ratio=0.3", "impairments has 2 entries, the first is [0]"),
     ("impairments.loss_ratio=0.3", "impairments is no table; name the entry, as in impairments[0].loss_ratio"),
+    ("impairments.0.loss_ratio=0.3", "impairments is no table; name the entry, as in impairments[0]"),
     ("seed.x=3", "seed is no table"),
     ("seed[0]=3", "seed is no list"),
     ("seed", "expected path.to.key=value, as in impairments[0].loss_ratio=0.3"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,8 +15,9 @@ import pytest
 import marconet
 from firmware_sim.cortex_m.build import build_image
 from firmware_sim.cortex_m.errors import ImageError, MachineFault
+from firmware_sim.cortex_m.fault import describe
 from firmware_sim.cortex_m.image import Image, parse_image, read_image
-from firmware_sim.cortex_m.machine import Ask, Machine, Stop
+from firmware_sim.cortex_m.machine import Ask, Fault, Machine, Stop
 from netem.wire.messages import Grant
 from tests.firmware_sim.cortex_m.boards import board_node, offers
 
@@ -54,6 +56,19 @@ def test_a_program_that_cannot_go_on_ends_its_node(image: Callable[..., Path], m
         assert f"at blunder, mistakes.c:{line} (0x" in message
         assert "called from main, " in message
         assert "r0=0x" in message
+
+
+def test_a_function_that_called_another_one_is_not_named_as_its_own_caller(image: Callable[..., Path]):
+    built = read_image(image("mistakes"))
+    with pytest.raises(MachineFault) as error:
+        offers(board_node(image("mistakes"), values=[[4]]), 1_000_000_000)
+    pc, lr = (int(re.findall(pattern, str(error.value))[0], 16) for pattern in (r"pc=0x(\w+)", r"lr=0x(\w+)"))
+
+    def described(link: int) -> str:
+        return describe(Fault(5, pc, 0, (*[0] * 14, link, pc, 0)), built)
+
+    assert "called from main, " in described(lr)
+    assert "called from" not in described(pc | 1)
 
 
 def test_the_records_of_a_run_hold_what_was_before_the_fault(image: Callable[..., Path], tmp_path: Path):

@@ -140,6 +140,18 @@ def test_what_comes_in_gets_the_time_of_its_arrival_not_that_of_its_reading(rate
     pace.close()
 
 
+def test_what_came_before_the_start_is_dropped_and_counted():
+    gateway = StampingGateway()
+    pace = Pace([gateway])
+    gateway.at_ns = time.monotonic_ns()
+    gateway.come_in(b"too early")
+    pace.start()
+
+    assert pace.wait(5 * MS) == Waited(True, [])
+    assert pace.counters() == {"out": {"messages sent": 0, "messages before the start": 1}}
+    pace.close()
+
+
 def test_a_gateway_receives_at_the_instant_that_it_asks_for():
     gateway = DueGateway()
     pace = Pace([gateway])

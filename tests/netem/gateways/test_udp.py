@@ -251,6 +251,17 @@ def test_a_datagram_arrives_when_the_system_takes_it_in_not_when_it_is_read(clie
     gateway.close()
 
 
+def test_it_tells_that_nobody_spoke_unless_it_has_a_peer(client: Client, made: Callable[..., Heard]) -> None:
+    alone, spoken_to, has_peer = made(), made(), made(peer="127.0.0.1:9")
+    client().sendto(b"a", spoken_to.gateway.listening)
+    select.select([spoken_to.gateway], [], [], 2.0)
+    spoken_to.gateway.receive(1)
+
+    port = alone.gateway.listening[1]
+    assert alone.gateway.alone().startswith(f"nobody outside spoke to 127.0.0.1:{port}, so no frame found its way out:")
+    assert spoken_to.gateway.alone() == has_peer.gateway.alone() == ""
+
+
 def test_without_time_stamps_a_datagram_arrives_when_it_is_read(client: Client, made: Callable[..., Heard]) -> None:
     heard = made()
     heard.gateway._socket.setsockopt(socket.SOL_SOCKET, STAMPED, 0)
