@@ -8,10 +8,10 @@ how far it is.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
@@ -26,6 +26,10 @@ from agents.triggering.policies.interval_table import IntervalTable
 from firmware_sim.scenario_view import MediumView, Own, ScenarioView
 from netem.media.can.encoded_frame import encode_frame
 
+if TYPE_CHECKING:
+    from agents.tracking.optimal_tables import Tables
+    from firmware_sim.height_chart import HeightChart
+
 POLICY: Final = "optimal"
 
 
@@ -35,10 +39,20 @@ def prepared_tables(scenario: ScenarioView, own: Own[TrackingSettings]) -> dict[
         return {}
     settings = read_optimal(scenario.team)
     look_cost_j = look_cost(scenario, settings)
-    gains = gains_of(scenario.team)
-    tables, remark = _made(msgspec.json.encode(settings), tuple(gains.rows), gains.unified, look_cost_j)
-    return {"optimal_tables": tables, "optimal_look_cost_j": look_cost_j, "optimal_remark": remark,
+    tables = _tables(scenario, settings, look_cost_j)
+    return {"optimal_tables": tables.by_inputs, "optimal_look_cost_j": look_cost_j, "optimal_remark": tables.remark,
             "optimal_observer": settings.observer, "optimal_disturbance": settings.disturbance}
+
+
+def prepared_charts(scenario: ScenarioView, own: Own[TrackingSettings]) -> Sequence[HeightChart]:
+    """Return charts of the tables that `prepared_tables` makes; none if it makes none."""
+    if all(agent.settings.policy != POLICY for agent in own.values()):
+        return ()
+    from agents.tracking.optimal_charts import optimal_charts  # late: NumPy
+
+    settings = read_optimal(scenario.team)
+    look_cost_j = look_cost(scenario, settings)
+    return list(optimal_charts(settings, _tables(scenario, settings, look_cost_j), look_cost_j))
 
 
 def optimal_problems(scenario: ScenarioView) -> Iterator[str]:
@@ -91,16 +105,19 @@ def interval_tables(team: Mapping[str, Any]) -> dict[tuple[float, ...], Interval
             for each in team["optimal_tables"]}
 
 
+def _tables(scenario: ScenarioView, settings: OptimalSettings, look_cost_j: float) -> Tables:
+    gains = gains_of(scenario.team)
+    return _made(msgspec.json.encode(settings), tuple(gains.rows), gains.unified, look_cost_j)
+
+
 @cache
-def _made(settings: bytes, rows: tuple[tuple[float, ...], ...], unified: float,
-          look_cost_j: float) -> tuple[list[dict[str, Any]], str]:
+def _made(settings: bytes, rows: tuple[tuple[float, ...], ...], unified: float, look_cost_j: float) -> Tables:
     """Make the tables once for all runs of a process that need the same ones."""
     from agents.tracking.optimal_tables import STEPS_PER_TABLE, make_tables  # late: NumPy and SciPy
 
     gains = GainTable({row[:2]: row[2] for row in rows}, unified)
     with _bar("tables of the optimal policy", STEPS_PER_TABLE * len(rows)) as progress:
-        made = make_tables(msgspec.json.decode(settings, type=OptimalSettings), gains, look_cost_j, progress)
-    return made.by_inputs, made.remark
+        return make_tables(msgspec.json.decode(settings, type=OptimalSettings), gains, look_cost_j, progress)
 
 
 @contextmanager

@@ -39,7 +39,7 @@ from agents.tracking.look_port import REQUEST_ID, LookPort
 from agents.tracking.looks_under_way import LooksUnderWay
 from agents.tracking.noise import Noise
 from agents.tracking.observed_error import ObservedError
-from agents.tracking.optimal_preparation import POLICY, prepared_tables
+from agents.tracking.optimal_preparation import POLICY, prepared_charts, prepared_tables
 from agents.tracking.planned_gains import gains_of
 from agents.tracking.team_policy import make_policy
 from agents.tracking.tracking_settings import TrackingSettings
@@ -76,6 +76,8 @@ class TrackingRobot:
     def prepare(scenario: ScenarioView, own: Own[TrackingSettings]) -> dict[str, Any]:
         """Return additions to the team table: how long looks take, and what the policy `optimal` needs."""
         return prepared_delays(scenario, own) | prepared_tables(scenario, own)
+
+    charts = staticmethod(prepared_charts)
 
     def __init__(self, board: Board, settings: TrackingSettings) -> None:
         robot = board.team["robot"]

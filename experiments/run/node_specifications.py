@@ -32,8 +32,7 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
         if getattr(program, "handles_events", False):
             handling_events.add(path)
         if (prepare := getattr(program, "prepare", None)) is not None:
-            team.update(prepare(scenario, {name: OwnAgent(name, build_settings(program, agent.parameters), agent)
-                                           for name, agent in scenario.agents.items() if agent.program == path}))
+            team.update(prepare(scenario, own_agents(scenario, path, program)))
     folder = str(scenario.folder)
     mortal = {node for fault in scenario.faults if fault.settings.kills for node, *_ in fault.targets}
     fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
@@ -47,6 +46,12 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
                                     zenoh_of(scenario, agent) if agent.program in blocking else None,
                                     interfaces_of(scenario, agent), _byte_streams(scenario, agent))
             for name, agent in scenario.agents.items()}
+
+
+def own_agents(scenario: Scenario, path: str, program: type) -> dict[str, OwnAgent[Any]]:
+    """Return the agents with the program at `path`, as the methods of its class get them."""
+    return {name: OwnAgent(name, build_settings(program, agent.parameters), agent)
+            for name, agent in scenario.agents.items() if agent.program == path}
 
 
 def _own_frames(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:

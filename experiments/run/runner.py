@@ -23,8 +23,9 @@ import msgspec
 
 from experiments import CODE
 from experiments.judge.metrics import evaluate
-from experiments.judge.run_files import SCENARIO, Json
+from experiments.judge.run_files import CHARTS, SCENARIO, Json
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
+from experiments.run.charts import charts_of
 from experiments.run.debugged import CannotDebug, Debugged
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
@@ -107,6 +108,8 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     try:
         fates = {} if replay is None else {FATES_OF: (str(replay.folder.absolute()), replay.match)}
         SCENARIO.write(path, scenario.resolved() | fates)
+        if charts := charts_of(scenario):
+            CHARTS.write(path, charts)
         prepared = _Run(scenario, host, FolderRecords(scenario, folder, report), progress, shuffle_start=shuffle_start,
                         command_s=command_s, real_time=real_time, under_way=under_way, replay=replay, trace=trace,
                         view=view, debugged=debugged)

@@ -69,6 +69,16 @@ def test_the_total_cost_is_the_integral_and_s_for_each_frame(data: RunData) -> N
         (held * kept_s).sum() + requests * 1.5288e-4, rel=1e-6)
 
 
+def test_the_folder_has_figure_5_3_with_the_cost_of_a_look_and_no_robot_has_its_numbers(data: RunData) -> None:
+    team = next(iter(node_specifications(load(find("tracking_optimal"), overrides=COARSE)).values())).team
+
+    assert [chart.title.partition(",")[0] for chart in data.charts] == [
+        "Figure 5.3 (F3): h at x3 = 0", "tau* near 0"] * 3
+    assert data.charts[0].note.startswith("S = 0.000153 J; cost ")
+    assert {key for each in team["optimal_tables"] for key in each} == {
+        "inputs", "axes", "tau_s", "cap_s", "shortest_s", "rate"}
+
+
 def test_a_decision_takes_no_longer_than_one_of_the_certified_policy() -> None:
     scenario = load(find("tracking_optimal"), overrides=COARSE)
     team = next(iter(node_specifications(scenario).values())).team
