@@ -47,6 +47,7 @@ from agents.triggering.assumptions import (
     Assumption,
     announcement_violations,
     command_violations,
+    delay_violations,
     input_violations,
     radius_violations,
     region_violations,
@@ -209,6 +210,7 @@ class TrackingRobot:
                                               self._noise.measured),
                            *region_violations(measured_ns, self._x, before, self._noise.measured),
                            *table_violations(decision, self._x)))
+        self._watch.fail(delay_violations(decision))
         if decision.clamped:
             board.count(CLAMPED)
         self._inputs = state.inputs
@@ -291,7 +293,7 @@ class TrackingRobot:
             board.event("gain product", f"{before.gain_product(until_ns):.6g} after "
                                        f"{max(until_ns - before.measured_ns, 0) * 1e-9:.6g} s")
         self._put_in_force(decision)
-        if now_ns <= decision.holds_until_ns + self._settings.actuation_ns:
+        if decision.in_time and now_ns <= decision.holds_until_ns + self._settings.actuation_ns:
             self._watch.hold(IN_TIME)
 
     def _put_in_force(self, decision: Decision) -> None:
