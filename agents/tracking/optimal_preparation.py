@@ -1,16 +1,13 @@
 """Prepares the policy `optimal` of a scenario's tracking robots: the cost of a look from its media, then the tables.
 
 `prepared_tables` adds to the team table `optimal_tables`, `optimal_look_cost_j` (S), `optimal_remark` and what an
-observer needs; it adds nothing if no robot has this policy. Making tables takes seconds: a bar on the terminal shows
-how far it is.
+observer needs; it adds nothing if no robot has this policy. Making tables takes seconds, so it tells its progress.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from functools import cache
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
@@ -21,9 +18,8 @@ from agents.tracking.look_port import ANSWER_ID, PORT, REQUEST_ID, can_struct
 from agents.tracking.optimal_settings import OptimalSettings, read_optimal
 from agents.tracking.planned_gains import gains_of
 from agents.tracking.tracking_settings import TrackingSettings
-from agents.triggering.gain_table import GainTable
 from agents.triggering.policies.interval_table import IntervalTable
-from firmware_sim.scenario_view import MediumView, Own, ScenarioView
+from firmware_sim.scenario_view import MediumView, Own, Preparing, ScenarioView, unseen
 from netem.media.can.encoded_frame import encode_frame
 
 if TYPE_CHECKING:
@@ -31,15 +27,16 @@ if TYPE_CHECKING:
     from firmware_sim.height_chart import HeightChart
 
 POLICY: Final = "optimal"
+PREPARED: Final = "tables of the optimal policy"
 
 
-def prepared_tables(scenario: ScenarioView, own: Own[TrackingSettings]) -> dict[str, Any]:
+def prepared_tables(scenario: ScenarioView, own: Own[TrackingSettings], progress: Preparing) -> dict[str, Any]:
     """Return additions to the team table; the same for all robots with the policy `optimal`."""
     if all(agent.settings.policy != POLICY for agent in own.values()):
         return {}
     settings = read_optimal(scenario.team)
     look_cost_j = look_cost(scenario, settings)
-    tables = _tables(scenario, settings, look_cost_j)
+    tables = _tables(scenario, settings, look_cost_j, progress)
     return {"optimal_tables": tables.by_inputs, "optimal_look_cost_j": look_cost_j, "optimal_remark": tables.remark,
             "optimal_observer": settings.observer, "optimal_disturbance": settings.disturbance}
 
@@ -52,7 +49,7 @@ def prepared_charts(scenario: ScenarioView, own: Own[TrackingSettings]) -> Seque
 
     settings = read_optimal(scenario.team)
     look_cost_j = look_cost(scenario, settings)
-    return list(optimal_charts(settings, _tables(scenario, settings, look_cost_j), look_cost_j))
+    return list(optimal_charts(settings, _tables(scenario, settings, look_cost_j, unseen), look_cost_j))
 
 
 def optimal_problems(scenario: ScenarioView) -> Iterator[str]:
@@ -105,30 +102,17 @@ def interval_tables(team: Mapping[str, Any]) -> dict[tuple[float, ...], Interval
             for each in team["optimal_tables"]}
 
 
-def _tables(scenario: ScenarioView, settings: OptimalSettings, look_cost_j: float) -> Tables:
+def _tables(scenario: ScenarioView, settings: OptimalSettings, look_cost_j: float, progress: Preparing) -> Tables:
+    """Return the tables, which are made once for all runs of a process that need the same ones."""
     gains = gains_of(scenario.team)
-    return _made(msgspec.json.encode(settings), tuple(gains.rows), gains.unified, look_cost_j)
+    key = (msgspec.json.encode(settings), tuple(gains.rows), gains.unified, look_cost_j)
+    if key not in _made:
+        from agents.tracking.optimal_tables import STEPS_PER_TABLE, make_tables  # late: NumPy and SciPy
+
+        done, steps = count(1), STEPS_PER_TABLE * len(gains.rows)
+        progress(PREPARED, 0, steps)
+        _made[key] = make_tables(settings, gains, look_cost_j, lambda: progress(PREPARED, next(done), steps))
+    return _made[key]
 
 
-@cache
-def _made(settings: bytes, rows: tuple[tuple[float, ...], ...], unified: float, look_cost_j: float) -> Tables:
-    """Make the tables once for all runs of a process that need the same ones."""
-    from agents.tracking.optimal_tables import STEPS_PER_TABLE, make_tables  # late: NumPy and SciPy
-
-    gains = GainTable({row[:2]: row[2] for row in rows}, unified)
-    with _bar("tables of the optimal policy", STEPS_PER_TABLE * len(rows)) as progress:
-        return make_tables(msgspec.json.decode(settings, type=OptimalSettings), gains, look_cost_j, progress)
-
-
-@contextmanager
-def _bar(what: str, total: int) -> Iterator[Callable[[], None]]:
-    """Yield what to call after each step; a bar shows the steps if standard error is a terminal."""
-    if not sys.stderr.isatty():
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda: bar.advance(task)
+_made: Final[dict[tuple[Hashable, ...], Tables]] = {}

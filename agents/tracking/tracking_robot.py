@@ -58,7 +58,7 @@ from agents.triggering.error_gain import horizon_s
 from agents.triggering.policies import Decision
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
-from firmware_sim.scenario_view import Own, ScenarioView
+from firmware_sim.scenario_view import Own, Preparing, ScenarioView, unseen
 from netem.media.sensing.sight import Detection, unpack_sight
 
 COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
@@ -74,9 +74,10 @@ class TrackingRobot:
     check = staticmethod(companion_problems)
 
     @staticmethod
-    def prepare(scenario: ScenarioView, own: Own[TrackingSettings]) -> dict[str, Any]:
+    def prepare(scenario: ScenarioView, own: Own[TrackingSettings],
+                progress: Preparing = unseen) -> dict[str, Any]:
         """Return additions to the team table: how long looks take, and what the policy `optimal` needs."""
-        return prepared_delays(scenario, own) | prepared_tables(scenario, own)
+        return prepared_delays(scenario, own) | prepared_tables(scenario, own, progress)
 
     charts = staticmethod(prepared_charts)
 
