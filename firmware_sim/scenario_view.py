@@ -1,20 +1,28 @@
 """The scenario as a program's `check` and `prepare` get it: agents, media, impairments and the team's table.
 
     check(scenario, own)    yields one line for each problem            own: the agents that run this program, by name
-    prepare(scenario, own)  returns additions to the table `team`, which every robot knows
+    prepare(scenario, own)  returns additions to the table `team`, which every robot knows; one that takes seconds may
+                            take `progress: Preparing = unseen` besides, and call it as it goes
 
 These are Protocols; a package above reads the scenario.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 from firmware_sim.clock_settings import ClockSettings
 
 Settings = TypeVar("Settings")
+
+
+Preparing = Callable[[str, int, int], None]     # what is prepared, steps done, of how many
+
+
+def unseen(what: str, done: int, steps: int) -> None:
+    """Show nobody how far a `prepare` is."""
 
 
 class AgentView(Protocol):

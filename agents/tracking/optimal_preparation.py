@@ -1,17 +1,14 @@
 """Prepares the policy `optimal` of a scenario's tracking robots: the cost of a look from its media, then the tables.
 
 `prepared_tables` adds to the team table `optimal_tables`, `optimal_look_cost_j` (S), `optimal_remark` and what an
-observer needs; it adds nothing if no robot has this policy. Making tables takes seconds: a bar on the terminal shows
-how far it is.
+observer needs; it adds nothing if no robot has this policy. Making tables takes seconds, so it tells its progress.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from functools import cache
-from typing import Any, Final
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from itertools import count
+from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
@@ -21,24 +18,38 @@ from agents.tracking.look_port import ANSWER_ID, PORT, REQUEST_ID, can_struct
 from agents.tracking.optimal_settings import OptimalSettings, read_optimal
 from agents.tracking.planned_gains import gains_of
 from agents.tracking.tracking_settings import TrackingSettings
-from agents.triggering.gain_table import GainTable
 from agents.triggering.policies.interval_table import IntervalTable
-from firmware_sim.scenario_view import MediumView, Own, ScenarioView
+from firmware_sim.scenario_view import MediumView, Own, Preparing, ScenarioView, unseen
 from netem.media.can.encoded_frame import encode_frame
 
+if TYPE_CHECKING:
+    from agents.tracking.optimal_tables import Tables
+    from firmware_sim.height_chart import HeightChart
+
 POLICY: Final = "optimal"
+PREPARED: Final = "tables of the optimal policy"
 
 
-def prepared_tables(scenario: ScenarioView, own: Own[TrackingSettings]) -> dict[str, Any]:
+def prepared_tables(scenario: ScenarioView, own: Own[TrackingSettings], progress: Preparing) -> dict[str, Any]:
     """Return additions to the team table; the same for all robots with the policy `optimal`."""
     if all(agent.settings.policy != POLICY for agent in own.values()):
         return {}
     settings = read_optimal(scenario.team)
     look_cost_j = look_cost(scenario, settings)
-    gains = gains_of(scenario.team)
-    tables, remark = _made(msgspec.json.encode(settings), tuple(gains.rows), gains.unified, look_cost_j)
-    return {"optimal_tables": tables, "optimal_look_cost_j": look_cost_j, "optimal_remark": remark,
+    tables = _tables(scenario, settings, look_cost_j, progress)
+    return {"optimal_tables": tables.by_inputs, "optimal_look_cost_j": look_cost_j, "optimal_remark": tables.remark,
             "optimal_observer": settings.observer, "optimal_disturbance": settings.disturbance}
+
+
+def prepared_charts(scenario: ScenarioView, own: Own[TrackingSettings]) -> Sequence[HeightChart]:
+    """Return charts of the tables that `prepared_tables` makes; none if it makes none."""
+    if all(agent.settings.policy != POLICY for agent in own.values()):
+        return ()
+    from agents.tracking.optimal_charts import optimal_charts  # late: NumPy
+
+    settings = read_optimal(scenario.team)
+    look_cost_j = look_cost(scenario, settings)
+    return list(optimal_charts(settings, _tables(scenario, settings, look_cost_j, unseen), look_cost_j))
 
 
 def optimal_problems(scenario: ScenarioView) -> Iterator[str]:
@@ -91,27 +102,17 @@ def interval_tables(team: Mapping[str, Any]) -> dict[tuple[float, ...], Interval
             for each in team["optimal_tables"]}
 
 
-@cache
-def _made(settings: bytes, rows: tuple[tuple[float, ...], ...], unified: float,
-          look_cost_j: float) -> tuple[list[dict[str, Any]], str]:
-    """Make the tables once for all runs of a process that need the same ones."""
-    from agents.tracking.optimal_tables import STEPS_PER_TABLE, make_tables  # late: NumPy and SciPy
+def _tables(scenario: ScenarioView, settings: OptimalSettings, look_cost_j: float, progress: Preparing) -> Tables:
+    """Return the tables, which are made once for all runs of a process that need the same ones."""
+    gains = gains_of(scenario.team)
+    key = (msgspec.json.encode(settings), tuple(gains.rows), gains.unified, look_cost_j)
+    if key not in _made:
+        from agents.tracking.optimal_tables import STEPS_PER_TABLE, make_tables  # late: NumPy and SciPy
 
-    gains = GainTable({row[:2]: row[2] for row in rows}, unified)
-    with _bar("tables of the optimal policy", STEPS_PER_TABLE * len(rows)) as progress:
-        made = make_tables(msgspec.json.decode(settings, type=OptimalSettings), gains, look_cost_j, progress)
-    return made.by_inputs, made.remark
+        done, steps = count(1), STEPS_PER_TABLE * len(gains.rows)
+        progress(PREPARED, 0, steps)
+        _made[key] = make_tables(settings, gains, look_cost_j, lambda: progress(PREPARED, next(done), steps))
+    return _made[key]
 
 
-@contextmanager
-def _bar(what: str, total: int) -> Iterator[Callable[[], None]]:
-    """Yield what to call after each step; a bar shows the steps if standard error is a terminal."""
-    if not sys.stderr.isatty():
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda: bar.advance(task)
+_made: Final[dict[tuple[Hashable, ...], Tables]] = {}

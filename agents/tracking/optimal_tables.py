@@ -32,43 +32,61 @@ from agents.tracking.optimal_settings import OptimalSettings
 from agents.triggering.gain_table import GainTable
 from agents.triggering.policies.input_output import IndividualGains
 
+PRINTED_TOLERANCE_J: Final = 1e-5       # of a step of value iteration (F1); a look costs some 1e-4 J
 REGIONAL: Final = GainTable({(0.6, 0.15): 3.20, (1.0, 1.0): 4.91, (2.0, 2.0): 9.43}, unified=9.43)
 
 
 class Tables(NamedTuple):
     by_inputs: list[dict[str, Any]]     # inputs, axes, tau_s, cap_s, rate (cost per second that the model expects)
+    values: list[Floats | None]         # V* or h at the grid's points, for charts; None if tau is not chosen by it
     remark: str                         # what a degenerate table is due to; "" if there is none
+
+
+class Best(NamedTuple):
+    tau_s: Floats                       # tau* at the grid's points
+    rate: float                         # the cost per second that the model expects, 0 for a discounted cost
+    at_points: Floats                   # V* or h
 
 
 def make_tables(settings: OptimalSettings, gains: GainTable, look_cost_j: float,
                 progress: Callable[[], None] = lambda: None) -> Tables:
     """Return the tables for all inputs of `gains`; ValueError if a cap is below the shortest interval."""
-    made = [make_table(settings, gains, Inputs(*row[:2]), look_cost_j, progress) for row in gains.rows]
+    made, found = [], []
+    for row in gains.rows:
+        table, at_points = make_table(settings, gains, Inputs(*row[:2]), look_cost_j, progress)
+        made.append(table)
+        found.append(at_points)
+    return Tables(made, found, _remark(settings, made, look_cost_j))
+
+
+def _remark(settings: OptimalSettings, made: list[dict[str, Any]], look_cost_j: float) -> str:
     shortest_s = settings.shortest_ms * 1e-3
     if settings.constant_ms:
-        return Tables(made, f"constant_ms={settings.constant_ms:g}: the interval of every state, whatever a look costs")
+        return f"constant_ms={settings.constant_ms:g}: the interval of every state, whatever a look costs"
     if all(tau <= shortest_s * (1 + 1e-9) for table in made for tau in table["tau_s"]):
         why = ("formulation=\"per_transmission\" discounts by looks, so S does not change which interval is best (F1)"
                if settings.formulation == "per_transmission" else "a look costs less than any waiting")
-        return Tables(made, f"S = {look_cost_j:.3g} J makes every interval the shortest, {shortest_s:g} s: {why}")
+        return f"S = {look_cost_j:.3g} J makes every interval the shortest, {shortest_s:g} s: {why}"
     if all(tau >= cap * (1 - 1e-9) for table in made for tau, cap in zip(table["tau_s"], table["cap_s"], strict=True)):
-        return Tables(made, f"S = {look_cost_j:.3g} J makes every interval its cap (cap=\"{settings.cap}\"): the "
-                            "policy is that of the cap alone")
-    return Tables(made, "")
+        return (f"S = {look_cost_j:.3g} J makes every interval its cap (cap=\"{settings.cap}\"): the policy is that of "
+                "the cap alone")
+    return ""
 
 
 def make_table(settings: OptimalSettings, gains: GainTable, inputs: Inputs, look_cost_j: float,
-               progress: Callable[[], None] = lambda: None) -> dict[str, Any]:
+               progress: Callable[[], None] = lambda: None) -> tuple[dict[str, Any], Floats | None]:
+    """Return the table for the inputs, and V* or h at the points of its grid."""
+    at_points: Floats | None = None
     if settings.constant_ms:
         grid, cap_s = grid_and_caps(settings, gains, inputs)
         best_s, rate = np.clip(settings.constant_ms * 1e-3, settings.shortest_ms * 1e-3, cap_s), 0.0
     else:
         model, grid, cap_s = tabulated(settings, gains, inputs, progress)
-        best_s, rate = best_intervals(settings, model, look_cost_j)
+        best_s, rate, at_points = best_intervals(settings, model, look_cost_j)
     progress()
     return {"inputs": list(inputs), "axes": [axis.tolist() for axis in grid.axes],
             "tau_s": _whole_us(best_s), "cap_s": _whole_us(cap_s),
-            "shortest_s": settings.shortest_ms * 1e-3, "rate": rate}
+            "shortest_s": settings.shortest_ms * 1e-3, "rate": rate}, at_points
 
 
 def _whole_us(seconds: Floats) -> list[float]:
@@ -101,15 +119,17 @@ def grid_and_caps(settings: OptimalSettings, gains: GainTable, inputs: Inputs) -
     return grid, cap_s
 
 
-def best_intervals(settings: OptimalSettings, model: DecisionModel, look_cost_j: float) -> tuple[Floats, float]:
-    """Return tau* at the points [s], and the cost per second that the model expects (0 for a discounted cost)."""
+def best_intervals(settings: OptimalSettings, model: DecisionModel, look_cost_j: float) -> Best:
+    """Solve the problem of the settings' formulation."""
     formulation = Formulation(settings.formulation)
     if formulation is Formulation.AVERAGE_COST:
         average = solve_average_cost(model, look_cost_j)
-        return average.tau_s, average.rate
+        return Best(average.tau_s, average.rate, average.at_points)
     if formulation is Formulation.PER_SECOND:
-        return iterate_policies(model, look_cost_j, average=False).tau_s, 0.0
-    return iterate_values(model, look_cost_j).tau_s, 0.0
+        discounted = iterate_policies(model, look_cost_j, average=False)
+        return Best(discounted.tau_s, 0.0, discounted.at_points)
+    printed = iterate_values(model, look_cost_j, tolerance=PRINTED_TOLERANCE_J)
+    return Best(printed.tau_s, 0.0, printed.at_points)
 
 
 STEPS_PER_TABLE: Final = 3      # calls of `progress` for each table

@@ -139,7 +139,7 @@ class Learned(NamedTuple):
 @cache
 def learned(look_cost: float) -> Learned:
     model, grid = _average_problem()
-    tau_s, rate = best_intervals(OptimalSettings(), model, look_cost)
+    tau_s, rate, _ = best_intervals(OptimalSettings(), model, look_cost)
     return Learned(lambda x: values(grid, tau_s, x), float(tau_s[tau_s.size // 2]), rate)
 
 

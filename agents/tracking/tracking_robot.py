@@ -39,7 +39,7 @@ from agents.tracking.look_port import REQUEST_ID, LookPort
 from agents.tracking.looks_under_way import LooksUnderWay
 from agents.tracking.noise import Noise
 from agents.tracking.observed_error import ObservedError
-from agents.tracking.optimal_preparation import POLICY, prepared_tables
+from agents.tracking.optimal_preparation import POLICY, prepared_charts, prepared_tables
 from agents.tracking.planned_gains import gains_of
 from agents.tracking.team_policy import make_policy
 from agents.tracking.tracking_settings import TrackingSettings
@@ -47,6 +47,7 @@ from agents.triggering.assumptions import (
     Assumption,
     announcement_violations,
     command_violations,
+    delay_violations,
     input_violations,
     radius_violations,
     region_violations,
@@ -57,7 +58,7 @@ from agents.triggering.error_gain import horizon_s
 from agents.triggering.policies import Decision
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
-from firmware_sim.scenario_view import Own, ScenarioView
+from firmware_sim.scenario_view import Own, Preparing, ScenarioView, unseen
 from netem.media.sensing.sight import Detection, unpack_sight
 
 COUNTERS = ("looks", "looks without an answer", "late answers", "measurements", "refused measurements",
@@ -73,9 +74,12 @@ class TrackingRobot:
     check = staticmethod(companion_problems)
 
     @staticmethod
-    def prepare(scenario: ScenarioView, own: Own[TrackingSettings]) -> dict[str, Any]:
+    def prepare(scenario: ScenarioView, own: Own[TrackingSettings],
+                progress: Preparing = unseen) -> dict[str, Any]:
         """Return additions to the team table: how long looks take, and what the policy `optimal` needs."""
-        return prepared_delays(scenario, own) | prepared_tables(scenario, own)
+        return prepared_delays(scenario, own) | prepared_tables(scenario, own, progress)
+
+    charts = staticmethod(prepared_charts)
 
     def __init__(self, board: Board, settings: TrackingSettings) -> None:
         robot = board.team["robot"]
@@ -207,6 +211,7 @@ class TrackingRobot:
                                               self._noise.measured),
                            *region_violations(measured_ns, self._x, before, self._noise.measured),
                            *table_violations(decision, self._x)))
+        self._watch.fail(delay_violations(decision))
         if decision.clamped:
             board.count(CLAMPED)
         self._inputs = state.inputs
@@ -289,7 +294,7 @@ class TrackingRobot:
             board.event("gain product", f"{before.gain_product(until_ns):.6g} after "
                                        f"{max(until_ns - before.measured_ns, 0) * 1e-9:.6g} s")
         self._put_in_force(decision)
-        if now_ns <= decision.holds_until_ns + self._settings.actuation_ns:
+        if decision.in_time and now_ns <= decision.holds_until_ns + self._settings.actuation_ns:
             self._watch.hold(IN_TIME)
 
     def _put_in_force(self, decision: Decision) -> None:

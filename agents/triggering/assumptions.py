@@ -74,6 +74,16 @@ def violations(in_force: Decision, now_ns: int, failed_attempts: int = 0) -> lis
     return found
 
 
+def delay_violations(decision: Decision) -> list[Violation]:
+    """Return the violation of FRESH that will come with certainty, as the delay of looks leaves no interval."""
+    if decision.in_time:
+        return []
+    delay_s, tau_s = decision.delay_ns * 1e-9, decision.valid_ns * 1e-9
+    return [Violation(Assumption.FRESH, decision.holds_until_ns, delay_s, tau_s,
+                      f"a look takes {delay_s:.6g} s until its command acts, and its measurement is certified for "
+                      f"{tau_s:.6g} s, which leaves no interval as long as a look's frames")]
+
+
 def spacing_violations(measured_ns: int, previous_ns: int, zeno_ns: int) -> list[Violation]:
     """Return violations of SPACING; not for measurements forced by a change of inputs, which no trigger decided."""
     apart_ns = measured_ns - previous_ns

@@ -4,6 +4,7 @@
     summary.json    verdicts, hashes, speed          signals.mcap     signals, events, and the scenario again
     run.json        switching instants, counters, how far the run came, versions
     guarantees.json the outcome of each guarantee, if the scenario states any
+    charts.json     what programs made before the start, if there is something to draw
 
 For a run that was killed the journals are read, up to the last piece that is complete.
 """
@@ -22,7 +23,8 @@ import pyarrow as pa
 from experiments.judge.derived_signals import derive
 from experiments.judge.frame_copies import FrameCopies, LedgerUnreadable
 from experiments.judge.monitors.outcome import Outcome
-from experiments.judge.run_files import GUARANTEES, LEDGER, RUN, SCENARIO, SUMMARY, Json, JsonFile
+from experiments.judge.run_files import CHARTS, GUARANTEES, LEDGER, RUN, SCENARIO, SUMMARY, Json, JsonFile
+from firmware_sim.height_chart import HeightChart
 from netem.records.events import Event
 from netem.records.journal import journal_of
 from netem.records.ledger_file import read_metadata
@@ -46,6 +48,7 @@ class RunData:
     ledger_metadata: Mapping[str, str] = field(default_factory=dict)
     missing: Sequence[str] = ()
     guarantees: Mapping[str, Outcome] = field(default_factory=dict)
+    charts: Sequence[HeightChart] = ()
 
     def without_ledger(self, why: str) -> RunData:
         """A copy with an empty ledger, for a file of which a column turns out to be unreadable."""
@@ -82,7 +85,7 @@ def load_run(run_dir: Path) -> RunData:
     signals = derive(scenario.get("derived") or {}, tables, Path(scenario.get("path", "")).parent, missing)
     return RunData(_length_ns(scenario, run, ledger, recording), ledger, signals, run.get("counters") or {},
                    recording.events, scenario, summary, run, metadata, missing,
-                   _guarantees(run_dir, missing) if scenario.get("guarantees") else {})
+                   _guarantees(run_dir, missing) if scenario.get("guarantees") else {}, _charts(run_dir, missing))
 
 
 def _length_ns(scenario: Json, run: Json, ledger: FrameCopies, recording: Recording) -> int:
@@ -118,6 +121,16 @@ def _guarantees(run_dir: Path, missing: list[str]) -> dict[str, Outcome]:
     else:
         return {outcome.standing.name: outcome for outcome in found}
     return {}
+
+
+def _charts(run_dir: Path, missing: list[str]) -> Sequence[HeightChart]:
+    try:
+        return CHARTS.read(run_dir)
+    except FileNotFoundError:
+        return ()
+    except (msgspec.MsgspecError, OSError) as error:
+        missing.append(f"{CHARTS.name}: unreadable: {error}")
+    return ()
 
 
 def _ledger(path: Path, missing: list[str]) -> tuple[FrameCopies, dict[str, str]]:

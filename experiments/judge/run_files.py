@@ -1,6 +1,7 @@
 """The files in the folder of a run: their names, and the format of those in JSON.
 
     scenario.json       the resolved scenario, written before the start
+    charts.json         what programs made before the start, to be drawn; if they have any
     run.json            how far the run came, counters, switching instants, versions
     guarantees.json     the outcome of each guarantee, if the scenario states any
     summary.json        verdicts, hash, speed, what ended the run early: a `Summary` (run_result.py)
@@ -16,6 +17,7 @@ from typing import Any, Final, Generic, TypeVar
 import msgspec
 
 from experiments.judge.monitors.outcome import Outcome
+from firmware_sim.height_chart import HeightChart
 from netem.records.part_file import ReservedFile, part_of
 
 Json = dict[str, Any]
@@ -62,6 +64,7 @@ class JsonFile(Generic[Content]):
 
 
 SCENARIO: Final = JsonFile("scenario.json", Json)
+CHARTS: Final = JsonFile("charts.json", list[HeightChart])
 RUN: Final = JsonFile("run.json", Json)
 GUARANTEES: Final = JsonFile("guarantees.json", list[Outcome])
 SUMMARY: Final = JsonFile("summary.json", Json)
@@ -70,6 +73,6 @@ LOCK: Final = "run.lock"
 LEDGER: Final = "ledger.parquet"
 INJECTED: Final = "injected.toml"           # faults that came from outside during a run in real time
 FAULT_SOCKET: Final = "run.faults"          # by which they come
-RECORDS: Final = (SCENARIO.name, LEDGER, RUN.name, GUARANTEES.name, SUMMARY.name, "report.html", INJECTED, FAULT_SOCKET,
-                  "outputs.svg")            # beside the files of the recorders (netem/records/table.py)
+RECORDS: Final = (SCENARIO.name, CHARTS.name, LEDGER, RUN.name, GUARANTEES.name, SUMMARY.name, "report.html", INJECTED,
+                  FAULT_SOCKET, "outputs.svg")            # beside the files of the recorders (netem/records/table.py)
 JOURNALS: Final = ("ledger.rows", "signals.rows", "frames.rows")

@@ -22,6 +22,8 @@ class Progress(msgspec.Struct, frozen=True):
     frames: Mapping[str, int]
     waits_for: Sequence[str] = ()       # nodes that have not answered for `waited_s`
     waited_s: float = 0.0
+    preparing: str = ""                 # before the start: what a program prepares, with the steps done
+    prepared: float = 0.0               # share of its steps that are done
 
     @property
     def real_time_factor(self) -> float:

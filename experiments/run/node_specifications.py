@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,15 +14,18 @@ from experiments.scenario.model import AgentSpec, Scenario
 from experiments.scenario.socket_addresses import interfaces_of
 from experiments.scenario.zenoh_ways import specification as zenoh_of
 from firmware_sim.program_settings import build_settings
-from firmware_sim.scenario_view import OwnAgent
+from firmware_sim.scenario_view import OwnAgent, Preparing, unseen
 from fmus.build import build_model, model_folder, own_models
 from fmus.describe import Model, read_model
 from fmus.describe_fmu import describe
 from fmus.description import PlantDescription
 
 
-def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
-    """Return a specification for each agent; the results of the programs' `prepare` are added to the table [team]."""
+def node_specifications(scenario: Scenario, progress: Preparing = unseen) -> dict[str, NodeSpecification]:
+    """Return a specification for each agent; the results of the programs' `prepare` are added to the table [team].
+
+    `progress` is called by those of them that take it.
+    """
     team: dict[str, Any] = dict(scenario.team)
     blocking, handling_events = set(), set()
     for path in sorted({agent.program for agent in scenario.agents.values()}):
@@ -32,8 +36,8 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
         if getattr(program, "handles_events", False):
             handling_events.add(path)
         if (prepare := getattr(program, "prepare", None)) is not None:
-            team.update(prepare(scenario, {name: OwnAgent(name, build_settings(program, agent.parameters), agent)
-                                           for name, agent in scenario.agents.items() if agent.program == path}))
+            more = {"progress": progress} if "progress" in inspect.signature(prepare).parameters else {}
+            team.update(prepare(scenario, own_agents(scenario, path, program), **more))
     folder = str(scenario.folder)
     mortal = {node for fault in scenario.faults if fault.settings.kills for node, *_ in fault.targets}
     fmus = {agent.plant.fmu for agent in scenario.agents.values() if agent.plant is not None}
@@ -47,6 +51,12 @@ def node_specifications(scenario: Scenario) -> dict[str, NodeSpecification]:
                                     zenoh_of(scenario, agent) if agent.program in blocking else None,
                                     interfaces_of(scenario, agent), _byte_streams(scenario, agent))
             for name, agent in scenario.agents.items()}
+
+
+def own_agents(scenario: Scenario, path: str, program: type) -> dict[str, OwnAgent[Any]]:
+    """Return the agents with the program at `path`, as the methods of its class get them."""
+    return {name: OwnAgent(name, build_settings(program, agent.parameters), agent)
+            for name, agent in scenario.agents.items() if agent.program == path}
 
 
 def _own_frames(scenario: Scenario, agent: AgentSpec) -> tuple[str, ...]:

@@ -23,8 +23,9 @@ import msgspec
 
 from experiments import CODE
 from experiments.judge.metrics import evaluate
-from experiments.judge.run_files import SCENARIO, Json
+from experiments.judge.run_files import CHARTS, SCENARIO, Json
 from experiments.judge.run_result import Progress, RunResult, Summary, Verdict
+from experiments.run.charts import charts_of
 from experiments.run.debugged import CannotDebug, Debugged
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
@@ -83,8 +84,8 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
         view: ServerProcess | None = None, debugged: Debugged | None = None) -> RunResult:
     """Run `scenario` into the folder `out` (default: a new one below ./runs) and, with `report`, write `report.html`.
 
-    `progress` is called during the run. `real_time` runs at the pace of the wall clock, as the scenario's
-    table [real_time] says; gateways require it.
+    `progress` is called while programs prepare and during the run. `real_time` runs at the pace of the wall clock, as
+    the scenario's table [real_time] says; gateways require it.
     `shuffle_start` seeds a random order in which the processes are started; the result must not depend on it.
     `overwrite` replaces the records of an earlier run in `out`. `under_way` is memory in which another process can read
     what an inline run was doing when it crashed. With `replay` copies meet the fates of an earlier run instead of the
@@ -107,9 +108,12 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     try:
         fates = {} if replay is None else {FATES_OF: (str(replay.folder.absolute()), replay.match)}
         SCENARIO.write(path, scenario.resolved() | fates)
-        prepared = _Run(scenario, host, FolderRecords(scenario, folder, report), progress, shuffle_start=shuffle_start,
-                        command_s=command_s, real_time=real_time, under_way=under_way, replay=replay, trace=trace,
-                        view=view, debugged=debugged)
+        specifications = node_specifications(scenario, partial(_tell_preparing, progress, scenario.length_ns))
+        if charts := charts_of(scenario):
+            CHARTS.write(path, charts)
+        prepared = _Run(scenario, host, FolderRecords(scenario, folder, report), progress, command_s=command_s,
+                        specifications=specifications, shuffle_start=shuffle_start, real_time=real_time,
+                        under_way=under_way, replay=replay, trace=trace, view=view, debugged=debugged)
     except BaseException:
         folder.abandon()
         raise
@@ -125,6 +129,11 @@ def execute(scenario: Scenario, host: HostName, records: RunRecords, specificati
     """Run `scenario` in virtual time into `records`, with the nodes as specified; raises as `run` does."""
     return _Run(scenario, host, records, command_s=time.monotonic(), specifications=specifications,
                 under_way=under_way).run()
+
+
+def _tell_preparing(progress: Callable[[Progress], None] | None, end_ns: int, what: str, done: int, steps: int) -> None:
+    if progress is not None:
+        progress(Progress(0, end_ns, 0.0, 0, {}, preparing=f"{what}: {done} of {steps}", prepared=done / steps))
 
 
 @contextmanager
@@ -165,7 +174,7 @@ class FilesClosed(Exception):
 class _Run:
     def __init__(self, scenario: Scenario, host: HostName, records: RunRecords,
                  progress: Callable[[Progress], None] | None = None, *, command_s: float,
-                 specifications: Mapping[str, NodeSpecification] | None = None, shuffle_start: int | None = None,
+                 specifications: Mapping[str, NodeSpecification], shuffle_start: int | None = None,
                  real_time: bool = False, under_way: UnderWay | None = None, replay: Replay | None = None,
                  trace: Trace | None = None, view: ServerProcess | None = None,
                  debugged: Debugged | None = None) -> None:
@@ -178,9 +187,7 @@ class _Run:
         self.on_progress = progress
         self.command_s = command_s
         self.agenda = Agenda()
-        self.specifications = specifications or node_specifications(scenario)
-        if debugged is not None:
-            self.specifications = debugged.in_specifications(self.specifications)
+        self.specifications = specifications if debugged is None else debugged.in_specifications(specifications)
         self.feed = records.feed
         self.ledger = records.open_ledger(lambda: self.conductor.passed_ns)
         self.guarantees = GuaranteeWatch(scenario, self.feed)

@@ -33,7 +33,7 @@ NO_PROGRAM: Final = {
 }
 _OF_A_SCENARIO: Final = ("scenario", "own"), "where `own` holds the agents that run this program, with their settings"
 QUESTIONS: Final = (
-    ("check", *_OF_A_SCENARIO), ("prepare", *_OF_A_SCENARIO),
+    ("check", *_OF_A_SCENARIO), ("prepare", *_OF_A_SCENARIO), ("charts", *_OF_A_SCENARIO),
     ("automaton", ("settings", "team"), "which returns the hybrid automaton of an agent with these settings"),
     ("ground_plan", ("settings", "team"), "which returns the ground on which an agent with these settings acts"))
 

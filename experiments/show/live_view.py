@@ -36,7 +36,7 @@ def live_view(console: Console, what: str, length_s: float,
             begins = bool(progress.waits_for) and not waiting       # shown at once
             waiting = bool(progress.waits_for)
             if begins or now_s() >= due_s or progress.now_ns >= progress.end_ns:
-                show(progress.now_ns * 1e-9, figures(progress))
+                show(length_s * progress.prepared if progress.preparing else progress.now_ns * 1e-9, figures(progress))
                 due_s = now_s() + every_s
 
         yield tell
@@ -84,7 +84,12 @@ def campaign_view(console: Console, what: str,
 
 
 def figures(progress: Progress) -> str:
-    """Return robot time, real-time factor, wall time left and frames by fate in one line, or the nodes waited for."""
+    """Return robot time, real-time factor, wall time left and frames by fate in one line.
+
+    Before the start it is what a program prepares; while nodes do not answer, who they are.
+    """
+    if progress.preparing:
+        return f"prepares {progress.preparing}"
     if progress.waits_for:
         return f"waits for {_some(progress.waits_for)}: no answer for {progress.waited_s:.0f} s"
     time_s = f"{progress.now_ns * 1e-9:.2f} of {progress.end_ns * 1e-9:.2f} s"

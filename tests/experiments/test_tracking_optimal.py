@@ -17,6 +17,7 @@ from agents.triggering.policies.table import PolicySettings, build_policy
 from experiments.judge.costs.accrued import accrued
 from experiments.judge.link_metrics import transmissions
 from experiments.judge.run_data import RunData, load_run
+from experiments.judge.run_result import Progress
 from experiments.run.node_specifications import node_specifications
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
@@ -67,6 +68,28 @@ def test_the_total_cost_is_the_integral_and_s_for_each_frame(data: RunData) -> N
 
     assert accrued("total", "", data).last[-1] == pytest.approx(
         (held * kept_s).sum() + requests * 1.5288e-4, rel=1e-6)
+
+
+def test_the_folder_has_figure_5_3_with_the_cost_of_a_look_and_no_robot_has_its_numbers(data: RunData) -> None:
+    team = next(iter(node_specifications(load(find("tracking_optimal"), overrides=COARSE)).values())).team
+
+    assert [chart.title.partition(",")[0] for chart in data.charts] == [
+        "Figure 5.3 (F3): h at x3 = 0", "tau* near 0"] * 3
+    assert data.charts[0].note.startswith("S = 0.000153 J; cost ")
+    assert {key for each in team["optimal_tables"] for key in each} == {
+        "inputs", "axes", "tau_s", "cap_s", "shortest_s", "rate"}
+
+
+def test_the_runner_hears_how_far_the_tables_are(tmp_path: Path) -> None:
+    heard: list[Progress] = []
+    scenario = load(find("tracking_optimal"), duration_s=0.02, overrides=[*COARSE, "team.optimal.look_cost_j=2e-4"])
+
+    run(scenario, host="inline", out=tmp_path / "run", report=False, progress=heard.append)
+
+    told = [each for each in heard if each.preparing]
+    assert heard[:len(told)] == told
+    assert [each.preparing for each in told] == [f"tables of the optimal policy: {done} of 9" for done in range(10)]
+    assert [each.prepared for each in told] == [done / 9 for done in range(10)]
 
 
 def test_a_decision_takes_no_longer_than_one_of_the_certified_policy() -> None:

@@ -42,6 +42,11 @@ class Decision(NamedTuple):
         allowed = (self.valid_ns - self.delay_ns) // self.interval_ns - 1
         return max(allowed, 0) if self.delay_ns else allowed
 
+    @property
+    def in_time(self) -> bool:
+        """Whether the next command acts within tau_i; False if the delay of looks leaves no interval for that."""
+        return not self.delay_ns or self.delay_ns + self.interval_ns <= self.valid_ns
+
     def attempt_ns(self, failed: int) -> int:
         """Return when to send the next request after `failed` requests without an answer."""
         return self.measured_ns + (failed + 1) * self.interval_ns

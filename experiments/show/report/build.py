@@ -123,6 +123,7 @@ def _drawn(data: RunData, broke: Moments, events: Told, in_modes: Sequence[Stay]
             "marks": marks(events, data.length_ns, data.run.get("dead_ns") or {}),
             "length_s": data.length_ns * 1e-9, "palette": for_page(),
             "meanings": {fate.value: fate.meaning for fate in Fate}, "delivered": Fate.DELIVERED.value,
+            "charts": data.charts,
             "moments": [{"t_s": moment.from_ns / 1e9, "words": f"{moment.what}, {moment.on}"}
                         for moment in broke.shown if moment.from_ns is not None]}
 
@@ -140,6 +141,7 @@ def _contents(verdicts: Sequence[Verdict], broken: Sequence[Verdict], guarantees
         (bool(drawn["plane"]), "plane", "In the plane", "", False),
         (bool(drawn["modes"]), "modes", "Modes over time", "", False),
         (told_any, "told", "Events as tables", "", False),
+        (bool(drawn["charts"]), "charts", "Made before the run", "", False),
         (True, "spoken", "Who spoke when", "", False),
         (True, "fates", "Fates by link", "", False),
         (True, "ages", "Age of information", "", False),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 from urllib.parse import quote
 
-from experiments.judge.run_files import GUARANTEES, LEDGER, LOCK, RUN, SCENARIO, SUMMARY
+from experiments.judge.run_files import CHARTS, GUARANTEES, LEDGER, LOCK, RUN, SCENARIO, SUMMARY
 from netem.records import events_file, frames_file, signals
 
 PYTHON: Final = "`pyarrow.parquet.read_table(...)` in Python, DuckDB, or any other reader of Parquet"
@@ -22,6 +22,7 @@ class Kind(NamedTuple):
 KINDS: Final = (
     Kind(SUMMARY.name, "verdicts, guarantees in short, speed, hash, frames by fate", "any editor, or `jq .verdicts`"),
     Kind(SCENARIO.name, "the scenario as it was run, every default filled in", "any editor, or `jq`"),
+    Kind(CHARTS.name, "what programs made before the start, to be drawn", "any editor, or `jq '.[].title'`"),
     Kind(RUN.name, "how far the run came, switching instants, counters, versions", "any editor, or `jq .counters`"),
     Kind(GUARANTEES.name, "every violation of every guarantee, with its cause", "any editor, or `jq`"),
     Kind(LEDGER, "every frame copy with its times and its fate", PYTHON),

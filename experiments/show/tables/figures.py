@@ -71,12 +71,14 @@ def render(drawn: list[Json], about: tuple[str, str, str] = ABOUT) -> str:
     """Return the page; `about` has its heading, what the figures show, and a remark."""
     environment = Environment(loader=PackageLoader("experiments.show.tables", "page"), autoescape=True,
                               undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    of_reports = files("experiments.show.report") / "page"
+    script = [of_reports / "script" / "4_heights.js", files("experiments.show.tables") / "page" / "figures.js"]
     return environment.get_template("figures.html.j2").render(
         figures=drawn, heading=about[0], about=about[1], remark=about[2],
         data_json=Markup(msgspec.json.encode(drawn).decode().replace("<", "\\u003c")),
         plotly=Markup(plotly_source()),
-        style=Markup((files("experiments.show.report") / "page" / "report.css").read_text("utf-8")),
-        script=Markup((files("experiments.show.tables") / "page" / "figures.js").read_text("utf-8")))
+        style=Markup((of_reports / "report.css").read_text("utf-8")),
+        script=Markup("\n".join(part.read_text("utf-8") for part in script)))
 
 
 def _periodic(path_name: str, build: Build, detections: int, first: int = FIRST_LOOKS) -> Drawn:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from agents.optimal_triggering.average_cost import solve_average_cost
@@ -18,17 +19,20 @@ from agents.tracking import section_5_3 as case
 from agents.tracking.closed_loop import Run, run
 from agents.tracking.error_system import LIMITS, TrackingErrorSystem
 from agents.tracking.noise import Noise
+from agents.tracking.optimal_charts import over_x1_x2
 from agents.tracking.optimal_settings import OptimalSettings
 from agents.tracking.optimal_tables import make_tables, tabulated
 from agents.tracking.section_4_6 import GAINS, LENGTH_NS, START
 from agents.triggering.policies.interval_table import IntervalTable
 from agents.triggering.policies.table import PolicySettings, build_policy
 from experiments.show.tables.figures import DIGITS, Json, render
+from firmware_sim.height_chart import HeightChart
 from netem.core.random_streams import stream
 
 LOOK_COST = 0.0015
 DETAIL_S = (1.5, 3.0)
 STEPS = 12
+ACROSS = 61                     # points of each axis of a value function
 ABOUT = ("Figures 5.3 and 5.4", "When it pays to look: value functions of a tracking robot, and a run.",
          "Figure 5.3 as printed is a plane: (5.5) discounts by looks, so V* = S / (1 - gamma) for every state.")
 
@@ -58,25 +62,23 @@ def _printed_value(progress: Callable[[], None]) -> Json:
     model = case.printed_problem(case.coarse_grid())
     solution = case.printed_solution(model, 0.0)
     progress()
-    return _heights("5.3", "V* as printed (F1), x3 = 0", f"V* from {solution.at_points.min():.2f} to "
-                    f"{solution.at_points.max():.2f}: the same for every state; the best interval is 0", "V*",
-                    70.0, lambda x: values(model.averager, solution.at_points, x))
+    note = (f"V* from {solution.at_points.min():.2f} to {solution.at_points.max():.2f}: the same for every state; the "
+            "best interval is 0")
+    return _heights("5.3", over_x1_x2("V* as printed (F1), x3 = 0", note, "V*", np.linspace(-70.0, 70.0, ACROSS),
+                                      lambda x: values(model.averager, solution.at_points, x)))
 
 
 def _relative_value(progress: Callable[[], None]) -> Json:
     model, grid, _ = tabulated(OptimalSettings(), GAINS, case.HELD, progress)
     solution = solve_average_cost(model, LOOK_COST)
-    return _heights("5.3 (F3)", f"h of the long-run mean, S = {LOOK_COST:g}, x3 = 0",
-                    f"cost per second {solution.rate:.4f}, tau* at 0: {solution.tau_s[solution.tau_s.size // 2]:.3f} s",
-                    "h", 15.0, lambda x: values(grid, solution.at_points, x))
+    note = f"cost per second {solution.rate:.4f}, tau* at 0: {solution.tau_s[solution.tau_s.size // 2]:.3f} s"
+    return _heights("5.3 (F3)", over_x1_x2(f"h of the long-run mean, S = {LOOK_COST:g}, x3 = 0", note, "h",
+                                           np.linspace(-15.0, 15.0, ACROSS),
+                                           lambda x: values(grid, solution.at_points, x)))
 
 
-def _heights(number: str, title: str, note: str, unit: str, half: float, of: Callable[[Floats], Floats]) -> Json:
-    axis = np.linspace(-half, half, 61)
-    x1, x2 = np.meshgrid(axis, axis)
-    z = of(np.stack([x1.ravel(), x2.ravel(), np.zeros(x1.size)])).reshape(x1.shape)
-    return {"kind": "heights", "number": number, "title": title, "note": note, "unit": unit,
-            "x": _rounded(axis), "y": _rounded(axis), "z": [_rounded(row) for row in z]}
+def _heights(number: str, chart: HeightChart) -> Json:
+    return {"kind": "heights", "number": number, **msgspec.to_builtins(chart)}
 
 
 def _run_figures(done: Run) -> list[Json]:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from agents.tracking.controller import Inputs
 from agents.tracking.error_system import TrackingErrorSystem
 from agents.tracking.section_4_6 import GAINS
-from agents.triggering.assumptions import Assumption, violations
+from agents.triggering.assumptions import Assumption, delay_violations, violations
 from agents.triggering.gain_table import GainTable
 from agents.triggering.policies.delayed import Delayed
 from agents.triggering.policies.input_output import IndividualGains
@@ -20,7 +20,7 @@ INTEGRATOR_GAINS = GainTable({(0.5,): 20.0, (1.5,): 60.0}, unified=90.0)
 
 def at_1_1(delay_ms):
     policy = build_policy("individual_gains", TrackingErrorSystem(), GAINS,
-                          PolicySettings(delay_ns=delay_ms * MS, floor_ns=273_000))
+                          PolicySettings(delay_ns=int(delay_ms * MS), floor_ns=273_000))
     return policy.decide(0, (0.0, 0.0, 0.0), Inputs(1.0, 1.0))
 
 
@@ -30,6 +30,17 @@ def test_at_1_1_a_delay_below_tau_leaves_tau_less_the_delay(delay_ms):
 
     assert decided.valid_ns == pytest.approx(18.405 * MS, rel=0.01)
     assert decided.interval_ns == decided.valid_ns - delay_ms * MS
+    assert delay_violations(decided) == []
+
+
+@pytest.mark.parametrize("delay_ms", [18.2, 19])
+def test_a_delay_that_leaves_less_than_a_look_s_frames_is_a_violation_that_is_known_at_once(delay_ms):
+    decided = at_1_1(delay_ms)
+
+    (found,) = delay_violations(decided)
+
+    assert (found.assumption, found.at_ns) == (Assumption.FRESH, decided.valid_ns)
+    assert (found.value, found.limit) == (delay_ms / 1000, pytest.approx(0.018405, rel=0.01))
 
 
 def test_at_1_1_a_delay_of_19_ms_leaves_nothing_and_its_age_is_a_violation():

@@ -100,3 +100,16 @@ def test_whom_the_run_waits_for_is_said_at_once_and_then_now_and_then():
 def test_of_many_that_are_waited_for_some_are_named():
     assert figures(Progress(5, 10, 1.0, 1, {}, [f"r{k}" for k in range(128)], 3.0)) == (
         "waits for r0, r1, r2, r3, r4 and 123 more: no answer for 3 s")
+
+
+def test_before_the_start_the_bar_shows_what_a_program_prepares():
+    clock, file = Clock(), io.StringIO()
+    console = Console(file=file, force_terminal=True, width=100, color_system=None)
+    with live_view(console, "talk", LENGTH_S, clock) as tell:
+        tell(Progress(0, round(LENGTH_S * 1e9), 0.0, 0, {}, preparing="tables: 3 of 4", prepared=0.75))
+        clock.now_s += BAR_EVERY_S
+        tell(progress(5.0))
+
+    prepares, runs = (next(line for line in file.getvalue().split("\r") if what in line) for what in (
+        "prepares tables: 3 of 4", "5.00 of 10.00 s"))
+    assert [line.count("━") for line in (prepares, runs)] == [18, 12]      # of 24: three quarters, then a half

@@ -6,7 +6,7 @@ const dark = window.matchMedia("(prefers-color-scheme: dark)");
 const pick = (light, onDark) => dark.matches ? onDark : light;
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-function layout(x, y, more) {
+function layout(x, y, {xaxis, yaxis}) {
   const axis = (title) => ({title: {text: title}, gridcolor: css("--line"), zerolinecolor: css("--line"),
                             linecolor: css("--line"), automargin: true});
   return {
@@ -14,7 +14,7 @@ function layout(x, y, more) {
     font: {color: css("--ink"), family: "system-ui, Segoe UI, Roboto, sans-serif", size: 13},
     legend: {orientation: "h", y: 1.02, yanchor: "bottom", x: 0},
     modebar: {orientation: "v", bgcolor: "rgba(0,0,0,0)", color: css("--soft"), activecolor: css("--accent")},
-    xaxis: axis(x), yaxis: {...axis(y), ...more},
+    xaxis: {...axis(x), ...xaxis}, yaxis: {...axis(y), ...yaxis},
   };
 }
 
@@ -24,17 +24,16 @@ function drawPlane(id, figure) {
     {name: "estimate", mode: "lines", line: {color: pick("#d55e00", "#ff7a2f"), width: 1.4}, ...figure.expected},
     {name: "detections", mode: "markers", marker: {color: pick("#b97d00", "#e69f00"), symbol: "diamond", size: 8}, ...figure.seen},
   ];
-  Plotly.newPlot(id, traces, layout("x [m]", "y [m]", {scaleanchor: "x"}), CONFIG);
+  Plotly.newPlot(id, traces, layout("x [m]", "y [m]", {yaxis: {scaleanchor: "x"}}), CONFIG);
 }
 
 function drawError(id, figure) {
   const trace = {name: "error", mode: "lines", x: figure.t_s, y: figure.error_m, line: {color: css("--accent"), width: 1.4}};
-  Plotly.newPlot(id, [trace], layout("time [s]", "distance from estimate to target [m]", {rangemode: "tozero"}), CONFIG);
+  Plotly.newPlot(id, [trace], layout("time [s]", "distance from estimate to target [m]", {yaxis: {rangemode: "tozero"}}), CONFIG);
 }
 
 function drawHeights(id, figure) {
-  const trace = {type: "heatmap", x: figure.x, y: figure.y, z: figure.z, colorscale: "Viridis", colorbar: {title: {text: figure.unit}}};
-  Plotly.newPlot(id, [trace], layout("x1 [m]", "x2 [m]", {}), CONFIG);
+  Plotly.newPlot(id, heights(figure), heightsLayout(figure), CONFIG);
 }
 
 function drawLines(id, figure) {

@@ -6,9 +6,11 @@ import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from experiments.show.report.build import write_report
+from firmware_sim.height_chart import HeightChart
 from netem.core.fate import Fate
 from netem.core.frame import Frame
 from netem.records.events import Event
@@ -98,6 +100,20 @@ def test_every_chart_of_a_run_is_drawn(screen: Browser, whole_run: Path) -> None
     assert screen.errors == []
     assert screen.run("document.querySelectorAll('.js-plotly-plot .cartesianlayer').length") == 6
     assert screen.run("document.getElementById('slot-note').textContent") == "79 frames in this window"
+
+
+def test_heights_that_were_made_before_the_run_are_drawn(screen: Browser, tmp_path: Path) -> None:
+    folder = small_run(tmp_path / "run")
+    (folder / "charts.json").write_bytes(msgspec.json.encode([HeightChart(
+        f"hill {k}", "a note", "x [m]", "y [m]", "m", [0.0, 1.0, 5.0], [0.0, 2.0], [[0.0, 1.0, 2.0], [3.0, 4.0, 7.0]])
+        for k in range(2)]))
+
+    screen.show(write_report(folder), width=420)
+
+    assert screen.errors == []
+    assert screen.run("document.querySelectorAll('#charts .heatmaplayer image').length") == 2
+    assert screen.run("document.getElementById('plot-chart-1').layout.xaxis.range") == [0, 5]
+    assert screen.run("document.documentElement.scrollWidth") <= 420
 
 
 @pytest.mark.parametrize("kind", ["guarantee violated", "assumption violated", "expectation broken"])

@@ -45,6 +45,8 @@ drawing("plot-ages", drawAges);
 drawing("plot-gaps", drawGaps);
 drawing("plot-intervals", drawIntervals);
 drawing("plot-lateness", drawLateness);
+DATA.charts.forEach((chart, k) => drawing(`plot-chart-${k}`, () => Plotly.react(`plot-chart-${k}`, heights(chart),
+  heightsLayout(chart), config())));
 
 document.addEventListener("click", (event) => {
   const button = event.target.closest("[data-t]");
