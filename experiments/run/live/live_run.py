@@ -139,7 +139,7 @@ class LiveRun:
         self._server.send(Update(
             now_ns, self._speed(now_ns), steering is not None and steering.paused,
             1.0 if steering is None else steering.speed, new, changed, self._tally.positions(), self._away(now_ns),
-            self._tally.events(), self._tally.events_total, None if pace is None else pace.lateness.figures(),
+            self._tally.events(), self._tally.events_total, None if pace is None else pace.totals(),
             self._tally.samples() if self._server.with_foxglove else {}))
 
     def _speed(self, now_ns: int) -> float:

@@ -156,6 +156,20 @@ def test_the_end_is_shown_and_what_was_clicked_repeats_the_run(page: Browser, tm
         shown.out / "ledger.parquet")["hash"]
 
 
+def test_a_run_in_real_time_with_a_gateway_shows_how_late_it_is(page: Browser, tmp_path: Path) -> None:
+    scenario = scenario_in(tmp_path, 500.0, '[gateways.outside]\nmedium = "radio"\nlisten = "127.0.0.1:0"\n')
+    with viewed(scenario, tmp_path / "run", "--host", "inline", "--real-time") as shown:
+        page.show(shown.url)
+        page.until("RUN.told > 4")
+
+        assert page.errors == []
+        names = page.run("[...document.querySelectorAll('#lateness dt')].map((name) => name.textContent)")
+        figures = page.run("[...document.querySelectorAll('#lateness dd')].map((figure) => figure.textContent)")
+        assert names == ["instants", "median", "99 %", "worst", "overruns"]
+        assert all(figure[0].isdigit() for figure in figures), figures
+        assert text(page, "#pace") == "in real time"
+
+
 def test_a_browser_with_a_wrong_token_gets_no_page_and_another_site_no_run(page: Browser, shown: Viewed) -> None:
     page.show("data:text/html,<title>another site</title>")
     answer = page.run(f"""new Promise((done) => {{
