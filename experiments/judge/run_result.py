@@ -22,16 +22,12 @@ class Progress(msgspec.Struct, frozen=True):
     frames: Mapping[str, int]
     waits_for: Sequence[str] = ()       # nodes that have not answered for `waited_s`
     waited_s: float = 0.0
+    held: bool = False                  # by a view, at a pause or at a speed that was chosen
 
     @property
     def real_time_factor(self) -> float:
         """Simulated time per wall time; above 1 is faster than real time."""
         return self.now_ns * 1e-9 / self.wall_s if self.wall_s > 0 else 0.0
-
-    @property
-    def left_s(self) -> float:
-        """Wall time until the end at the pace so far; 0 at the end, and before the pace is known."""
-        return self.wall_s * (self.end_ns - self.now_ns) / self.now_ns if self.now_ns > 0 else 0.0
 
 
 def by_fate(frames: Mapping[str, int]) -> str:
