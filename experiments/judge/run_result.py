@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from experiments.judge.monitors.outcome import Standing, seconds
+from experiments.scenario.counted import counted
 from experiments.scenario.fate_keys import in_words
 
 
@@ -125,7 +126,7 @@ def lateness_in_words(real_time: Mapping[str, Any]) -> str:
     deliveries, overruns = real_time.get("deliveries"), real_time["overruns"]
     late, of = (deliveries, "deliveries") if deliveries and deliveries["events"] else (real_time, "instants")
     return (f"{of}: median {late['median_ns'] * 1e-6:.3g} ms, 99 % {late['p99_ns'] * 1e-6:.3g} ms, worst "
-            f"{late['worst_ns'] * 1e-6:.3g} ms; " + (f"{overruns} overruns" if overruns else "no overrun"))
+            f"{late['worst_ns'] * 1e-6:.3g} ms; " + (counted(overruns, "overrun") if overruns else "no overrun"))
 
 
 class RunResult(msgspec.Struct, frozen=True):

@@ -158,10 +158,14 @@ class Batch:
                        written if written.is_file() else result.folder)
         _print_warnings(scenario.name, result.summary.warnings, in_full)
         problems = what_does_not_hold(result.summary)
-        for line in problems:
+        for line in () if in_full and self._one_terminal() else problems:
             print(line if in_full else f"{scenario.name}: {line}", file=sys.stderr)
         code = ExitCode.DONE if result.summary.holds else ExitCode.EXPECTATION_BROKEN
         return ScenarioOutcome(scenario.name, source, code, problems, str(result.folder), result.summary)
+
+    def _one_terminal(self) -> bool:
+        """Return whether results and errors meet on a terminal, where the table says already what does not hold."""
+        return self.console.is_terminal and sys.stdout.isatty() and sys.stderr.isatty()
 
     def _print(self, verb: str, several: bool) -> None:
         if several:

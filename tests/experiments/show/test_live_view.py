@@ -5,9 +5,10 @@ from __future__ import annotations
 import io
 
 import msgspec
+import pytest
 from rich.console import Console
 
-from experiments.judge.run_result import Progress
+from experiments.judge.run_result import Progress, lateness_in_words
 from experiments.show.live_view import BAR_EVERY_S, LINE_EVERY_S, by_fate, counting_view, figures, live_view
 
 LENGTH_S = 10.0
@@ -137,6 +138,13 @@ def test_whom_the_run_waits_for_is_said_at_once_and_then_now_and_then():
     said = file.getvalue().splitlines()[1:]
     assert said[0] == "talk: waits for left, right: no answer for 2 s"
     assert len(said) == 2
+
+
+@pytest.mark.parametrize(("overruns", "said"), [(0, "no overrun"), (1, "1 overrun"), (2, "2 overruns")])
+def test_one_overrun_is_no_plural(overruns: int, said: str) -> None:
+    late = {"median_ns": 1, "p99_ns": 1, "worst_ns": 1, "overruns": overruns}
+
+    assert lateness_in_words(late).endswith(f"; {said}")
 
 
 def test_of_many_that_are_waited_for_some_are_named():
