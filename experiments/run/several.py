@@ -23,7 +23,7 @@ from experiments.show.console import print_table
 from experiments.show.outcome import ScenarioOutcome
 
 if TYPE_CHECKING:
-    from experiments.judge.run_result import Summary
+    from experiments.judge.run_result import RunResult, Summary
     from experiments.run.inline_parent import Child
     from experiments.run.live.server_process import ServerProcess
     from experiments.run.replay import Replay
@@ -149,13 +149,12 @@ class Batch:
             with live_view(self.console, scenario.name, scenario.length_ns * 1e-9) as progress:
                 result = runner.run(scenario, out=folder, progress=progress, view=view, **options)
             if view is not None:
-                view.end(result.summary.holds, what_does_not_hold(result.summary), result.folder)
+                view.end(result.summary.holds, what_does_not_hold(result.summary), result.folder, _report_of(result))
         if in_full:
             print_summary(self.console, result.summary)
             self.console.print()
-            written = result.folder / (result.summary.report or ".")
-            print_path(self.console, "report" if written.is_file() else "records",
-                       written if written.is_file() else result.folder)
+            report = _report_of(result)
+            print_path(self.console, "records" if report is None else "report", report or result.folder)
         _print_warnings(scenario.name, result.summary.warnings, in_full)
         problems = what_does_not_hold(result.summary)
         for line in () if in_full and self._one_terminal() else problems:
@@ -243,6 +242,11 @@ def run_folder(scenario: Scenario, out: Path | None) -> Path:
     if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not SCENARIO.is_in(folder))):
         raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
     return folder
+
+
+def _report_of(result: RunResult) -> Path | None:
+    written = result.folder / (result.summary.report or ".")
+    return written if written.is_file() else None
 
 
 def _print_warnings(scenario: str, warnings: Sequence[str], in_full: bool) -> None:

@@ -63,12 +63,13 @@ class Answer(msgspec.Struct, tag="answer"):
 
 
 class End(msgspec.Struct, tag="end"):
-    """The run has ended; `words` says how."""
+    """The run has ended; `words` says how. `report` is the path of report.html, "" without one."""
 
     words: str
     holds: bool
     problems: Sequence[str]
     folder: str
+    report: str = ""
 
 
 class Listening(msgspec.Struct, tag="listening"):
